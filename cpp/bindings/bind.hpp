@@ -1,0 +1,17 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace debulk {
+
+// One a room, called by module.cpp in the order of the rooms.
+void bind_cloud(pybind11::module_& m);
+void bind_surface(pybind11::module_& m);
+void bind_pocket(pybind11::module_& m);
+void bind_net(pybind11::module_& m);
+void bind_solve(pybind11::module_& m);
+void bind_sheet(pybind11::module_& m);
+void bind_ridge(pybind11::module_& m);
+void bind_verdict(pybind11::module_& m);
+
+}  // namespace debulk

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <limits>
+#include <memory>
+
+namespace debulk {
+
+// When to stop early: a deadline, a flag that another thread may raise, or both. Copies share the flag.
+class Stop {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  Stop() : cancelled_(std::make_shared<std::atomic<bool>>(false)) {}
+  explicit Stop(double seconds) : Stop() { set_deadline(seconds); }
+
+  void set_deadline(double seconds) {
+    if (seconds < std::numeric_limits<double>::infinity())
+      deadline_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  }
+  void cancel() const { cancelled_->store(true, std::memory_order_relaxed); }
+  bool cancelled() const { return cancelled_->load(std::memory_order_relaxed); }
+  bool past_deadline() const { return deadline_ != Clock::time_point::max() && Clock::now() >= deadline_; }
+  bool now() const { return cancelled() || past_deadline(); }
+
+ private:
+  Clock::time_point deadline_ = Clock::time_point::max();
+  std::shared_ptr<std::atomic<bool>> cancelled_;
+};
+
+}  // namespace debulk

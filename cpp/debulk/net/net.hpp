@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace debulk {
+
+enum class NodeKind : std::uint8_t {
+  inner = 0,  // moves, and may not pass the mold
+  fixed = 1,  // boundary node held by the ply around the pocket
+  free = 2,   // boundary node near the ply's edge: moves against friction
+};
+
+// Neighbours of a node along its two fibres: e and w along the first, n and s along the second. -1: none.
+enum Direction { east = 0, west = 1, north = 2, south = 3 };
+using Neighbours = std::array<int, 4>;
+
+// A pin-jointed net: nodes at one spacing along two families of inextensible fibres (model.md, section 2).
+struct Net {
+  std::vector<Eigen::Vector3d> nodes;  // mm, mold frame; every segment is `spacing` long
+  std::vector<Neighbours> neighbours;  // one a node, consistent: neighbours[neighbours[i][east]][west] == i
+  std::vector<NodeKind> kinds;         // one a node
+  std::vector<std::uint8_t> inside;    // one a node: 1 inside the pocket's perimeter (the RMS set)
+  double spacing = 0.0;                // mm
+};
+
+// Segments (i, j) with i < j along both fibres, in order of their first node, then direction.
+std::vector<std::array<int, 2>> segments(const std::vector<Neighbours>& neighbours);
+
+}  // namespace debulk

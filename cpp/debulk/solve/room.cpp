@@ -1,0 +1,1 @@
+// Placeholder while the house is being set up; the room's first source replaces it.

@@ -1,0 +1,125 @@
+#include "debulk/surface/reference.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "debulk/core/error.hpp"
+
+namespace debulk {
+namespace {
+
+// Cubic B-spline coefficients c[-1..n] of the spline through f[0..n-1], so that (c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i].
+// The not-a-knot condition, c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, with the first three equations gives
+// c[1] = (8 f[1] - f[0] - f[2]) / 6 at once, likewise at the other end; a tridiagonal system is left between them.
+// out[0] is c[-1].
+void spline_coefficients(const double* f, int n, int stride, double* out, int out_stride, std::vector<double>& work) {
+  const auto in = [&](int i) { return f[static_cast<long>(i) * stride]; };
+  const auto c = [&](int i) -> double& { return out[static_cast<long>(i + 1) * out_stride]; };
+  c(1) = (8 * in(1) - in(0) - in(2)) / 6;
+  c(n - 2) = (8 * in(n - 2) - in(n - 1) - in(n - 3)) / 6;
+  work.resize(static_cast<std::size_t>(n));
+  for (int i = 2; i <= n - 3; ++i) {  // c[i-1] + 4 c[i] + c[i+1] = 6 f[i], forward elimination
+    const double above = i == 2 ? 0.0 : work[static_cast<std::size_t>(i - 1)];
+    const double pivot = 4 - above;
+    work[static_cast<std::size_t>(i)] = 1 / pivot;
+    c(i) = (6 * in(i) - c(i - 1)) / pivot;
+  }
+  for (int i = n - 3; i >= 2; --i) c(i) -= work[static_cast<std::size_t>(i)] * c(i + 1);
+  c(0) = 6 * in(1) - 4 * c(1) - c(2);
+  c(-1) = 6 * in(0) - 4 * c(0) - c(1);
+  c(n - 1) = 6 * in(n - 2) - 4 * c(n - 2) - c(n - 3);
+  c(n) = 6 * in(n - 1) - 4 * c(n - 1) - c(n - 2);
+}
+
+// The four B-splines that are not zero at parameter u (in spacings), with first and second derivatives by u.
+struct Weights {
+  int first;
+  std::array<double, 4> value, slope, curvature;
+};
+
+Weights weights_inside(double u, int n) {
+  Weights w;
+  w.first = std::clamp(static_cast<int>(std::floor(u)), 0, n - 2);
+  const double t = u - w.first, s = 1 - t;
+  w.value = {s * s * s / 6, (4 - 6 * t * t + 3 * t * t * t) / 6, (4 - 6 * s * s + 3 * s * s * s) / 6, t * t * t / 6};
+  w.slope = {-s * s / 2, (3 * t * t - 4 * t) / 2, (4 * s - 3 * s * s) / 2, t * t / 2};
+  w.curvature = {s, 3 * t - 2, 3 * s - 2, t};
+  return w;
+}
+
+// Outside, at a signed distance d from the border: value + d slope + log cosh(d) curvature, which is C2 there.
+Weights weights(double u, int n) {
+  const double border = std::clamp(u, 0.0, n - 1.0);
+  Weights w = weights_inside(border, n);
+  const double d = u - border;
+  if (d == 0) return w;
+  const double log_cosh = std::abs(d) + std::log1p(std::exp(-2 * std::abs(d))) - std::log(2.0);
+  const double tanh_d = std::tanh(d);
+  for (std::size_t k = 0; k < 4; ++k) {
+    w.value[k] += d * w.slope[k] + log_cosh * w.curvature[k];
+    w.slope[k] += tanh_d * w.curvature[k];
+    w.curvature[k] *= 1 - tanh_d * tanh_d;
+  }
+  return w;
+}
+
+}  // namespace
+
+Reference::Reference(const Grid<double>& heights) : heights_(heights) {
+  require(heights.nx >= 4 && heights.ny >= 4, "heights_mm", "a grid of at least 4 by 4 heights",
+          std::to_string(heights.ny) + " by " + std::to_string(heights.nx));
+  require(heights.size() == static_cast<std::size_t>(heights.nx) * heights.ny, "heights_mm", "nx * ny values", heights.size());
+  require(std::isfinite(heights.spacing) && heights.spacing > 0, "spacing_mm", "a positive length in mm", heights.spacing);
+  require(heights.origin.allFinite(), "origin_mm", "two finite coordinates in mm", heights.origin.transpose());
+  const auto missing = std::find_if_not(heights.values.begin(), heights.values.end(), [](double h) { return std::isfinite(h); });
+  if (missing != heights.values.end()) {
+    const long at = missing - heights.values.begin();
+    require(false, "heights_mm", "finite heights everywhere (fill drop-outs first)",
+            std::to_string(*missing) + " at row " + std::to_string(at / heights.nx) + ", column " + std::to_string(at % heights.nx));
+  }
+
+  const int nx = heights.nx, ny = heights.ny, wide = nx + 2;
+  std::vector<double> rows(static_cast<std::size_t>(ny) * wide), work;
+  for (int j = 0; j < ny; ++j)
+    spline_coefficients(&heights_.values[heights_.index(0, j)], nx, 1, &rows[static_cast<std::size_t>(j) * wide], 1, work);
+  coefficients_.resize(static_cast<std::size_t>(ny + 2) * wide);
+  for (int i = 0; i < wide; ++i)
+    spline_coefficients(&rows[static_cast<std::size_t>(i)], ny, wide, &coefficients_[static_cast<std::size_t>(i)], wide, work);
+}
+
+SurfaceSample Reference::sample(const Eigen::Vector2d& xy) const {
+  const Eigen::Vector2d u = heights_.locate(xy);
+  const Weights wx = weights(u.x(), heights_.nx), wy = weights(u.y(), heights_.ny);
+  const int wide = heights_.nx + 2;
+  double f = 0, fx = 0, fy = 0, fxx = 0, fxy = 0, fyy = 0;
+  for (std::size_t b = 0; b < 4; ++b) {
+    const double* row = &coefficients_[(static_cast<std::size_t>(wy.first) + b) * wide + wx.first];
+    double v = 0, s = 0, k = 0;
+    for (std::size_t a = 0; a < 4; ++a) {
+      v += wx.value[a] * row[a];
+      s += wx.slope[a] * row[a];
+      k += wx.curvature[a] * row[a];
+    }
+    f += wy.value[b] * v;
+    fx += wy.value[b] * s;
+    fxx += wy.value[b] * k;
+    fy += wy.slope[b] * v;
+    fxy += wy.slope[b] * s;
+    fyy += wy.curvature[b] * v;
+  }
+  const double step = heights_.spacing;
+  SurfaceSample out;
+  out.height = f;
+  out.gradient = Eigen::Vector2d(fx, fy) / step;
+  out.hessian << fxx, fxy, fxy, fyy;
+  out.hessian /= step * step;
+  return out;
+}
+
+bool Reference::inside(const Eigen::Vector2d& xy) const {
+  const Eigen::Vector2d u = heights_.locate(xy);
+  return u.x() >= 0 && u.y() >= 0 && u.x() <= heights_.nx - 1 && u.y() <= heights_.ny - 1;
+}
+
+}  // namespace debulk

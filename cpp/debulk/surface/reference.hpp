@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "debulk/core/grid.hpp"
+#include "debulk/surface/surface.hpp"
+
+namespace debulk {
+
+// The C2 bicubic spline that interpolates heights on a regular grid (not-a-knot at the borders, so that cubics are
+// reproduced exactly). Outside the grid it goes on with the border's value and slope, its curvature fading out over a
+// grid spacing: still C2, and never wilder than linear, so that a solver may step there.
+class Reference : public Surface {
+ public:
+  // heights: at least 4 by 4, all finite. Throws InputError otherwise.
+  explicit Reference(const Grid<double>& heights);
+
+  SurfaceSample sample(const Eigen::Vector2d& xy) const override;
+  bool inside(const Eigen::Vector2d& xy) const;
+  const Grid<double>& heights() const { return heights_; }
+
+ private:
+  Grid<double> heights_;
+  std::vector<double> coefficients_;  // (ny + 2) x (nx + 2) cubic B-spline coefficients, row-major
+};
+
+}  // namespace debulk

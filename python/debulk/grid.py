@@ -1,0 +1,44 @@
+"""Values on a regular grid in the mold's XY plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Values on a regular grid: ``values[j, i]`` belongs to ``origin_mm + spacing_mm * (i, j)``.
+
+    Parameters
+    ----------
+    values
+        (ny, nx) or (ny, nx, k); a missing value is NaN.
+    origin_mm
+        (2,) position of ``values[0, 0]`` in the mold frame, mm.
+    spacing_mm
+        Distance of neighbouring grid points along x and y, mm.
+
+    Examples
+    --------
+    >>> grid = Grid(np.zeros((3, 5)), np.array([10.0, 20.0]), 0.5)
+    >>> grid.x_mm.tolist()
+    [10.0, 10.5, 11.0, 11.5, 12.0]
+    """
+
+    values: NDArray[Any]
+    origin_mm: NDArray[np.float64]
+    spacing_mm: float
+
+    @property
+    def x_mm(self) -> NDArray[np.float64]:
+        """(nx,) x of the columns, mm."""
+        return np.asarray(self.origin_mm[0] + self.spacing_mm * np.arange(self.values.shape[1]), dtype=np.float64)
+
+    @property
+    def y_mm(self) -> NDArray[np.float64]:
+        """(ny,) y of the rows, mm."""
+        return np.asarray(self.origin_mm[1] + self.spacing_mm * np.arange(self.values.shape[0]), dtype=np.float64)
