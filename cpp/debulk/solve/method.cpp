@@ -1,0 +1,19 @@
+#include "debulk/solve/method.hpp"
+
+#include "debulk/core/error.hpp"
+#include "debulk/solve/ipopt.hpp"
+
+namespace debulk {
+
+std::vector<std::string> method_names() {
+  return {"auto", "ipopt"};
+}
+
+Method method(const std::string& name) {
+  if (name == "auto" || name == "ipopt") return minimise_with_ipopt;
+  std::string known;
+  for (const std::string& other : method_names()) known += (known.empty() ? "\"" : ", \"") + other + "\"";
+  throw InputError("method: expected one of " + known + ", but got \"" + name + "\"");
+}
+
+}  // namespace debulk
