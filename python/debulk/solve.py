@@ -12,7 +12,7 @@ from debulk.sheet import Sheet
 
 __all__ = ["Certificate", "Solution", "certify", "methods", "minimise"]
 
-STIFFNESS = 1e6
+STIFFNESS = 1e8
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def methods() -> list[str]:
     Examples
     --------
     >>> methods()
-    ['auto', 'ipopt']
+    ['auto', 'interior_point', 'ipopt']
     """
     return _core.method_names()
 

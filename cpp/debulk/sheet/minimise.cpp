@@ -5,7 +5,6 @@
 #include "debulk/core/error.hpp"
 #include "debulk/sheet/certify.hpp"
 #include "debulk/sheet/gap_problem.hpp"
-#include "debulk/solve/elastic.hpp"
 #include "debulk/solve/method.hpp"
 
 namespace debulk {
@@ -49,16 +48,15 @@ Minimum refused(const Sheet& sheet, SolveStatus status, double stiffness) {
 // start. Keeps the certified point, or the last one.
 Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions& options, Eigen::VectorXd start, Random& random) {
   const Method method_to_use = method(options.method);
-  const Elastic elastic(problem, options.solve.stiffness);
   const double spacing = sheet.net().spacing;
   Minimum minimum;
   Eigen::VectorXd next = start;
   for (int attempt = 0; attempt <= options.retries; ++attempt) {
-    const Outcome outcome = method_to_use(elastic, elastic.extend(next), options.solve);
+    const Outcome outcome = method_to_use(problem, next, options.solve);
     minimum.iterations += outcome.iterations;
     minimum.evaluations += outcome.evaluations;
     minimum.status = outcome.status;
-    minimum.nodes = problem.to_points(elastic.inner_part(outcome.y));
+    minimum.nodes = problem.to_points(outcome.y);
     const Judged judged = certify(sheet, minimum.nodes, options.solve.stiffness);
     minimum.certificate = judged.certificate;
     minimum.energy_mj = sheet.energy(minimum.nodes);

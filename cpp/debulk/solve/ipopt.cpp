@@ -7,6 +7,8 @@
 #include <cmath>
 #include <mutex>
 
+#include "debulk/solve/elastic.hpp"
+
 namespace debulk {
 namespace {
 
@@ -144,7 +146,8 @@ Outcome minimise_with_ipopt(const Problem& problem, const Eigen::VectorXd& start
   static std::mutex one_at_a_time;
   const std::lock_guard<std::mutex> lock(one_at_a_time);
 
-  Ipopt::SmartPtr<Adapter> adapter = new Adapter(problem, start, options.stop);
+  const Elastic elastic(problem, options.stiffness);
+  Ipopt::SmartPtr<Adapter> adapter = new Adapter(elastic, elastic.extend(start), options.stop);
   Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
   application->Options()->SetStringValue("sb", "yes");
   application->Options()->SetIntegerValue("print_level", 0);
@@ -161,7 +164,7 @@ Outcome minimise_with_ipopt(const Problem& problem, const Eigen::VectorXd& start
     return outcome;
   }
   const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(adapter);
-  outcome.y = adapter->final_point();
+  outcome.y = elastic.inner_part(adapter->final_point());
   outcome.status = translate(status, options.stop);
   outcome.iterations = adapter->iterations();
   outcome.evaluations = adapter->evaluations();

@@ -19,10 +19,11 @@ struct Outcome {
   int evaluations = 0;  // of f
 };
 
-// A minimiser behind one signature, so that the sheet does not know which one it has.
+// A minimiser behind one signature, so that the sheet does not know which one it has. Each gives the equalities the
+// compliance 1/k of the options (elastic.hpp).
 using Method = Outcome (*)(const Problem&, const Eigen::VectorXd& start, const SolveOptions&);
 
-// By name: "ipopt"; "auto" is the default method. Throws InputError on another name.
+// By name: "interior_point", "ipopt"; "auto" is the default, "interior_point". Throws InputError on another name.
 Method method(const std::string& name);
 std::vector<std::string> method_names();
 

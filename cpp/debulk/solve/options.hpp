@@ -11,7 +11,7 @@ namespace debulk {
 struct SolveOptions {
   double tolerance = 1e-8;  // of the scaled first-order conditions; a method stops there
   int max_iterations = 1000;
-  double stiffness = 1e6;  // k of Elastic, in units of the scaled problem
+  double stiffness = 1e8;  // k of the compliance 1/k on the equalities (elastic.hpp), in units of the scaled problem
   Stop stop;               // deadline and cancellation, asked once an iteration
 
   void check() const {
