@@ -17,6 +17,9 @@ using Eigen::VectorXd;
 constexpr double kMuStart = 0.1, kMuFactor = 0.2, kMuPower = 1.5, kMuTest = 10.0, kTauMin = 0.99, kBoundPush = 1e-2;
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kEtaPhi = 1e-8, kSTheta = 1.1, kSPhi = 2.3;
 constexpr int kCorrections = 4;
+// Ours, for saddles: six convexified steps in a row below this barrier are taken for an approach to one.
+constexpr double kSaddleMu = 1e-3, kEscapeStep = 0.05, kEscapeMu = 1e-4;
+constexpr int kSaddleSteps = 6, kEscapes = 10;
 
 struct Iterate {
   VectorXd y, lambda, z;  // z: multipliers of the bounds, one a variable, 0 where there is none
@@ -70,6 +73,8 @@ class InteriorPoint {
         filter_.clear();
       }
       if (!step()) return SolveStatus::numerical_failure;
+      convexified_ = mu_ <= kSaddleMu && system_.shift() > 0 ? convexified_ + 1 : 0;
+      if (convexified_ >= kSaddleSteps && escapes_ < kEscapes) leave_saddle();
     }
   }
 
@@ -92,6 +97,24 @@ class InteriorPoint {
       filter_.clear();
     }
     return false;
+  }
+
+  // Step after step that needs convexifying, late in the solve, leads to a saddle. Step off along the direction of most
+  // negative curvature, downhill, and let the barrier grow again so that contacts may open.
+  void leave_saddle() {
+    VectorXd aside = system_.softest_direction();
+    VectorXd barrier_gradient = gradient_;
+    for (const int i : bounded_) barrier_gradient[i] -= mu_ / (now_.y[i] - lower_[i]);
+    if (aside.dot(barrier_gradient) > 0) aside = -aside;
+    aside *= kEscapeStep / aside.lpNorm<Eigen::Infinity>();
+    now_.y += longest_step(aside, kTauMin) * aside;
+    mu_ = std::max(mu_, kEscapeMu);
+    for (const int i : bounded_) now_.z[i] = std::max(now_.z[i], mu_ / (now_.y[i] - lower_[i]));
+    evaluate(now_);
+    differentiate();
+    filter_.clear();
+    convexified_ = 0;
+    ++escapes_;
   }
 
   bool search(const VectorXd& barrier_gradient, const VectorXd& slope, VectorXd dy, VectorXd dl) {
@@ -222,7 +245,7 @@ class InteriorPoint {
   VectorXd gradient_;
   double mu_ = kMuStart, theta_min_ = 0, theta_max_ = 0;
   std::vector<std::pair<double, double>> filter_;
-  int evaluations_ = 0;
+  int evaluations_ = 0, convexified_ = 0, escapes_ = 0;
 };
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kMildest = 1e6;  // rho: beyond it, the factorisation loses the digits that W is in
+constexpr double kStiffest = 1e8;  // rho: beyond it, the factorisation loses the digits that W is in
 constexpr double kShiftFirst = 1e-4, kShiftLeast = 1e-12, kShiftMost = 1e12;
 constexpr int kRefinements = 6;
 
@@ -53,7 +53,7 @@ void NewtonSystem::add_normal(double rho) {
 
 bool NewtonSystem::factor(const Eigen::VectorXd& sigma, double stiffness, double least_shift) {
   stiffness_ = stiffness;
-  rho_ = std::min(stiffness, kMildest);
+  rho_ = std::min(stiffness, kStiffest);
   // Waechter and Biegler's Algorithm IC: none, then from a third of the last that helped, growing.
   for (shift_ = least_shift;;) {
     std::fill(plain_.values().begin(), plain_.values().end(), 0.0);
@@ -105,15 +105,25 @@ Eigen::VectorXd NewtonSystem::jacobian_times(const Eigen::VectorXd& y) const {
   return out;
 }
 
+Eigen::VectorXd NewtonSystem::softest_direction() const {
+  Eigen::VectorXd v(n_);  // a start with every component in it, the same every time
+  for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
+  for (int step = 0; step < 15; ++step) {
+    factors_.solve(v);
+    v.normalize();
+  }
+  return v;
+}
+
 Eigen::VectorXd NewtonSystem::fitted_multipliers(const Eigen::VectorXd& slope) {
   factors_ = plain_;
   std::fill(factors_.values().begin(), factors_.values().end(), 0.0);
   for (int i = 0; i < n_; ++i) factors_.values()[factors_.diagonal(i)] = 1.0;
-  add_normal(kMildest);
+  add_normal(kStiffest);
   if (!factors_.factor()) return Eigen::VectorXd::Zero(m_);
   Eigen::VectorXd d = -slope;
   factors_.solve(d);
-  return kMildest * jacobian_times(d);
+  return kStiffest * jacobian_times(d);
 }
 
 }  // namespace debulk

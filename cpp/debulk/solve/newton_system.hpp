@@ -12,7 +12,8 @@ namespace debulk {
 // The Newton system of an elastic problem at one iterate,
 //   [ W + S + d    J^T ] [dy]   [slope  ]        W: Hessian of f + lambda . c,  S: diagonal of the bounds,
 //   [ J          - 1/k ] [dl] = [deficit],       d: the convexification,  k: the stiffness,
-// with dl eliminated at a milder stiffness rho <= k: M = W + S + d + rho J^T J, which is positive definite exactly where
+// with dl eliminated at a stiffness rho = k, or milder where k is beyond what double precision carries (nearly dependent
+// fibres converge slowly then): M = W + S + d + rho J^T J, which is positive definite exactly where
 // W + S + d is positive on the constraints' null space (and a little beyond). d is the least of a growing sequence with
 // which it is.
 class NewtonSystem {
@@ -23,7 +24,10 @@ class NewtonSystem {
   void assemble(const Eigen::VectorXd& y, const Eigen::VectorXd& lambda);  // W
   bool factor(const Eigen::VectorXd& sigma, double stiffness, double least_shift);
   void solve(const Eigen::VectorXd& slope, const Eigen::VectorXd& deficit, Eigen::VectorXd& dy, Eigen::VectorXd& dl);
-  double last_shift() const { return last_shift_; }
+  double shift() const { return shift_; }            // d of the last factor()
+  double last_shift() const { return last_shift_; }  // the last that was not 0
+  // Of the factored matrix without d: the unit vector of least curvature, by inverse iteration.
+  Eigen::VectorXd softest_direction() const;
 
   Eigen::VectorXd jacobian_transposed(const Eigen::VectorXd& lambda) const;  // J^T lambda
   Eigen::VectorXd jacobian_times(const Eigen::VectorXd& y) const;            // J y
