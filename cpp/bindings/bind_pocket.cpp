@@ -118,6 +118,7 @@ void bind_pocket(py::module_& m) {
   py::class_<Segmentation>(m, "Segmentation")
       .def_readonly("pockets", &Segmentation::pockets)
       .def_readonly("dropped", &Segmentation::dropped)
+      .def_readonly("specks", &Segmentation::specks)
       .def_property_readonly("labels", viewer(&Segmentation::labels))
       .def_property_readonly("heights", viewer(&Segmentation::heights));
 

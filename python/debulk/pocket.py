@@ -76,7 +76,7 @@ class Pocket:
 
 @dataclass(frozen=True, eq=False)
 class Dropped:
-    """What stood above the cut but is no pocket; `reason` is ``"area"``, ``"peak"`` or ``"area and peak"``: too small."""
+    """What stood above the cut but is no pocket; too little ``"area"``, ``"peak"`` or ``"area and peak"``."""
 
     reason: str
     area_mm2: float
@@ -92,6 +92,8 @@ class Segmentation:
     ----------
     pockets, dropped
         Largest area first.
+    specks
+        Number of dropped ones too small to list: below a twentieth of the least area.
     labels
         (ny, nx) int32: the pocket's id, 0 = none. Read-only.
     heights
@@ -100,6 +102,7 @@ class Segmentation:
 
     pockets: list[Pocket]
     dropped: list[Dropped]
+    specks: int
     labels: Grid
     heights: Grid
     _core: Any = field(repr=False)
@@ -121,9 +124,9 @@ def segment(
     Outlines march squares over the heights, not pixels (the paper's Moore tracing), for areas exact below the grid's
     spacing. Heights outside the ply do not count, and outlines end at its edge, below the spacing too.
 
-    A drop-out neither joins two pockets nor cuts one: an unknown region of at most `bridge_mm` with a height above the
-    cut at its rim is bridged by the least-bent surface through its rim before the cut. A larger one is no pocket:
-    outlines close along its pixels, unless one pocket surrounds it.
+    A drop-out neither joins two pockets nor cuts one: before the cut, an unknown region of at most `bridge_mm` with a
+    height above a quarter of the cut at its rim is bridged by the least-bent surface through that rim. A larger one is
+    no pocket: outlines close along its pixels, unless one pocket surrounds it.
 
     Parameters
     ----------
@@ -191,7 +194,9 @@ def segment(
         for p in core.pockets
     ]
     dropped = [Dropped(d.reason, d.area, d.peak, d.centroid) for d in core.dropped]
-    return Segmentation(pockets, dropped, _like(height_map, core.labels), _like(height_map, core.heights), core)
+    return Segmentation(
+        pockets, dropped, core.specks, _like(height_map, core.labels), _like(height_map, core.heights), core
+    )
 
 
 @dataclass(frozen=True, eq=False)

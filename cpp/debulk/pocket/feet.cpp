@@ -31,13 +31,47 @@ struct Front {
   bool operator<(const Front& other) const { return level != other.level ? level < other.level : turn > other.turn; }
 };
 
+// Where smoothing can matter: blocks of the grid whose mean stands up, or that a pocket reaches, and two blocks round them.
+Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, double window_mm) {
+  const Grid<float>& heights = segmentation.heights;
+  const int block = std::max(4, static_cast<int>(std::ceil(window_mm / (2 * heights.spacing))));
+  const int bx = (heights.nx + block - 1) / block, by = (heights.ny + block - 1) / block;
+  Grid<double> sums(bx, by, heights.origin, block * heights.spacing);
+  auto counts = sums.like<int>(), labelled = sums.like<int>();
+  for (int j = 0; j < heights.ny; ++j)
+    for (int i = 0; i < heights.nx; ++i) {
+      const std::size_t b = sums.index(i / block, j / block);
+      if (segmentation.labels.at(i, j) > 0) labelled.values[b] = 1;
+      if (std::isnan(heights.at(i, j))) continue;
+      sums.values[b] += heights.at(i, j);
+      ++counts.values[b];
+    }
+  auto active = sums.like<std::uint8_t>();
+  for (int j = 0; j < by; ++j)
+    for (int i = 0; i < bx; ++i) {
+      if (!labelled.at(i, j) && !(sums.at(i, j) > level * counts.at(i, j))) continue;
+      for (int dj = -2; dj <= 2; ++dj)
+        for (int di = -2; di <= 2; ++di)
+          if (active.contains(i + di, j + dj)) active.at(i + di, j + dj) = 1;
+    }
+  auto where = heights.like<std::uint8_t>();
+  for (int j = 0; j < heights.ny; ++j)
+    for (int i = 0; i < heights.nx; ++i) where.at(i, j) = active.at(i / block, j / block);
+  return where;
+}
+
 // labels: the seeds, which stay. Gives every point above `level` that is reached the label it is reached from.
 void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise) {
   std::priority_queue<Front> fronts;
   long turn = 0;
-  for (std::size_t k = 0; k < labels.size(); ++k)
-    if (labels.values[k] != 0) fronts.push({heights.values[k], turn++, k});
   const auto nx = static_cast<std::size_t>(labels.nx);
+  for (int j = 0; j < labels.ny; ++j)
+    for (int i = 0; i < labels.nx; ++i) {
+      if (labels.at(i, j) == 0) continue;
+      bool at_rim = false;
+      for (int k = 0; k < 8; ++k) at_rim |= labels.contains(i + kDi[k], j + kDj[k]) && labels.at(i + kDi[k], j + kDj[k]) == 0;
+      if (at_rim) fronts.push({heights.at(i, j), turn++, labels.index(i, j)});
+    }
   while (!fronts.empty()) {
     const Front front = fronts.top();
     fronts.pop();
@@ -99,7 +133,8 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options) 
   const double cut = segmentation.options.cut_height_mm, level = options.thickness_mm + out.mold_tol_mm;
   require(level < cut, "mold_tol_mm", "thickness + mold tolerance (at least 3 sigma of the noise) below the cut height", level);
 
-  out.heights = smooth_heights(segmentation.heights, segmentation.ply, options.smooth_mm);
+  const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
+  out.heights = smooth_heights(segmentation.heights, segmentation.ply, options.smooth_mm, &where);
   out.labels = segmentation.labels;
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
     if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= cut && out.heights.values[k] >= cut) out.labels.values[k] = kNobody;

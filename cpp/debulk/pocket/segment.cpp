@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "debulk/core/error.hpp"
+#include "debulk/core/parallel.hpp"
 #include "debulk/pocket/bridge.hpp"
 #include "debulk/pocket/outline.hpp"
 #include "debulk/pocket/regions.hpp"
@@ -23,6 +24,8 @@ void SegmentOptions::check() const {
 }
 
 namespace {
+
+constexpr double kSpeckShare = 0.05;  // of AreaTol
 
 template <class T>
 void check_grid(const Grid<T>& grid) {
@@ -47,13 +50,14 @@ template <class Allowed>
 void bridge_regions(Grid<float>& heights, const Grid<std::uint8_t>& unknown, const Allowed& allowed) {
   int count = 0;
   const Grid<std::int32_t> regions = connected_components(unknown, count);
-  std::vector<std::pair<std::size_t, float>> bridged;
-  for (const auto& region : members(regions, count)) {
-    if (!allowed(region)) continue;
-    const std::vector<float> values = bridge(heights, region);
-    for (std::size_t k = 0; k < values.size(); ++k) bridged.emplace_back(region[k], values[k]);
-  }
-  for (const auto& [k, h] : bridged) heights.values[k] = h;
+  const auto points = members(regions, count);
+  std::vector<std::vector<float>> bridged(points.size());
+  parallel_for(count, 8, 0, [&](long begin, long end) {
+    for (auto r = static_cast<std::size_t>(begin); r < static_cast<std::size_t>(end); ++r)
+      if (allowed(points[r])) bridged[r] = bridge(heights, points[r]);
+  });
+  for (std::size_t r = 0; r < points.size(); ++r)
+    for (std::size_t k = 0; k < bridged[r].size(); ++k) heights.values[points[r][k]] = bridged[r][k];
 }
 
 // The rule for drop-outs, before the cut (segment.hpp).
@@ -66,7 +70,7 @@ bool may_bridge(const Grid<float>& heights, const std::vector<std::size_t>& regi
     i0 = std::min(i0, i), i1 = std::max(i1, i), j0 = std::min(j0, j), j1 = std::max(j1, j);
     for (int dj = -1; dj <= 1; ++dj)
       for (int di = -1; di <= 1; ++di)
-        if (heights.contains(i + di, j + dj)) high_rim |= heights.at(i + di, j + dj) >= options.cut_height_mm;
+        if (heights.contains(i + di, j + dj)) high_rim |= heights.at(i + di, j + dj) >= options.cut_height_mm / 4;
   }
   const bool at_border = i0 == 0 || j0 == 0 || i1 == heights.nx - 1 || j1 == heights.ny - 1;
   const double extent = heights.spacing * (std::max(i1 - i0, j1 - j0) + 1);
@@ -160,6 +164,10 @@ Segmentation segment(const Grid<float>& given, const SegmentOptions& options, co
   std::vector<std::int32_t> id_of(found.size() + 1, 0);
   for (const std::size_t k : largest_first(found)) {
     Pocket& p = found[k];
+    if (p.area < kSpeckShare * options.area_tol_mm2) {
+      ++out.specks;
+      continue;
+    }
     const bool small = p.area < options.area_tol_mm2, low = p.peak - options.cut_height_mm < options.peak_tol_mm;
     if (small || low) {
       const auto reason = small && low ? Dropped::Reason::area_and_peak : small ? Dropped::Reason::area : Dropped::Reason::peak;

@@ -48,6 +48,7 @@ struct Dropped {
 struct Segmentation {
   std::vector<Pocket> pockets;   // largest first; ties by the first grid point, row by row
   std::vector<Dropped> dropped;  // largest first
+  int specks = 0;                // dropped, too, and not worth listing: below a twentieth of area_tol_mm2
   Grid<std::int32_t> labels;     // 0: none, else the pocket's id
   Grid<float> heights;           // the input, unknown off the ply, bridged where that was allowed
   SegmentOptions options;
@@ -58,9 +59,10 @@ struct Segmentation {
 // height was measured rather than filled.
 //
 // Unknown heights: a region that does not reach the grid's border, is at most bridge_mm wide both ways and has a height
-// above the cut at its rim is bridged by the least-bent surface (bridge.hpp) before the cut, so the slopes at its rim tell
-// whether it hides a saddle between two pockets or the crest of one. A larger one counts as no pocket: outlines close along
-// it, and it joins nothing, unless a pocket surrounds it wholly; then it is filled like any other hole.
+// above a quarter of the cut at its rim (pockets' feet count too) is bridged by the least-bent surface (bridge.hpp) before
+// the cut, so the slopes at its rim tell whether it hides a saddle between two pockets or the crest of one. A larger one
+// counts as no pocket: outlines close along it, and it joins nothing, unless a pocket surrounds it wholly; then it is filled
+// like any other hole.
 Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr);
 
 }  // namespace debulk

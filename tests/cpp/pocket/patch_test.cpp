@@ -57,6 +57,11 @@ TEST(Smooth, ReproducesCubicsAndStatedNoiseReduction) {
   for (int j = 4; j < 46; ++j)
     for (int i = 4; i < 56; ++i) square += std::pow(calm.at(i, j), 2);
   EXPECT_NEAR(std::sqrt(square / (42 * 52)) / 0.05, std::sqrt(0.0444), 0.03);
+  auto left = white.like<std::uint8_t>();
+  for (int j = 10; j < 50; ++j)
+    for (int i = 0; i < 30; ++i) left.at(i, j) = 1;
+  const auto partly = smooth_heights(white, {}, 4.0, &left);
+  for (std::size_t k = 0; k < left.size(); ++k) ASSERT_EQ(partly.values[k], left.values[k] ? calm.values[k] : white.values[k]);
   EXPECT_EQ(smooth_heights(white, {}, 0.0).values, white.values);
   EXPECT_THROW(smooth_heights(white, {}, -1), InputError);
 }
@@ -158,6 +163,16 @@ TEST(Feet, AreClosedAlongThePlysEdgeButNotAlongUnknownHeights) {
   EXPECT_TRUE(find_feet(segment(spotted, {}), {}).feet.at(0).closed);
   const Bell beyond{{30, 70}, 8, 40, 40};
   EXPECT_FALSE(find_feet(segment(sampled_bells({beyond}, 100, 140, 1.0, kT), {}), {}).feet.at(0).closed);
+}
+
+TEST(Feet, AreTheSameForASmallDropOutAtTheRim) {
+  const Bell bell{{70, 65}, 8, 40, 40};
+  auto heights = sampled_bells({bell}, 140, 130, 1.0, kT);
+  drop_disc(heights, bell.centre + Eigen::Vector2d(0, -36), 5);
+  drop_disc(heights, bell.centre + Eigen::Vector2d(31, 0), 5);
+  const FootMap feet = find_feet(segment(heights, {}), {});
+  EXPECT_TRUE(feet.feet.at(0).closed);
+  EXPECT_NEAR(feet.feet[0].area / bell.area(kTol), 1.0, 0.01);
 }
 
 TEST(Patch, IsTheNetSurfaceInsideAndTheMoldOutside) {

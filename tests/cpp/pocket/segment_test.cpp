@@ -230,6 +230,15 @@ TEST(Segment, DropsWhatIsJustBelowATolerance) {
   EXPECT_TRUE(with({{60, 60}, 1.99, 50, 50}).dropped.empty());
 }
 
+TEST(Segment, CountsSpecksInsteadOfListingThem) {
+  auto heights = sampled_bells({{{60, 60}, 8, 40, 40}}, 121, 121, 1.0);
+  heights.at(3, 3) = heights.at(110, 7) = 9;
+  const Segmentation s = segment(heights, {});
+  EXPECT_EQ(s.pockets.size(), 1u);
+  EXPECT_TRUE(s.dropped.empty());
+  EXPECT_EQ(s.specks, 2);
+}
+
 TEST(Segment, GivesTheSameBitsTwice) {
   auto heights = sampled_bells({{{60, 60}, 8, 40, 40}, {{130, 60}, 5, 30, 20, 0.4}}, 200, 120, 1.0);
   for (std::size_t k = 0; k < heights.size(); ++k) heights.values[k] += static_cast<float>(0.1 * noise(k));
