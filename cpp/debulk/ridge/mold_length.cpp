@@ -33,6 +33,7 @@ double polyline_length(const std::vector<Eigen::Vector3d>& points) {
 }
 
 double largest_fibre_excess(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours, const Surface& surface) {
+  check_nodes(nodes, neighbours);
   double largest = 0;
   for (const auto& [forward, backward] : {std::pair{east, west}, std::pair{north, south}})
     for (std::size_t first = 0; first < nodes.size(); ++first) {
@@ -51,10 +52,12 @@ double largest_fibre_excess(const std::vector<Eigen::Vector3d>& nodes, const std
   return largest;
 }
 
-void check_neighbours(const std::vector<Neighbours>& neighbours, std::size_t node_count) {
-  require(neighbours.size() == node_count, "neighbours", "one row (e, w, n, s) a node", std::to_string(neighbours.size()) + " rows");
+void check_nodes(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours) {
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    require(nodes[i].allFinite(), "nodes_mm", "finite coordinates", "a missing value at node " + std::to_string(i));
+  require(neighbours.size() == nodes.size(), "neighbours", "one row (e, w, n, s) a node", std::to_string(neighbours.size()) + " rows");
   constexpr int opposite[] = {west, east, south, north};
-  const int count = static_cast<int>(node_count);
+  const int count = static_cast<int>(nodes.size());
   for (int i = 0; i < count; ++i)
     for (int d = 0; d < 4; ++d) {
       const int j = neighbours[i][d];

@@ -25,7 +25,7 @@ double polyline_length(const std::vector<Eigen::Vector3d>& points);
 // whose ends are held; a free end may slide and give more or less. 0 when no fibre is longer than its mold.
 double largest_fibre_excess(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours, const Surface& surface);
 
-// Throws InputError unless there is one set of neighbours a node, in range, and mutual (the east neighbour's west is the node).
-void check_neighbours(const std::vector<Neighbours>& neighbours, std::size_t node_count);
+// Throws InputError unless the nodes are finite and each has its neighbours, in range and mutual (the east neighbour's west is the node).
+void check_nodes(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours);
 
 }  // namespace debulk

@@ -14,9 +14,7 @@ namespace {
 
 void check_input(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
                  const std::vector<std::uint8_t>& inside) {
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    require(nodes[i].allFinite(), "nodes_mm", "finite coordinates", "a missing value at node " + std::to_string(i));
-  check_neighbours(neighbours, nodes.size());
+  check_nodes(nodes, neighbours);
   require(inside.size() == nodes.size(), "inside", "one value a node", std::to_string(inside.size()) + " values");
   require(std::any_of(inside.begin(), inside.end(), [](std::uint8_t i) { return i != 0; }), "inside",
           "at least one node inside the perimeter", "none of " + std::to_string(inside.size()));

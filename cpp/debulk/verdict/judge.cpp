@@ -23,7 +23,7 @@ std::string percent(double share) {
 // One criterion: the figure's name, its range and its limit.
 struct Figure {
   const char* name;
-  Range range;
+  Spread range;
   double limit;
 
   // Two decimals, or three where two would print the figure as its limit.
@@ -52,11 +52,11 @@ std::string how_it_lies(const Figure& figure, Verdict verdict, double margin) {
   return figure.value() + " comes within " + number(margin, 3) + " mm of " + figure.limit_text();
 }
 
-bool usable(const Range& range) {
+bool usable(const Spread& range) {
   return std::isfinite(range.low) && std::isfinite(range.high);
 }
 
-void check_range(const Range& range, const char* argument) {
+void check_range(const Spread& range, const char* argument) {
   require(!usable(range) || (range.low >= 0 && range.low <= range.high), argument, "least and most, 0 <= least <= most",
           "(" + number(range.low, 3) + ", " + number(range.high, 3) + ")");
 }

@@ -29,16 +29,16 @@ struct Criteria {
 };
 
 // A figure and the least and most it was in the certified solutions from several starts (model.md, section 4: many minima).
-struct Range {
+struct Spread {
   double low = 0.0;
   double high = 0.0;
 };
 
 // What is known of one pocket. The defaults prove nothing: a pocket is UNDECIDED until someone certifies it.
 struct PocketEvidence {
-  Range rms;                 // mm
-  Range ridge_height;        // mm, 0: no ridge
-  Range bridge_height;       // mm, 0: no bridging
+  Spread rms;                // mm
+  Spread ridge_height;       // mm, 0: no ridge
+  Spread bridge_height;      // mm, 0: no bridging
   bool certified = false;    // the certificate of design.md holds for every solution in the ranges
   bool compliant = false;    // the length error is above 1e-4: a compliance was needed
   std::string solve_status;  // the solver's outcome in words, for the reason

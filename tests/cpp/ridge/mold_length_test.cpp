@@ -70,10 +70,10 @@ TEST(LargestFibreExcess, IgnoresRingsAndLoneNodes) {
   EXPECT_EQ(largest_fibre_excess(nodes, ring, Plane()), 0.0);
 }
 
-TEST(CheckNeighbours, NamesThePlace) {
+TEST(CheckNodes, NamesThePlace) {
   const auto message = [](const std::vector<Neighbours>& neighbours, std::size_t count) -> std::string {
     try {
-      check_neighbours(neighbours, count);
+      check_nodes(std::vector<Eigen::Vector3d>(count, Eigen::Vector3d::Zero()), neighbours);
     } catch (const InputError& error) {
       return error.what();
     }
