@@ -19,8 +19,8 @@ __all__ = ["PostProcessed", "RidgeSection", "largest_fibre_excess", "post_proces
 def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: float) -> float:
     """Height of a ridge from the ply length that it has to hold.
 
-    The cross-section is two thicknesses wide with a semicircular top; the rest of the ply lies on the mold. The height is
-    half the excess length plus 0.43 thicknesses, so it does not vanish with the excess (`post_process` clamps it).
+    The cross-section is two thicknesses wide with a semicircular top; the rest of the ply lies on the mold. The height
+    is half the excess length plus 0.43 thicknesses, so it does not vanish with the excess (`post_process` clamps it).
 
     Parameters
     ----------
@@ -133,10 +133,10 @@ def post_process(
 ) -> PostProcessed:
     """Turn the net at the minimum of its energy into the ridges that will be seen.
 
-    From the largest gap down: a node that tops one of its fibres and belongs to no earlier ridge gets the section, along one of
-    its fibres, of the larger excess per length, down to the foot, the valley or the net's border. The section's excess length
-    makes the ridge's height; the nodes beside the peak go to the mold. Every node that is no ridge ends up one consolidated
-    thickness above the mold, except where the ply is shorter than the mold below it and bridges a hollow.
+    From the largest gap down: a node that tops one of its fibres and belongs to no earlier ridge gets the section, along
+    one of its fibres, of the larger excess per length, down to the foot, the valley or the net's border. The section's
+    excess length makes the ridge's height; the nodes beside the peak go to the mold. Every node that is no ridge ends up
+    one consolidated thickness above the mold, except where the ply is shorter than the mold and bridges a hollow.
 
     Parameters
     ----------
@@ -167,8 +167,8 @@ def post_process(
 
     Notes
     -----
-    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results; which node belongs to which
-    section, bridging, and the length of a ridge are readings of ours.
+    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results; which node belongs to
+    which section, bridging, and the length of a ridge are readings of ours.
 
     Examples
     --------

@@ -109,8 +109,8 @@ def judge(
 ) -> Judgement:
     """Judge one pocket.
 
-    INVALID before CREASE before UNDECIDED before CEASE. Without a certificate the verdict is UNDECIDED, whatever the figures: a
-    truncated solve still has the height of the pocket it began with.
+    INVALID before CREASE before UNDECIDED before CEASE. Without a certificate the verdict is UNDECIDED, whatever the
+    figures: a truncated solve still has the height of the pocket it began with.
 
     Parameters
     ----------
@@ -121,7 +121,8 @@ def judge(
     rms_range_mm, ridge_range_mm, bridge_range_mm
         Least and most over the certified solutions from several starts, mm. Default: the figure itself.
     compliant
-        Whether the length error is above 1e-4, so that a compliance was needed. The margin round the limits is then wider.
+        Whether the length error is above 1e-4, so that a compliance was needed. The margin round the limits is wider
+        then.
     solve_status
         The solver's outcome in words, for the reason.
     deadline_passed
@@ -214,7 +215,7 @@ def judge_layup(
 
 @dataclass(frozen=True)
 class RidgeBounds:
-    """Heights of the ridges that an excess length allows, mm: the least, by the ridge formula, and by an elastic fold."""
+    """Heights of ridges that an excess length allows, mm: the least, by the ridge formula, and by an elastic fold."""
 
     least_mm: float
     geometric_mm: float
@@ -224,7 +225,7 @@ class RidgeBounds:
 def excess_bounds(
     excess_length_mm: float, *, thickness_mm: float, bulk_factor: float, modulus_mpa: float, pressure_mpa: float
 ) -> RidgeBounds:
-    """What the excess length of the initial net allows, before anything is solved.
+    """Bound the ridges by the excess length of the initial net, before anything is solved.
 
     Parameters
     ----------
@@ -238,8 +239,8 @@ def excess_bounds(
     Returns
     -------
     RidgeBounds
-        0 (the excess may be shared or sheared away); half the excess plus 0.43 thicknesses, or 0 where that stays within the
-        consolidated ply; the height of an elastic fold, which needs far less length: 0.36 mm makes one of 1 mm.
+        0 (the excess may be shared or sheared away); half the excess plus 0.43 thicknesses, or 0 where that stays within
+        the consolidated ply; the height of an elastic fold, which needs far less length: 0.36 mm makes one of 1 mm.
 
     Raises
     ------
