@@ -133,10 +133,10 @@ def post_process(
 ) -> PostProcessed:
     """Turn the net at the minimum of its energy into the ridges that will be seen.
 
-    From the largest gap down: a node that tops one of its fibres and belongs to no earlier ridge gets the section, along
-    one of its fibres, of the larger excess per length, down to the foot, the valley or the net's border. The section's
-    excess length makes the ridge's height; the nodes beside the peak go to the mold. Every node that is no ridge ends up
-    one consolidated thickness above the mold, except where the ply is shorter than the mold and bridges a hollow.
+    From the largest gap down: a node that tops one of its fibres and belongs to no earlier ridge gets the section,
+    along one of its fibres, of the larger excess per length, down to the foot, the valley or the net's border. The
+    section's excess length makes the ridge's height; the nodes beside the peak go to the mold. Every node that is no
+    ridge ends up one consolidated thickness above the mold, except where the ply is too short and bridges a hollow.
 
     Parameters
     ----------

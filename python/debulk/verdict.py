@@ -5,32 +5,42 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 
 from debulk import _core
 
 __all__ = ["Criteria", "Judgement", "RidgeBounds", "Verdict", "excess_bounds", "judge", "judge_layup", "natural_length"]
 
 
-class Verdict(Enum):
-    """What debulking will make of an air pocket, or of a layup.
+class Verdict(StrEnum):
+    """What debulking will make of an air pocket, or of a layup; from the best to the worst.
 
     Examples
     --------
     >>> Verdict.CEASE.value
     'cease'
-    >>> Verdict("crease") is Verdict.CREASE
-    True
+    >>> Verdict.worst([Verdict.CEASE, Verdict.CREASE, Verdict.UNDECIDED])
+    <Verdict.CREASE: 'crease'>
     """
 
     CEASE = "cease"
     """The pocket closes within the criteria, and a certificate says so."""
-    CREASE = "crease"
-    """A ridge or a roughness above the criteria remains."""
     UNDECIDED = "undecided"
     """The evidence lies on both sides of a limit, or is not certified."""
+    CREASE = "crease"
+    """A ridge, bridging ply or a roughness above the criteria remains."""
     INVALID = "invalid"
     """It cannot be judged: too little was seen, no closed fixed rim, or the input was refused."""
+
+    @property
+    def severity(self) -> int:
+        """0 for CEASE up to 3 for INVALID."""
+        return list(Verdict).index(self)
+
+    @classmethod
+    def worst(cls, verdicts: Iterable[Verdict]) -> Verdict:
+        """Return the most severe of the verdicts, CEASE where there are none."""
+        return max(verdicts, key=lambda verdict: verdict.severity, default=cls.CEASE)
 
 
 _DEFAULTS = _core.Criteria()  # the numbers stand once, in cpp/debulk/verdict/judge.hpp
@@ -239,8 +249,8 @@ def excess_bounds(
     Returns
     -------
     RidgeBounds
-        0 (the excess may be shared or sheared away); half the excess plus 0.43 thicknesses, or 0 where that stays within
-        the consolidated ply; the height of an elastic fold, which needs far less length: 0.36 mm makes one of 1 mm.
+        0 (the excess may be shared or sheared away); half the excess plus 0.43 thicknesses, or 0 where that stays
+        within the consolidated ply; the height of an elastic fold, which needs far less: 0.36 mm makes one of 1 mm.
 
     Raises
     ------

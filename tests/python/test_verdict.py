@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from debulk import InputError
+from debulk import InputError, _core
 from debulk.verdict import (
     Criteria,
     Judgement,
@@ -19,6 +19,15 @@ from debulk.verdict import (
 def test_the_four_verdicts_are_words():
     assert {v.value for v in Verdict} == {"cease", "crease", "undecided", "invalid"}
     assert Verdict("cease") is Verdict.CEASE
+    assert f"{Verdict.CEASE}" == "cease"
+
+
+def test_the_worst_verdict_is_the_compiled_order():
+    assert [v.name for v in Verdict] == sorted((v.name for v in Verdict), key=lambda n: int(getattr(_core.Verdict, n)))
+    assert Verdict.worst([]) is Verdict.CEASE
+    for k, worst in enumerate(Verdict):
+        assert worst.severity == k
+        assert Verdict.worst(list(Verdict)[: k + 1]) is worst
 
 
 def test_criteria_are_the_compiled_defaults_and_checked():
