@@ -46,7 +46,7 @@ define lint
 .venv/bin/ruff check --quiet $(python_files)
 .venv/bin/ruff format --check --quiet $(python_files)
 .venv/bin/mypy --no-error-summary
-.venv/bin/clang-format --dry-run -Werror $(cpp_files)
+@.venv/bin/clang-format --dry-run -Werror $(cpp_files)
 @echo 'debulk: style and types are in order'
 endef
 
