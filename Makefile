@@ -3,6 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
+.NOTPARALLEL: # demo and test install into one .venv
 .DEFAULT_GOAL := help
 
 stamps := build/stamps

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 
 #include "debulk/ridge/post_process.hpp"
@@ -94,6 +95,21 @@ TEST(PostProcessShapes, TwoRidgesApartAreTwoAndTheLongerCounts) {
       run(hill(9, [](int i, int j) { return (i == 2 && j >= 1 && j <= 3) || (i == 6 && j >= 3 && j <= 7) ? 3.0 : 0.0; }), Plane());
   EXPECT_EQ(out.sections.size(), 8u);
   EXPECT_NEAR(out.ridge_length, 4 * 6 + std::sqrt(36.0 + 9.0), 1e-9);
+}
+
+TEST(PostProcessShapes, NoRidgeHoldsMoreThanItsFibreHasToSpare) {
+  std::uint32_t state = 1;
+  const auto next = [&state] { return (state = state * 1664525u + 1013904223u) / 4294967296.0; };
+  for (int trial = 0; trial < 300; ++trial) {
+    std::vector<double> heights = {0, 0};
+    for (int k = 0; k < 10; ++k) heights.insert(heights.end() - 1, next() < 0.3 ? 0.0 : 4 * next());
+    const PostProcessed out = run(extruded(heights, 6, 1), Plane());
+    double held = 0;
+    for (const RidgeSection& section : out.sections) held += section.excess();
+    EXPECT_LE(held, out.excess_length + 1e-9);
+    EXPECT_LE(out.ridge_height, ridge_height_of_excess(out.excess_length, 0.3) + 1e-9);
+    for (const double gap : out.gaps) EXPECT_GE(gap, kBase);
+  }
 }
 
 TEST(PostProcessShapes, AtTheNetsBorderTakesTheOneSide) {
