@@ -23,11 +23,12 @@ Region disc(double radius) {
   return [radius](const Vector2d& p) { return p.norm() <= radius; };
 }
 
-Net whole(const Lattice& lattice) { return numbered(lattice, std::vector<std::uint8_t>(lattice.nodes.size(), 1)); }
+Net whole(const Lattice& lattice) {
+  return numbered(lattice, std::vector<std::uint8_t>(lattice.nodes.size(), 1));
+}
 
 void expect_net_on(const Surface& surface, const Net& net, double length_tolerance = 1e-9) {
-  for (const auto& [a, b] : segments(net.neighbours))
-    EXPECT_NEAR((net.nodes[a] - net.nodes[b]).norm() / net.spacing, 1, length_tolerance);
+  for (const auto& [a, b] : segments(net.neighbours)) EXPECT_NEAR((net.nodes[a] - net.nodes[b]).norm() / net.spacing, 1, length_tolerance);
   for (const Vector3d& p : net.nodes) EXPECT_NEAR(p.z(), surface.height(p.head<2>()), 1e-12 * (1 + std::abs(p.z())));
   for (std::size_t i = 0; i < net.nodes.size(); ++i)
     for (const auto& [there, back] : {std::pair{east, west}, std::pair{west, east}, std::pair{north, south}, std::pair{south, north}}) {
@@ -256,7 +257,8 @@ TEST(LayNet, StopsAtShearLockingInsteadOfFailing) {
   // A cliff that no segment can climb.
   struct Cliff : Surface {
     SurfaceSample sample(const Vector2d& p) const override {
-      return {p.x() > 10 ? 100.0 * (p.x() - 10) * (p.x() - 10) : 0.0, {p.x() > 10 ? 200.0 * (p.x() - 10) : 0.0, 0.0}, Eigen::Matrix2d::Zero()};
+      return {
+          p.x() > 10 ? 100.0 * (p.x() - 10) * (p.x() - 10) : 0.0, {p.x() > 10 ? 200.0 * (p.x() - 10) : 0.0, 0.0}, Eigen::Matrix2d::Zero()};
     }
   } cliff;
   expect_net_on(cliff, whole(lay_net(cliff, {0, 0}, {0.3, 1.8}, 3.0, disc(30))));
