@@ -7,6 +7,6 @@ the same seed gives the same bits, on any number of threads.
 from __future__ import annotations
 
 from debulk.scenes.bump import Bump
-from debulk.scenes.layup import Layup, Truth, layup
+from debulk.scenes.scene import Layup, Truth, layup
 
 __all__ = ["Bump", "Layup", "Truth", "layup"]

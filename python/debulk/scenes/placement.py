@@ -20,7 +20,7 @@ _FOOT_POINTS = 72
 
 
 @dataclass(frozen=True)
-class Recipe:
+class Planned:
     """One row of the table. Peak above the reference, area at the cut (for "below CutHeight": of the foot)."""
 
     area_cm2: float
@@ -33,28 +33,28 @@ class Recipe:
 
 # Areas follow the published spacings (about 0.85 · 100 · Δ²) between the published extremes of 438 and 5.35 cm²; like
 # there, 10 and 14 lie in the noise and 9 at the ply's edge. At 0.3 mm thickness and a 2 mm cut the straight excess is
-# below 0.2 mm for 1, 3, 4, 6 and about that for 7, which the edge can also release; 11 reaches 3 mm and the 15 mm high 2
-# reaches 4; 8, 10, 12 and 14 (0.3 to 0.5 mm) are near whatever limit is chosen.
+# below 0.2 mm for 1, 3, 4, 6 and near it for 7, which the edge can also release; 11 reaches 3 mm, the 15 mm high 2
+# reaches 4 mm; 8, 10, 12 and 14 (0.3 to 0.5 mm) are near whatever limit is chosen.
 POCKETS = (
-    Recipe(438.0, 4.9, 1.25),
-    Recipe(90.0, 15.0, 1.10, varies=False),
-    Recipe(62.0, 3.7, 1.05),
-    Recipe(54.0, 3.65, 1.05),
-    Recipe(44.0, 6.5, 2.40),
-    Recipe(36.5, 3.6, 1.0, varies=False),
-    Recipe(33.0, 3.7, 1.20, "edge"),
-    Recipe(28.0, 4.0, 1.10),
-    Recipe(24.0, 8.0, 1.40, "edge"),
-    Recipe(18.5, 4.2, 1.20, "left"),
-    Recipe(13.2, 6.8, 3.00),
-    Recipe(9.5, 3.8, 1.05),
-    Recipe(6.4, 5.2, 1.60, "near"),
-    Recipe(5.35, 3.6, 1.10, "left", varies=False),
+    Planned(438.0, 4.9, 1.25),
+    Planned(90.0, 15.0, 1.10, varies=False),
+    Planned(62.0, 3.7, 1.05),
+    Planned(54.0, 3.65, 1.05),
+    Planned(44.0, 6.5, 2.40),
+    Planned(36.5, 3.6, 1.0, varies=False),
+    Planned(33.0, 3.7, 1.20, "edge"),
+    Planned(28.0, 4.0, 1.10),
+    Planned(24.0, 8.0, 1.40, "edge"),
+    Planned(18.5, 4.2, 1.20, "left"),
+    Planned(13.2, 6.8, 3.00),
+    Planned(9.5, 3.8, 1.05),
+    Planned(6.4, 5.2, 1.60, "near"),
+    Planned(5.35, 3.6, 1.10, "left", varies=False),
 )
 LONG_POCKET = 4  # the one that the near pocket lies beside
 
 # Just below a tolerance: 10 % of AreaTol; 0.2 mm of PeakTol, 0.25 mm of CutHeight (four and five sigma of one point).
-AREA_DECOYS = (Recipe(1.8, 4.4, 1.1, "right", "below AreaTol"), Recipe(1.8, 4.8, 2.2, "right", "below AreaTol"))
+AREA_DECOYS = (Planned(1.8, 4.4, 1.1, "right", "below AreaTol"), Planned(1.8, 4.8, 2.2, "right", "below AreaTol"))
 PEAK_DECOYS = ((9.0, 1.2), (5.0, 1.8))  # area at the cut in cm², aspect; their tops are 1.05 mm above the cut
 CUT_DECOYS = ((40.0, 1.2), (20.0, 1.8))  # area of the foot in cm², aspect; their tops are 0.25 mm below the cut
 
@@ -66,8 +66,8 @@ def place(
     level = cut_height_mm - thickness_mm
     decoys = [
         *AREA_DECOYS,
-        *(Recipe(a, cut_height_mm + 1.05, k, "right", "below PeakTol", varies=False) for a, k in PEAK_DECOYS),
-        *(Recipe(a, cut_height_mm - 0.25, k, "right", "below CutHeight", varies=False) for a, k in CUT_DECOYS),
+        *(Planned(a, cut_height_mm + 1.05, k, "right", "below PeakTol", varies=False) for a, k in PEAK_DECOYS),
+        *(Planned(a, cut_height_mm - 0.25, k, "right", "below CutHeight", varies=False) for a, k in CUT_DECOYS),
     ]
     recipes = [_vary(rng, recipe) for recipe in (*POCKETS, *decoys)]
     # The big one, the two at the edge, the one beside its neighbour, then the others, largest first.
@@ -85,7 +85,7 @@ def place(
     return bumps[: len(POCKETS)], bumps[len(POCKETS) :]
 
 
-def _vary(rng: np.random.Generator, recipe: Recipe) -> Recipe:
+def _vary(rng: np.random.Generator, recipe: Planned) -> Planned:
     peak, aspect = rng.uniform(0.96, 1.04), rng.uniform(0.96, 1.04)
     return replace(
         recipe,
@@ -94,18 +94,18 @@ def _vary(rng: np.random.Generator, recipe: Recipe) -> Recipe:
     )
 
 
-def _shape(recipe: Recipe, level: float, thickness_mm: float, angle_deg: float) -> Bell:
+def _shape(recipe: Planned, level: float, thickness_mm: float, angle_deg: float) -> Bell:
     height = recipe.peak_mm - thickness_mm
     rho = cut_radius(height, level) or 1.0
     return Bell((0.0, 0.0), radii_for_area(100 * recipe.area_cm2, recipe.aspect, rho), angle_deg, height)
 
 
-def _foot_area(recipe: Recipe, level: float) -> float:
+def _foot_area(recipe: Planned, level: float) -> float:
     return recipe.area_cm2 / (cut_radius(recipe.peak_mm, level) or 1.0) ** 2
 
 
 def _throw(
-    rng: np.random.Generator, ply: F64, recipes: list[Recipe], order: list[int], level: float, thickness_mm: float
+    rng: np.random.Generator, ply: F64, recipes: list[Planned], order: list[int], level: float, thickness_mm: float
 ) -> dict[int, Bell] | None:
     """One attempt at a layup; None if some bump found no room."""
     placed: dict[int, Bell] = {}
