@@ -58,7 +58,8 @@ inline Cloud sheet(int width, int height, std::uint64_t seed) {
     const double x = 0.55 * i + 0.02 * random.normal(), y = 0.55 * j + 0.02 * random.normal();
     p[0] = static_cast<float>(x);
     p[1] = static_cast<float>(y);
-    p[2] = static_cast<float>(0.002 * (x - 30) * (x - 30) * std::exp(-x / 100) + 3 * std::exp(-((x - 20) * (x - 20) + (y - 15) * (y - 15)) / 60) + 0.05 * random.normal());
+    p[2] = static_cast<float>(0.002 * (x - 30) * (x - 30) * std::exp(-x / 100) +
+                              3 * std::exp(-((x - 20) * (x - 20) + (y - 15) * (y - 15)) / 60) + 0.05 * random.normal());
     if (run == 0 && random.uniform() < 0.003) run = 1 + random.below(3), lift = static_cast<float>(40 * random.uniform() - 20);
     if (run > 0) --run, p[2] += lift;
     if (random.uniform() < 0.02) p[random.below(3)] = nan;
