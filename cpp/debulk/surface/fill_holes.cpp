@@ -23,6 +23,7 @@ struct Hole {
   int width() const { return std::max(right - left, high - low) + 1; }
 };
 
+// The four over edges come first.
 constexpr Cell around[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
 
 // The missing regions that are to be filled.
@@ -59,18 +60,18 @@ std::vector<Hole> find_holes(const Grid<float>& heights, double diameter) {
 // A hole with its surroundings, `margin` cells on each side. Layers: 0 in the hole, 1 at its rim, 2 ...; -1 farther.
 class Patch {
  public:
-  Patch(const Grid<float>& heights, const Hole& hole) : heights_(heights), hole_(hole), margin_(std::max(3, (hole.width() + 3) / 4)) {
+  Patch(const Grid<float>& heights, const Hole& hole) : heights_(heights), hole_(hole), margin_(std::max(3, (hole.width() + 1) / 2)) {
     nx_ = hole.right - hole.left + 1 + 2 * margin_;
     layer_.assign(static_cast<std::size_t>(nx_) * (hole.high - hole.low + 1 + 2 * margin_), -1);
     number_.assign(layer_.size(), -1);
     std::vector<Cell> front = hole.cells;
     for (std::size_t k = 0; k < hole.cells.size(); ++k) layer(hole.cells[k]) = 0, number(hole.cells[k]) = static_cast<int>(k);
-    const int layers = std::max(3, (depth() + 1) / 2);
+    const int layers = std::max(3, (3 * depth() + 2) / 4);
     for (int l = 1; l <= std::min(layers, margin_); ++l) {
       std::vector<Cell> next;
       for (const Cell& c : front)
-        for (const Cell& step : around) {
-          const Cell beside{c.i + step.i, c.j + step.j};
+        for (int s = 0; s < reach(l); ++s) {
+          const Cell beside{c.i + around[s].i, c.j + around[s].j};
           if (!heights.contains(beside.i, beside.j) || layer(beside) >= 0) continue;
           layer(beside) = l;
           next.push_back(beside);
@@ -97,23 +98,26 @@ class Patch {
   int& layer(const Cell& c) { return layer_[at(c)]; }
   int& number(const Cell& c) { return number_[at(c)]; }
 
+  // Growing over edges and corners in turn keeps a disc round.
+  static int reach(int layer) { return layer % 2 ? 8 : 4; }
+
   // Cells from the rim to the hole's deepest point.
   int depth() {
     std::vector<int> deep(hole_.cells.size(), 0);
     std::vector<Cell> front;
-    const auto beside = [&](const Cell& c, const auto& visit) {
-      for (const Cell& step : around) visit(number({c.i + step.i, c.j + step.j}));
+    const auto beside = [&](const Cell& c, int layer, const auto& visit) {
+      for (int s = 0; s < reach(layer); ++s) visit(number({c.i + around[s].i, c.j + around[s].j}));
     };
     for (const Cell& c : hole_.cells) {
       bool rim = false;
-      beside(c, [&](int k) { rim |= k < 0; });
+      beside(c, 1, [&](int k) { rim |= k < 0; });
       if (rim) deep[static_cast<std::size_t>(number(c))] = 1, front.push_back(c);
     }
     int deepest = 1;
     for (; !front.empty(); ++deepest) {
       std::vector<Cell> next;
       for (const Cell& c : front)
-        beside(c, [&](int k) {
+        beside(c, deepest + 1, [&](int k) {
           if (k < 0 || deep[static_cast<std::size_t>(k)] > 0) return;
           deep[static_cast<std::size_t>(k)] = deepest + 1;
           next.push_back(hole_.cells[static_cast<std::size_t>(k)]);

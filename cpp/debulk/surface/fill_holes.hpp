@@ -17,8 +17,8 @@ struct FillOptions {
 //
 // A hole gets the sum of a polynomial through the ring of measured values round it (RingFit: of degree 4 where that
 // amplifies no noise, so that the crown of a bell comes back) and the harmonic surface through what the polynomial
-// leaves at the rim, which is continuous there and never higher or lower than at the rim. The ring is half as wide as
-// the hole is deep, at least three cells.
+// leaves at the rim, which is continuous there and never higher or lower than at the rim. The ring is three
+// quarters as wide as the hole is deep, at least three cells.
 Grid<std::uint8_t> fill_holes(Grid<float>& heights, const FillOptions& options = {}, int threads = 0);
 
 }  // namespace debulk

@@ -16,7 +16,7 @@ namespace debulk {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double noisier = 10.0;  // a node is left out if its variance is so many times that with a full window
+constexpr double noisier = 30.0;  // a node is left out if its variance is so many times that with a full window
 
 using Moments = std::array<double, 8>;  // sums over a row of w x^a, a = 0 ... 4, and of w x^a z, a = 0 ... 2
 

@@ -44,9 +44,12 @@ double true_area(double level) {
   return M_PI * std::pow(wide / M_PI * std::acos(std::sqrt(level / peak)), 2);
 }
 
-void expect_bell(const HeightMap& map, double area_tolerance) {
-  const Grid<float> smooth = median(map.heights, 3);
-  EXPECT_NEAR(*std::max_element(smooth.values.begin(), smooth.values.end(), [](float a, float b) { return !(a >= b); }), peak, 0.1);
+// The area's standard deviation over noises of 0.05 mm is 0.13 %, its bias 0.03 %. A median of 3x3 cuts the crown by its
+// curvature, 0.055/mm, times the spacing squared over two.
+void expect_bell(const HeightMap& map, double area_tolerance = 0.004) {
+  float highest = 0;
+  for (const float z : median(map.heights, 3).values) highest = std::max(highest, std::isnan(z) ? 0 : z);
+  EXPECT_NEAR(highest, peak, 0.07 + 0.03 * std::pow(map.heights.spacing, 2));
   EXPECT_NEAR(area_above(map.heights, 2.0) / true_area(2.0), 1, area_tolerance);
 }
 
@@ -58,7 +61,7 @@ TEST_P(PinholeBell, ComesBackAgainstAReferenceScan) {
   options.spacing = GetParam();
   const HeightMap map = height_map(ply.view(), below.view(), options, 2);
   EXPECT_NEAR(map.heights.spacing, GetParam() > 0 ? GetParam() : 1.0, 0.05);
-  expect_bell(map, 0.003);
+  expect_bell(map);
 }
 
 TEST_P(PinholeBell, ComesBackAgainstASmoothReference) {
@@ -67,14 +70,20 @@ TEST_P(PinholeBell, ComesBackAgainstASmoothReference) {
   grid_heights(below.view(), grid);
   HeightMapOptions options;
   options.spacing = GetParam();
-  expect_bell(height_map(ply.view(), fit_reference(grid), options, 2), 0.003);
+  expect_bell(height_map(ply.view(), fit_reference(grid), options, 2));
+}
+
+TEST(HeightMap, HasNoBiasWithoutNoise) {
+  const Scan ply = scan(raised, 260, 240, 1.0, 0, 1), below = scan(mold, 260, 240, 1.0, 0, 1);
+  expect_bell(height_map(ply.view(), below.view(), {}, 2), 0.001);
+  expect_bell(height_map(ply.flat(), below.flat(), {}, 2), 0.002);
 }
 
 INSTANTIATE_TEST_SUITE_P(Spacings, PinholeBell, ::testing::Values(0.0, 0.5, 2.0));
 
 TEST(HeightMap, OfUnorganisedCloudsComesBackToo) {
   const Scan ply = scan(raised, 260, 240, 1.0, 0.05, 11), below = scan(mold, 260, 240, 1.0, 0.05, 12);
-  expect_bell(height_map(ply.flat(), below.flat(), {}, 2), 0.004);
+  expect_bell(height_map(ply.flat(), below.flat(), {}, 2));
 }
 
 TEST(HeightMap, FillsDropOutsAndSaysWhere) {
@@ -83,7 +92,7 @@ TEST(HeightMap, FillsDropOutsAndSaysWhere) {
   for (std::size_t i = 0; i < ply.view().size(); ++i)  // the crown
     if (std::hypot(ply.xyz[3 * i] - at_x, ply.xyz[3 * i + 1] - at_y) < 8) ply.xyz[3 * i] = nanf;
   const HeightMap map = height_map(ply.view(), below.view());
-  expect_bell(map, 0.003);
+  expect_bell(map);
   const auto missing = std::count(map.measured.values.begin(), map.measured.values.end(), 0);
   EXPECT_GT(missing, 180);
   const Eigen::Vector2d crown = map.heights.locate({at_x, at_y});
