@@ -161,7 +161,9 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
     x, y = (outline * _factor(unit)).T
     area_mm2 = 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
     if len(outline) < 3 or area_mm2 < 1.0:
-        raise InputError(f"{path}: expected at least 3 corners round an area, got {len(outline)} round {area_mm2:g} mm²")
+        raise InputError(
+            f"{path}: expected at least 3 corners round an area, got {len(outline)} round {area_mm2:g} mm²"
+        )
     return np.column_stack([x, y])
 
 

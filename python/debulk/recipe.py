@@ -78,79 +78,99 @@ class Section(BaseModel):
 class Material(Section):
     """The ply: one layer of uncured prepreg."""
 
-    thickness_mm: float = Field(0.3, gt=0, le=10, description="thickness t of the uncured ply")
-    young_mpa: float = Field(360.0, gt=0, description="modulus E that bends the ply, along both fibres")
-    shear_mpa: float = Field(40.0, gt=0, description="in-plane shear modulus G")
-    density_kg_m3: float = Field(1048.0, gt=0, description="density of the uncured ply")
-    friction: float = Field(0.4, ge=0, le=10, description="friction coefficient of the ply on what lies below it")
-    bulk_factor: float = Field(1.2, ge=1, le=5, description="thickness before over thickness after debulking")
+    thickness_mm: float = Field(default=0.3, gt=0, le=10, description="thickness t of the uncured ply")
+    young_mpa: float = Field(default=360.0, gt=0, description="modulus E that bends the ply, along both fibres")
+    shear_mpa: float = Field(default=40.0, gt=0, description="in-plane shear modulus G")
+    density_kg_m3: float = Field(default=1048.0, gt=0, description="density of the uncured ply")
+    friction: float = Field(
+        default=0.4, ge=0, le=10, description="friction coefficient of the ply on what lies below it"
+    )
+    bulk_factor: float = Field(default=1.2, ge=1, le=5, description="thickness before over thickness after debulking")
 
 
 class Loads(Section):
     """What presses the ply down."""
 
-    pressure_mpa: float = Field(0.1, gt=0, le=10, description="vacuum pressure P")
-    gravity_m_s2: float = Field(9.81, ge=0, le=100, description="acceleration of gravity")
-    vacuum: Literal["vertical"] = Field("vertical", description="direction of the vacuum's force: along -z")
+    pressure_mpa: float = Field(default=0.1, gt=0, le=10, description="vacuum pressure P")
+    gravity_m_s2: float = Field(default=9.81, ge=0, le=100, description="acceleration of gravity")
+    vacuum: Literal["vertical"] = Field(default="vertical", description="direction of the vacuum's force: along -z")
 
 
 class Segmentation(Section):
     """Which regions of the height map count as pockets."""
 
-    cut_height_mm: float = Field(2.0, gt=0, description="a pocket is where the ply stands higher than this")
-    area_tol_mm2: float = Field(200.0, ge=0, description="smaller pockets are dropped")
-    peak_tol_mm: float = Field(1.25, ge=0, description="pockets with a lower peak, above the cut height, are dropped")
-    edge_tol_mm: float = Field(20.0, ge=0, description="boundary nodes nearer than this to the ply's edge may slide")
+    cut_height_mm: float = Field(default=2.0, gt=0, description="a pocket is where the ply stands higher than this")
+    area_tol_mm2: float = Field(default=200.0, ge=0, description="smaller pockets are dropped")
+    peak_tol_mm: float = Field(
+        default=1.25, ge=0, description="pockets with a lower peak, above the cut height, are dropped"
+    )
+    edge_tol_mm: float = Field(
+        default=20.0, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
+    )
 
 
 class Clean(Section):
     """How the scan is cleaned and gridded."""
 
-    neighbours: int = Field(4, ge=1, le=64, description="neighbours that decide whether a point is an outlier")
+    neighbours: int = Field(default=4, ge=1, le=64, description="neighbours that decide whether a point is an outlier")
     std_ratio: float = Field(
-        1.0, ge=0, description="a point goes if its mean distance to them exceeds mean + this many deviations"
+        default=1.0, ge=0, description="a point goes if its mean distance to them exceeds mean + this many deviations"
     )
-    median_cells: Literal[1, 3, 5] = Field(3, description="width of the median filter: 1 (none), 3 or 5 cells")
+    median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
     grid_spacing_mm: float | None = Field(
-        None, gt=0, le=50, description="spacing of the height map; unset: the median distance of the scan's points"
+        default=None,
+        gt=0,
+        le=50,
+        description="spacing of the height map; unset: the median distance of the scan's points",
     )
-    max_hole_mm: float = Field(15.0, ge=0, description="drop-outs up to this width are filled from their rim")
+    max_hole_mm: float = Field(default=15.0, ge=0, description="drop-outs up to this width are filled from their rim")
 
 
 class Patch(Section):
     """The surface on which the net is laid."""
 
     mode: Literal["foot", "paper"] = Field(
-        "foot", description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height'
+        default="foot", description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height'
     )
-    mold_tol_mm: float = Field(0.2, gt=0, description="nearer to the mold than this, the ply touches it")
+    mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
 
 
 class Net(Section):
     """The pin-jointed net that stands for the ply."""
 
-    node_target: int = Field(100, ge=9, le=5000, description="nodes a pocket; sets the spacing")
-    spacing_mm: float | None = Field(None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none")
+    node_target: int = Field(default=100, ge=9, le=5000, description="nodes a pocket; sets the spacing")
+    spacing_mm: float | None = Field(
+        default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
+    )
     paths: Literal["geodesic", "vertical"] = Field(
-        "geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
+        default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
     )
 
 
 class Solve(Section):
     """How the minimum of the energy is found and checked."""
 
-    method: Literal["auto", "nlopt", "ipopt"] = Field("auto", description='solver; "auto" takes the best that is built')
-    starts: int = Field(1, ge=1, le=1000, description="starting points; from the second on they are perturbed")
-    seed: int = Field(0, ge=0, lt=2**63, description="seed of the perturbations")
-    max_iterations: int = Field(1000, ge=1, le=1_000_000, description="iterations after which a start is given up")
-    kkt_tol: float = Field(1e-4, gt=0, le=1, description="certificate: largest residual force over a node's load")
-    length_tol: float = Field(1e-4, gt=0, le=1e-2, description="certificate: largest strain of a fibre segment")
-    penetration_tol_mm: float = Field(1e-3, gt=0, le=1, description="certificate: deepest node below the mold")
+    method: Literal["auto", "nlopt", "ipopt"] = Field(
+        default="auto", description='solver; "auto" takes the best that is built'
+    )
+    starts: int = Field(default=1, ge=1, le=1000, description="starting points; from the second on they are perturbed")
+    seed: int = Field(default=0, ge=0, lt=2**63, description="seed of the perturbations")
+    max_iterations: int = Field(
+        default=1000, ge=1, le=1_000_000, description="iterations after which a start is given up"
+    )
+    kkt_tol: float = Field(
+        default=1e-4, gt=0, le=1, description="certificate: largest residual force over a node's load"
+    )
+    length_tol: float = Field(default=1e-4, gt=0, le=1e-2, description="certificate: largest strain of a fibre segment")
+    penetration_tol_mm: float = Field(default=1e-3, gt=0, le=1, description="certificate: deepest node below the mold")
     stiffness: float = Field(
-        1e4, ge=1e3, le=1e9, description="1/compliance of the fibres, over the energy scale, where hard lengths fail"
+        default=1e4,
+        ge=1e3,
+        le=1e9,
+        description="1/compliance of the fibres, over the energy scale, where hard lengths fail",
     )
     friction_smoothing: float = Field(
-        1e-3, gt=0, le=0.1, description="friction is rounded below this sliding distance, in net spacings"
+        default=1e-3, gt=0, le=0.1, description="friction is rounded below this sliding distance, in net spacings"
     )
 
 
@@ -158,25 +178,27 @@ class Ridge(Section):
     """How a ridge's cross-section is read from the net."""
 
     contact_tol_mm: float | None = Field(
-        None, gt=0, le=1, description="a node nearer to the mold than this touches it; unset: thickness / 30"
+        default=None, gt=0, le=1, description="a node nearer to the mold than this touches it; unset: thickness / 30"
     )
     taut_strain: float = Field(
-        1e-4, gt=0, le=1e-2, description="a section shorter than its mold by more than this share bridges it"
+        default=1e-4, gt=0, le=1e-2, description="a section shorter than its mold by more than this share bridges it"
     )
 
 
 class VerdictLimits(Section):
     """The criteria a pocket must meet to pass."""
 
-    max_rms_mm: float = Field(0.30, gt=0, description="largest RMS of the debulked gaps inside the outline")
-    max_ridge_mm: float = Field(0.60, gt=0, description="largest ridge height (provisional)")
-    min_coverage: float = Field(0.98, ge=0, le=1, description="least share of the ply that the scan must show")
+    max_rms_mm: float = Field(default=0.30, gt=0, description="largest RMS of the debulked gaps inside the outline")
+    max_ridge_mm: float = Field(default=0.60, gt=0, description="largest ridge height (provisional)")
+    min_coverage: float = Field(default=0.98, ge=0, le=1, description="least share of the ply that the scan must show")
 
 
 class Run(Section):
     """How the machine is used."""
 
-    threads: int = Field(0, ge=0, le=4096, description="worker threads; 0: one a core. The result does not depend on it")
+    threads: int = Field(
+        default=0, ge=0, le=4096, description="worker threads; 0: one a core. The result does not depend on it"
+    )
 
 
 class Recipe(Section):

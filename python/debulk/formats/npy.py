@@ -49,9 +49,9 @@ def read_npz(source: Source) -> NDArray[np.float32]:
                 shape, fortran, dtype = _header(source, member, offset)  # type: ignore[arg-type]
                 _check_kind(source, offset, shape, dtype)
                 need = math.prod(shape) * dtype.itemsize
-                if member.tell() + need != info.file_size:
-                    text = f"array {name!r}: its header promises {need} bytes, the archive {info.file_size - member.tell()}"
-                    source.fail(offset, text)
+                have = info.file_size - member.tell()
+                if have != need:
+                    source.fail(offset, f"array {name!r}: its header promises {need} bytes, the archive {have}")
                 data = member.read()
             if len(data) != need:
                 source.fail(offset, f"array {name!r}: {need - len(data)} bytes lack")

@@ -24,7 +24,11 @@ def read_pcd(source: Source) -> NDArray[np.float32]:
         if key not in lines:
             source.fail(offset, f"no line {key} in the header")
     where, fields = lines["FIELDS"]
-    columns: list[tuple[int, list[str]]] = [lines["SIZE"], lines["TYPE"], lines.get("COUNT", (where, ["1"] * len(fields)))]
+    columns: list[tuple[int, list[str]]] = [
+        lines["SIZE"],
+        lines["TYPE"],
+        lines.get("COUNT", (where, ["1"] * len(fields))),
+    ]
     for line_offset, words in columns:
         if len(words) != len(fields):
             source.fail(line_offset, f"expected {len(fields)} entries, one a field, got {len(words)}")
@@ -34,7 +38,9 @@ def read_pcd(source: Source) -> NDArray[np.float32]:
     places = check_unique_xyz(source, where, fields)
     for i in range(len(fields)):
         if kinds[i] not in _KINDS or sizes[i] not in (1, 2, 4, 8) or not 1 <= counts[i] <= 4096:
-            source.fail(columns[1][0], f"field {fields[i][:40]!r}: TYPE {kinds[i][:9]}, SIZE {sizes[i]}, COUNT {counts[i]}")
+            source.fail(
+                columns[1][0], f"field {fields[i][:40]!r}: TYPE {kinds[i][:9]}, SIZE {sizes[i]}, COUNT {counts[i]}"
+            )
         if i in places and (kinds[i] != "F" or sizes[i] < 4 or counts[i] != 1):
             source.fail(columns[1][0], f"expected {fields[i]} as one F of 4 or 8 bytes, got {kinds[i]} of {sizes[i]}")
     width, height = (whole_number(source, lines[key][0], " ".join(lines[key][1]), key) for key in ("WIDTH", "HEIGHT"))

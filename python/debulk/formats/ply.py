@@ -31,8 +31,9 @@ class _Element:
     has_list: bool = False
 
     def dtype(self, order: str) -> np.dtype[np.void]:
-        # Unnamed by their own names: only x, y, z are read, and a name may come twice among the others.
-        keys = [name if name in "xyz" and name else f"skip_{i}" for i, name in enumerate(self.names)]
+        # Only the vertices' x, y, z are read; other names may be anything, and come twice.
+        wanted = ("x", "y", "z") if self.name == "vertex" else ()
+        keys = [name if name in wanted else f"skip_{i}" for i, name in enumerate(self.names)]
         return np.dtype([(key, order + kind) for key, kind in zip(keys, self.types, strict=True)])
 
 
@@ -64,7 +65,8 @@ def read_ply(source: Source) -> NDArray[np.float32]:
     places = check_unique_xyz(source, element.offset, element.names)
     for place in places:
         if element.types[place] not in ("f4", "f8"):
-            source.fail(element.offset, f"expected {element.names[place]} as float or double, got {element.types[place]}")
+            name, kind = element.names[place], element.types[place]
+            source.fail(element.offset, f"expected {name} as float or double, got {kind}")
     if not header.format:
         points = source.text_points(offset, element.count, len(element.names), places)
     else:
@@ -104,8 +106,8 @@ def _read_header(source: Source) -> _Header:
                 header.height = whole_number(source, offset, height, "height")
                 header.shape_offset = offset
             case ["obj_info", ("num_cols" | "num_rows") as key, number]:
-                key = "width" if key == "num_cols" else "height"
-                setattr(header, key, whole_number(source, offset, number, key))
+                length = whole_number(source, offset, number, key)
+                setattr(header, "width" if key == "num_cols" else "height", length)
                 header.shape_offset = offset
             case ["comment" | "obj_info", *_] | []:
                 pass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -51,7 +52,7 @@ class Source:
         if have < need:
             self.fail(
                 self.size,
-                f"the file ends, but its header promises {count} points of {item_bytes} bytes: {need - have} bytes lack",
+                f"the file ends, but its header promises {count} points of {item_bytes} bytes: {need - have} lack",
                 "the file was cut off or its header is wrong: copy or export it again",
             )
         if exact and have > need:
@@ -85,7 +86,9 @@ class Source:
             self.check_size(offset, count, 2 * columns, exact=False)
         self.file.seek(offset)
         try:
-            values = np.fromfile(self.file, dtype=np.float64, count=count * columns, sep=" ")
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", DeprecationWarning)
+                values = np.fromfile(self.file, dtype=np.float64, count=count * columns, sep=" ")
         except (ValueError, DeprecationWarning):  # NumPy's word for text that is not a number
             values = np.empty(0)
         if values.size != count * columns:
