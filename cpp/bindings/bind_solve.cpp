@@ -1,7 +1,24 @@
+#include <pybind11/stl.h>
+
 #include "bindings/bind.hpp"
+#include "debulk/solve/certificate.hpp"
+#include "debulk/solve/method.hpp"
+
+namespace py = pybind11;
 
 namespace debulk {
 
-void bind_solve(pybind11::module_&) {}
+void bind_solve(py::module_& m) {
+  m.def("method_names", &method_names);
+  py::class_<Certificate>(m, "Certificate")
+      .def_readonly("kkt_error", &Certificate::kkt_error)
+      .def_readonly("length_error", &Certificate::length_error)
+      .def_readonly("penetration_mm", &Certificate::penetration_mm)
+      .def_readonly("energy_gain_mj", &Certificate::energy_gain_mj)
+      .def_readonly("curvature", &Certificate::curvature)
+      .def_readonly("compliant", &Certificate::compliant)
+      .def_property_readonly("certified", &Certificate::certified)
+      .def_property_readonly("failure", &Certificate::failure);
+}
 
 }  // namespace debulk

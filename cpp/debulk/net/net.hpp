@@ -25,9 +25,19 @@ struct Net {
   std::vector<NodeKind> kinds;         // one a node
   std::vector<std::uint8_t> inside;    // one a node: 1 inside the pocket's perimeter (the RMS set)
   double spacing = 0.0;                // mm
+
+  // Steps (i, j) along the first and the second fibre from the node at the centre, which is (0, 0).
+  std::vector<std::array<int, 2>> lattice;  // one a node where the net was laid by lay_net; else empty
 };
 
 // Segments (i, j) with i < j along both fibres, in order of their first node, then direction.
 std::vector<std::array<int, 2>> segments(const std::vector<Neighbours>& neighbours);
+
+// Largest difference of two joined nodes' numbers.
+int bandwidth(const std::vector<Neighbours>& neighbours);
+
+// Mean of |90 degrees - crossing angle| over each node's existing pairs of one neighbour from each fibre, in radians;
+// 0 where a node has no such pair. (Crossing angles in space.)
+std::vector<double> shear_angles(const Net& net);
 
 }  // namespace debulk

@@ -1,0 +1,229 @@
+#include "debulk/net/fibre_net.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "debulk/core/error.hpp"
+#include "debulk/net/area.hpp"
+#include "debulk/pocket/polygon.hpp"
+
+namespace debulk {
+namespace {
+
+using Eigen::Vector2d;
+
+Polygon outline_with_area(const Polygon& corners, const char* argument) {
+  Polygon polygon = checked_polygon(corners, argument);
+  const double perimeter = polygon_perimeter(polygon);
+  std::ostringstream came;
+  came << polygon_area(polygon) << " mm2 in a perimeter of " << perimeter << " mm";
+  require(polygon_area(polygon) > 1e-9 * perimeter * perimeter, argument, "a polygon with an area", came.str());
+  return polygon;
+}
+
+// What trimming knows about one lattice place.
+struct Place {
+  bool kept = false;
+  bool past_edge = false;  // outside the ply
+  bool inside = false;     // the perimeter
+};
+
+// Lays and trims one pocket's net at any spacing.
+class PocketMesher {
+ public:
+  PocketMesher(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options)
+      : ply_(ply), mold_(mold), shape_(shape), options_(options), box_(bounding_box(shape.outline)) {}
+
+  PocketNet net(double spacing) const {
+    LayOptions laying;
+    laying.paths = options_.paths;
+    const Region region = fibre_parallelogram(shape_.outline, shape_.centre, shape_.angles, 2 * spacing);
+    const Lattice lattice = lay_net(ply_, shape_.centre, shape_.angles, spacing, region, laying);
+    std::vector<Place> places = trimmed(lattice);
+    keep_what_hangs_on_centre(lattice, places);
+    std::vector<NodeKind> kinds = kinds_of(lattice, places);
+    remove_pendulums(lattice, places, kinds);
+    return assembled(lattice, places, kinds);
+  }
+
+ private:
+  static constexpr int kSteps[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};  // by Direction
+
+  bool edge_within(const Vector2d& xy, double distance) const {
+    return !shape_.ply_outline.empty() && distance_to_outline(shape_.ply_outline, xy) <= distance;
+  }
+
+  static bool kept(const Lattice& lattice, const std::vector<Place>& places, int i, int j) {
+    return lattice.has(i, j) && places[lattice.index(i, j)].kept;
+  }
+
+  template <class Body>
+  static void for_kept(const Lattice& lattice, const std::vector<Place>& places, const Body& body) {
+    for (int j = lattice.south; j <= lattice.north; ++j)
+      for (int i = lattice.west; i <= lattice.east; ++i)
+        if (places[lattice.index(i, j)].kept) body(i, j, lattice.index(i, j));
+  }
+
+  std::vector<Place> trimmed(const Lattice& lattice) const {
+    std::vector<Place> places(lattice.nodes.size());
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const Vector2d xy = lattice.nodes[k].head<2>();
+      const double d = lattice.spacing;
+      if (!xy.allFinite() || ((xy - box_.low).array() < -d).any() || ((xy - box_.high).array() > d).any()) continue;
+      places[k].inside = debulk::inside(shape_.outline, xy);
+      if (!places[k].inside && distance_to_outline(shape_.outline, xy) > d) continue;
+      places[k].past_edge = !shape_.ply_outline.empty() && !debulk::inside(shape_.ply_outline, xy);
+      places[k].kept = !places[k].past_edge;
+    }
+    return places;
+  }
+
+  void keep_what_hangs_on_centre(const Lattice& lattice, std::vector<Place>& places) const {
+    std::vector<std::uint8_t> reached(places.size(), 0);
+    std::vector<std::array<int, 2>> open{{0, 0}};
+    reached[lattice.index(0, 0)] = 1;
+    while (!open.empty()) {
+      const auto [i, j] = open.back();
+      open.pop_back();
+      for (const auto& step : kSteps) {
+        const int a = i + step[0], b = j + step[1];
+        if (!kept(lattice, places, a, b) || reached[lattice.index(a, b)]) continue;
+        reached[lattice.index(a, b)] = 1;
+        open.push_back({a, b});
+      }
+    }
+    for (std::size_t k = 0; k < places.size(); ++k) places[k].kept = places[k].kept && reached[k];
+  }
+
+  // Whether the fibre through (i, j) ends at the ply's edge: its next node lies past it or, where none could be laid, the
+  // edge is within a segment's reach.
+  bool ends_at_edge(const Lattice& lattice, const std::vector<Place>& places, int i, int j) const {
+    bool unlaid = false;
+    for (const auto& step : kSteps) {
+      const int a = i + step[0], b = j + step[1];
+      if (!lattice.has(a, b))
+        unlaid = true;
+      else if (places[lattice.index(a, b)].past_edge)
+        return true;
+    }
+    return unlaid && edge_within(lattice.at(i, j).head<2>(), lattice.spacing);
+  }
+
+  std::vector<NodeKind> kinds_of(const Lattice& lattice, const std::vector<Place>& places) const {
+    std::vector<NodeKind> kinds(places.size(), NodeKind::inner);
+    for_kept(lattice, places, [&](int i, int j, std::size_t k) {
+      const Vector2d xy = lattice.nodes[k].head<2>();
+      const bool on_mold = std::abs(lattice.nodes[k].z() - mold_.height(xy)) <= options_.mold_tol;
+      if (!places[k].inside && on_mold)
+        kinds[k] = edge_within(xy, options_.edge_tol) ? NodeKind::free : NodeKind::fixed;
+      else if (ends_at_edge(lattice, places, i, j))
+        kinds[k] = NodeKind::free;
+    });
+    return kinds;
+  }
+
+  static void remove_pendulums(const Lattice& lattice, std::vector<Place>& places, const std::vector<NodeKind>& kinds) {
+    for (bool removed = true; removed;) {
+      removed = false;
+      for_kept(lattice, places, [&](int i, int j, std::size_t k) {
+        if (kinds[k] != NodeKind::inner || (i == 0 && j == 0)) return;
+        int segments = 0;
+        for (const auto& step : kSteps) segments += kept(lattice, places, i + step[0], j + step[1]);
+        if (segments > 1) return;
+        places[k].kept = false;
+        removed = true;
+      });
+    }
+  }
+
+  PocketNet assembled(const Lattice& lattice, const std::vector<Place>& places, const std::vector<NodeKind>& kinds) const {
+    std::vector<std::uint8_t> keep(places.size());
+    for (std::size_t k = 0; k < keep.size(); ++k) keep[k] = places[k].kept;
+    PocketNet out;
+    out.net = numbered(lattice, keep);
+    for (std::size_t n = 0; n < out.net.nodes.size(); ++n) {
+      const std::size_t k = lattice.index(out.net.lattice[n][0], out.net.lattice[n][1]);
+      const Vector2d xy = lattice.nodes[k].head<2>();
+      out.net.kinds[n] = kinds[k];
+      out.net.inside[n] = shape_.rms_outline.empty() ? places[k].inside : debulk::inside(shape_.rms_outline, xy);
+      const Neighbours& around = out.net.neighbours[n];
+      const bool misses = *std::min_element(around.begin(), around.end()) < 0;
+      if (misses && kinds[k] == NodeKind::inner && !edge_within(xy, options_.edge_tol)) out.open_ends.push_back(static_cast<int>(n));
+    }
+    return out;
+  }
+
+  const Surface& ply_;
+  const Surface& mold_;
+  const PocketShape& shape_;
+  const FibreNetOptions& options_;
+  const Box box_;
+};
+
+// Spacing at which outline and band (area A + L d + pi d^2) hold `count` cells of d^2 sin(crossing).
+double estimated_spacing(double area, double perimeter, double crossing_sine, double count) {
+  const double pi = std::acos(-1.0);
+  const double a = std::max(count * crossing_sine - pi, 0.25 * count * crossing_sine);
+  return (perimeter + std::sqrt(perimeter * perimeter + 4 * a * area)) / (2 * a);
+}
+
+// The number of nodes falls with the spacing, but in steps and not always. So: scale the estimate until the count is within
+// 3 % of the target (the spacing then follows the outline's size smoothly, whatever the noise on it); once both sides of the
+// target are known, bisect between them; in the end take the best seen.
+PocketNet net_with_about(const PocketMesher& mesher, double target, double estimate) {
+  const double near_enough = std::max(1.0, 0.03 * target);
+  double too_fine = 0, too_coarse = std::numeric_limits<double>::infinity(), spacing = estimate;
+  PocketNet best;
+  double best_error = std::numeric_limits<double>::infinity();
+  for (int trial = 0; trial < 24; ++trial) {
+    PocketNet net = mesher.net(spacing);
+    const double count = static_cast<double>(net.net.nodes.size());
+    const double error = std::abs(count - target);
+    (count > target ? too_fine : too_coarse) = spacing;
+    if (error < best_error) {
+      best_error = error;
+      best = std::move(net);
+    }
+    if (best_error <= near_enough || too_coarse <= too_fine * (1 + 1e-6)) break;
+    // Nodes go with the spacing to the power of -2 (wide) to -1 (narrow).
+    const double scaled = spacing * std::clamp(std::pow(count / target, 0.6), 0.5, 2.0);
+    const bool bracketed = too_fine > 0 && std::isfinite(too_coarse);
+    spacing = bracketed && !(scaled > too_fine && scaled < too_coarse && trial < 6) ? std::sqrt(too_fine * too_coarse) : scaled;
+  }
+  return best;
+}
+
+}  // namespace
+
+void FibreNetOptions::check() const {
+  if (spacing) require(std::isfinite(*spacing) && *spacing > 0, "spacing_mm", "a positive length in mm", *spacing);
+  require(node_target >= 9 && node_target <= 100000, "node_target", "9 to 100000 nodes", node_target);
+  require(std::isfinite(edge_tol) && edge_tol >= 0, "edge_tol_mm", "0 or a positive length in mm", edge_tol);
+  require(std::isfinite(mold_tol) && mold_tol > 0, "mold_tol_mm", "a positive length in mm", mold_tol);
+}
+
+PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& given, const FibreNetOptions& options) {
+  options.check();
+  PocketShape shape = given;
+  shape.outline = outline_with_area(given.outline, "outline_mm");
+  if (!given.ply_outline.empty()) shape.ply_outline = outline_with_area(given.ply_outline, "ply_outline");
+  if (!given.rms_outline.empty()) shape.rms_outline = outline_with_area(given.rms_outline, "rms_outline_mm");
+  std::ostringstream place;
+  place << "(" << shape.centre.x() << ", " << shape.centre.y() << ")";
+  require(shape.centre.allFinite(), "centre_mm", "two finite numbers", place.str());
+  require(inside(shape.outline, shape.centre), "centre_mm", "a point inside outline_mm", place.str());
+  require(shape.ply_outline.empty() || inside(shape.ply_outline, shape.centre), "centre_mm", "a point inside ply_outline", place.str());
+
+  const PocketMesher mesher(ply, mold, shape, options);
+  const double area = surface_area(ply, shape.outline, shape.ply_outline);
+  const double sine = std::max(std::abs(std::sin(shape.angles[1] - shape.angles[0])), 0.1);
+  const double estimate = estimated_spacing(area, polygon_perimeter(shape.outline), sine, options.node_target);
+  PocketNet net = options.spacing ? mesher.net(*options.spacing) : net_with_about(mesher, options.node_target, estimate);
+  net.area = area;
+  return net;
+}
+
+}  // namespace debulk

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "debulk/net/net.hpp"
+#include "debulk/net/path.hpp"
+#include "debulk/surface/surface.hpp"
+
+namespace debulk {
+
+// Directions of the two fibres, radians, counter-clockwise from the mold's +x, projected along z into the tangent plane.
+using FibreAngles = std::array<double, 2>;
+
+// A net as it is laid: nodes on the lattice of steps (i, j) along the first and second fibre, west <= i <= east and
+// south <= j <= north; (0, 0) is the centre. A node that could not be laid is NaN.
+struct Lattice {
+  int west = 0, east = 0, south = 0, north = 0;
+  double spacing = 0.0;                // mm
+  std::vector<Eigen::Vector3d> nodes;  // mm, row by row along the first fibre
+
+  int columns() const { return east - west + 1; }
+  int rows() const { return north - south + 1; }
+  std::size_t index(int i, int j) const { return static_cast<std::size_t>(j - south) * columns() + (i - west); }
+  bool has(int i, int j) const { return i >= west && i <= east && j >= south && j <= north && nodes[index(i, j)].allFinite(); }
+  const Eigen::Vector3d& at(int i, int j) const { return nodes[index(i, j)]; }
+};
+
+struct LayOptions {
+  PathRule paths = PathRule::geodesic;
+  long most_nodes = 4000000;  // lattice places; a spacing that needs more is refused
+
+  void check() const;
+};
+
+// Lays a net from `centre`: the two initial paths, then each quadrant's nodes from their two neighbours towards the paths.
+// A path ends at the region's border; a cell whose last node is outside the region, or that shears beyond what a pin-jointed
+// net can (2 degrees from closing) or would fold over, does not exist, nor does what would hang on it.
+// Every segment is `spacing` long (to about 1e-13 of it), every node on the surface.
+Lattice lay_net(const Surface& surface, const Eigen::Vector2d& centre, const FibreAngles& angles, double spacing, const Region& region,
+                const LayOptions& options = {});
+
+// The point of the surface at distance `spacing` from a and b that is not `common`, itself at that distance from both:
+// the fourth corner of the cell common - a - x - b. Nothing where the cell is locked or the surface is not met.
+std::optional<Eigen::Vector3d> fourth_node(const Surface& surface, const Eigen::Vector3d& common, const Eigen::Vector3d& a,
+                                           const Eigen::Vector3d& b, double spacing);
+
+// The smallest parallelogram along the fibres (seen from above) about the outline, wider by `margin` on each side and by a
+// quarter of its extent, because fibres on a curved surface do not stay parallel. A net laid in it covers the outline: a
+// node needs every node between itself and the paths, be they in the outline or not.
+Region fibre_parallelogram(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector2d& centre, const FibreAngles& angles,
+                           double margin);
+
+// The kept nodes of a lattice as a net with its segments (kinds inner, nobody inside), numbered row by row along one fibre:
+// the first or the second, whichever gives the smaller bandwidth (a tie: the first). keep: one a lattice place.
+Net numbered(const Lattice& lattice, const std::vector<std::uint8_t>& keep);
+
+}  // namespace debulk

@@ -1,0 +1,96 @@
+#include "debulk/pocket/polygon.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "debulk/core/error.hpp"
+
+namespace debulk {
+namespace {
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+// body(a, b) for every side, the closing one last. Sums are taken relative to the first corner: far from the origin
+// the products would cancel.
+template <class Body>
+void for_sides(const Polygon& polygon, const Body& body) {
+  for (std::size_t k = 0; k < polygon.size(); ++k) body(polygon[k], polygon[k + 1 == polygon.size() ? 0 : k + 1]);
+}
+
+}  // namespace
+
+double polygon_area(const Polygon& polygon) {
+  double twice = 0;
+  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { twice += cross(a - polygon[0], b - polygon[0]); });
+  return twice / 2;
+}
+
+Eigen::Vector2d polygon_centroid(const Polygon& polygon) {
+  Eigen::Vector2d moment = Eigen::Vector2d::Zero(), mean = Eigen::Vector2d::Zero();
+  if (polygon.empty()) return mean;
+  double twice = 0;
+  const Eigen::Vector2d first = polygon[0];
+  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const double w = cross(a - first, b - first);
+    twice += w;
+    moment += w * (a - first + b - first) / 3;
+    mean += a - first;
+  });
+  if (twice == 0) return first + mean / static_cast<double>(polygon.size());
+  return first + moment / twice;
+}
+
+double polygon_perimeter(const Polygon& polygon) {
+  double length = 0;
+  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { length += (b - a).norm(); });
+  return length;
+}
+
+bool inside(const Polygon& polygon, const Eigen::Vector2d& point) {
+  bool odd = false;
+  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    if ((a.y() > point.y()) == (b.y() > point.y())) return;
+    const double x = a.x() + (point.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+    if (point.x() < x) odd = !odd;
+  });
+  return odd;
+}
+
+double distance_to_outline(const Polygon& polygon, const Eigen::Vector2d& point) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const Eigen::Vector2d side = b - a;
+    const double length2 = side.squaredNorm();
+    const double t = length2 > 0 ? std::clamp((point - a).dot(side) / length2, 0.0, 1.0) : 0.0;
+    nearest = std::min(nearest, (a + t * side - point).squaredNorm());
+  });
+  return std::sqrt(nearest);
+}
+
+Box bounding_box(const Polygon& polygon) {
+  Box box;
+  if (polygon.empty()) return box;
+  box.low = box.high = polygon[0];
+  for (const Eigen::Vector2d& p : polygon) {
+    box.low = box.low.cwiseMin(p);
+    box.high = box.high.cwiseMax(p);
+  }
+  return box;
+}
+
+Polygon checked_polygon(Polygon polygon, const char* argument) {
+  for (std::size_t k = 0; k < polygon.size(); ++k)
+    if (!polygon[k].allFinite())
+      require(false, argument, "finite coordinates", "corner " + std::to_string(k) + " with a value that is not finite");
+  while (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
+  require(polygon.size() >= 3, argument, "a polygon of at least 3 different corners", std::to_string(polygon.size()) + " corners");
+  const double area = polygon_area(polygon);
+  require(area != 0, argument, "a polygon with an area", "corners on one line");
+  if (area < 0) std::reverse(polygon.begin(), polygon.end());
+  return polygon;
+}
+
+}  // namespace debulk

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace debulk {
+
+// Corners in the XY plane, in order, in mm; closed implicitly: the first corner is not repeated at the end.
+using Polygon = std::vector<Eigen::Vector2d>;
+
+// Signed: positive when the corners run counter-clockwise. 0 below three corners.
+double polygon_area(const Polygon& polygon);
+
+// Of the area; the mean of the corners when the area is 0.
+Eigen::Vector2d polygon_centroid(const Polygon& polygon);
+
+double polygon_perimeter(const Polygon& polygon);
+
+// Even-odd rule. A point exactly on the outline may be told either.
+bool inside(const Polygon& polygon, const Eigen::Vector2d& point);
+
+// To the nearest point of the outline, inside and outside alike; infinite for an empty polygon.
+double distance_to_outline(const Polygon& polygon, const Eigen::Vector2d& point);
+
+struct Box {
+  Eigen::Vector2d low = Eigen::Vector2d::Zero(), high = Eigen::Vector2d::Zero();
+};
+Box bounding_box(const Polygon& polygon);
+
+// Throws InputError unless it has at least three corners, all finite, and an area other than 0. A last corner that
+// repeats the first is dropped. Returned counter-clockwise.
+Polygon checked_polygon(Polygon polygon, const char* argument);
+
+}  // namespace debulk

@@ -1,0 +1,244 @@
+#include "debulk/sheet/certify.hpp"
+
+#include <Eigen/SparseCholesky>
+
+#include <algorithm>
+#include <cmath>
+
+#include "debulk/solve/multipliers.hpp"
+
+namespace debulk {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+constexpr double kTouching_mm = Certificate::penetration_limit_mm;
+
+struct Contact {
+  int node;
+  Eigen::Vector3d normal;  // of z - F, upward, not normalised
+};
+
+// Movable coordinates, their constraints' gradients and what belongs to them, all in forces over the force unit.
+class Stationarity {
+ public:
+  Stationarity(const Sheet& sheet, const Points& x) : sheet_(sheet), x_(x), place_(x.size(), -1) {
+    for (std::size_t k = 0; k < sheet.movable().size(); ++k) place_[static_cast<std::size_t>(sheet.movable()[k])] = static_cast<int>(k);
+    for (const auto& segment : sheet.segments())
+      if (place_[static_cast<std::size_t>(segment[0])] >= 0 || place_[static_cast<std::size_t>(segment[1])] >= 0)
+        segments_.push_back(segment);
+    for (const int node : sheet.movable()) {
+      const SurfaceSample mold = sheet.mold().sample(x[static_cast<std::size_t>(node)].head<2>());
+      if (x[static_cast<std::size_t>(node)].z() - mold.height <= kTouching_mm)
+        contacts_.push_back({node, {-mold.gradient.x(), -mold.gradient.y(), 1.0}});
+    }
+    const Points g = sheet.gradient(x);
+    gradient_.resize(size());
+    for (std::size_t k = 0; k < sheet.movable().size(); ++k)
+      gradient_.segment<3>(3 * static_cast<long>(k)) = g[static_cast<std::size_t>(sheet.movable()[k])] / sheet.force_unit_n();
+  }
+
+  long size() const { return 3 * static_cast<long>(sheet_.movable().size()); }
+  int lengths() const { return static_cast<int>(segments_.size()); }
+  int contacts() const { return static_cast<int>(contacts_.size()); }
+
+  // Columns: gradients of the lengths, then of the gaps of the touching nodes.
+  Sparse columns(bool with_lengths) const {
+    Triplets entries;
+    const int first = with_lengths ? lengths() : 0;
+    for (int k = 0; k < first; ++k) {
+      const auto [i, j] = segments_[static_cast<std::size_t>(k)];
+      const Eigen::Vector3d along = direction(k);
+      add(entries, i, k, along);
+      add(entries, j, k, -along);
+    }
+    for (int k = 0; k < contacts(); ++k)
+      add(entries, contacts_[static_cast<std::size_t>(k)].node, first + k, contacts_[static_cast<std::size_t>(k)].normal);
+    Sparse out(size(), first + contacts());
+    out.setFromTriplets(entries.begin(), entries.end());
+    return out;
+  }
+
+  // Fits the multipliers; with a compliance those of the lengths are -stiffness * strain.
+  Multipliers fit(bool compliant, double stiffness) const {
+    std::vector<int> pushing(static_cast<std::size_t>(contacts()));
+    const int first = compliant ? 0 : lengths();
+    for (int k = 0; k < contacts(); ++k) pushing[static_cast<std::size_t>(k)] = first + k;
+    if (!compliant) return fit_multipliers(columns(true), gradient_, pushing);
+
+    Eigen::VectorXd tensions(lengths());
+    for (int k = 0; k < lengths(); ++k) {  // derivative of k/2 ((L/Delta)^2 - 1)^2 / 4 by L, over the force unit
+      const auto [i, j] = segments_[static_cast<std::size_t>(k)];
+      const double ratio = (x_[static_cast<std::size_t>(i)] - x_[static_cast<std::size_t>(j)]).norm() / sheet_.net().spacing;
+      tensions[k] = -stiffness * (ratio * ratio - 1) / 2 * ratio;
+    }
+    const Sparse all = columns(true);
+    const Multipliers gaps = fit_multipliers(columns(false), gradient_ - all.leftCols(lengths()) * tensions, pushing);
+    Multipliers fit;
+    fit.x.resize(lengths() + contacts());
+    fit.x << tensions, gaps.x;
+    fit.residual = gaps.residual;
+    return fit;
+  }
+
+  // Hessian of the Lagrangian over movable coordinates, times Delta over the force unit.
+  Sparse hessian(const Eigen::VectorXd& multipliers) const {
+    BlockMatrix blocks = sheet_.movable_hessian();
+    sheet_.add_movable_hessian(x_, blocks);
+    const double force = sheet_.force_unit_n();
+    for (int k = 0; k < lengths(); ++k) {
+      const auto [i, j] = segments_[static_cast<std::size_t>(k)];
+      const double length = (x_[static_cast<std::size_t>(i)] - x_[static_cast<std::size_t>(j)]).norm();
+      const Eigen::Vector3d along = direction(k);
+      const Eigen::Matrix3d block = -force * multipliers[k] / length * (Eigen::Matrix3d::Identity() - along * along.transpose());
+      blocks.add(blocks.slot(i, i), i, i, block);
+      blocks.add(blocks.slot(j, j), j, j, block);
+      blocks.add(blocks.slot(i, j), i, j, -block);
+    }
+    for (int k = 0; k < contacts(); ++k) {
+      const int node = contacts_[static_cast<std::size_t>(k)].node;
+      Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
+      block.topLeftCorner<2, 2>() =
+          force * multipliers[lengths() + k] * sheet_.mold().sample(x_[static_cast<std::size_t>(node)].head<2>()).hessian;
+      blocks.add(blocks.slot(node, node), node, node, block);
+    }
+    const double unit = sheet_.net().spacing / force;
+    Triplets entries;
+    for (int slot = 0; slot < blocks.blocks(); ++slot) {
+      const int i = place_[static_cast<std::size_t>(blocks.row(slot))], j = place_[static_cast<std::size_t>(blocks.column(slot))];
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+          entries.emplace_back(3 * i + a, 3 * j + b, unit * blocks.block(slot)(a, b));
+          if (i != j) entries.emplace_back(3 * j + b, 3 * i + a, unit * blocks.block(slot)(a, b));
+        }
+    }
+    Sparse out(size(), size());
+    out.setFromTriplets(entries.begin(), entries.end());
+    return out;
+  }
+
+ private:
+  Eigen::Vector3d direction(int k) const {
+    const auto [i, j] = segments_[static_cast<std::size_t>(k)];
+    return (x_[static_cast<std::size_t>(i)] - x_[static_cast<std::size_t>(j)]).normalized();
+  }
+  void add(Triplets& entries, int node, int column, const Eigen::Vector3d& value) const {
+    const int place = place_[static_cast<std::size_t>(node)];
+    if (place < 0) return;
+    for (int a = 0; a < 3; ++a) entries.emplace_back(3 * place + a, column, value[a]);
+  }
+
+  const Sheet& sheet_;
+  const Points& x_;
+  std::vector<int> place_;
+  std::vector<std::array<int, 2>> segments_;
+  std::vector<Contact> contacts_;
+  Eigen::VectorXd gradient_;
+};
+
+struct Curvature {
+  double smallest = 0.0;
+  Eigen::VectorXd direction;  // unit length, within the active constraints; empty where none is negative
+};
+
+// Is the Hessian positive on the null space of `active`? It is where H + rho A A^T has a Cholesky factorisation; where it
+// has none, inverse iteration finds the direction to blame, which is then projected into the null space and measured.
+Curvature smallest_curvature(const Sparse& hessian, const Sparse& active) {
+  Sparse unit(hessian.rows(), hessian.cols());
+  unit.setIdentity();
+  const double largest = std::max(1.0, hessian.coeffs().size() ? hessian.coeffs().abs().maxCoeff() : 0.0);
+  const Sparse normal = active * Sparse(active.transpose());
+  Curvature out;
+  for (const double rho : {1e3 * largest, 1e6 * largest}) {
+    const Sparse penalised = hessian + rho * normal;
+    Eigen::SimplicialLLT<Sparse> factors;
+    double shift = -Certificate::curvature_limit / 2;
+    factors.compute(penalised + shift * unit);
+    if (factors.info() == Eigen::Success) return {};
+    while (factors.info() != Eigen::Success && shift < 1e3 * rho) {
+      shift *= 4;
+      factors.compute(penalised + shift * unit);
+    }
+    if (factors.info() != Eigen::Success) continue;
+    Eigen::VectorXd v(hessian.rows());  // a start with every component in it, the same every time
+    for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
+    for (int step = 0; step < 60; ++step) v = factors.solve(v).normalized();
+    const Eigen::VectorXd inside = fit_multipliers(active, v, {}).residual;
+    const double size = inside.norm();
+    if (size < 1e-3) continue;
+    const double curvature = inside.dot(hessian * inside) / (size * size);
+    if (curvature < out.smallest) out = {curvature, inside / size};
+    if (out.smallest < Certificate::curvature_limit) return out;
+  }
+  return out;
+}
+
+// A node that touches without pushing only holds against going down. The active set is the pushing nodes; a direction of
+// negative curvature that would press such a node into the mold, with either sign, has that node held, and is sought again.
+Curvature curvature_within_contacts(const Stationarity& at, const Eigen::VectorXd& multipliers) {
+  constexpr double kPushing = 1e-6;  // in force units
+  const Sparse hessian = at.hessian(multipliers), columns = at.columns(true);
+  std::vector<char> held(static_cast<std::size_t>(columns.cols()), 1);
+  for (int k = 0; k < at.contacts(); ++k) held[static_cast<std::size_t>(at.lengths() + k)] = multipliers[at.lengths() + k] > kPushing;
+  for (int round = 0;; ++round) {
+    Triplets entries;
+    int next = 0;
+    for (int k = 0; k < columns.cols(); ++k) {
+      if (!held[static_cast<std::size_t>(k)]) continue;
+      for (Sparse::InnerIterator it(columns, k); it; ++it) entries.emplace_back(static_cast<int>(it.row()), next, it.value());
+      ++next;
+    }
+    Sparse active(columns.rows(), next);
+    active.setFromTriplets(entries.begin(), entries.end());
+    Curvature found = smallest_curvature(hessian, active);
+    if (found.smallest >= Certificate::curvature_limit) return found;
+    std::vector<int> sinking, rising;
+    for (int k = at.lengths(); k < columns.cols(); ++k) {
+      if (held[static_cast<std::size_t>(k)]) continue;
+      const double up = columns.col(k).dot(found.direction);
+      if (up < -1e-9) sinking.push_back(k);
+      if (up > 1e-9) rising.push_back(k);
+    }
+    if (sinking.empty() || round > at.contacts()) return found;
+    if (rising.empty()) {
+      found.direction = -found.direction;
+      return found;
+    }
+    for (const int k : sinking) held[static_cast<std::size_t>(k)] = 1;
+  }
+}
+
+}  // namespace
+
+Judged certify(const Sheet& sheet, const Points& x, double stiffness) {
+  Judged judged;
+  Certificate& certificate = judged.certificate;
+  for (const double length : sheet.lengths(x))
+    certificate.length_error = std::max(certificate.length_error, std::abs(length / sheet.net().spacing - 1));
+  const std::vector<double> gaps = sheet.gaps(x);
+  for (const int node : sheet.movable())
+    certificate.penetration_mm = std::max(certificate.penetration_mm, -gaps[static_cast<std::size_t>(node)]);
+  certificate.compliant = certificate.length_error > Certificate::length_limit;
+  // Rounding of a sum of many terms is no rise.
+  const double start = sheet.energy(sheet.start()), now = sheet.energy(x);
+  certificate.energy_gain_mj = now - start > 1e-9 * (std::abs(start) + sheet.force_unit_n() * sheet.net().spacing) ? now - start : 0.0;
+  if (sheet.movable().empty()) return judged;
+
+  const Stationarity at(sheet, x);
+  const Multipliers fit = at.fit(certificate.compliant, stiffness);
+  certificate.kkt_error = fit.residual.lpNorm<Eigen::Infinity>();
+  if (!(certificate.kkt_error <= Certificate::kkt_limit)) return judged;  // curvature means nothing where a slope is left
+
+  const Curvature curvature = curvature_within_contacts(at, fit.x);
+  certificate.curvature = curvature.smallest;
+  if (curvature.smallest < Certificate::curvature_limit) {
+    judged.descent.assign(x.size(), Eigen::Vector3d::Zero());
+    const Eigen::VectorXd direction = curvature.direction / curvature.direction.lpNorm<Eigen::Infinity>();
+    for (std::size_t k = 0; k < sheet.movable().size(); ++k)
+      judged.descent[static_cast<std::size_t>(sheet.movable()[k])] = direction.segment<3>(3 * static_cast<long>(k));
+  }
+  return judged;
+}
+
+}  // namespace debulk

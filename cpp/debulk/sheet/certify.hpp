@@ -1,0 +1,18 @@
+#pragma once
+
+#include "debulk/sheet/sheet.hpp"
+#include "debulk/solve/certificate.hpp"
+
+namespace debulk {
+
+// Judges a configuration from its nodes alone, in mm and N, apart from any solver (design.md, "What a certificate is").
+// stiffness: that of the solve's compliance; used only where the lengths are off by more than the plain limit, when the
+// multipliers of the lengths must be stiffness times strain instead of fitted ones.
+struct Judged {
+  Certificate certificate;
+  Points descent;  // where curvature is negative: a direction of it, largest component 1; else empty
+};
+
+Judged certify(const Sheet& sheet, const Points& x, double stiffness);
+
+}  // namespace debulk

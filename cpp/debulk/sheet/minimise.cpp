@@ -1,0 +1,111 @@
+#include "debulk/sheet/minimise.hpp"
+
+#include <algorithm>
+
+#include "debulk/core/error.hpp"
+#include "debulk/sheet/certify.hpp"
+#include "debulk/sheet/gap_problem.hpp"
+#include "debulk/solve/method.hpp"
+
+namespace debulk {
+namespace {
+
+// SplitMix64 (Steele, Lea, Flood 2014): the same sequence on every machine, unlike the standard library's distributions.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double between_minus_one_and_one() {
+    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    z ^= z >> 31;
+    return static_cast<double>(z >> 11) * 0x1.0p-52 - 1.0;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+// Moves the movable nodes by up to `amplitude` spacings along each gap coordinate, not below the mold.
+Eigen::VectorXd perturbed(Eigen::VectorXd y, double amplitude, Random& random) {
+  for (long k = 0; k < y.size(); ++k) {
+    y[k] += amplitude * random.between_minus_one_and_one();
+    if (k % 3 == 2) y[k] = std::max(0.0, y[k]);
+  }
+  return y;
+}
+
+Minimum refused(const Sheet& sheet, SolveStatus status, double stiffness) {
+  Minimum out;
+  out.nodes = sheet.start();
+  out.status = status;
+  out.certificate = certify(sheet, out.nodes, stiffness).certificate;
+  out.energy_mj = sheet.energy(out.nodes);
+  return out;
+}
+
+// One start: solve, judge, and where the point is a saddle go on from beside it, where the solve failed from a perturbed
+// start. Keeps the certified point, or the last one.
+Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions& options, Eigen::VectorXd start, Random& random) {
+  const Method method_to_use = method(options.method);
+  const double spacing = sheet.net().spacing;
+  Minimum minimum;
+  Eigen::VectorXd next = start;
+  for (int attempt = 0; attempt <= options.retries; ++attempt) {
+    const Outcome outcome = method_to_use(problem, next, options.solve);
+    minimum.iterations += outcome.iterations;
+    minimum.evaluations += outcome.evaluations;
+    minimum.status = outcome.status;
+    minimum.nodes = problem.to_points(outcome.y);
+    const Judged judged = certify(sheet, minimum.nodes, options.solve.stiffness);
+    minimum.certificate = judged.certificate;
+    minimum.energy_mj = sheet.energy(minimum.nodes);
+    if (minimum.certified() || options.solve.stop.now()) break;
+    if (!judged.descent.empty()) {
+      Points beside = minimum.nodes;
+      for (std::size_t i = 0; i < beside.size(); ++i) beside[i] += 0.05 * spacing * judged.descent[i];
+      next = problem.from_points(beside);
+      for (long k = 2; k < next.size(); k += 3) next[k] = std::max(0.0, next[k]);
+    } else {
+      next = perturbed(start, options.perturbation, random);
+    }
+  }
+  return minimum;
+}
+
+}  // namespace
+
+void MinimiseOptions::check() const {
+  (void)debulk::method(method);
+  solve.check();
+  require(starts >= 1, "starts", "1 or more", starts);
+  require(std::isfinite(perturbation) && perturbation >= 0 && perturbation < 1, "perturbation", "a share of the spacing in [0, 1)",
+          perturbation);
+  require(retries >= 0, "retries", "0 or more", retries);
+}
+
+std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start) {
+  options.check();
+  if (sheet.movable().empty()) return {refused(sheet, SolveStatus::nothing_moves, options.solve.stiffness)};
+  const GapProblem problem(sheet);
+  if (problem.equalities() > problem.variables()) return {refused(sheet, SolveStatus::too_few_movable_nodes, options.solve.stiffness)};
+
+  if (start) sheet.energy(*start);  // checks it
+  const Eigen::VectorXd first = problem.from_points(start ? *start : sheet.start());
+  std::vector<Minimum> minima;
+  for (int k = 0; k < options.starts; ++k) {
+    if (k > 0 && options.solve.stop.now()) break;
+    Random random(options.seed * 1000003u + static_cast<std::uint64_t>(k));
+    minima.push_back(run(sheet, problem, options, k == 0 ? first : perturbed(first, options.perturbation, random), random));
+  }
+  return minima;
+}
+
+const Minimum& best(const std::vector<Minimum>& minima) {
+  const Minimum* found = &minima.front();
+  for (const Minimum& m : minima)
+    if (m.certified() && (!found->certified() || m.energy_mj < found->energy_mj)) found = &m;
+  return *found;
+}
+
+}  // namespace debulk

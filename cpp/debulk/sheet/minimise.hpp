@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "debulk/sheet/sheet.hpp"
+#include "debulk/solve/certificate.hpp"
+#include "debulk/solve/options.hpp"
+#include "debulk/solve/status.hpp"
+
+namespace debulk {
+
+struct MinimiseOptions {
+  std::string method = "auto";
+  SolveOptions solve;
+  int starts = 1;  // the deterministic path, and starts - 1 seeded perturbations of it
+  std::uint64_t seed = 0;
+  double perturbation = 0.02;  // of a start, in spacings
+  int retries = 4;             // of a start: away from a saddle, or from a perturbed point after a failure
+
+  void check() const;
+};
+
+// A configuration with what is known of it.
+struct Minimum {
+  Points nodes;
+  SolveStatus status = SolveStatus::numerical_failure;
+  Certificate certificate;
+  double energy_mj = 0.0;
+  int iterations = 0;  // over all retries
+  int evaluations = 0;
+
+  // Converged and certified: the only kind of success.
+  bool certified() const { return (status == SolveStatus::converged || status == SolveStatus::nothing_moves) && certificate.certified(); }
+};
+
+// The sheet under vacuum, from each start. Ordered as the starts; a stopped run returns those begun.
+std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start = nullptr);
+
+// The certified one of lowest energy, or, if none is, the first.
+const Minimum& best(const std::vector<Minimum>& minima);
+
+}  // namespace debulk

@@ -1,0 +1,157 @@
+#include "debulk/sheet/sheet.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "debulk/core/error.hpp"
+#include "debulk/sheet/bending.hpp"
+#include "debulk/sheet/friction.hpp"
+#include "debulk/sheet/load.hpp"
+#include "debulk/sheet/shear.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr std::array<const char*, 5> kTermNames = {"bending", "shear", "friction", "gravity", "vacuum"};
+
+std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted)(NodeKind)) {
+  std::vector<int> out;
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    if (wanted(kinds[i])) out.push_back(static_cast<int>(i));
+  return out;
+}
+
+}  // namespace
+
+Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Surface> mold)
+    : net_(std::move(net)), ply_(ply), mold_(std::move(mold)) {
+  check_net();
+  ply_.check();
+  require(std::isfinite(area_mm2) && area_mm2 > 0, "area_mm2", "a positive area in mm2", area_mm2);
+  require(mold_ != nullptr, "reference", "a surface", "none");
+
+  const double share_mm2 = area_mm2 / static_cast<double>(net_.nodes.size());  // A / N
+  nodal_force_ = ply_.pressure_mpa * share_mm2;
+  const double weight = share_mm2 * ply_.thickness_mm * ply_.density_kg_m3 * 1e-9 * ply_.gravity_m_s2;  // N
+  const double spring = std::max(ply_.bending_mj(), ply_.shear_mpa * net_.spacing * net_.spacing * ply_.thickness_mm) / net_.spacing;
+  force_unit_ = nodal_force_ > 0 ? nodal_force_ : weight > 0 ? weight : spring > 0 ? spring : 1.0;
+
+  segments_ = debulk::segments(net_.neighbours);
+  movable_ = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind != NodeKind::fixed; });
+  const std::vector<int> free = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind == NodeKind::free; });
+
+  add_term("bending", ply_.bending_mj(), std::make_shared<Bending>(ply_.bending_mj(), net_.neighbours));
+  add_term("shear", ply_.shear_mpa, std::make_shared<Shear>(ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours));
+  const double grip = free.empty() ? 0.0 : ply_.friction * nodal_force_;
+  add_term("friction", grip, std::make_shared<Friction>(grip, net_.spacing, free, net_.nodes));
+  add_term("gravity", weight, std::make_shared<Load>(weight, net_.nodes));
+  add_term("vacuum", nodal_force_, std::make_shared<Load>(nodal_force_, net_.nodes));
+
+  std::vector<char> held(net_.nodes.size());
+  for (std::size_t i = 0; i < held.size(); ++i) held[i] = net_.kinds[i] == NodeKind::fixed;
+  movable_hessian_ = BlockMatrix(static_cast<int>(net_.nodes.size()), groups(), held);
+  for (NamedTerm& t : terms_) t.places = t.term->places(movable_hessian_);
+}
+
+std::vector<std::array<int, 3>> Sheet::groups() const {
+  std::vector<std::array<int, 3>> out;
+  for (const auto& [i, j] : segments_) out.push_back({i, j, j});
+  for (const NamedTerm& t : terms_)
+    for (const auto& group : t.term->groups()) out.push_back(group);
+  return out;
+}
+
+void Sheet::add_term(const std::string& name, double strength, std::shared_ptr<const Term> term) {
+  if (strength > 0)
+    terms_.push_back({name, std::move(term), {}});
+  else
+    left_out_.push_back(name);
+}
+
+void Sheet::check_net() const {
+  const int count = static_cast<int>(net_.nodes.size());
+  require(count >= 2, "nodes_mm", "at least 2 nodes", count);
+  require(net_.neighbours.size() == net_.nodes.size(), "neighbours", "one row a node", net_.neighbours.size());
+  require(net_.kinds.size() == net_.nodes.size(), "kinds", "one a node", net_.kinds.size());
+  require(std::isfinite(net_.spacing) && net_.spacing > 0, "spacing_mm", "a positive length in mm", net_.spacing);
+  check_points(net_.nodes);
+  constexpr std::array<Direction, 4> opposite = {west, east, south, north};
+  for (int i = 0; i < count; ++i) {
+    const auto kind = static_cast<int>(net_.kinds[static_cast<std::size_t>(i)]);
+    require(kind <= 2, "kinds", "0 (inner), 1 (fixed) or 2 (free)", kind);
+    for (std::size_t d = 0; d < 4; ++d) {
+      const int j = net_.neighbours[static_cast<std::size_t>(i)][d];
+      if (j == -1) continue;
+      require(j >= 0 && j < count && j != i, "neighbours", "numbers of other nodes, or -1", j);
+      require(net_.neighbours[static_cast<std::size_t>(j)][opposite[d]] == i, "neighbours",
+              "mutual neighbours (whose e is the other's w, whose n is the other's s)",
+              "node " + std::to_string(i) + " naming node " + std::to_string(j) + ", which does not name it back");
+    }
+  }
+}
+
+void Sheet::check_points(const Points& x) const {
+  require(x.size() == net_.nodes.size(), "nodes_mm", "one point a node", x.size());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (!x[i].allFinite()) require(false, "nodes_mm", "finite coordinates", "node " + std::to_string(i) + " without");
+}
+
+double Sheet::energy(const Points& x) const {
+  check_points(x);
+  double sum = 0;
+  for (const NamedTerm& t : terms_) sum += t.term->value(x);
+  return sum;
+}
+
+std::vector<std::pair<std::string, double>> Sheet::terms(const Points& x) const {
+  check_points(x);
+  std::vector<std::pair<std::string, double>> out;
+  for (const char* name : kTermNames) {
+    const auto found = std::find_if(terms_.begin(), terms_.end(), [&](const NamedTerm& t) { return t.name == name; });
+    const bool load = name == std::string("gravity") || name == std::string("vacuum");
+    out.emplace_back(name, found == terms_.end() ? 0.0 : (load ? -1 : 1) * found->term->value(x));
+  }
+  return out;
+}
+
+double Sheet::add_gradient(const Points& x, Points& gradient) const {
+  double sum = 0;
+  for (const NamedTerm& t : terms_) sum += t.term->add_gradient(x, gradient);
+  return sum;
+}
+
+Points Sheet::gradient(const Points& x) const {
+  check_points(x);
+  Points out(x.size(), Eigen::Vector3d::Zero());
+  add_gradient(x, out);
+  return out;
+}
+
+void Sheet::add_movable_hessian(const Points& x, BlockMatrix& hessian) const {
+  for (const NamedTerm& t : terms_) t.term->add_hessian(x, t.places, hessian);
+}
+
+BlockMatrix Sheet::hessian(const Points& x) const {
+  check_points(x);
+  BlockMatrix out(static_cast<int>(x.size()), groups());
+  for (const NamedTerm& t : terms_) t.term->add_hessian(x, t.term->places(out), out);
+  return out;
+}
+
+std::vector<double> Sheet::lengths(const Points& x) const {
+  check_points(x);
+  std::vector<double> out;
+  out.reserve(segments_.size());
+  for (const auto& [i, j] : segments_) out.push_back((x[static_cast<std::size_t>(i)] - x[static_cast<std::size_t>(j)]).norm());
+  return out;
+}
+
+std::vector<double> Sheet::gaps(const Points& x) const {
+  check_points(x);
+  std::vector<double> out;
+  out.reserve(x.size());
+  for (const Eigen::Vector3d& p : x) out.push_back(p.z() - mold_->height(p.head<2>()));
+  return out;
+}
+
+}  // namespace debulk

@@ -1,0 +1,129 @@
+#include "debulk/solve/newton_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace debulk {
+namespace {
+
+constexpr double kStiffest = 1e8;  // rho: beyond it, the factorisation loses the digits that W is in
+constexpr double kShiftFirst = 1e-4, kShiftLeast = 1e-12, kShiftMost = 1e12;
+constexpr int kRefinements = 6;
+
+}  // namespace
+
+NewtonSystem::NewtonSystem(const Problem& problem)
+    : problem_(problem),
+      n_(problem.variables()),
+      m_(problem.equalities()),
+      jacobian_(problem.jacobian_pattern()),
+      hessian_(problem.hessian_pattern()),
+      j_(static_cast<long>(jacobian_.size())),
+      w_(static_cast<long>(hessian_.size())) {
+  std::vector<std::pair<int, int>> lower;
+  for (const auto& [row, column] : hessian_) lower.emplace_back(row, column);
+  std::vector<std::vector<int>> by_row(static_cast<std::size_t>(m_));
+  for (std::size_t k = 0; k < jacobian_.size(); ++k) by_row[static_cast<std::size_t>(jacobian_[k].row)].push_back(static_cast<int>(k));
+  const auto column = [&](int entry) { return jacobian_[static_cast<std::size_t>(entry)].column; };
+  for (const std::vector<int>& row : by_row)
+    for (const int a : row)
+      for (const int b : row)
+        if (column(a) >= column(b)) lower.emplace_back(column(a), column(b));
+  plain_ = Skyline(n_, lower);
+  for (const auto& [row, col] : hessian_) places_.push_back(plain_.place(row, col));
+  for (const std::vector<int>& row : by_row)
+    for (const int a : row)
+      for (const int b : row)
+        if (column(a) >= column(b)) products_.push_back({a, b, plain_.place(column(a), column(b))});
+}
+
+void NewtonSystem::differentiate(const Eigen::VectorXd& y) {
+  problem_.jacobian(y, j_);
+}
+
+void NewtonSystem::assemble(const Eigen::VectorXd& y, const Eigen::VectorXd& lambda) {
+  problem_.hessian(y, 1.0, lambda, w_);
+}
+
+void NewtonSystem::add_normal(double rho) {
+  std::vector<double>& values = factors_.values();
+  for (const Product& p : products_) values[p.place] += rho * j_[p.one] * j_[p.other];
+}
+
+bool NewtonSystem::factor(const Eigen::VectorXd& sigma, double stiffness, double least_shift) {
+  stiffness_ = stiffness;
+  rho_ = std::min(stiffness, kStiffest);
+  // Waechter and Biegler's Algorithm IC: none, then from a third of the last that helped, growing.
+  for (shift_ = least_shift;;) {
+    std::fill(plain_.values().begin(), plain_.values().end(), 0.0);
+    for (std::size_t k = 0; k < places_.size(); ++k) plain_.values()[places_[k]] += w_[static_cast<long>(k)];
+    for (int i = 0; i < n_; ++i) plain_.values()[plain_.diagonal(i)] += sigma[i] + shift_;
+    factors_ = plain_;
+    add_normal(rho_);
+    if (factors_.factor()) break;
+    if (shift_ == 0)
+      shift_ = last_shift_ == 0 ? kShiftFirst : std::max(kShiftLeast, last_shift_ / 3);
+    else
+      shift_ *= last_shift_ == 0 ? 100 : 8;
+    if (shift_ > kShiftMost) return false;
+  }
+  if (shift_ > 0) last_shift_ = shift_;
+  return true;
+}
+
+void NewtonSystem::solve(const Eigen::VectorXd& slope, const Eigen::VectorXd& deficit, Eigen::VectorXd& dy, Eigen::VectorXd& dl) {
+  dy.setZero(n_);
+  dl.setZero(m_);
+  Eigen::VectorXd r1 = slope, r2 = deficit, product;
+  double last = std::numeric_limits<double>::infinity();
+  const double small = 1e-13 * std::max(slope.lpNorm<Eigen::Infinity>(), 1e-300);
+  for (int round = 0; round <= kRefinements; ++round) {
+    Eigen::VectorXd d = r1 + rho_ * jacobian_transposed(r2);
+    factors_.solve(d);
+    const Eigen::VectorXd e = rho_ * (jacobian_times(d) - r2);
+    dy += d;
+    dl += e;
+    plain_.multiply(dy, product);
+    r1 = slope - product - jacobian_transposed(dl);
+    r2 = deficit - jacobian_times(dy) + dl / stiffness_;
+    const double size = r1.lpNorm<Eigen::Infinity>() + rho_ * (m_ ? r2.lpNorm<Eigen::Infinity>() : 0.0);
+    if (size <= small || !(size < 0.5 * last)) break;
+    last = size;
+  }
+}
+
+Eigen::VectorXd NewtonSystem::jacobian_transposed(const Eigen::VectorXd& lambda) const {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(n_);
+  for (std::size_t k = 0; k < jacobian_.size(); ++k) out[jacobian_[k].column] += j_[static_cast<long>(k)] * lambda[jacobian_[k].row];
+  return out;
+}
+
+Eigen::VectorXd NewtonSystem::jacobian_times(const Eigen::VectorXd& y) const {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(m_);
+  for (std::size_t k = 0; k < jacobian_.size(); ++k) out[jacobian_[k].row] += j_[static_cast<long>(k)] * y[jacobian_[k].column];
+  return out;
+}
+
+Eigen::VectorXd NewtonSystem::softest_direction() const {
+  Eigen::VectorXd v(n_);  // a start with every component in it, the same every time
+  for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
+  for (int step = 0; step < 15; ++step) {
+    factors_.solve(v);
+    v.normalize();
+  }
+  return v;
+}
+
+Eigen::VectorXd NewtonSystem::fitted_multipliers(const Eigen::VectorXd& slope) {
+  factors_ = plain_;
+  std::fill(factors_.values().begin(), factors_.values().end(), 0.0);
+  for (int i = 0; i < n_; ++i) factors_.values()[factors_.diagonal(i)] = 1.0;
+  add_normal(kStiffest);
+  if (!factors_.factor()) return Eigen::VectorXd::Zero(m_);
+  Eigen::VectorXd d = -slope;
+  factors_.solve(d);
+  return kStiffest * jacobian_times(d);
+}
+
+}  // namespace debulk

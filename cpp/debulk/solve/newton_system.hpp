@@ -1,0 +1,54 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "debulk/solve/problem.hpp"
+#include "debulk/solve/skyline.hpp"
+
+namespace debulk {
+
+// The Newton system of an elastic problem at one iterate,
+//   [ W + S + d    J^T ] [dy]   [slope  ]        W: Hessian of f + lambda . c,  S: diagonal of the bounds,
+//   [ J          - 1/k ] [dl] = [deficit],       d: the convexification,  k: the stiffness,
+// with dl eliminated at a stiffness rho = k, or milder where k is beyond what double precision carries (nearly dependent
+// fibres converge slowly then): M = W + S + d + rho J^T J, which is positive definite exactly where
+// W + S + d is positive on the constraints' null space (and a little beyond). d is the least of a growing sequence with
+// which it is.
+class NewtonSystem {
+ public:
+  explicit NewtonSystem(const Problem& problem);
+
+  void differentiate(const Eigen::VectorXd& y);                            // J
+  void assemble(const Eigen::VectorXd& y, const Eigen::VectorXd& lambda);  // W
+  bool factor(const Eigen::VectorXd& sigma, double stiffness, double least_shift);
+  void solve(const Eigen::VectorXd& slope, const Eigen::VectorXd& deficit, Eigen::VectorXd& dy, Eigen::VectorXd& dl);
+  double shift() const { return shift_; }            // d of the last factor()
+  double last_shift() const { return last_shift_; }  // the last that was not 0
+  // Of the factored matrix without d: the unit vector of least curvature, by inverse iteration.
+  Eigen::VectorXd softest_direction() const;
+
+  Eigen::VectorXd jacobian_transposed(const Eigen::VectorXd& lambda) const;  // J^T lambda
+  Eigen::VectorXd jacobian_times(const Eigen::VectorXd& y) const;            // J y
+  // Least-squares multipliers: lambda that makes slope + J^T lambda small.
+  Eigen::VectorXd fitted_multipliers(const Eigen::VectorXd& slope);
+
+ private:
+  void add_normal(double rho);  // rho J^T J to the matrix
+
+  const Problem& problem_;
+  int n_, m_;
+  std::vector<Problem::Entry> jacobian_, hessian_;
+  Eigen::VectorXd j_, w_, diagonal_;
+  struct Product {
+    int one, other;     // entries of J in the same row
+    std::size_t place;  // of their product in the skyline
+  };
+  std::vector<Product> products_;
+  std::vector<std::size_t> places_;  // of the Hessian's entries
+  Skyline plain_, factors_;          // W + S + d, and the factor of M
+  double stiffness_ = 0, rho_ = 0, shift_ = 0, last_shift_ = 0;
+};
+
+}  // namespace debulk

@@ -1,0 +1,49 @@
+#include "debulk/solve/status.hpp"
+
+namespace debulk {
+
+const char* name(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::converged:
+      return "converged";
+    case SolveStatus::nothing_moves:
+      return "nothing_moves";
+    case SolveStatus::iteration_limit:
+      return "iteration_limit";
+    case SolveStatus::deadline:
+      return "deadline";
+    case SolveStatus::cancelled:
+      return "cancelled";
+    case SolveStatus::infeasible:
+      return "infeasible";
+    case SolveStatus::numerical_failure:
+      return "numerical_failure";
+    case SolveStatus::too_few_movable_nodes:
+      return "too_few_movable_nodes";
+  }
+  return "unknown";
+}
+
+const char* explanation(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::converged:
+      return "the solve converged";
+    case SolveStatus::nothing_moves:
+      return "no node may move";
+    case SolveStatus::iteration_limit:
+      return "the solve reached its limit of iterations";
+    case SolveStatus::deadline:
+      return "the deadline passed during the solve";
+    case SolveStatus::cancelled:
+      return "the solve was cancelled";
+    case SolveStatus::infeasible:
+      return "the solve found no configuration with inextensible fibres above the mold";
+    case SolveStatus::numerical_failure:
+      return "the solve failed numerically";
+    case SolveStatus::too_few_movable_nodes:
+      return "the net has too few movable nodes for its fibres to be inextensible";
+  }
+  return "unknown";
+}
+
+}  // namespace debulk

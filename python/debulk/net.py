@@ -1,0 +1,302 @@
+"""Pin-jointed nets on a surface: one pocket's for the mass-spring model, or the whole ply's for its fibre angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+
+if TYPE_CHECKING:
+    from debulk.surface import Reference
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int32]
+Paths = Literal["geodesic", "vertical_plane"]
+
+__all__ = ["Drape", "Net", "drape", "fibre_net", "surface_area"]
+
+
+@dataclass(frozen=True, eq=False)
+class Net:
+    """A pocket's net: N nodes at one spacing along two families of inextensible fibres.
+
+    Attributes
+    ----------
+    nodes_mm
+        (N, 3) mold frame, on the surface. Numbered row by row along one fibre: the first or the second, whichever
+        gives the narrower band of joined numbers.
+    neighbours
+        (N, 4) int32, numbers of the neighbours e, w (along the first fibre) and n, s (along the second); -1 = none.
+    kinds
+        (N,) int8: 0 inner, 1 fixed boundary, 2 free boundary.
+    edges
+        (M, 2) int32, the segments: pairs of nodes one spacing apart.
+    inside
+        (N,) bool: inside the perimeter (``rms_outline_mm`` where it was given).
+    spacing_mm
+        Length of every segment.
+    area_mm2
+        Area of the ply's surface inside the perimeter.
+    shear_deg
+        (N,) mean of |90° - crossing angle| of the fibres at the node.
+    open_ends
+        Numbers of inner nodes away from the ply's edge that miss a fibre neighbour. Any: the rim is not closed by fixed
+        nodes, and the pocket cannot be judged.
+    lattice
+        (N, 2) int32, steps along the first and the second fibre from the centre's node.
+    """
+
+    nodes_mm: Floats
+    neighbours: Integers
+    kinds: NDArray[np.int8]
+    edges: Integers
+    inside: NDArray[np.bool_]
+    spacing_mm: float
+    area_mm2: float
+    shear_deg: Floats
+    open_ends: Integers
+    lattice: Integers
+
+
+def fibre_net(
+    surface: Reference,
+    reference: Reference,
+    centre_mm: ArrayLike,
+    angles_deg: ArrayLike,
+    spacing_mm: float | None = None,
+    outline_mm: ArrayLike | None = None,
+    ply_outline: ArrayLike | None = None,
+    edge_tol_mm: float = 20.0,
+    mold_tol_mm: float = 0.2,
+    paths: Paths = "geodesic",
+    rms_outline_mm: ArrayLike | None = None,
+    node_target: int = 100,
+) -> Net:
+    """Lay the net of one pocket (paper, "Meshing").
+
+    Two fibre paths run from the centre along the fibre angles; every other node lies on the surface at one spacing from
+    two neighbours. The net reaches one spacing past the perimeter (seen from above) and ends at the ply's edge. A node
+    in that band within `mold_tol_mm` of the reference is a boundary node: free within `edge_tol_mm` of the ply's edge,
+    else fixed; a band node higher up stays movable, unless only one segment holds it: then it is taken away. A fibre
+    that the ply's edge cuts ends in a free node.
+
+    Parameters
+    ----------
+    surface
+        The ply around the pocket, a patch.
+    reference
+        The surface below it.
+    centre_mm
+        (2,) where the paths cross, inside the outline (and the ply), mold XY.
+    angles_deg
+        (2,) directions of the two fibres, counter-clockwise from the mold's +x, projected along z into the tangent
+        plane. They must cross at 10° or more, and need not cross at 90°.
+    spacing_mm
+        Distance of the nodes, a chord. Default: chosen so that the net has about `node_target` nodes.
+    outline_mm
+        (K, 2) the pocket's perimeter, closed implicitly. Default: the rectangle of the surface's grid.
+    ply_outline
+        (K, 2) the ply's edge. Default: unknown, no free node.
+    edge_tol_mm
+        From the ply's edge, within which boundary nodes are free.
+    mold_tol_mm
+        Height above the reference up to which a band node is held by the mold.
+    paths
+        How the two paths run on: "geodesic", or in a "vertical_plane".
+    rms_outline_mm
+        (K, 2) tells `Net.inside` in place of the perimeter.
+    node_target
+        Number of nodes to choose the spacing for, 9 or more; met within 3 % wherever some spacing does.
+
+    Raises
+    ------
+    InputError
+        A centre outside the outline, parallel fibres, a spacing that is not positive, an outline without an area or
+        with values that are not finite.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> x = np.arange(-60.0, 61.0, 2.0)
+    >>> r = np.hypot(*np.meshgrid(x, x))
+    >>> mold = debulk.surface.Reference(np.zeros((61, 61)), (-60, -60), 2.0)
+    >>> ply = debulk.surface.Reference(np.where(r < 40, 8 * np.cos(np.pi * r / 80) ** 2, 0.0), (-60, -60), 2.0)
+    >>> t = np.linspace(0, 2 * np.pi, 100, endpoint=False)
+    >>> net = fibre_net(ply, mold, (0, 0), (0, 90), 10.0, outline_mm=40 * np.c_[np.cos(t), np.sin(t)])
+    >>> net.nodes_mm.shape, np.bincount(net.kinds).tolist(), net.open_ends.size
+    ((69, 3), [45, 24], 0)
+    >>> a, b = net.nodes_mm[net.edges[:, 0]], net.nodes_mm[net.edges[:, 1]]
+    >>> bool(np.allclose(np.linalg.norm(a - b, axis=1), 10.0, rtol=1e-9))
+    True
+    """
+    made = _core.fibre_net(
+        surface,
+        reference,
+        _pair(centre_mm, "centre_mm"),
+        _radians(angles_deg),
+        outline=_core.surface_extent(surface) if outline_mm is None else _corners(outline_mm, "outline_mm"),
+        ply_outline=None if ply_outline is None else _corners(ply_outline, "ply_outline"),
+        rms_outline=None if rms_outline_mm is None else _corners(rms_outline_mm, "rms_outline_mm"),
+        spacing=spacing_mm,
+        node_target=node_target,
+        edge_tol=edge_tol_mm,
+        mold_tol=mold_tol_mm,
+        paths=paths,
+    )
+    net = made.net
+    return Net(
+        nodes_mm=net.nodes,
+        neighbours=net.neighbours,
+        kinds=net.kinds,
+        edges=net.edges,
+        inside=net.inside,
+        spacing_mm=net.spacing,
+        area_mm2=made.area,
+        shear_deg=np.degrees(net.shear),
+        open_ends=made.open_ends,
+        lattice=net.lattice,
+    )
+
+
+def surface_area(surface: Reference, outline_mm: ArrayLike, ply_outline: ArrayLike | None = None) -> float:
+    """Area of a surface inside an outline, mm².
+
+    Parameters
+    ----------
+    surface
+        Any smooth surface.
+    outline_mm
+        (K, 2) mold XY, closed implicitly.
+    ply_outline
+        (K, 2) counts only what is inside this one, too.
+
+    Raises
+    ------
+    InputError
+        An outline without an area, or with values that are not finite.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> slope = debulk.surface.Reference(np.tile(np.arange(8.0), (8, 1)), (0, 0), 1.0)
+    >>> round(surface_area(slope, [(1, 1), (4, 1), (4, 3), (1, 3)]), 6)  # 6 √2
+    8.485281
+    """
+    ply = None if ply_outline is None else _corners(ply_outline, "ply_outline")
+    return float(_core.surface_area(surface, _corners(outline_mm, "outline_mm"), ply))
+
+
+@dataclass(frozen=True, eq=False)
+class Drape:
+    """A whole ply's net on the mold; tells the fibre angles anywhere in it.
+
+    Attributes
+    ----------
+    nodes_mm, neighbours, edges, shear_deg, spacing_mm, lattice
+        As in `Net`.
+    inside
+        (N,) bool: inside the outline; the net reaches about a cell further where it can.
+    """
+
+    nodes_mm: Floats
+    neighbours: Integers
+    edges: Integers
+    inside: NDArray[np.bool_]
+    spacing_mm: float
+    shear_deg: Floats
+    lattice: Integers
+    _core: Any = field(repr=False)
+
+    def angles_deg(self, xy_mm: ArrayLike) -> Floats:
+        """Directions of the two fibres at points of the mold's XY plane.
+
+        Parameters
+        ----------
+        xy_mm
+            (..., 2) points.
+
+        Returns
+        -------
+        (..., 2) degrees in (-180, 180], counter-clockwise from the mold's +x, seen from above; NaN where the net does
+        not reach.
+        """
+        xy = np.asarray(xy_mm, dtype=np.float64)
+        if xy.ndim == 0 or xy.shape[-1] != 2:
+            raise _core.InputError(f"xy_mm: expected an (..., 2) array, but got shape {xy.shape}")
+        return np.degrees(self._core.fibre_angles(xy.reshape(-1, 2))).reshape(xy.shape)
+
+
+def drape(
+    surface: Reference,
+    seed_mm: ArrayLike,
+    angles_deg: ArrayLike,
+    spacing_mm: float,
+    outline_mm: ArrayLike | None = None,
+    paths: Paths = "geodesic",
+) -> Drape:
+    """Map a whole ply kinematically onto a surface: a pin-jointed net from a seed point (Mack and Taylor 1956).
+
+    Parameters
+    ----------
+    surface
+        The mold.
+    seed_mm
+        (2,) where the ply is laid down first, mold XY.
+    angles_deg
+        (2,) fibre directions at the seed, as in `fibre_net`.
+    spacing_mm
+        Distance of the nodes, a chord.
+    outline_mm
+        (K, 2) what to cover. Default: the rectangle of the surface's grid.
+    paths
+        As in `fibre_net`.
+
+    Raises
+    ------
+    InputError
+        A seed outside the box about the outline, parallel fibres, a spacing that is not positive or needs more than 4
+        million nodes.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> x, y = np.meshgrid(np.arange(-100.0, 101.0, 5.0), np.arange(-100.0, 101.0, 5.0))
+    >>> dome = debulk.surface.Reference(np.sqrt(400.0**2 - x**2 - y**2), (-100, -100), 5.0)
+    >>> ply = drape(dome, (0, 0), (45, 135), 5.0)
+    >>> np.round(ply.angles_deg([[0, 0], [60, 60], [60, 0]]), 2).tolist()
+    [[45.0, 135.0], [45.0, 135.0], [45.32, 134.68]]
+    """
+    core = _core.Drape(
+        surface,
+        _pair(seed_mm, "seed_mm"),
+        _radians(angles_deg),
+        spacing_mm,
+        outline=_core.surface_extent(surface) if outline_mm is None else _corners(outline_mm, "outline_mm"),
+        paths=paths,
+    )
+    net = core.net
+    return Drape(
+        net.nodes, net.neighbours, net.edges, net.inside, net.spacing, np.degrees(net.shear), net.lattice, core
+    )
+
+
+def _pair(value: ArrayLike, argument: str) -> Floats:
+    pair = np.asarray(value, dtype=np.float64)
+    if pair.shape != (2,):
+        raise _core.InputError(f"{argument}: expected two numbers, but got shape {pair.shape}")
+    return pair
+
+
+def _radians(angles_deg: ArrayLike) -> Floats:
+    return np.radians(_pair(angles_deg, "angles_deg"))
+
+
+def _corners(value: ArrayLike, argument: str) -> Floats:
+    corners = np.asarray(value, dtype=np.float64)
+    if corners.ndim != 2 or corners.shape[1] != 2:
+        raise _core.InputError(f"{argument}: expected an (N, 2) array, but got shape {corners.shape}")
+    return corners

@@ -1,0 +1,142 @@
+"""The mass-spring ply on the mold: its potential energy with exact derivatives (paper, "Debulk Analysis")."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+    from debulk.surface import Reference
+
+Floats = NDArray[np.float64]
+
+__all__ = ["Sheet"]
+
+
+class Sheet:
+    """Potential energy of a pin-jointed net of prepreg under vacuum.
+
+    Π = bending + shear + friction - gravity - vacuum; terms that this net and ply cannot need (no free node: no
+    friction; a modulus of zero) are left out and named in `left_out`.
+
+    Parameters
+    ----------
+    nodes_mm
+        (N, 3) the initial configuration, mold frame, mm. Loads and friction count movement from it.
+    neighbours
+        (N, 4) numbers of the neighbours e, w (first fibre) and n, s (second fibre); -1 = none. Mutual.
+    kinds
+        (N,) 0 inner, 1 fixed boundary, 2 free boundary.
+    spacing_mm
+        Length of every segment, mm.
+    area_mm2
+        Area of the ply inside the perimeter, shared evenly by the N nodes, mm².
+    reference
+        The surface below the ply.
+    recipe
+        Its sections `material` and `load` are used. Default: ``Recipe()``.
+
+    Raises
+    ------
+    InputError
+        Wrong shapes, coordinates that are not finite, neighbours that are not mutual, an impossible material.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
+    >>> nodes = [[0, 0, 0], [5, 0, 0], [10, 0, 0]]
+    >>> neighbours = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = Sheet(nodes, neighbours, [1, 0, 1], 5.0, 100.0, reference)
+    >>> sheet.left_out
+    ['friction']
+    >>> x = np.array(nodes, dtype=float)
+    >>> x[1, 2] = 1.0
+    >>> terms = sheet.terms(x)
+    >>> round(terms["bending"], 6), round(terms["vacuum"], 6)  # c/2 (2 atan 1/5)², and lifted against the vacuum
+    (0.063117, -3.333333)
+    >>> bool(np.isclose(sheet.energy(x), terms["bending"] - terms["gravity"] - terms["vacuum"]))
+    True
+    """
+
+    def __init__(
+        self,
+        nodes_mm: ArrayLike,
+        neighbours: ArrayLike,
+        kinds: ArrayLike,
+        spacing_mm: float,
+        area_mm2: float,
+        reference: Reference,
+        recipe: Recipe | None = None,
+    ) -> None:
+        if recipe is None:
+            from debulk.recipe import Recipe
+
+            recipe = Recipe()
+        material, load = recipe.material, recipe.load
+        ply = _core.Ply(
+            thickness_mm=material.thickness_mm,
+            young_mpa=material.young_mpa,
+            shear_mpa=material.shear_mpa,
+            density_kg_m3=material.density_kg_m3,
+            friction=material.friction,
+            pressure_mpa=load.pressure_mpa,
+            gravity_m_s2=load.gravity_m_s2,
+        )
+        self._core = _core.Sheet(
+            np.asarray(nodes_mm, dtype=np.float64),
+            np.asarray(neighbours, dtype=np.int32),
+            np.asarray(kinds, dtype=np.int32),
+            spacing_mm,
+            area_mm2,
+            reference,
+            ply,
+        )
+
+    @property
+    def start_mm(self) -> Floats:
+        """(N, 3) the initial configuration, mm."""
+        return self._core.start
+
+    @property
+    def nodal_force_n(self) -> float:
+        """Vacuum force on a node, P A / N, in N."""
+        return self._core.nodal_force_n
+
+    @property
+    def left_out(self) -> list[str]:
+        """Names of the energies that are zero for this net and ply, and are not computed."""
+        return self._core.left_out
+
+    def energy(self, x: ArrayLike) -> float:
+        """Π in mJ at the nodes x, (N, 3) in mm."""
+        return self._core.energy(_points(x))
+
+    def terms(self, x: ArrayLike) -> dict[str, float]:
+        """Bending, shear, friction, gravity and vacuum in mJ at x, (N, 3) in mm."""
+        return self._core.terms(_points(x))
+
+    def gradient(self, x: ArrayLike) -> Floats:
+        """(N, 3) derivative of Π by every node's coordinates, fixed ones included, mJ/mm."""
+        return self._core.gradient(_points(x))
+
+    def hessian(self, x: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
+        """(rows, columns, values) of the lower triangle of the 3N x 3N Hessian in mJ/mm², order x0 y0 z0 x1 ..."""
+        return self._core.hessian(_points(x))
+
+    def lengths(self, x: ArrayLike) -> Floats:
+        """(M,) lengths of the segments at x, mm, in the order of `Net.edges`."""
+        return self._core.lengths(_points(x))
+
+    def gaps(self, x: ArrayLike) -> Floats:
+        """(N,) heights z - F(x, y) of the nodes above the reference, mm."""
+        return self._core.gaps(_points(x))
+
+
+def _points(x: ArrayLike) -> Floats:
+    return np.asarray(x, dtype=np.float64)

@@ -1,0 +1,238 @@
+"""The ply under vacuum: the configuration of least energy with inextensible fibres above the mold, and its certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+
+if TYPE_CHECKING:
+    from debulk.sheet import Sheet
+
+__all__ = ["Certificate", "Solution", "certify", "methods", "minimise"]
+
+STIFFNESS = 1e8
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What is known of a configuration from its nodes alone, whatever a solver said.
+
+    Attributes
+    ----------
+    kkt_error
+        Largest component of ∇Π - Jᵀλ - ν over the movable nodes, in units of the nodal vacuum force P A / N. The
+        multipliers λ of the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4.
+    length_error
+        Largest relative error of a segment's length. Limit 1e-4; up to 1e-3 with a compliance.
+    penetration_mm
+        Deepest movable node below the reference, mm. Limit 1e-3.
+    energy_gain_mj
+        Π above that of the initial configuration, mJ; 0 where it is not above. Limit 0.
+    curvature
+        Smallest curvature of Π within the active constraints, in units of P A / (N Δ); 0 where none is negative.
+    compliant
+        Whether the length error needed the wider limit.
+    certified
+        Whether every limit is kept.
+    failure
+        Which limits are not kept, in words; empty if certified.
+    """
+
+    kkt_error: float
+    length_error: float
+    penetration_mm: float
+    energy_gain_mj: float
+    curvature: float
+    compliant: bool
+    certified: bool
+    failure: str
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A configuration of the sheet with what is known of it.
+
+    Attributes
+    ----------
+    nodes_mm
+        (N, 3) nodes, mm.
+    status
+        How the solve ended: converged, nothing_moves, iteration_limit, deadline, cancelled, infeasible,
+        numerical_failure or too_few_movable_nodes. Only the first two can be a success.
+    explanation
+        The same as a sentence.
+    certificate
+        Computed apart from the solver.
+    certified
+        Ended well and certified: the only kind of success.
+    energy_mj
+        Π, mJ.
+    iterations, evaluations
+        Of the method, retries included.
+    minima
+        Of every start, in their order; this solution is the certified one of least energy.
+    """
+
+    nodes_mm: NDArray[np.float64]
+    status: str
+    explanation: str
+    certificate: Certificate
+    certified: bool
+    energy_mj: float
+    iterations: int
+    evaluations: int
+    minima: tuple[Solution, ...] = ()
+
+    @property
+    def length_error(self) -> float:
+        """Of the certificate."""
+        return self.certificate.length_error
+
+    @property
+    def penetration_mm(self) -> float:
+        """Of the certificate, mm."""
+        return self.certificate.penetration_mm
+
+    @property
+    def kkt_error(self) -> float:
+        """Of the certificate."""
+        return self.certificate.kkt_error
+
+
+def methods() -> list[str]:
+    """Names that `minimise` takes.
+
+    Examples
+    --------
+    >>> methods()
+    ['auto', 'interior_point', 'ipopt']
+    """
+    return _core.method_names()
+
+
+def minimise(
+    sheet: Sheet,
+    method: str = "auto",
+    start: ArrayLike | None = None,
+    starts: int = 1,
+    seed: int = 0,
+    deadline_s: float | None = None,
+    *,
+    tolerance: float = 1e-8,
+    max_iterations: int = 1000,
+    stiffness: float = STIFFNESS,
+    stop: _core.Stop | None = None,
+) -> Solution:
+    """Minimise the sheet's energy subject to inextensible fibres and no node below the reference.
+
+    Parameters
+    ----------
+    sheet
+        The ply.
+    method
+        One of `methods`.
+    start
+        (N, 3) configuration to start from, mm; default: the initial one. Fixed nodes stay at the initial one.
+    starts
+        Number of starts: the given one, and seeded perturbations of it by up to 0.02 spacings.
+    seed
+        Of the perturbations.
+    deadline_s
+        Seconds until the solve stops with status "deadline"; kept within one iteration.
+    tolerance, max_iterations
+        Of the method.
+    stiffness
+        k of the fibres, in units of the vacuum force: a fibre's strain is its tension over k. Large enough that
+        lengths are right within 1e-4; where fibres pinned at both ends would need endless tension, it bounds it.
+    stop
+        Another thread may cancel the solve through it.
+
+    Returns
+    -------
+    Solution
+        The certified solution of least energy, or the first start's if none is certified.
+
+    Raises
+    ------
+    InputError
+        An unknown method, wrong shapes, options out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
+    >>> h = np.sqrt(25 - 4.9**2)  # a roof, 1 mm high, pinned at both ends: it can tip over, no more
+    >>> nodes = [[-4.9, 0, 0], [0, 0, h], [4.9, 0, 0]]
+    >>> sheet = debulk.sheet.Sheet(nodes, [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]], [1, 0, 1], 5.0, 75.0, reference)
+    >>> solution = minimise(sheet)
+    >>> solution.certified, solution.length_error < 1e-4, bool(abs(solution.nodes_mm[1, 2]) < 1e-3)
+    (True, True, True)
+    """
+    if stop is None:
+        stop = _core.Stop()
+    if deadline_s is not None:
+        stop.set_deadline(deadline_s)
+    found = _core.minimise(
+        sheet._core,
+        method=method,
+        start=None if start is None else np.asarray(start, dtype=np.float64),
+        starts=starts,
+        seed=seed,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        stiffness=stiffness,
+        stop=stop,
+    )
+    minima = tuple(_solution(minimum) for minimum in found)
+    return _solution(found[_core.best_minimum(found)], minima)
+
+
+def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> Certificate:
+    """Judge a configuration from its nodes alone.
+
+    Parameters
+    ----------
+    sheet
+        The ply.
+    nodes_mm
+        (N, 3) configuration, mm.
+    stiffness
+        That of the solve; used only where lengths are off by more than 1e-4, when the fibres' tensions must be
+        stiffness times strain.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
+    >>> h = np.sqrt(25 - 4.9**2)
+    >>> nodes = [[-4.9, 0, 0], [0, 0, h], [4.9, 0, 0]]
+    >>> sheet = debulk.sheet.Sheet(nodes, [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]], [1, 0, 1], 5.0, 75.0, reference)
+    >>> certify(sheet, nodes).certified  # upright, the roof is in balance, but would fall over: a saddle
+    False
+    """
+    return _certificate(_core.certify(sheet._core, np.asarray(nodes_mm, dtype=np.float64), stiffness))
+
+
+def _certificate(c: _core.Certificate) -> Certificate:
+    return Certificate(
+        c.kkt_error, c.length_error, c.penetration_mm, c.energy_gain_mj, c.curvature, c.compliant, c.certified, c.failure
+    )
+
+
+def _solution(m: _core.Minimum, minima: tuple[Solution, ...] = ()) -> Solution:
+    return Solution(
+        m.nodes_mm,
+        m.status,
+        m.explanation,
+        _certificate(m.certificate),
+        m.certified,
+        m.energy_mj,
+        m.iterations,
+        m.evaluations,
+        minima,
+    )

@@ -1,0 +1,57 @@
+#include "debulk/pocket/polygon.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "debulk/core/error.hpp"
+
+namespace debulk {
+namespace {
+
+const Polygon kL = {{0, 0}, {4, 0}, {4, 1}, {1, 1}, {1, 3}, {0, 3}};  // area 4 + 2
+
+TEST(Polygon, AreaIsSignedAndCentroidIsOfTheArea) {
+  EXPECT_DOUBLE_EQ(polygon_area(kL), 6.0);
+  EXPECT_DOUBLE_EQ(polygon_area(Polygon(kL.rbegin(), kL.rend())), -6.0);
+  const Eigen::Vector2d c = polygon_centroid(kL);
+  EXPECT_NEAR(c.x(), (4 * 2.0 + 2 * 0.5) / 6, 1e-14);
+  EXPECT_NEAR(c.y(), (4 * 0.5 + 2 * 2.0) / 6, 1e-14);
+  EXPECT_DOUBLE_EQ(polygon_perimeter(kL), 14.0);
+  EXPECT_EQ(polygon_area({}), 0.0);
+  EXPECT_EQ(polygon_area({{1, 2}, {3, 4}}), 0.0);
+  EXPECT_EQ(polygon_centroid({{1, 2}, {3, 4}}), Eigen::Vector2d(2, 3));
+}
+
+TEST(Polygon, AreaKeepsItsDigitsFarFromTheOrigin) {
+  Polygon far;
+  for (const Eigen::Vector2d& p : kL) far.push_back(1e-3 * p + Eigen::Vector2d(131072, -131072));
+  EXPECT_NEAR(polygon_area(far) / 6e-6, 1.0, 1e-6);
+}
+
+TEST(Polygon, InsideAndDistanceAgreeWithTheShape) {
+  EXPECT_TRUE(inside(kL, {0.5, 2.5}));
+  EXPECT_TRUE(inside(kL, {3.5, 0.5}));
+  EXPECT_FALSE(inside(kL, {2, 2}));
+  EXPECT_FALSE(inside(kL, {-1, 1}));
+  EXPECT_FALSE(inside(kL, {5, 1}));
+  EXPECT_NEAR(distance_to_outline(kL, {2, 2}), 1.0, 1e-15);
+  EXPECT_NEAR(distance_to_outline(kL, {7, 5}), 5.0, 1e-15);
+  EXPECT_NEAR(distance_to_outline(kL, {0.25, 2}), 0.25, 1e-15);
+  EXPECT_TRUE(std::isinf(distance_to_outline({}, {0, 0})));
+  EXPECT_EQ(bounding_box(kL).high, Eigen::Vector2d(4, 3));
+}
+
+TEST(Polygon, IsCheckedAndTurnedCounterClockwise) {
+  const Polygon clockwise = {{0, 0}, {0, 1}, {1, 0}, {0, 0}};
+  const Polygon out = checked_polygon(clockwise, "ply_outline");
+  EXPECT_EQ(out.size(), 3u);
+  EXPECT_GT(polygon_area(out), 0);
+  EXPECT_THROW(checked_polygon({{0, 0}, {1, 1}}, "ply_outline"), InputError);
+  EXPECT_THROW(checked_polygon({{0, 0}, {1, 1}, {2, 2}}, "ply_outline"), InputError);
+  EXPECT_THROW(checked_polygon({{0, 0}, {1, 0}, {0, std::nan("")}}, "ply_outline"), InputError);
+}
+
+}  // namespace
+}  // namespace debulk

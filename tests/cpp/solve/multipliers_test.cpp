@@ -1,0 +1,54 @@
+#include "debulk/solve/multipliers.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+
+#include <random>
+
+namespace debulk {
+namespace {
+
+Eigen::MatrixXd random_matrix(int rows, int columns, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd out(rows, columns);
+  for (int j = 0; j < columns; ++j)
+    for (int i = 0; i < rows; ++i) out(i, j) = normal(engine);
+  return out;
+}
+
+TEST(Multipliers, AreOptimalWithSignsOnRandomProblems) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    const Eigen::MatrixXd a = random_matrix(30, 22, seed);
+    const Eigen::VectorXd g = random_matrix(30, 1, 1000 + seed);
+    std::vector<int> signs;
+    for (int k = 10; k < 22; ++k) signs.push_back(k);
+    const Multipliers fit = fit_multipliers(a.sparseView(), g, signs);
+    EXPECT_LT((g - a * fit.x - fit.residual).norm(), 1e-12);
+    const Eigen::VectorXd slope = a.transpose() * fit.residual;
+    for (int k = 0; k < 10; ++k) EXPECT_NEAR(slope[k], 0, 1e-8);
+    for (const int k : signs) {  // the conditions of non-negative least squares are sufficient
+      EXPECT_GE(fit.x[k], 0);
+      EXPECT_LE(slope[k], 1e-7);
+      EXPECT_NEAR(slope[k] * fit.x[k], 0, 1e-7);
+    }
+  }
+}
+
+TEST(Multipliers, ResidualIsRightForDependentColumns) {
+  Eigen::MatrixXd a = random_matrix(20, 12, 7);
+  a.col(11) = a.col(2) - 2 * a.col(5);
+  a.col(10) = a.col(3);
+  const Eigen::VectorXd g = random_matrix(20, 1, 8);
+  const Eigen::VectorXd exact = a.completeOrthogonalDecomposition().solve(g);
+  EXPECT_LT((fit_multipliers(a.sparseView(), g, {}).residual - (g - a * exact)).norm(), 1e-9);
+}
+
+TEST(Multipliers, WithoutColumnsLeaveTheGradient) {
+  const Eigen::VectorXd g = random_matrix(5, 1, 3);
+  EXPECT_EQ(fit_multipliers(Eigen::SparseMatrix<double>(5, 0), g, {}).residual, g);
+}
+
+}  // namespace
+}  // namespace debulk
