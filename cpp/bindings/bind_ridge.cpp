@@ -1,7 +1,81 @@
+#include <pybind11/stl.h>
+
 #include "bindings/bind.hpp"
+#include "bindings/convert.hpp"
+#include "debulk/ridge/mold_length.hpp"
+#include "debulk/ridge/post_process.hpp"
+#include "debulk/ridge/ridge_height.hpp"
 
 namespace debulk {
+namespace {
 
-void bind_ridge(pybind11::module_&) {}
+std::vector<Neighbours> neighbours_of(const Array<int>& a) {
+  require(a.ndim() == 2 && a.shape(1) == 4, "neighbours", "an (N, 4) array", shape_of(a));
+  std::vector<Neighbours> out(static_cast<std::size_t>(a.shape(0)));
+  if (!out.empty()) std::memcpy(out.data(), a.data(), out.size() * sizeof(Neighbours));
+  return out;
+}
+
+std::vector<std::uint8_t> flags_of(const Array<bool>& a, const char* name) {
+  require(a.ndim() == 1, name, "an (N,) array", shape_of(a));
+  return std::vector<std::uint8_t>(a.data(), a.data() + a.size());
+}
+
+PostProcessed post_process_arrays(const Array<double>& nodes, const Array<int>& neighbours, const Array<bool>& inside,
+                                  const Surface& surface, const RidgeOptions& options) {
+  const auto node_rows = points<3>(nodes, "nodes_mm");
+  const auto neighbour_rows = neighbours_of(neighbours);
+  const auto inside_flags = flags_of(inside, "inside");
+  py::gil_scoped_release release;
+  return post_process(node_rows, neighbour_rows, inside_flags, surface, options);
+}
+
+double largest_excess_of_arrays(const Array<double>& nodes, const Array<int>& neighbours, const Surface& surface) {
+  const auto node_rows = points<3>(nodes, "nodes_mm");
+  const auto neighbour_rows = neighbours_of(neighbours);
+  py::gil_scoped_release release;
+  return largest_fibre_excess(node_rows, neighbour_rows, surface);
+}
+
+}  // namespace
+
+void bind_ridge(py::module_& m) {
+  py::class_<RidgeOptions>(m, "RidgeOptions")
+      .def(py::init<>())
+      .def_readwrite("thickness_mm", &RidgeOptions::thickness)
+      .def_readwrite("bulk_factor", &RidgeOptions::bulk_factor)
+      .def_readwrite("touch_mm", &RidgeOptions::touch)
+      .def_readwrite("taut_strain", &RidgeOptions::taut_strain);
+
+  py::class_<RidgeSection>(m, "RidgeSection")
+      .def_readonly("peak", &RidgeSection::peak)
+      .def_readonly("fibre", &RidgeSection::fibre)
+      .def_readonly("nodes", &RidgeSection::nodes)
+      .def_readonly("ply_length_mm", &RidgeSection::ply_length)
+      .def_readonly("mold_length_mm", &RidgeSection::mold_length)
+      .def_readonly("height_mm", &RidgeSection::height)
+      .def_readonly("length_mm", &RidgeSection::length);
+
+  py::class_<PostProcessed>(m, "PostProcessed")
+      .def_property_readonly("gap_mm",
+                             [](const PostProcessed& p) { return to_array(std::vector<double>(p.gaps), {py::ssize_t(p.gaps.size())}); })
+      .def_property_readonly(
+          "is_ridge",
+          [](const PostProcessed& p) { return to_array(std::vector<std::uint8_t>(p.is_ridge), {py::ssize_t(p.is_ridge.size())}); })
+      .def_property_readonly(
+          "is_bridge",
+          [](const PostProcessed& p) { return to_array(std::vector<std::uint8_t>(p.is_bridge), {py::ssize_t(p.is_bridge.size())}); })
+      .def_readonly("sections", &PostProcessed::sections)
+      .def_readonly("ridge_height_mm", &PostProcessed::ridge_height)
+      .def_readonly("ridge_length_mm", &PostProcessed::ridge_length)
+      .def_readonly("bridge_height_mm", &PostProcessed::bridge_height)
+      .def_readonly("rms_mm", &PostProcessed::rms)
+      .def_readonly("excess_length_mm", &PostProcessed::excess_length);
+
+  m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));
+  m.def("post_process", &post_process_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("inside"), py::arg("surface"),
+        py::arg("options"));
+  m.def("largest_fibre_excess", &largest_excess_of_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("surface"));
+}
 
 }  // namespace debulk

@@ -28,12 +28,7 @@ Net net_of(const Array<double>& nodes, const Array<int>& neighbours, const Array
 }
 
 py::tuple lower_triangle(const Sheet& sheet, const Array<double>& x) {
-  const Points at = points<3>(x, "x");
-  sheet.energy(at);  // checks the points
-  BlockMatrix blocks = sheet.hessian_pattern();
-  blocks.set_zero();
-  sheet.add_hessian(at, blocks);
-  const Eigen::SparseMatrix<double> lower = blocks.lower();
+  const Eigen::SparseMatrix<double> lower = sheet.hessian(points<3>(x, "x")).lower();
   std::vector<int> rows, columns;
   std::vector<double> values;
   for (int c = 0; c < lower.outerSize(); ++c)

@@ -33,7 +33,7 @@ std::vector<Eigen::Matrix<double, K, 1>> points(const Array<double>& a, const ch
   const std::string expected = "an (N, " + std::to_string(K) + ") array";
   require(a.ndim() == 2 && a.shape(1) == K, name, expected.c_str(), shape_of(a));
   std::vector<Eigen::Matrix<double, K, 1>> out(static_cast<std::size_t>(a.shape(0)));
-  if (!out.empty()) std::memcpy(out.data(), a.data(), out.size() * K * sizeof(double));
+  if (!out.empty()) std::memcpy(static_cast<void*>(out.data()), a.data(), out.size() * K * sizeof(double));
   return out;
 }
 

@@ -7,9 +7,9 @@ namespace debulk {
 
 // Paper eq. (2), summed over nodes: c/2 [(2 Psi_1)^2 + (2 Psi_2)^2], c = E t^3 / 12, where 2 Psi is the turning angle of a
 // fibre at the node: the full angle in space, wherever the fibre goes on at both sides, fixed nodes included (a clamp).
-class Bending : public AngleTerm<turning_squared, -1> {
+class Bending : public AngleTerm {
  public:
-  Bending(double c_mj, const std::vector<Neighbours>& neighbours) : AngleTerm(c_mj / 2, corners(neighbours)) {}
+  Bending(double c_mj, const std::vector<Neighbours>& neighbours) : AngleTerm(turning_batch, -1.0, c_mj / 2, corners(neighbours)) {}
 
   static std::vector<Corner> corners(const std::vector<Neighbours>& neighbours) {
     std::vector<Corner> out;

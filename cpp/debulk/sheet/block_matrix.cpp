@@ -5,13 +5,16 @@
 
 namespace debulk {
 
-BlockMatrix::BlockMatrix(int nodes, const std::vector<std::array<int, 3>>& groups) : nodes_(nodes) {
+BlockMatrix::BlockMatrix(int nodes, const std::vector<std::array<int, 3>>& groups, const std::vector<char>& held) : nodes_(nodes) {
+  const auto moves = [&](int i) { return held.empty() || !held[static_cast<std::size_t>(i)]; };
   std::vector<std::pair<int, int>> pairs;
   pairs.reserve(groups.size() * 3 + static_cast<std::size_t>(nodes));
-  for (int i = 0; i < nodes; ++i) pairs.emplace_back(i, i);
+  for (int i = 0; i < nodes; ++i)
+    if (moves(i)) pairs.emplace_back(i, i);
   for (const auto& group : groups)
     for (std::size_t a = 0; a < 3; ++a)
-      for (std::size_t b = 0; b < a; ++b) pairs.emplace_back(std::max(group[a], group[b]), std::min(group[a], group[b]));
+      for (std::size_t b = 0; b < a; ++b)
+        if (moves(group[a]) && moves(group[b])) pairs.emplace_back(std::max(group[a], group[b]), std::min(group[a], group[b]));
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 

@@ -13,8 +13,9 @@ namespace debulk {
 class BlockMatrix {
  public:
   BlockMatrix() = default;
-  // groups: sets of nodes that a term couples all with all. Every node gets a diagonal block.
-  BlockMatrix(int nodes, const std::vector<std::array<int, 3>>& groups);
+  // groups: sets of nodes that a term couples all with all. Every node gets a diagonal block. With `held`, one a node,
+  // nodes where it is not 0 have no blocks at all.
+  BlockMatrix(int nodes, const std::vector<std::array<int, 3>>& groups, const std::vector<char>& held = {});
 
   int nodes() const { return nodes_; }
   int blocks() const { return static_cast<int>(rows_.size()); }
@@ -24,9 +25,15 @@ class BlockMatrix {
   int slot(int i, int j) const;
 
   void set_zero();
-  // Adds `block`, which belongs to rows of node i and columns of node j, whichever of the two is stored at `slot`.
-  void add(int slot, int i, int j, const Eigen::Matrix3d& block) {
-    values_[static_cast<std::size_t>(slot)] += i >= j ? block : Eigen::Matrix3d(block.transpose());
+  // Adds `block`, which belongs to rows of node i and columns of node j, whichever of the two is stored at `slot`; nothing
+  // where slot is -1.
+  template <class Block>
+  void add(int slot, int i, int j, const Eigen::MatrixBase<Block>& block) {
+    if (slot < 0) return;
+    if (i >= j)
+      values_[static_cast<std::size_t>(slot)] += block;
+    else
+      values_[static_cast<std::size_t>(slot)] += block.transpose();
   }
   const Eigen::Matrix3d& block(int slot) const { return values_[static_cast<std::size_t>(slot)]; }
 

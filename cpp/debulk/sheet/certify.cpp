@@ -84,9 +84,8 @@ class Stationarity {
 
   // Hessian of the Lagrangian over movable coordinates, times Delta over the force unit.
   Sparse hessian(const Eigen::VectorXd& multipliers) const {
-    BlockMatrix blocks = sheet_.hessian_pattern();
-    blocks.set_zero();
-    sheet_.add_hessian(x_, blocks);
+    BlockMatrix blocks = sheet_.movable_hessian();
+    sheet_.add_movable_hessian(x_, blocks);
     const double force = sheet_.force_unit_n();
     for (int k = 0; k < lengths(); ++k) {
       const auto [i, j] = segments_[static_cast<std::size_t>(k)];
@@ -108,7 +107,6 @@ class Stationarity {
     Triplets entries;
     for (int slot = 0; slot < blocks.blocks(); ++slot) {
       const int i = place_[static_cast<std::size_t>(blocks.row(slot))], j = place_[static_cast<std::size_t>(blocks.column(slot))];
-      if (i < 0 || j < 0) continue;
       for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b) {
           entries.emplace_back(3 * i + a, 3 * j + b, unit * blocks.block(slot)(a, b));

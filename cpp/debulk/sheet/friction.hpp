@@ -30,14 +30,20 @@ class Friction : public Term {
     }
     return value(x);
   }
-  void add_hessian(const Points& x, BlockMatrix& hessian) const override {
-    for (const int node : nodes_) {
+  void add_hessian(const Points& x, const Places& places, BlockMatrix& hessian) const override {
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      const int node = nodes_[k];
       const auto i = static_cast<std::size_t>(node);
       const Eigen::Vector3d moved = x[i] - start_[i];
       const double length = std::sqrt(moved.squaredNorm() + rounding_ * rounding_);
       const Eigen::Matrix3d block = force_ / length * (Eigen::Matrix3d::Identity() - moved * moved.transpose() / (length * length));
-      hessian.add(hessian.slot(node, node), node, node, block);
+      hessian.add(places[k], node, node, block);
     }
+  }
+  Places places(const BlockMatrix& pattern) const override {
+    Places out;
+    for (const int node : nodes_) out.push_back(pattern.slot(node, node));
+    return out;
   }
 
  private:

@@ -3,22 +3,69 @@
 #include <limits>
 
 namespace debulk {
+namespace {
+
+// T^T v, where T, the derivative of a node's position by its gap coordinates over Delta, is the identity with the mold's
+// slope in row z.
+Eigen::Vector3d pulled_back(const SurfaceSample& mold, const Eigen::Vector3d& v) {
+  return {v.x() + mold.gradient.x() * v.z(), v.y() + mold.gradient.y() * v.z(), v.z()};
+}
+
+// T_i^T B T_j.
+Eigen::Matrix3d pulled_back(const SurfaceSample& at_i, const Eigen::Matrix3d& b, const SurfaceSample& at_j) {
+  Eigen::Matrix3d out = b;
+  for (int a = 0; a < 3; ++a) {
+    out(a, 0) += b(a, 2) * at_j.gradient.x();
+    out(a, 1) += b(a, 2) * at_j.gradient.y();
+  }
+  out.row(0) += at_i.gradient.x() * out.row(2);
+  out.row(1) += at_i.gradient.y() * out.row(2);
+  return out;
+}
+
+}  // namespace
 
 GapProblem::GapProblem(const Sheet& sheet)
-    : sheet_(sheet), length_(sheet.net().spacing), energy_(sheet.force_unit_n() * sheet.net().spacing), place_(sheet.start().size(), -1) {
+    : sheet_(sheet),
+      length_(sheet.net().spacing),
+      energy_(sheet.force_unit_n() * sheet.net().spacing),
+      place_(sheet.start().size(), -1),
+      blocks_(sheet.movable_hessian()) {
   for (std::size_t k = 0; k < sheet.movable().size(); ++k) place_[static_cast<std::size_t>(sheet.movable()[k])] = static_cast<int>(k);
-  for (const auto& [i, j] : sheet.segments())
-    if (place_[static_cast<std::size_t>(i)] >= 0 || place_[static_cast<std::size_t>(j)] >= 0) constrained_.push_back({i, j});
+  for (const auto& [i, j] : sheet.segments()) {
+    const int place_i = place_[static_cast<std::size_t>(i)], place_j = place_[static_cast<std::size_t>(j)];
+    if (place_i >= 0 || place_j >= 0)
+      constrained_.push_back({i, j, place_i, place_j, blocks_.slot(i, i), blocks_.slot(i, j), blocks_.slot(j, j)});
+  }
+  state_.x = sheet.start();
+}
+
+GapProblem::State& GapProblem::at(const Eigen::VectorXd& y) const {
+  if (state_.y.size() == y.size() && state_.y == y) return state_;
+  state_.y = y;
+  state_.differentiated = false;
+  state_.mold.resize(sheet_.movable().size());
+  for (std::size_t k = 0; k < sheet_.movable().size(); ++k) {
+    Eigen::Vector3d p = length_ * y.segment<3>(3 * static_cast<long>(k));
+    state_.mold[k] = sheet_.mold().sample(p.head<2>());
+    p.z() += state_.mold[k].height;
+    state_.x[static_cast<std::size_t>(sheet_.movable()[k])] = p;
+  }
+  return state_;
+}
+
+const GapProblem::State& GapProblem::differentiated_at(const Eigen::VectorXd& y) const {
+  State& state = at(y);
+  if (!state.differentiated) {
+    state.gradient.assign(state.x.size(), Eigen::Vector3d::Zero());
+    state.energy = sheet_.add_gradient(state.x, state.gradient);
+    state.differentiated = true;
+  }
+  return state;
 }
 
 Points GapProblem::to_points(const Eigen::VectorXd& y) const {
-  Points x = sheet_.start();
-  for (std::size_t k = 0; k < sheet_.movable().size(); ++k) {
-    Eigen::Vector3d p = length_ * y.segment<3>(3 * static_cast<long>(k));
-    p.z() += sheet_.mold().height(p.head<2>());
-    x[static_cast<std::size_t>(sheet_.movable()[k])] = p;
-  }
-  return x;
+  return at(y).x;
 }
 
 Eigen::VectorXd GapProblem::from_points(const Points& x) const {
@@ -37,36 +84,23 @@ Eigen::VectorXd GapProblem::lower() const {
   return out;
 }
 
+// A line search asks for few values whose gradient it does not want next, so both are found together.
 double GapProblem::value(const Eigen::VectorXd& y) const {
-  return sheet_.energy(to_points(y)) / energy_;
-}
-
-Eigen::Matrix3d GapProblem::tangent(const SurfaceSample& mold) {
-  Eigen::Matrix3d t = Eigen::Matrix3d::Identity();
-  t.block<1, 2>(2, 0) = mold.gradient.transpose();
-  return t;
-}
-
-std::vector<SurfaceSample> GapProblem::mold_below(const Eigen::VectorXd& y) const {
-  std::vector<SurfaceSample> out;
-  out.reserve(sheet_.movable().size());
-  for (long k = 0; k < y.size(); k += 3) out.push_back(sheet_.mold().sample(length_ * y.segment<2>(k)));
-  return out;
+  return differentiated_at(y).energy / energy_;
 }
 
 void GapProblem::gradient(const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> out) const {
-  const Points g = sheet_.gradient(to_points(y));
-  const std::vector<SurfaceSample> mold = mold_below(y);
-  for (std::size_t k = 0; k < mold.size(); ++k)
+  const State& state = differentiated_at(y);
+  for (std::size_t k = 0; k < state.mold.size(); ++k)
     out.segment<3>(3 * static_cast<long>(k)) =
-        (length_ / energy_) * tangent(mold[k]).transpose() * g[static_cast<std::size_t>(sheet_.movable()[k])];
+        (length_ / energy_) * pulled_back(state.mold[k], state.gradient[static_cast<std::size_t>(sheet_.movable()[k])]);
 }
 
 void GapProblem::constraints(const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> out) const {
-  const Points x = to_points(y);
+  const Points& x = at(y).x;
   for (std::size_t k = 0; k < constrained_.size(); ++k) {
-    const auto [i, j] = constrained_[k];
-    const Eigen::Vector3d d = x[static_cast<std::size_t>(i)] - x[static_cast<std::size_t>(j)];
+    const Segment& s = constrained_[k];
+    const Eigen::Vector3d d = x[static_cast<std::size_t>(s.i)] - x[static_cast<std::size_t>(s.j)];
     out[static_cast<long>(k)] = (d.squaredNorm() / (length_ * length_) - 1) / 2;
   }
 }
@@ -74,21 +108,20 @@ void GapProblem::constraints(const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorX
 std::vector<Problem::Entry> GapProblem::jacobian_pattern() const {
   std::vector<Entry> pattern;
   for (std::size_t k = 0; k < constrained_.size(); ++k)
-    for (const int node : constrained_[k])
-      if (const int place = place_[static_cast<std::size_t>(node)]; place >= 0)
+    for (const int place : {constrained_[k].place_i, constrained_[k].place_j})
+      if (place >= 0)
         for (int a = 0; a < 3; ++a) pattern.push_back({static_cast<int>(k), 3 * place + a});
   return pattern;
 }
 
 void GapProblem::jacobian(const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> values) const {
-  const Points x = to_points(y);
-  const std::vector<SurfaceSample> mold = mold_below(y);
+  const State& state = at(y);
   long next = 0;
-  for (const auto& [i, j] : constrained_) {
-    const Eigen::Vector3d d = (x[static_cast<std::size_t>(i)] - x[static_cast<std::size_t>(j)]) / length_;
-    for (const auto& [node, sign] : {std::pair{i, 1.0}, std::pair{j, -1.0}})
-      if (const int place = place_[static_cast<std::size_t>(node)]; place >= 0) {
-        values.segment<3>(next) = sign * tangent(mold[static_cast<std::size_t>(place)]).transpose() * d;
+  for (const Segment& s : constrained_) {
+    const Eigen::Vector3d d = (state.x[static_cast<std::size_t>(s.i)] - state.x[static_cast<std::size_t>(s.j)]) / length_;
+    for (const auto& [place, sign] : {std::pair{s.place_i, 1.0}, std::pair{s.place_j, -1.0}})
+      if (place >= 0) {
+        values.segment<3>(next) = sign * pulled_back(state.mold[static_cast<std::size_t>(place)], d);
         next += 3;
       }
   }
@@ -96,54 +129,43 @@ void GapProblem::jacobian(const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> 
 
 std::vector<Problem::Entry> GapProblem::hessian_pattern() const {
   std::vector<Entry> pattern;
-  const BlockMatrix& blocks = sheet_.hessian_pattern();
-  for (int slot = 0; slot < blocks.blocks(); ++slot) {
-    const int i = place_[static_cast<std::size_t>(blocks.row(slot))], j = place_[static_cast<std::size_t>(blocks.column(slot))];
-    if (i < 0 || j < 0) continue;
+  for (int slot = 0; slot < blocks_.blocks(); ++slot) {
+    const int i = place_[static_cast<std::size_t>(blocks_.row(slot))], j = place_[static_cast<std::size_t>(blocks_.column(slot))];
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < (i == j ? a + 1 : 3); ++b) pattern.push_back({3 * i + a, 3 * j + b});
   }
   return pattern;
 }
 
-// With x = x(y): Hessian by y = T^T H T + (sum of g_z) F'' on a node's x, y, all by the chain rule.
+// By the chain rule, T^T H T and, on a node's x and y, the slope along z times F''. `lambda` enters as it comes, the energy
+// with its weight over the unit of energy; the blocks are gathered in mJ/mm^2.
 void GapProblem::hessian(const Eigen::VectorXd& y, double weight_of_f, const Eigen::VectorXd& lambda,
                          Eigen::Ref<Eigen::VectorXd> values) const {
-  const Points x = to_points(y);
-  const std::vector<SurfaceSample> mold = mold_below(y);
-  BlockMatrix blocks = sheet_.hessian_pattern();
-  blocks.set_zero();
-  Points g(x.size(), Eigen::Vector3d::Zero());
-  if (weight_of_f != 0) {
-    sheet_.add_hessian(x, blocks);
-    g = sheet_.gradient(x);
-  }
-  // Both parts in the units of the scaled problem, before the chain rule: d/dy = Delta T d/dx.
-  const double weight = weight_of_f * length_ * length_ / energy_;
-  std::vector<double> slope_z(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) slope_z[i] = weight_of_f * length_ / energy_ * g[i].z();
-  BlockMatrix lengths = sheet_.hessian_pattern();
-  lengths.set_zero();
+  const State& state = differentiated_at(y);
+  blocks_.set_zero();
+  if (weight_of_f != 0) sheet_.add_movable_hessian(state.x, blocks_);
+  const double weight = (weight_of_f != 0 ? weight_of_f : 1.0) * length_ * length_ / energy_;
+  std::vector<double> slope_z(state.mold.size());
+  for (std::size_t k = 0; k < slope_z.size(); ++k)
+    slope_z[k] = weight_of_f * length_ / energy_ * state.gradient[static_cast<std::size_t>(sheet_.movable()[k])].z();
   for (std::size_t k = 0; k < constrained_.size(); ++k) {
-    const auto [i, j] = constrained_[k];
+    const Segment& s = constrained_[k];
     const double l = lambda[static_cast<long>(k)];
-    const Eigen::Matrix3d block = l * Eigen::Matrix3d::Identity();
-    lengths.add(lengths.slot(i, i), i, i, block);
-    lengths.add(lengths.slot(j, j), j, j, block);
-    lengths.add(lengths.slot(i, j), i, j, -block);
-    const double dz = l * (x[static_cast<std::size_t>(i)].z() - x[static_cast<std::size_t>(j)].z()) / length_;
-    slope_z[static_cast<std::size_t>(i)] += dz;
-    slope_z[static_cast<std::size_t>(j)] -= dz;
+    const Eigen::Matrix3d block = l / weight * Eigen::Matrix3d::Identity();
+    blocks_.add(s.slot_ii, s.i, s.i, block);
+    blocks_.add(s.slot_jj, s.j, s.j, block);
+    blocks_.add(s.slot_ij, s.i, s.j, -block);
+    const double dz = l * (state.x[static_cast<std::size_t>(s.i)].z() - state.x[static_cast<std::size_t>(s.j)].z()) / length_;
+    if (s.place_i >= 0) slope_z[static_cast<std::size_t>(s.place_i)] += dz;
+    if (s.place_j >= 0) slope_z[static_cast<std::size_t>(s.place_j)] -= dz;
   }
 
   long next = 0;
-  for (int slot = 0; slot < blocks.blocks(); ++slot) {
-    const int node = blocks.row(slot);
-    const int i = place_[static_cast<std::size_t>(node)], j = place_[static_cast<std::size_t>(blocks.column(slot))];
-    if (i < 0 || j < 0) continue;
-    const SurfaceSample &at_i = mold[static_cast<std::size_t>(i)], &at_j = mold[static_cast<std::size_t>(j)];
-    Eigen::Matrix3d block = tangent(at_i).transpose() * (weight * blocks.block(slot) + lengths.block(slot)) * tangent(at_j);
-    if (i == j) block.topLeftCorner<2, 2>() += slope_z[static_cast<std::size_t>(node)] * length_ * at_i.hessian;
+  for (int slot = 0; slot < blocks_.blocks(); ++slot) {
+    const auto i = static_cast<std::size_t>(place_[static_cast<std::size_t>(blocks_.row(slot))]);
+    const auto j = static_cast<std::size_t>(place_[static_cast<std::size_t>(blocks_.column(slot))]);
+    Eigen::Matrix3d block = weight * pulled_back(state.mold[i], blocks_.block(slot), state.mold[j]);
+    if (i == j) block.topLeftCorner<2, 2>() += slope_z[i] * length_ * state.mold[i].hessian;
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < (i == j ? a + 1 : 3); ++b) values[next++] = block(a, b);
   }

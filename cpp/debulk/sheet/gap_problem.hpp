@@ -10,6 +10,7 @@ namespace debulk {
 // The sheet as a Problem in gap coordinates, (x, y, z - F(x, y)) / Delta of each movable node, in which the contact with
 // the mold is a plain bound h >= 0. Energies are in units of force unit times Delta; the equality of a segment is
 // (|x_i - x_j|^2 / Delta^2 - 1) / 2, its strain for small ones.
+// One object serves one solve at a time: it keeps its buffers, and what it found at the last point.
 class GapProblem : public Problem {
  public:
   explicit GapProblem(const Sheet& sheet);
@@ -32,14 +33,28 @@ class GapProblem : public Problem {
   Eigen::VectorXd from_points(const Points& x) const;
 
  private:
-  // Derivative of a node's position by its gap coordinates, over Delta: the identity with the mold's slope in row z.
-  static Eigen::Matrix3d tangent(const SurfaceSample& mold);
-  std::vector<SurfaceSample> mold_below(const Eigen::VectorXd& y) const;
+  struct Segment {
+    int i, j;                       // nodes
+    int place_i, place_j;           // among the movable ones; -1: fixed
+    int slot_ii, slot_ij, slot_jj;  // of its blocks; -1: fixed
+  };
+  // What belongs to one y: nodes, the mold below the movable ones, and, once asked for, energy and gradient there.
+  struct State {
+    Eigen::VectorXd y;
+    Points x, gradient;
+    std::vector<SurfaceSample> mold;
+    double energy = 0;
+    bool differentiated = false;
+  };
+  State& at(const Eigen::VectorXd& y) const;
+  const State& differentiated_at(const Eigen::VectorXd& y) const;
 
   const Sheet& sheet_;
-  double length_, energy_;                       // units: Delta (mm), force unit times Delta (mJ)
-  std::vector<int> place_;                       // of a node among the movable ones; -1: fixed
-  std::vector<std::array<int, 2>> constrained_;  // segments with a movable end
+  double length_, energy_;            // units: Delta (mm), force unit times Delta (mJ)
+  std::vector<int> place_;            // of a node among the movable ones; -1: fixed
+  std::vector<Segment> constrained_;  // segments with a movable end
+  mutable State state_;
+  mutable BlockMatrix blocks_;
 };
 
 }  // namespace debulk

@@ -40,24 +40,30 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
   movable_ = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind != NodeKind::fixed; });
   const std::vector<int> free = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind == NodeKind::free; });
 
-  add_term("bending", +1, ply_.bending_mj(), std::make_shared<Bending>(ply_.bending_mj(), net_.neighbours));
-  add_term("shear", +1, ply_.shear_mpa, std::make_shared<Shear>(ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours));
+  add_term("bending", ply_.bending_mj(), std::make_shared<Bending>(ply_.bending_mj(), net_.neighbours));
+  add_term("shear", ply_.shear_mpa, std::make_shared<Shear>(ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours));
   const double grip = free.empty() ? 0.0 : ply_.friction * nodal_force_;
-  add_term("friction", +1, grip, std::make_shared<Friction>(grip, net_.spacing, free, net_.nodes));
-  add_term("gravity", -1, weight, std::make_shared<Load>(weight, net_.nodes));
-  add_term("vacuum", -1, nodal_force_, std::make_shared<Load>(nodal_force_, net_.nodes));
+  add_term("friction", grip, std::make_shared<Friction>(grip, net_.spacing, free, net_.nodes));
+  add_term("gravity", weight, std::make_shared<Load>(weight, net_.nodes));
+  add_term("vacuum", nodal_force_, std::make_shared<Load>(nodal_force_, net_.nodes));
 
-  std::vector<std::array<int, 3>> groups;
-  for (const auto& [i, j] : segments_) groups.push_back({i, j, j});
-  for (const SignedTerm& t : terms_)
-    for (const auto& group : t.term->groups()) groups.push_back(group);
-  pattern_ = BlockMatrix(static_cast<int>(net_.nodes.size()), groups);
-  for (SignedTerm& t : terms_) t.term->attach(pattern_);
+  std::vector<char> held(net_.nodes.size());
+  for (std::size_t i = 0; i < held.size(); ++i) held[i] = net_.kinds[i] == NodeKind::fixed;
+  movable_hessian_ = BlockMatrix(static_cast<int>(net_.nodes.size()), groups(), held);
+  for (NamedTerm& t : terms_) t.places = t.term->places(movable_hessian_);
 }
 
-void Sheet::add_term(const std::string& name, double sign, double strength, std::shared_ptr<Term> term) {
+std::vector<std::array<int, 3>> Sheet::groups() const {
+  std::vector<std::array<int, 3>> out;
+  for (const auto& [i, j] : segments_) out.push_back({i, j, j});
+  for (const NamedTerm& t : terms_)
+    for (const auto& group : t.term->groups()) out.push_back(group);
+  return out;
+}
+
+void Sheet::add_term(const std::string& name, double strength, std::shared_ptr<const Term> term) {
   if (strength > 0)
-    terms_.push_back({name, sign, std::move(term)});
+    terms_.push_back({name, std::move(term), {}});
   else
     left_out_.push_back(name);
 }
@@ -93,7 +99,7 @@ void Sheet::check_points(const Points& x) const {
 double Sheet::energy(const Points& x) const {
   check_points(x);
   double sum = 0;
-  for (const SignedTerm& t : terms_) sum += t.sign * t.term->value(x);
+  for (const NamedTerm& t : terms_) sum += t.term->value(x);
   return sum;
 }
 
@@ -101,23 +107,35 @@ std::vector<std::pair<std::string, double>> Sheet::terms(const Points& x) const 
   check_points(x);
   std::vector<std::pair<std::string, double>> out;
   for (const char* name : kTermNames) {
-    const auto found = std::find_if(terms_.begin(), terms_.end(), [&](const SignedTerm& t) { return t.name == name; });
-    out.emplace_back(name, found == terms_.end() ? 0.0 : found->term->value(x));
+    const auto found = std::find_if(terms_.begin(), terms_.end(), [&](const NamedTerm& t) { return t.name == name; });
+    const bool load = name == std::string("gravity") || name == std::string("vacuum");
+    out.emplace_back(name, found == terms_.end() ? 0.0 : (load ? -1 : 1) * found->term->value(x));
   }
   return out;
 }
 
-Points Sheet::gradient(const Points& x) const {
-  check_points(x);
-  Points total(x.size(), Eigen::Vector3d::Zero()), of_loads = total;
-  for (const SignedTerm& t : terms_) t.term->add_gradient(x, t.sign > 0 ? total : of_loads);
-  for (std::size_t i = 0; i < x.size(); ++i) total[i] -= of_loads[i];
-  return total;
+double Sheet::add_gradient(const Points& x, Points& gradient) const {
+  double sum = 0;
+  for (const NamedTerm& t : terms_) sum += t.term->add_gradient(x, gradient);
+  return sum;
 }
 
-void Sheet::add_hessian(const Points& x, BlockMatrix& hessian) const {
-  for (const SignedTerm& t : terms_)
-    if (t.sign > 0) t.term->add_hessian(x, hessian);  // the loads are linear
+Points Sheet::gradient(const Points& x) const {
+  check_points(x);
+  Points out(x.size(), Eigen::Vector3d::Zero());
+  add_gradient(x, out);
+  return out;
+}
+
+void Sheet::add_movable_hessian(const Points& x, BlockMatrix& hessian) const {
+  for (const NamedTerm& t : terms_) t.term->add_hessian(x, t.places, hessian);
+}
+
+BlockMatrix Sheet::hessian(const Points& x) const {
+  check_points(x);
+  BlockMatrix out(static_cast<int>(x.size()), groups());
+  for (const NamedTerm& t : terms_) t.term->add_hessian(x, t.term->places(out), out);
+  return out;
 }
 
 std::vector<double> Sheet::lengths(const Points& x) const {

@@ -22,12 +22,16 @@ class Sheet {
   Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Surface> mold);
 
   double energy(const Points& x) const;                                      // mJ
-  std::vector<std::pair<std::string, double>> terms(const Points& x) const;  // all five, mJ; those left out are 0
+  std::vector<std::pair<std::string, double>> terms(const Points& x) const;  // all five, mJ; loads as work; those left out are 0
   Points gradient(const Points& x) const;                                    // mJ/mm, all nodes
-  void add_hessian(const Points& x, BlockMatrix& hessian) const;             // to a copy of hessian_pattern()
-  const BlockMatrix& hessian_pattern() const { return pattern_; }
-  std::vector<double> lengths(const Points& x) const;  // of segments(), mm
-  std::vector<double> gaps(const Points& x) const;     // z - F(x, y), mm
+  double add_gradient(const Points& x, Points& gradient) const;              // the same, added; returns the energy
+  BlockMatrix hessian(const Points& x) const;                                // mJ/mm2, all nodes
+  std::vector<double> lengths(const Points& x) const;                        // of segments(), mm
+  std::vector<double> gaps(const Points& x) const;                           // z - F(x, y), mm
+
+  // The Hessian's blocks between movable nodes, zero, with room for the segments'; and adding the energy's to it.
+  const BlockMatrix& movable_hessian() const { return movable_hessian_; }
+  void add_movable_hessian(const Points& x, BlockMatrix& hessian) const;
 
   const Net& net() const { return net_; }
   const Points& start() const { return net_.nodes; }
@@ -40,12 +44,13 @@ class Sheet {
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
-  struct SignedTerm {
+  struct NamedTerm {
     std::string name;
-    double sign;
-    std::shared_ptr<Term> term;
+    std::shared_ptr<const Term> term;
+    Places places;  // in movable_hessian_
   };
-  void add_term(const std::string& name, double sign, double strength, std::shared_ptr<Term> term);
+  void add_term(const std::string& name, double strength, std::shared_ptr<const Term> term);
+  std::vector<std::array<int, 3>> groups() const;
   void check_net() const;
   void check_points(const Points& x) const;
 
@@ -55,9 +60,9 @@ class Sheet {
   double nodal_force_, force_unit_;
   std::vector<std::array<int, 2>> segments_;
   std::vector<int> movable_;
-  std::vector<SignedTerm> terms_;
+  std::vector<NamedTerm> terms_;
   std::vector<std::string> left_out_;
-  BlockMatrix pattern_;
+  BlockMatrix movable_hessian_;
 };
 
 }  // namespace debulk

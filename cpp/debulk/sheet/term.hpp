@@ -10,6 +10,7 @@
 namespace debulk {
 
 using Points = std::vector<Eigen::Vector3d>;  // one a node, mm
+using Places = std::vector<int>;              // slots of a BlockMatrix; -1: a block that it does not hold
 
 // One energy of the sheet, in mJ: value, gradient and Hessian of the same formula, in one place.
 class Term {
@@ -18,11 +19,12 @@ class Term {
   virtual double value(const Points& x) const = 0;
   // Adds to the gradient (mJ/mm, all nodes) and returns the value.
   virtual double add_gradient(const Points& x, Points& gradient) const = 0;
-  virtual void add_hessian(const Points& x, BlockMatrix& hessian) const = 0;
+  // Adds to a Hessian, at the places found once in its pattern.
+  virtual void add_hessian(const Points& x, const Places& places, BlockMatrix& hessian) const = 0;
   // Sets of nodes that the term couples: the pattern of its Hessian.
   virtual std::vector<std::array<int, 3>> groups() const { return {}; }
-  // Remembers where its blocks lie in a Hessian of this pattern.
-  virtual void attach(const BlockMatrix&) {}
+  // Where the term's blocks lie in a Hessian of this pattern, in the order in which add_hessian() adds them.
+  virtual Places places(const BlockMatrix&) const { return {}; }
 };
 
 }  // namespace debulk

@@ -42,8 +42,7 @@ TEST(Bending, BucklesAPinnedStripAtEulersDiscreteLoad) {
     for (int i = 0; i <= n; ++i) x.emplace_back(i * l, 0, 0);
     Bending bending(c, chain(n + 1, false));
     BlockMatrix blocks(n + 1, bending.groups());
-    bending.attach(blocks);
-    bending.add_hessian(x, blocks);
+    bending.add_hessian(x, bending.places(blocks), blocks);
     const Eigen::MatrixXd lower = blocks.lower();
     Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(n - 1, n - 1), shortening = stiffness;
     for (int i = 0; i < n - 1; ++i)

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "debulk/sheet/angle.hpp"
 #include "debulk/sheet/bending.hpp"
 #include "debulk/sheet/friction.hpp"
 #include "debulk/sheet/load.hpp"
@@ -39,8 +40,7 @@ Points gradient_of(const Term& term, const Points& x) {
 void expect_derivatives(Term& term, const Points& x, const std::string& what) {
   const int n = static_cast<int>(x.size());
   BlockMatrix hessian(n, term.groups());
-  term.attach(hessian);
-  term.add_hessian(x, hessian);
+  term.add_hessian(x, term.places(hessian), hessian);
   const Eigen::MatrixXd lower = hessian.lower();
   Eigen::MatrixXd full = lower + lower.transpose();
   full.diagonal() -= lower.diagonal();

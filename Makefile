@@ -1,0 +1,105 @@
+# Everything on a fresh Debian 12 with git and make: `make demo` and `make test` install what is missing, set up .venv,
+# build, and run. Stamps under build/stamps remember what is done, so a second run only does what changed.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.NOTPARALLEL: # demo and test install into one .venv
+.DEFAULT_GOAL := help
+
+stamps := build/stamps
+python := .venv/bin/python
+pip := $(python) -m pip install --quiet --disable-pip-version-check
+
+# Directories too: their times tell of files that went away.
+sources := $(shell find cpp cmake python -not -path '*/__pycache__*' -not -name '*.pyc')
+package_files := CMakeLists.txt pyproject.toml README.md LICENSE third_party_notes.md
+test_sources := $(shell find tests/cpp)
+cpp_files = $(shell find cpp tests/cpp $(wildcard bench) -name '*.hpp' -o -name '*.cpp')
+python_files := python tests/python $(wildcard bench)
+
+# Requirements are written once, in pyproject.toml: $(call required,build) prints those of the build, of the package
+# ("run") or of one of its extras, one a line.
+required = $(python) -c 'import sys, tomllib; \
+	p = tomllib.load(open("pyproject.toml", "rb")); \
+	lists = {"build": p["build-system"]["requires"], "run": p["project"]["dependencies"], **p["project"]["optional-dependencies"]}; \
+	print(*lists[sys.argv[1]], sep="\n")' $(1)
+
+.PHONY: help
+help: ## Show this list
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /\1\t/' | expand -t 10
+
+.PHONY: demo
+demo: setup ## Set everything up and inspect a virtual layup; the report is left in out/
+	.venv/bin/debulk demo -o out
+
+.PHONY: test
+test: $(stamps)/tests ## Set everything up and run all tests and checks
+	ctest --test-dir build/test --output-on-failure -j 2
+	$(python) -m pytest -q tests/python
+	$(python) -m pytest -q --doctest-modules --pyargs debulk
+	$(lint)
+
+.PHONY: lint
+lint: $(stamps)/tools ## Check style and types
+	$(lint)
+
+define lint
+.venv/bin/ruff check --quiet $(python_files)
+.venv/bin/ruff format --check --quiet $(python_files)
+.venv/bin/mypy --no-error-summary
+@.venv/bin/clang-format --dry-run -Werror $(cpp_files)
+@echo 'debulk: style and types are in order'
+endef
+
+.PHONY: format
+format: $(stamps)/tools ## Put all files into the house's format
+	.venv/bin/ruff format $(python_files)
+	.venv/bin/ruff check --fix-only $(python_files)
+	.venv/bin/clang-format -i $(cpp_files)
+
+.PHONY: asan
+asan: $(stamps)/system ## Run the C++ tests under the address and undefined-behaviour sanitizers
+	cmake --preset asan
+	cmake --build --preset asan
+	ctest --preset asan -j 2
+
+.PHONY: setup
+setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
+	@echo 'debulk: everything is set up'
+
+.PHONY: clean
+clean: ## Remove what was built (.venv and the installed packages stay)
+	rm -rf build out
+
+$(stamps)/system: cmake/install_dependencies.sh
+	cmake/install_dependencies.sh .deps
+	@mkdir -p $(@D) && touch $@
+
+$(stamps)/venv: pyproject.toml $(stamps)/system
+	@echo 'debulk: setting up .venv'
+	@[ -x $(python) ] || python3 -m venv .venv
+	@$(call required,build) > $(stamps)/build.txt
+	@$(call required,run) > $(stamps)/run.txt
+	@$(pip) -r $(stamps)/build.txt -r $(stamps)/run.txt
+	@touch $@
+
+# Test and lint requirements, which a demo does not need.
+$(stamps)/tools: $(stamps)/venv
+	@echo 'debulk: installing what tests and checks need'
+	@$(call required,test) > $(stamps)/test.txt
+	@$(call required,lint) > $(stamps)/lint.txt
+	@$(pip) -r $(stamps)/test.txt -r $(stamps)/lint.txt
+	@touch $@
+
+# The package as users get it.
+$(stamps)/package: $(sources) $(package_files) $(stamps)/venv
+	@echo 'debulk: building the package (a minute or two the first time)'
+	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/wheel .
+	@touch $@
+
+# The package and the C++ tests from one build, warnings being errors. It installs the package too, which is then up to date.
+$(stamps)/tests: $(sources) $(package_files) $(test_sources) $(stamps)/tools
+	@echo 'debulk: building the package and the C++ tests (a few minutes the first time)'
+	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/test \
+		--config-settings=cmake.define.DEBULK_TESTS=ON --config-settings=cmake.define.CMAKE_COMPILE_WARNING_AS_ERROR=ON .
+	@touch $@ $(stamps)/package

@@ -1,0 +1,54 @@
+#include "debulk/pocket/ply_mask.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace debulk {
+namespace {
+
+// For each line v = 0, 1, .. count - 1: the sorted u at which the polygon's sides cross it. The half-open rule (a side
+// owns its lower end only) makes every list even, also where a corner lies on a line.
+std::vector<std::vector<double>> crossings(const Polygon& polygon, int u, int v, int count) {
+  std::vector<std::vector<double>> lines(static_cast<std::size_t>(count));
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    Eigen::Vector2d a = polygon[k], b = polygon[k + 1 == polygon.size() ? 0 : k + 1];
+    if (a[v] > b[v]) std::swap(a, b);
+    const int first = static_cast<int>(std::ceil(std::max(a[v], 0.0)));
+    const int end = static_cast<int>(std::ceil(std::min(b[v], static_cast<double>(count))));
+    for (int line = first; line < end; ++line)
+      lines[static_cast<std::size_t>(line)].push_back(a[u] + (line - a[v]) / (b[v] - a[v]) * (b[u] - a[u]));
+  }
+  for (auto& line : lines) std::sort(line.begin(), line.end());
+  return lines;
+}
+
+}  // namespace
+
+PlyMask::PlyMask(const Polygon& outline, int nx, int ny, const Eigen::Vector2d& origin, double spacing)
+    : nx_(nx), on_ply_(static_cast<std::size_t>(nx) * ny, 0) {
+  Polygon scaled;
+  scaled.reserve(outline.size());
+  for (const Eigen::Vector2d& p : outline) scaled.push_back((p - origin) / spacing);
+  rows_ = crossings(scaled, 0, 1, ny);
+  columns_ = crossings(scaled, 1, 0, nx);
+  for (int j = 0; j < ny; ++j) {
+    const auto& row = rows_[static_cast<std::size_t>(j)];
+    for (std::size_t k = 0; k + 1 < row.size(); k += 2) {
+      const int begin = static_cast<int>(std::ceil(std::clamp(row[k], 0.0, static_cast<double>(nx))));
+      const int end = static_cast<int>(std::ceil(std::clamp(row[k + 1], 0.0, static_cast<double>(nx))));
+      for (int i = begin; i < end; ++i) on_ply_[static_cast<std::size_t>(j) * nx + i] = 1;
+    }
+  }
+}
+
+double PlyMask::crossing(int i, int j, int di, int dj) const {
+  const auto& line = di != 0 ? rows_[static_cast<std::size_t>(j)] : columns_[static_cast<std::size_t>(i)];
+  const double from = di != 0 ? i : j, to = di != 0 ? i + di : j + dj;
+  double nearest = 2;
+  for (const double u : line)
+    if (u >= std::min(from, to) && u <= std::max(from, to)) nearest = std::min(nearest, std::abs(u - from));
+  // Rows decide what is on the ply; where a column's crossing differs from that by rounding it lies at an end.
+  return nearest <= 1 ? nearest : 0.5;
+}
+
+}  // namespace debulk

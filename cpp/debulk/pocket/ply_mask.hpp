@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "debulk/core/grid.hpp"
+#include "debulk/pocket/polygon.hpp"
+
+namespace debulk {
+
+// Which points of a grid lie on the ply, and where the ply's outline crosses the lines between neighbouring points: what
+// keeps an outline's area exact below the grid spacing at the ply's edge, where no height tells.
+class PlyMask {
+ public:
+  PlyMask() = default;  // outline unknown: every point counts as on the ply
+  // outline: a checked polygon, in the grid's frame.
+  template <class T>
+  PlyMask(const Polygon& outline, const Grid<T>& grid) : PlyMask(outline, grid.nx, grid.ny, grid.origin, grid.spacing) {}
+  PlyMask(const Polygon& outline, int nx, int ny, const Eigen::Vector2d& origin, double spacing);
+
+  bool known() const { return !on_ply_.empty(); }
+  bool on_ply(int i, int j) const { return on_ply_.empty() || on_ply_[static_cast<std::size_t>(j) * nx_ + i] != 0; }
+  // From a point (i, j) on the ply to its 4-neighbour (i + di, j + dj) off it: the fraction of the way at which the outline
+  // is crossed first.
+  double crossing(int i, int j, int di, int dj) const;
+
+ private:
+  int nx_ = 0;
+  std::vector<std::uint8_t> on_ply_;
+  // Sorted places, in grid units, where the outline crosses each row and each column.
+  std::vector<std::vector<double>> rows_, columns_;
+};
+
+}  // namespace debulk

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "debulk/core/grid.hpp"
+#include "debulk/pocket/ply_mask.hpp"
+#include "debulk/pocket/polygon.hpp"
+
+namespace debulk {
+
+// Defaults: the paper's table of segmentation settings.
+struct SegmentOptions {
+  double cut_height_mm = 2.0;          // a pocket is where ply minus reference is at least this
+  double area_tol_mm2 = 200.0;         // least area inside the outline
+  double peak_tol_mm = 1.25;           // least peak above the cut (above the reference it could not drop anything)
+  double edge_tol_mm = 0.0;            // an outline this near to the ply's touches the ply's edge; 0: two grid spacings
+  double bridge_mm = 12.0;             // unknown regions up to this extent along x and y are bridged; 0: none
+  std::optional<Polygon> ply_outline;  // mold XY, mm; none: unknown
+  void check() const;
+};
+
+struct Pocket {
+  int id = 0;         // from 1, largest area first
+  Polygon outline;    // at the cut height, counter-clockwise, mold XY, mm
+  double area = 0;    // inside the outline, mm2
+  double volume = 0;  // integral of the height above the reference inside the outline, mm3
+  double peak = 0;    // largest height above the reference, mm
+  Eigen::Vector2d peak_position = Eigen::Vector2d::Zero();
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+  Box box;
+  bool touches_ply_edge = false;
+  bool touches_unknown = false;  // the outline runs along unknown heights or the border of the grid: area and volume are lower bounds
+  double measured_share = 0;     // of its grid points, those measured rather than filled
+};
+
+// What stood above the cut and is no pocket.
+struct Dropped {
+  enum class Reason : std::uint8_t { area, peak, area_and_peak };
+  Reason reason = Reason::area;
+  double area = 0;  // mm2
+  double peak = 0;  // mm above the reference
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+};
+
+struct Segmentation {
+  std::vector<Pocket> pockets;   // largest first; ties by the first grid point, row by row
+  std::vector<Dropped> dropped;  // largest first
+  int specks = 0;                // dropped, too, and not worth listing: below a twentieth of area_tol_mm2
+  Grid<std::int32_t> labels;     // 0: none, else the pocket's id
+  Grid<float> heights;           // the input, unknown off the ply, bridged where that was allowed
+  SegmentOptions options;
+  PlyMask ply;
+};
+
+// Pockets from heights of the ply above the reference (mm, NaN = unknown). `measured`, if given, is nonzero where the
+// height was measured rather than filled.
+//
+// Unknown heights: a region that does not reach the grid's border, is at most bridge_mm wide both ways and has a height
+// above a quarter of the cut at its rim (pockets' feet count too) is bridged by the least-bent surface (bridge.hpp) before
+// the cut, so the slopes at its rim tell whether it hides a saddle between two pockets or the crest of one. A larger one
+// counts as no pocket: outlines close along it, and it joins nothing, unless a pocket surrounds it wholly; then it is filled
+// like any other hole.
+Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr);
+
+}  // namespace debulk

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+
+#include "debulk/core/grid.hpp"
+#include "debulk/pocket/ply_mask.hpp"
+
+namespace debulk {
+
+// Standard deviation of the noise of heights on a grid, from the median size of the mixed second differences
+// [1 -2 1; -2 4 -2; 1 -2 1], which no quadratic surface feels and few pockets' rims can shift. Noise that is correlated
+// over neighbours (after a median filter, say) is told too low. NaN where no 3 by 3 points are known.
+double height_noise(const Grid<float>& heights);
+
+// Local quadratic least squares in a square window (Savitzky-Golay in the plane): white noise falls to about
+// 0.9 / half-width in points, cubics stay. Fewer known points in the window (drop-outs, the ply's edge): the same fit over
+// those that are there. An unknown point on the ply gets the fit's value if at least half of its window is known. A window
+// below three points leaves the heights alone, and so does a 0 in `where`, if that is given.
+Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where = nullptr);
+
+}  // namespace debulk

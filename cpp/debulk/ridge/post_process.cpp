@@ -1,0 +1,121 @@
+#include "debulk/ridge/post_process.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "debulk/core/error.hpp"
+#include "debulk/ridge/mold_length.hpp"
+#include "debulk/ridge/ridge_height.hpp"
+
+namespace debulk {
+namespace {
+
+void check_input(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
+                 const std::vector<std::uint8_t>& inside) {
+  check_nodes(nodes, neighbours);
+  require(inside.size() == nodes.size(), "inside", "one value a node", std::to_string(inside.size()) + " values");
+  require(std::any_of(inside.begin(), inside.end(), [](std::uint8_t i) { return i != 0; }), "inside",
+          "at least one node inside the perimeter", "none of " + std::to_string(inside.size()));
+}
+
+// Nodes that stand clear of the mold, from the highest down; ties by number.
+std::vector<int> from_the_highest(const std::vector<double>& gaps, double touch) {
+  std::vector<int> order;
+  for (std::size_t i = 0; i < gaps.size(); ++i)
+    if (gaps[i] > touch) order.push_back(static_cast<int>(i));
+  std::sort(order.begin(), order.end(), [&gaps](int a, int b) { return gaps[a] != gaps[b] ? gaps[a] > gaps[b] : a < b; });
+  return order;
+}
+
+// The sections through a node along both fibres, that of the larger excess per length first; none on the flank of both.
+std::vector<FibreSection> sections_at(const DebulkedNet& net, int peak, double touch) {
+  std::vector<FibreSection> sections;
+  for (const int fibre : {0, 1})
+    if (std::optional<FibreSection> section = fibre_section(net, peak, fibre, touch)) sections.push_back(std::move(*section));
+  if (sections.size() == 2 && sections[1].excess_per_length() > sections[0].excess_per_length()) std::swap(sections[0], sections[1]);
+  return sections;
+}
+
+// Marks the peak and the nodes between the ends, as far as no earlier section has; returns those that it marked.
+std::vector<int> claim(const FibreSection& section, std::vector<std::uint8_t>& claimed) {
+  std::vector<int> marked;
+  for (const int n : section.nodes) {
+    const bool end = n == section.nodes.front() || n == section.nodes.back();
+    if (claimed[n] || (end && n != section.peak)) continue;
+    claimed[n] = 1;
+    marked.push_back(n);
+  }
+  return marked;
+}
+
+// Relative to `scale`, so that gaps that are all equal to it give it back to the bit.
+double rms_inside(const std::vector<double>& gaps, const std::vector<std::uint8_t>& inside, double scale) {
+  double sum = 0;
+  long count = 0;
+  for (std::size_t i = 0; i < gaps.size(); ++i)
+    if (inside[i]) {
+      sum += (gaps[i] / scale) * (gaps[i] / scale);
+      ++count;
+    }
+  return scale * std::sqrt(sum / static_cast<double>(count));
+}
+
+}  // namespace
+
+void RidgeOptions::check() const {
+  require(std::isfinite(thickness) && thickness > 0, "thickness_mm", "a positive thickness in mm", thickness);
+  require(std::isfinite(bulk_factor) && bulk_factor >= 1, "bulk_factor", "at least 1", bulk_factor);
+  require(std::isfinite(touch) && touch >= 0, "touch_mm", "a gap in mm, or 0 for a thirtieth of the thickness", touch);
+  require(taut_strain >= 0 && taut_strain < 1, "taut_strain", "a strain from 0 to 1", taut_strain);
+}
+
+PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
+                           const std::vector<std::uint8_t>& inside, const Surface& surface, const RidgeOptions& options) {
+  options.check();
+  check_input(nodes, neighbours, inside);
+
+  std::vector<double> gaps(nodes.size());
+  std::vector<Eigen::Vector3d> feet(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    gaps[i] = nodes[i].z() - surface.height(nodes[i].head<2>());
+    feet[i] = closest_point(surface, nodes[i]);
+  }
+  const DebulkedNet net{nodes, feet, gaps, neighbours};
+  const double base = options.consolidated(), touch = options.touch_gap();
+
+  PostProcessed out;
+  out.gaps.assign(nodes.size(), base);
+  out.is_ridge.assign(nodes.size(), 0);
+  out.is_bridge.assign(nodes.size(), 0);
+  std::vector<std::uint8_t> claimed(nodes.size(), 0);
+
+  for (const int peak : from_the_highest(gaps, touch)) {
+    if (claimed[peak]) continue;
+    const std::vector<FibreSection> sections = sections_at(net, peak, touch);
+    if (sections.empty()) continue;
+
+    const double height = ridge_height_of_excess(sections.front().excess(), options.thickness);
+    if (height > base) {
+      claim(sections.front(), claimed);
+      out.is_ridge[peak] = 1;
+      out.gaps[peak] = height;
+      out.ridge_height = std::max(out.ridge_height, height);
+      out.sections.push_back({sections.front(), height, 0.0});
+    } else if (sections.back().excess_per_length() < -options.taut_strain) {
+      for (const int n : claim(sections.back(), claimed)) {
+        out.is_bridge[n] = 1;
+        out.gaps[n] = gaps[n] + base;
+        out.bridge_height = std::max(out.bridge_height, out.gaps[n]);
+      }
+    }  // else it closes, and claims nothing: its other nodes may be tops across
+  }
+
+  out.ridge_length = measure_ridge_lines(net, out.sections);
+  out.rms = rms_inside(out.gaps, inside, base);
+  out.excess_length = largest_fibre_excess(nodes, neighbours, surface);
+  return out;
+}
+
+}  // namespace debulk

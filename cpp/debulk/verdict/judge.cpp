@@ -1,0 +1,154 @@
+#include "debulk/verdict/judge.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "debulk/core/error.hpp"
+
+namespace debulk {
+namespace {
+
+std::string number(double value, int decimals) {
+  std::array<char, 64> text;
+  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
+  return text.data();
+}
+
+std::string percent(double share) {
+  return number(100 * share, 1) + " %";
+}
+
+// One criterion: the figure's name, its range and its limit.
+struct Figure {
+  const char* name;
+  Spread range;
+  double limit;
+
+  // Two decimals, or three where two would print the figure as its limit.
+  int decimals() const {
+    const double nearest = std::min(std::abs(range.low - limit), std::abs(range.high - limit));
+    return nearest > 0 && nearest < 0.01 ? 3 : 2;
+  }
+  std::string value() const {
+    const std::string low = number(range.low, decimals()), high = number(range.high, decimals());
+    return std::string(name) + " " + (low == high ? high : low + " to " + high) + " mm";
+  }
+  std::string limit_text() const { return "the limit of " + number(limit, decimals()) + " mm"; }
+};
+
+Verdict against_limit(const Figure& figure, double margin) {
+  if (figure.range.low > figure.limit + margin) return Verdict::crease;
+  if (figure.range.high <= figure.limit - margin) return Verdict::cease;
+  return Verdict::undecided;
+}
+
+std::string how_it_lies(const Figure& figure, Verdict verdict, double margin) {
+  if (verdict == Verdict::crease) return figure.value() + " above " + figure.limit_text();
+  if (verdict == Verdict::cease) return figure.value() + " within " + figure.limit_text();
+  if (figure.range.low <= figure.limit - margin && figure.range.high > figure.limit + margin)
+    return figure.value() + " lies on both sides of " + figure.limit_text();
+  return figure.value() + " comes within " + number(margin, 3) + " mm of " + figure.limit_text();
+}
+
+bool usable(const Spread& range) {
+  return std::isfinite(range.low) && std::isfinite(range.high);
+}
+
+void check_range(const Spread& range, const char* argument) {
+  require(!usable(range) || (range.low >= 0 && range.low <= range.high), argument, "least and most, 0 <= least <= most",
+          "(" + number(range.low, 3) + ", " + number(range.high, 3) + ")");
+}
+
+// Why the pocket cannot be judged at all; empty when it can.
+std::string cannot_be_judged(const PocketEvidence& evidence, const Criteria& criteria) {
+  if (!evidence.refused.empty()) return "not evaluated: " + evidence.refused;
+  if (evidence.coverage < criteria.min_pocket_coverage)
+    return "only " + percent(evidence.coverage) + " of the pocket was measured, " + percent(criteria.min_pocket_coverage) + " is needed";
+  if (!evidence.closed_rim) return "the rim is not closed by fixed nodes, though the pocket lies inside the ply";
+  return "";
+}
+
+// Why the figures prove nothing; empty when they do.
+std::string not_proven(const PocketEvidence& evidence) {
+  const std::string status = evidence.solve_status.empty() ? "" : " (" + evidence.solve_status + ")";
+  if (evidence.deadline_passed) return "the deadline passed before the solution was certified" + status;
+  if (!evidence.certified) return "the solution is not certified" + status;
+  if (!usable(evidence.rms) || !usable(evidence.ridge_height) || !usable(evidence.bridge_height))
+    return "the solution has no finite figures" + status;
+  return "";
+}
+
+}  // namespace
+
+const char* name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::cease:
+      return "cease";
+    case Verdict::undecided:
+      return "undecided";
+    case Verdict::crease:
+      return "crease";
+    case Verdict::invalid:
+      break;
+  }
+  return "invalid";
+}
+
+void Criteria::check() const {
+  require(std::isfinite(max_rms) && max_rms > 0, "max_rms_mm", "a positive limit in mm", max_rms);
+  require(std::isfinite(max_ridge_height) && max_ridge_height > 0, "max_ridge_height_mm", "a positive limit in mm", max_ridge_height);
+  require(min_coverage >= 0 && min_coverage <= 1, "min_coverage", "a share from 0 to 1", min_coverage);
+  require(min_pocket_coverage >= 0 && min_pocket_coverage <= 1, "min_pocket_coverage", "a share from 0 to 1", min_pocket_coverage);
+  require(std::isfinite(tie_margin) && tie_margin >= 0, "tie_margin_mm", "a length in mm, or 0", tie_margin);
+  require(std::isfinite(compliance_margin) && compliance_margin >= tie_margin, "compliance_margin_mm",
+          "a length in mm, at least the tie margin", compliance_margin);
+}
+
+Judgement judge(const PocketEvidence& evidence, const Criteria& criteria) {
+  criteria.check();
+  check_range(evidence.rms, "rms_range_mm");
+  check_range(evidence.ridge_height, "ridge_range_mm");
+  check_range(evidence.bridge_height, "bridge_range_mm");
+  require(evidence.coverage >= 0 && evidence.coverage <= 1, "coverage", "a share from 0 to 1", evidence.coverage);
+
+  if (const std::string why = cannot_be_judged(evidence, criteria); !why.empty()) return {Verdict::invalid, why};
+  if (const std::string why = not_proven(evidence); !why.empty()) return {Verdict::undecided, why};
+
+  const double margin = evidence.compliant ? criteria.compliance_margin : criteria.tie_margin;
+  std::vector<Figure> figures = {{"ridge", evidence.ridge_height, criteria.max_ridge_height}};
+  if (evidence.bridge_height.high > 0) figures.push_back({"bridge", evidence.bridge_height, criteria.max_ridge_height});
+  figures.push_back({"RMS", evidence.rms, criteria.max_rms});
+
+  Verdict worst = Verdict::cease;
+  for (const Figure& figure : figures) worst = std::max(worst, against_limit(figure, margin));
+  std::string reason;
+  for (const Figure& figure : figures)
+    if (against_limit(figure, margin) == worst) {
+      const bool none = figure.range.high == 0 && worst == Verdict::cease;
+      reason += (reason.empty() ? "" : ", ") + (none ? std::string("no ") + figure.name : how_it_lies(figure, worst, margin));
+    }
+  if (evidence.compliant && worst == Verdict::undecided) reason += ", and the fibres are strained by more than 1e-4";
+  return {worst, reason};
+}
+
+Judgement judge_layup(const std::vector<JudgedPocket>& pockets, double coverage, const Criteria& criteria) {
+  criteria.check();
+  require(coverage >= 0 && coverage <= 1, "coverage", "a share from 0 to 1", coverage);
+  if (coverage < criteria.min_coverage)
+    return {Verdict::invalid, "only " + percent(coverage) + " of the ply was seen, " + percent(criteria.min_coverage) + " is needed"};
+  if (pockets.empty()) return {Verdict::cease, "no air pocket, and " + percent(coverage) + " of the ply was seen"};
+
+  // The first of the worst: pockets come largest first.
+  const auto worst = std::max_element(pockets.begin(), pockets.end(), [](const JudgedPocket& a, const JudgedPocket& b) {
+    return a.judgement.verdict < b.judgement.verdict;
+  });
+  const auto alike = std::count_if(pockets.begin(), pockets.end(),
+                                   [&worst](const JudgedPocket& p) { return p.judgement.verdict == worst->judgement.verdict; });
+  return {worst->judgement.verdict, std::to_string(alike) + " of " + std::to_string(pockets.size()) + " pockets " +
+                                        name(worst->judgement.verdict) + ", pocket " + std::to_string(worst->id) + ": " +
+                                        worst->judgement.reason};
+}
+
+}  // namespace debulk

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace debulk {
+
+// In the order from best to worst: the worse one wins.
+enum class Verdict {
+  cease,      // closes within the criteria, and a certificate says so
+  undecided,  // the evidence lies on both sides of a limit, or is not certified
+  crease,     // stays above a limit, in every certified solution found
+  invalid,    // cannot be judged
+};
+const char* name(Verdict verdict);
+
+// What is accepted. The RMS limit is the paper's, the nominal ply thickness; it dilutes (a 1 mm ridge passes in a pocket wider
+// than about 20 mm), so ridge height has a limit of its own, provisional until the study chooses (model.md, section 7).
+struct Criteria {
+  double max_rms = 0.30;              // mm, of the post-processed gaps inside the perimeter
+  double max_ridge_height = 0.60;     // mm; bridging ply must stay below it too
+  double min_coverage = 0.98;         // share of the ply that the scan must have seen
+  double min_pocket_coverage = 0.80;  // share of a pocket's area; the rest was filled by the height map's rule
+  double tie_margin = 0.005;          // mm; nearer to a limit than this decides nothing (what prints as the limit itself)
+  // mm; the same where the length constraints needed a compliance. A strain of 1e-3 has been seen to move an RMS by 0.018 mm.
+  double compliance_margin = 0.05;
+
+  void check() const;
+};
+
+// A figure and the least and most it was in the certified solutions from several starts (model.md, section 4: many minima).
+struct Spread {
+  double low = 0.0;
+  double high = 0.0;
+};
+
+// What is known of one pocket. The defaults prove nothing: a pocket is UNDECIDED until someone certifies it.
+struct PocketEvidence {
+  Spread rms;                // mm
+  Spread ridge_height;       // mm, 0: no ridge
+  Spread bridge_height;      // mm, 0: no bridging
+  bool certified = false;    // the certificate of design.md holds for every solution in the ranges
+  bool compliant = false;    // the length error is above 1e-4: a compliance was needed
+  std::string solve_status;  // the solver's outcome in words, for the reason
+  bool deadline_passed = false;
+  double coverage = 1.0;   // measured share of the pocket's area
+  bool closed_rim = true;  // fixed nodes close the rim, or the pocket lies at the ply's edge
+  std::string refused;     // why it was not evaluated at all; empty: it was
+};
+
+struct Judgement {
+  Verdict verdict = Verdict::invalid;
+  std::string reason;  // one sentence, with the numbers
+};
+
+// INVALID > CREASE > UNDECIDED > CEASE. Without a certificate nothing is better or worse than UNDECIDED: a truncated solve still
+// has the height of the pocket it began with.
+Judgement judge(const PocketEvidence& evidence, const Criteria& criteria = {});
+
+// A pocket's number in the report with its judgement.
+struct JudgedPocket {
+  int id = 0;
+  Judgement judgement;
+};
+
+// The layup takes the worst pocket's; INVALID where the scan saw too little of the ply, CEASE where it saw enough and no pocket.
+Judgement judge_layup(const std::vector<JudgedPocket>& pockets, double coverage, const Criteria& criteria = {});
+
+}  // namespace debulk

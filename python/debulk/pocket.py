@@ -1,0 +1,431 @@
+"""Pockets of a height map: segmentation, foot contours, and the patches to lay nets on (paper, "Segmentation")."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+from debulk.grid import Grid
+
+if TYPE_CHECKING:
+    from debulk.surface import Reference
+
+Floats = NDArray[np.float64]
+
+__all__ = [
+    "Dropped",
+    "Feet",
+    "Foot",
+    "Patch",
+    "Pocket",
+    "Segmentation",
+    "distance_to_outline",
+    "feet",
+    "height_noise",
+    "inside",
+    "patch",
+    "polygon_area",
+    "segment",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Pocket:
+    """A region of the ply that stands at least the cut height above the reference.
+
+    Attributes
+    ----------
+    id
+        From 1, largest area first.
+    outline_mm
+        (M, 2) sub-pixel contour at the cut height, mold XY, counter-clockwise, closed implicitly, clipped by the ply.
+    area_mm2
+        XY area inside the outline.
+    volume_mm3
+        Integral of the height above the reference inside the outline.
+    peak_mm, peak_position_mm
+        Largest height above the reference, and the (2,) XY of its grid point.
+    centroid_mm
+        (2,) of the area.
+    box_mm
+        (2, 2) lowest and highest x, y of the outline.
+    touches_ply_edge
+        The outline comes within the edge tolerance of the ply's outline; False if that is unknown.
+    touches_unknown
+        The outline runs along unknown heights or the grid's border: area and volume are lower bounds.
+    measured_share
+        Share of its grid points that were measured, not filled.
+    """
+
+    id: int
+    outline_mm: Floats
+    area_mm2: float
+    volume_mm3: float
+    peak_mm: float
+    peak_position_mm: Floats
+    centroid_mm: Floats
+    box_mm: Floats
+    touches_ply_edge: bool
+    touches_unknown: bool
+    measured_share: float
+
+
+@dataclass(frozen=True, eq=False)
+class Dropped:
+    """What stood above the cut but is no pocket; too little ``"area"``, ``"peak"`` or ``"area and peak"``."""
+
+    reason: str
+    area_mm2: float
+    peak_mm: float
+    centroid_mm: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """What `segment` found.
+
+    Attributes
+    ----------
+    pockets, dropped
+        Largest area first.
+    specks
+        Number of dropped ones too small to list: below a twentieth of the least area.
+    labels
+        (ny, nx) int32: the pocket's id, 0 = none. Read-only.
+    heights
+        (ny, nx) float32: the given heights, NaN off the ply, drop-outs bridged where `segment` says. Read-only.
+    """
+
+    pockets: list[Pocket]
+    dropped: list[Dropped]
+    specks: int
+    labels: Grid
+    heights: Grid
+    _core: Any = field(repr=False)
+
+
+def segment(
+    height_map: Grid,
+    cut_height_mm: float = 2.0,
+    area_tol_mm2: float = 200.0,
+    peak_tol_mm: float = 1.25,
+    ply_outline: ArrayLike | None = None,
+    *,
+    edge_tol_mm: float | None = None,
+    bridge_mm: float = 12.0,
+) -> Segmentation:
+    """Find the air pockets in a height map.
+
+    Cut, fill holes, connect (8 neighbours; background 4), drop what is too small or too low, number by area (paper).
+    Outlines march squares over the heights, not pixels (the paper's Moore tracing), for areas exact below the grid's
+    spacing. Heights outside the ply do not count, and outlines end at its edge, below the spacing too.
+
+    A drop-out neither joins two pockets nor cuts one: before the cut, an unknown region of at most `bridge_mm` with a
+    height above a quarter of the cut at its rim is bridged by the least-bent surface through that rim. A larger one is
+    no pocket: outlines close along its pixels, unless one pocket surrounds it.
+
+    Parameters
+    ----------
+    height_map
+        (ny, nx) float32 ply minus reference, mm, NaN = unknown. If it has an attribute ``measured``, a mask of that
+        shape, False where a height was filled, it decides `Pocket.measured_share`.
+    cut_height_mm
+        A pocket is where the height is at least this.
+    area_tol_mm2
+        Least area of a pocket.
+    peak_tol_mm
+        Least peak above the cut.
+    ply_outline
+        (M, 2) mold XY, mm, closed; None = unknown.
+    edge_tol_mm
+        A pocket whose outline is this near to the ply's touches the ply's edge. None: two grid spacings.
+    bridge_mm
+        Largest extent, along x and y, of a drop-out to bridge; 0: none.
+
+    Raises
+    ------
+    InputError
+        Not a Grid, a wrong shape, a tolerance out of its range, an outline without an area.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk.pocket
+    >>> y, x = np.mgrid[-50.0:51.0, -50.0:51.0]
+    >>> bell = 8 * np.cos(np.pi / 2 * np.minimum(np.hypot(x, y) / 40, 1)) ** 2
+    >>> found = debulk.pocket.segment(debulk.Grid(bell.astype("f4"), np.array([-50.0, -50.0]), 1.0))
+    >>> [(p.id, round(p.peak_mm, 2), bool(abs(p.area_mm2 / (np.pi * (80 / 3) ** 2) - 1) < 1e-3)) for p in found.pockets]
+    [(1, 8.0, True)]
+    """
+    if not isinstance(height_map, Grid):
+        raise _core.InputError(f"height_map: expected a debulk.Grid, but got a {type(height_map).__name__}")
+    measured = getattr(height_map, "measured", None)
+    if isinstance(measured, Grid):
+        measured = measured.values
+    core = _core.segment(
+        np.asarray(height_map.values, dtype=np.float32),
+        np.asarray(height_map.origin_mm, dtype=np.float64),
+        float(height_map.spacing_mm),
+        cut_height_mm=cut_height_mm,
+        area_tol_mm2=area_tol_mm2,
+        peak_tol_mm=peak_tol_mm,
+        edge_tol_mm=0.0 if edge_tol_mm is None else edge_tol_mm,
+        bridge_mm=bridge_mm,
+        ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
+        measured=None if measured is None else np.asarray(measured, dtype=bool).astype(np.uint8),
+    )
+    pockets = [
+        Pocket(
+            id=p.id,
+            outline_mm=p.outline,
+            area_mm2=p.area,
+            volume_mm3=p.volume,
+            peak_mm=p.peak,
+            peak_position_mm=p.peak_position,
+            centroid_mm=p.centroid,
+            box_mm=p.box,
+            touches_ply_edge=p.touches_ply_edge,
+            touches_unknown=p.touches_unknown,
+            measured_share=p.measured_share,
+        )
+        for p in core.pockets
+    ]
+    dropped = [Dropped(d.reason, d.area, d.peak, d.centroid) for d in core.dropped]
+    return Segmentation(
+        pockets, dropped, core.specks, _like(height_map, core.labels), _like(height_map, core.heights), core
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Foot:
+    """Where a pocket's ply comes down to the mold.
+
+    Attributes
+    ----------
+    id
+        Of the pocket.
+    outline_mm
+        (M, 2) contour height - thickness = mold tolerance, mold XY, counter-clockwise, clipped by the ply.
+    area_mm2
+        XY area inside it.
+    closed
+        Nowhere cut by unknown heights or the grid's border. (The ply's edge is allowed.)
+    touches_ply_edge
+        Runs along the ply's outline.
+    parted
+        Somewhere it parts the pocket from a neighbour that stands up too, instead of lying on the mold.
+    """
+
+    id: int
+    outline_mm: Floats
+    area_mm2: float
+    closed: bool
+    touches_ply_edge: bool
+    parted: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """The feet of all pockets.
+
+    Attributes
+    ----------
+    feet
+        One a pocket, in the order of their ids.
+    labels
+        (ny, nx) int32: id of the pocket to whose foot a point belongs, 0 = none. Read-only.
+    heights
+        (ny, nx) float32: smoothed heights above the reference. Read-only.
+    noise_mm, mold_tol_mm
+        Sigma of the heights before smoothing, and the mold tolerance used (at least three times that).
+    thickness_mm
+        As given.
+    """
+
+    feet: list[Foot]
+    labels: Grid
+    heights: Grid
+    noise_mm: float
+    mold_tol_mm: float
+    thickness_mm: float
+    _core: Any = field(repr=False)
+
+
+def feet(
+    segmentation: Segmentation,
+    *,
+    thickness_mm: float = 0.3,
+    mold_tol_mm: float = 0.2,
+    smooth_mm: float = 8.0,
+    noise_mm: float | None = None,
+) -> Feet:
+    """Foot contours of all pockets, neighbours parted at their saddles by a watershed.
+
+    Parameters
+    ----------
+    segmentation
+        From `segment`.
+    thickness_mm
+        Of the ply: the scan sees its upper side.
+    mold_tol_mm
+        The ply lies on the mold where its lower side is this near; raised to three sigma of the noise.
+    smooth_mm
+        Window of the local quadratic smoothing before; 0: none.
+    noise_mm
+        Sigma of the heights' noise; None: `height_noise`.
+
+    Raises
+    ------
+    InputError
+        A value out of its range; thickness and tolerance together above the cut height.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk.pocket
+    >>> y, x = np.mgrid[-60.0:61.0, -60.0:61.0]
+    >>> bell = 0.3 + 8 * np.cos(np.pi / 2 * np.minimum(np.hypot(x, y) / 40, 1)) ** 2
+    >>> found = debulk.pocket.segment(debulk.Grid(bell.astype("f4"), np.array([-60.0, -60.0]), 1.0))
+    >>> foot = debulk.pocket.feet(found).feet[0]
+    >>> foot.closed, round(float(np.sqrt(foot.area_mm2 / np.pi)))  # 40 · 2/π · acos(√(0.2 / 8)) = 35.95
+    (True, 36)
+    """
+    core = _core.find_feet(
+        segmentation._core, thickness_mm=thickness_mm, mold_tol_mm=mold_tol_mm, smooth_mm=smooth_mm, noise_mm=noise_mm
+    )
+    found = [
+        Foot(pocket.id, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
+        for pocket, f in zip(segmentation.pockets, core.feet, strict=True)
+    ]
+    grid = segmentation.labels
+    labels, heights = _like(grid, core.labels), _like(grid, core.heights)
+    return Feet(found, labels, heights, core.noise, core.mold_tol, thickness_mm, core)
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """The surface on which one pocket's net is laid.
+
+    Attributes
+    ----------
+    id, mode
+        The pocket's, and ``"foot"`` or ``"paper"``.
+    outline_mm, area_mm2
+        (M, 2) the perimeter (foot contour, or the cut's in mode paper) and the XY area inside it.
+    closed
+        The perimeter is nowhere cut by unknown heights or the grid's border.
+    touches_ply_edge
+        The pocket or its foot does.
+    parted
+        See `Foot`.
+    surface, reference
+        (ny, nx) float64 heights in the mold frame, mm, of the net surface and of F, finite everywhere. The window
+        reaches `margin_mm` past the perimeter, past the scan too. Read-only.
+    within
+        (ny, nx) uint8: 1 in the pocket's own region. Read-only.
+    """
+
+    id: int
+    mode: str
+    outline_mm: Floats
+    area_mm2: float
+    closed: bool
+    touches_ply_edge: bool
+    parted: bool
+    surface: Grid
+    reference: Grid
+    within: Grid
+
+
+def patch(
+    segmentation: Segmentation,
+    feet: Feet,
+    pocket_id: int,
+    reference: Reference,
+    *,
+    mode: Literal["foot", "paper"] = "foot",
+    margin_mm: float = 30.0,
+    fade_mm: float = 4.0,
+) -> Patch:
+    """Cut out one pocket's patch: the ply's net surface inside the perimeter, the reference F outside.
+
+    Parameters
+    ----------
+    segmentation, feet
+        From `segment` and `feet`.
+    pocket_id
+        From 1.
+    reference
+        The surface F below the ply.
+    mode
+        ``"foot"``: max(ply - thickness, F) out to the foot contour, smoothed. ``"paper"``: the ply inside the cut's
+        outline, F outside, glued with a step of up to the cut height (smoothed inside, too).
+    margin_mm
+        Of the window round the perimeter: at least the offset of the net's boundary.
+    fade_mm
+        In mode foot, over which what is left at the perimeter (the mold tolerance; more at a saddle) goes down to F
+        outside; past the ply's edge the surface goes on and fades over `margin_mm`. 0: at once.
+
+    Raises
+    ------
+    InputError
+        No such pocket, feet of another segmentation, a value out of its range.
+    """
+    core = _core.make_patch(
+        segmentation._core, feet._core, pocket_id, reference._core, mode=mode, margin_mm=margin_mm, fade_mm=fade_mm
+    )
+
+    def grid(values: NDArray[Any]) -> Grid:
+        return Grid(values, core.origin, core.spacing)
+
+    return Patch(
+        id=pocket_id,
+        mode=mode,
+        outline_mm=core.outline,
+        area_mm2=core.area,
+        closed=core.closed,
+        touches_ply_edge=core.touches_ply_edge,
+        parted=core.parted,
+        surface=grid(core.surface),
+        reference=grid(core.reference),
+        within=grid(core.within),
+    )
+
+
+def height_noise(height_map: Grid) -> float:
+    """Sigma of the noise of heights in mm, from the median mixed second difference; NaN without 3 x 3 known points.
+
+    Correlated noise (after a median filter) is told too low.
+    """
+    return float(_core.height_noise(np.asarray(height_map.values, dtype=np.float32)))
+
+
+def polygon_area(outline_mm: ArrayLike) -> float:
+    """Area in mm² of an (M, 2) polygon, positive when it runs counter-clockwise.
+
+    >>> polygon_area([[0, 0], [4, 0], [4, 1], [0, 1]])
+    4.0
+    """
+    return float(_core.polygon_area(np.asarray(outline_mm, dtype=np.float64)))
+
+
+def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
+    """(N,) whether the points (N, 2) lie inside the (M, 2) polygon (even-odd rule)."""
+    result: NDArray[np.bool_] = _core.inside_polygon(_pairs(outline_mm), _pairs(xy_mm))
+    return result
+
+
+def distance_to_outline(outline_mm: ArrayLike, xy_mm: ArrayLike) -> Floats:
+    """(N,) distances in mm of the points (N, 2) from the (M, 2) polygon's outline, inside and outside alike."""
+    result: Floats = _core.distance_to_outline(_pairs(outline_mm), _pairs(xy_mm))
+    return result
+
+
+def _pairs(xy: ArrayLike) -> Floats:
+    return np.asarray(xy, dtype=np.float64)
+
+
+def _like(grid: Grid, values: NDArray[Any]) -> Grid:
+    return Grid(values, grid.origin_mm, grid.spacing_mm)

@@ -1,0 +1,239 @@
+"""From the coarse net at the minimum to what stands on the mold: ridges, RMS, excess length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+
+if TYPE_CHECKING:
+    from debulk.surface import Reference
+
+__all__ = ["PostProcessed", "RidgeSection", "largest_fibre_excess", "post_process", "ridge_height"]
+
+
+def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: float) -> float:
+    """Height of a ridge from the ply length that it has to hold.
+
+    The cross-section is two thicknesses wide with a semicircular top; the rest of the ply lies on the mold. The height
+    is half the excess length plus 0.43 thicknesses, so it does not vanish with the excess (`post_process` clamps it).
+
+    Parameters
+    ----------
+    ply_length_mm
+        Length of the ply's section between its two feet, mm.
+    mold_length_mm
+        Length of the mold between the same feet, mm; at least two thicknesses.
+    thickness_mm
+        Nominal thickness of the ply, mm.
+
+    Returns
+    -------
+    float
+        Height above the mold, mm.
+
+    Raises
+    ------
+    InputError
+        A length or thickness that is not positive, or a mold length without room for the ridge.
+
+    Notes
+    -----
+    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results.
+
+    Examples
+    --------
+    Three nodes 9.3 mm apart, the middle one 3.2 mm above a flat mold:
+
+    >>> round(ridge_height(2 * 9.3, 2 * (9.3**2 - 3.2**2) ** 0.5, 0.3), 3)
+    0.697
+    """
+    return float(_core.ridge_height(ply_length_mm, mold_length_mm, thickness_mm))
+
+
+@dataclass(frozen=True)
+class RidgeSection:
+    """The cross-section of a ridge along one fibre.
+
+    Parameters
+    ----------
+    peak
+        Number of the node at its top.
+    fibre
+        0: cut along the first fibre (west to east), 1: along the second (south to north).
+    nodes
+        Numbers of its nodes from one end to the other, the ends being feet, valleys, or the net's border.
+    ply_length_mm, mold_length_mm
+        Lengths of the ply and of the mold below it, mm.
+    height_mm
+        Height of the ridge above the mold, mm.
+    length_mm
+        The piece of the ridge line that this section stands for, mm.
+    """
+
+    peak: int
+    fibre: int
+    nodes: tuple[int, ...]
+    ply_length_mm: float
+    mold_length_mm: float
+    height_mm: float
+    length_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class PostProcessed:
+    """What the debulked ply looks like on the mold.
+
+    Parameters
+    ----------
+    gap_mm
+        (N,) height above the mold, mm: the consolidated thickness, or at the peak of a ridge the ridge's height.
+    is_ridge
+        (N,) bool, the peaks of the ridges.
+    is_bridge
+        (N,) bool, nodes where the ply is too short to reach the mold; they keep the gap of the minimum.
+    sections
+        Of the ridges, from the largest gap of the minimum down.
+    ridge_height_mm
+        Of the highest ridge, mm; 0 without one.
+    ridge_length_mm
+        Of the longest connected ridge line, mm; 0 without one.
+    bridge_height_mm
+        Of the highest bridging node, mm; 0 without one.
+    rms_mm
+        Root mean square of `gap_mm` over the nodes inside the perimeter, mm.
+    excess_length_mm
+        `largest_fibre_excess` of the net, mm.
+    """
+
+    gap_mm: NDArray[np.float64]
+    is_ridge: NDArray[np.bool_]
+    is_bridge: NDArray[np.bool_]
+    sections: tuple[RidgeSection, ...]
+    ridge_height_mm: float
+    ridge_length_mm: float
+    bridge_height_mm: float
+    rms_mm: float
+    excess_length_mm: float
+
+
+def post_process(
+    nodes_mm: ArrayLike,
+    neighbours: ArrayLike,
+    inside: ArrayLike,
+    reference: Reference,
+    *,
+    thickness_mm: float,
+    bulk_factor: float,
+    touch_mm: float | None = None,
+) -> PostProcessed:
+    """Turn the net at the minimum of its energy into the ridges that will be seen.
+
+    From the largest gap down: a node that tops one of its fibres and belongs to no earlier ridge gets the section,
+    along one of its fibres, of the larger excess per length, down to the foot, the valley or the net's border. The
+    section's excess length makes the ridge's height; the nodes beside the peak go to the mold. Every node that is no
+    ridge ends up one consolidated thickness above the mold, except where the ply is too short and bridges a hollow.
+
+    Parameters
+    ----------
+    nodes_mm
+        (N, 3) nodes at the minimum, mold frame, mm.
+    neighbours
+        (N, 4) numbers of the neighbours east, west (first fibre), north, south (second fibre); -1 where there is none.
+    inside
+        (N,) bool, the nodes inside the pocket's perimeter: the RMS is theirs.
+    reference
+        The mold.
+    thickness_mm
+        Nominal thickness of the ply, mm.
+    bulk_factor
+        Nominal over consolidated thickness, at least 1.
+    touch_mm
+        Nodes up to this above the mold touch it, mm. None: a thirtieth of the thickness.
+
+    Returns
+    -------
+    PostProcessed
+        Gaps a node, ridges, RMS and excess length.
+
+    Raises
+    ------
+    InputError
+        Wrong shapes, coordinates that are not finite, neighbours that do not name one another, no node inside.
+
+    Notes
+    -----
+    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results; which node belongs to
+    which section, bridging, and the length of a ridge are readings of ours.
+
+    Examples
+    --------
+    >>> import debulk.surface
+    >>> mold = debulk.surface.Reference(np.zeros((4, 4)), (-20.0, -20.0), 20.0)
+    >>> half = (8.4**2 - 4.66**2) ** 0.5
+    >>> nodes = [[-half, 0, 0], [0, 0, 4.66], [half, 0, 0]]
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> out = post_process(nodes, fibre, [False, True, False], mold, thickness_mm=0.3, bulk_factor=1.2)
+    >>> round(out.ridge_height_mm, 2), out.gap_mm.round(2).tolist()
+    (1.54, [0.25, 1.54, 0.25])
+    """
+    options = _core.RidgeOptions()
+    options.thickness_mm = thickness_mm
+    options.bulk_factor = bulk_factor
+    if touch_mm is not None:
+        options.touch_mm = touch_mm
+    out = _core.post_process(nodes_mm, neighbours, inside, reference._core, options)
+    sections = tuple(
+        RidgeSection(s.peak, s.fibre, tuple(s.nodes), s.ply_length_mm, s.mold_length_mm, s.height_mm, s.length_mm)
+        for s in out.sections
+    )
+    return PostProcessed(
+        gap_mm=out.gap_mm,
+        is_ridge=out.is_ridge.astype(np.bool_),
+        is_bridge=out.is_bridge.astype(np.bool_),
+        sections=sections,
+        ridge_height_mm=out.ridge_height_mm,
+        ridge_length_mm=out.ridge_length_mm,
+        bridge_height_mm=out.bridge_height_mm,
+        rms_mm=out.rms_mm,
+        excess_length_mm=out.excess_length_mm,
+    )
+
+
+def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, reference: Reference) -> float:
+    """Largest excess of a fibre of the net: its length minus that of the mold between its ends.
+
+    Of the initial net it bounds, for fibres held at both ends, what any ridge can get (`debulk.verdict.excess_bounds`).
+
+    Parameters
+    ----------
+    nodes_mm
+        (N, 3) nodes, mold frame, mm.
+    neighbours
+        (N, 4) numbers of the neighbours east, west, north, south; -1 where there is none.
+    reference
+        The mold.
+
+    Returns
+    -------
+    float
+        Excess length, mm; 0 when no fibre is longer than its mold.
+
+    Raises
+    ------
+    InputError
+        Wrong shapes, coordinates that are not finite, neighbours that do not name one another.
+
+    Examples
+    --------
+    >>> import debulk.surface
+    >>> mold = debulk.surface.Reference(np.zeros((4, 4)), (-20.0, -20.0), 20.0)
+    >>> nodes, fibre = [[-4, 0, 0], [0, 0, 3], [4, 0, 0]], [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> round(largest_fibre_excess(nodes, fibre, mold), 9)
+    2.0
+    """
+    return float(_core.largest_fibre_excess(nodes_mm, neighbours, reference._core))

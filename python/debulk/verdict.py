@@ -1,0 +1,283 @@
+"""Will a pocket crease or cease? Criteria, the verdict of a pocket and of a layup, and the reason in one sentence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from debulk import _core
+
+__all__ = ["Criteria", "Judgement", "RidgeBounds", "Verdict", "excess_bounds", "judge", "judge_layup", "natural_length"]
+
+
+class Verdict(StrEnum):
+    """What debulking will make of an air pocket, or of a layup; from the best to the worst.
+
+    Examples
+    --------
+    >>> Verdict.CEASE.value
+    'cease'
+    >>> Verdict.worst([Verdict.CEASE, Verdict.CREASE, Verdict.UNDECIDED])
+    <Verdict.CREASE: 'crease'>
+    """
+
+    CEASE = "cease"
+    """The pocket closes within the criteria, and a certificate says so."""
+    UNDECIDED = "undecided"
+    """The evidence lies on both sides of a limit, or is not certified."""
+    CREASE = "crease"
+    """A ridge, bridging ply or a roughness above the criteria remains."""
+    INVALID = "invalid"
+    """It cannot be judged: too little was seen, no closed fixed rim, or the input was refused."""
+
+    @property
+    def severity(self) -> int:
+        """0 for CEASE up to 3 for INVALID."""
+        return list(Verdict).index(self)
+
+    @classmethod
+    def worst(cls, verdicts: Iterable[Verdict]) -> Verdict:
+        """Return the most severe of the verdicts, CEASE where there are none."""
+        return max(verdicts, key=lambda verdict: verdict.severity, default=cls.CEASE)
+
+
+_DEFAULTS = _core.Criteria()  # the numbers stand once, in cpp/debulk/verdict/judge.hpp
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """What is accepted.
+
+    Parameters
+    ----------
+    max_rms_mm
+        Limit of the post-processed RMS inside the perimeter, mm. Default 0.30, the paper's: the nominal thickness.
+    max_ridge_height_mm
+        Limit of a ridge's height, and of bridging ply, mm. Default 0.60, provisional.
+    min_coverage
+        Share of the ply that the scan must have seen. Default 0.98.
+    min_pocket_coverage
+        Share of a pocket's area that must have been measured. Default 0.80.
+    tie_margin_mm
+        A figure nearer to its limit than this decides nothing, mm. Default 0.005.
+    compliance_margin_mm
+        The same where the length constraints needed a compliance, mm. Default 0.05.
+
+    Examples
+    --------
+    >>> Criteria(max_ridge_height_mm=0.5).max_rms_mm
+    0.3
+    """
+
+    max_rms_mm: float = _DEFAULTS.max_rms_mm
+    max_ridge_height_mm: float = _DEFAULTS.max_ridge_height_mm
+    min_coverage: float = _DEFAULTS.min_coverage
+    min_pocket_coverage: float = _DEFAULTS.min_pocket_coverage
+    tie_margin_mm: float = _DEFAULTS.tie_margin_mm
+    compliance_margin_mm: float = _DEFAULTS.compliance_margin_mm
+
+    def __post_init__(self) -> None:
+        self._compiled().check()
+
+    def _compiled(self) -> _core.Criteria:
+        compiled = _core.Criteria()
+        compiled.max_rms_mm = self.max_rms_mm
+        compiled.max_ridge_height_mm = self.max_ridge_height_mm
+        compiled.min_coverage = self.min_coverage
+        compiled.min_pocket_coverage = self.min_pocket_coverage
+        compiled.tie_margin_mm = self.tie_margin_mm
+        compiled.compliance_margin_mm = self.compliance_margin_mm
+        return compiled
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict and why, in one sentence with the numbers."""
+
+    verdict: Verdict
+    reason: str
+
+
+def judge(
+    *,
+    certified: bool,
+    rms_mm: float = math.nan,
+    ridge_height_mm: float = math.nan,
+    bridge_height_mm: float = 0.0,
+    rms_range_mm: tuple[float, float] | None = None,
+    ridge_range_mm: tuple[float, float] | None = None,
+    bridge_range_mm: tuple[float, float] | None = None,
+    compliant: bool = False,
+    solve_status: str = "",
+    deadline_passed: bool = False,
+    coverage: float = 1.0,
+    closed_rim: bool = True,
+    refused: str = "",
+    criteria: Criteria | None = None,
+) -> Judgement:
+    """Judge one pocket.
+
+    INVALID before CREASE before UNDECIDED before CEASE. Without a certificate the verdict is UNDECIDED, whatever the
+    figures: a truncated solve still has the height of the pocket it began with.
+
+    Parameters
+    ----------
+    certified
+        Whether the certificate holds for every solution that the figures come from.
+    rms_mm, ridge_height_mm, bridge_height_mm
+        Of `debulk.ridge.post_process`, mm. NaN: none was found, which is UNDECIDED.
+    rms_range_mm, ridge_range_mm, bridge_range_mm
+        Least and most over the certified solutions from several starts, mm. Default: the figure itself.
+    compliant
+        Whether the length error is above 1e-4, so that a compliance was needed. The margin round the limits is wider
+        then.
+    solve_status
+        The solver's outcome in words, for the reason.
+    deadline_passed
+        Whether time ran out before the solution was certified.
+    coverage
+        Measured share of the pocket's area, 0 to 1.
+    closed_rim
+        Whether fixed nodes close the pocket's rim; say True for a pocket at the ply's edge.
+    refused
+        Why the pocket was not evaluated at all; empty when it was.
+    criteria
+        Default: ``Criteria()``.
+
+    Returns
+    -------
+    Judgement
+        Verdict and reason.
+
+    Raises
+    ------
+    InputError
+        A range that is turned round or negative, or a coverage outside 0 to 1.
+
+    Examples
+    --------
+    >>> judge(certified=True, rms_mm=0.26, ridge_height_mm=0.0)
+    Judgement(verdict=<Verdict.CEASE: 'cease'>, reason='no ridge, RMS 0.26 mm within the limit of 0.30 mm')
+    >>> judge(certified=True, rms_mm=0.28, ridge_height_mm=1.57).reason
+    'ridge 1.57 mm above the limit of 0.60 mm'
+    >>> judge(certified=False, rms_mm=0.26, ridge_height_mm=0.0, solve_status="iteration limit").verdict
+    <Verdict.UNDECIDED: 'undecided'>
+    """
+    evidence = _core.PocketEvidence()
+    evidence.rms = _core.Spread(*(rms_range_mm or (rms_mm, rms_mm)))
+    evidence.ridge_height = _core.Spread(*(ridge_range_mm or (ridge_height_mm, ridge_height_mm)))
+    evidence.bridge_height = _core.Spread(*(bridge_range_mm or (bridge_height_mm, bridge_height_mm)))
+    evidence.certified = certified
+    evidence.compliant = compliant
+    evidence.solve_status = solve_status
+    evidence.deadline_passed = deadline_passed
+    evidence.coverage = coverage
+    evidence.closed_rim = closed_rim
+    evidence.refused = refused
+    return _judgement(_core.judge(evidence, (criteria or Criteria())._compiled()))
+
+
+def judge_layup(
+    pockets: Iterable[tuple[int, Judgement]], coverage: float, criteria: Criteria | None = None
+) -> Judgement:
+    """Judge the layup: the worst pocket's verdict.
+
+    Parameters
+    ----------
+    pockets
+        Number and judgement of each pocket.
+    coverage
+        Share of the ply that the scan saw, 0 to 1.
+    criteria
+        Default: ``Criteria()``.
+
+    Returns
+    -------
+    Judgement
+        INVALID where too little was seen; CEASE where enough was seen and there is no pocket.
+
+    Raises
+    ------
+    InputError
+        A coverage outside 0 to 1.
+
+    Examples
+    --------
+    >>> judge_layup([], 0.995)
+    Judgement(verdict=<Verdict.CEASE: 'cease'>, reason='no air pocket, and 99.5 % of the ply was seen')
+    >>> pockets = [(1, Judgement(Verdict.CEASE, "flat")), (2, Judgement(Verdict.CREASE, "high"))]
+    >>> judge_layup(pockets, 0.995).reason
+    '1 of 2 pockets crease, pocket 2: high'
+    """
+    judged = []
+    for number, judgement in pockets:
+        inner = _core.Judgement()
+        inner.verdict = getattr(_core.Verdict, judgement.verdict.name)
+        inner.reason = judgement.reason
+        outer = _core.JudgedPocket()
+        outer.id = number
+        outer.judgement = inner
+        judged.append(outer)
+    return _judgement(_core.judge_layup(judged, coverage, (criteria or Criteria())._compiled()))
+
+
+@dataclass(frozen=True)
+class RidgeBounds:
+    """Heights of ridges that an excess length allows, mm: the least, by the ridge formula, and by an elastic fold."""
+
+    least_mm: float
+    geometric_mm: float
+    elastic_mm: float
+
+
+def excess_bounds(
+    excess_length_mm: float, *, thickness_mm: float, bulk_factor: float, modulus_mpa: float, pressure_mpa: float
+) -> RidgeBounds:
+    """Bound the ridges by the excess length of the initial net, before anything is solved.
+
+    Parameters
+    ----------
+    excess_length_mm
+        Largest excess of a fibre (`debulk.ridge.largest_fibre_excess`), mm.
+    thickness_mm, bulk_factor
+        Nominal thickness of the ply, mm, and nominal over consolidated thickness.
+    modulus_mpa, pressure_mpa
+        Bending modulus of the ply and the vacuum's pressure, MPa.
+
+    Returns
+    -------
+    RidgeBounds
+        0 (the excess may be shared or sheared away); half the excess plus 0.43 thicknesses, or 0 where that stays
+        within the consolidated ply; the height of an elastic fold, which needs far less: 0.36 mm makes one of 1 mm.
+
+    Raises
+    ------
+    InputError
+        A figure that is not finite, or not positive where it must be.
+
+    Examples
+    --------
+    >>> bounds = excess_bounds(0.362, thickness_mm=0.3, bulk_factor=1.2, modulus_mpa=360.0, pressure_mpa=0.1)
+    >>> round(bounds.geometric_mm, 2), round(bounds.elastic_mm, 2)
+    (0.31, 1.0)
+    """
+    length = _core.natural_length(modulus_mpa, thickness_mm, pressure_mpa)
+    bounds = _core.excess_bounds(excess_length_mm, thickness_mm, bulk_factor, length)
+    return RidgeBounds(bounds.least_mm, bounds.geometric_mm, bounds.elastic_mm)
+
+
+def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float) -> float:
+    """Length that bending stiffness and pressure make between them, (E t³ / 12 P)^(1/3), mm.
+
+    Examples
+    --------
+    >>> round(natural_length(360.0, 0.3, 0.1), 2)
+    2.01
+    """
+    return float(_core.natural_length(modulus_mpa, thickness_mm, pressure_mpa))
+
+
+def _judgement(compiled: _core.Judgement) -> Judgement:
+    return Judgement(Verdict[compiled.verdict.name], compiled.reason)

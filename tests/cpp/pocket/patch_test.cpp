@@ -1,0 +1,288 @@
+#include "debulk/pocket/patch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bells.hpp"
+#include "debulk/core/error.hpp"
+#include "debulk/pocket/smooth.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr double kT = 0.3, kTol = 0.2;
+
+class Bowl : public Surface {
+ public:
+  SurfaceSample sample(const Eigen::Vector2d& p) const override {
+    SurfaceSample s;
+    s.height = 10 + p.squaredNorm() / 4000;
+    s.gradient = p / 2000;
+    s.hessian = Eigen::Matrix2d::Identity() / 2000;
+    return s;
+  }
+};
+
+Grid<float> sum(Grid<float> a, const Grid<float>& b) {
+  for (std::size_t k = 0; k < a.size(); ++k) a.values[k] += b.values[k];
+  return a;
+}
+
+double excess(const Patch& patch, const Eigen::Vector2d& at) {
+  const Eigen::Vector2d u = patch.surface.locate(at);
+  const int i = static_cast<int>(std::lround(u.x())), j = static_cast<int>(std::lround(u.y()));
+  return patch.surface.at(i, j) - patch.reference.at(i, j);
+}
+
+TEST(Smooth, ReproducesCubicsAndStatedNoiseReduction) {
+  Grid<float> heights(60, 50, {0, 0}, 0.5);
+  for (int j = 0; j < 50; ++j)
+    for (int i = 0; i < 60; ++i) {
+      const double x = 0.05 * (i - 30), y = 0.05 * (j - 25);
+      heights.at(i, j) = static_cast<float>(1 + x - 2 * y + x * x - 3 * x * y + 0.5 * y * y + x * x * x - x * x * y);
+    }
+  const Grid<float> given = heights;
+  drop_disc(heights, {12, 12}, 0.9);
+  const auto out = smooth_heights(heights, {}, 4.0);
+  for (int j = 4; j < 46; ++j)
+    for (int i = 4; i < 56; ++i) {
+      const bool whole = std::abs(i - 24) > 5 || std::abs(j - 24) > 5;  // a fit with holes is exact for quadratics only
+      ASSERT_NEAR(out.at(i, j), given.at(i, j), whole ? 1e-5 : 5e-3) << i << " " << j;
+    }
+  auto white = heights.like<float>();
+  for (std::size_t k = 0; k < white.size(); ++k) white.values[k] = static_cast<float>(0.05 * noise(k));
+  const auto calm = smooth_heights(white, {}, 4.0);
+  double square = 0;
+  for (int j = 4; j < 46; ++j)
+    for (int i = 4; i < 56; ++i) square += std::pow(calm.at(i, j), 2);
+  EXPECT_NEAR(std::sqrt(square / (42 * 52)) / 0.05, std::sqrt(0.0444), 0.03);
+  auto left = white.like<std::uint8_t>();
+  for (int j = 10; j < 50; ++j)
+    for (int i = 0; i < 30; ++i) left.at(i, j) = 1;
+  const auto partly = smooth_heights(white, {}, 4.0, &left);
+  for (std::size_t k = 0; k < left.size(); ++k) ASSERT_EQ(partly.values[k], left.values[k] ? calm.values[k] : white.values[k]);
+  EXPECT_EQ(smooth_heights(white, {}, 0.0).values, white.values);
+  EXPECT_THROW(smooth_heights(white, {}, -1), InputError);
+}
+
+TEST(Smooth, TellsTheNoiseInSpiteOfPocketsAndWildPoints) {
+  for (const double sigma : {0.02, 0.05, 0.15}) {
+    auto heights = sampled_bells({{{100, 100}, 10, 60, 60}, {{220, 80}, 5, 25, 25}}, 300, 200, 1.0, kT);
+    for (std::size_t k = 0; k < heights.size(); ++k) {
+      heights.values[k] += static_cast<float>(sigma * noise(k));
+      if (k % 400 == 0) heights.values[k] += 15;
+      if (k % 90 == 0) heights.values[k] = kUnknown;
+    }
+    EXPECT_NEAR(height_noise(heights) / sigma, 1.0, 0.06);
+  }
+  EXPECT_TRUE(std::isnan(height_noise(Grid<float>(5, 5, {0, 0}, 1.0, kUnknown))));
+}
+
+TEST(Feet, AreWhereTheBellComesDownToTheTolerance) {
+  for (const Bell& bell : {Bell{{70.3, 65.7}, 8, 40, 40}, Bell{{70.3, 65.7}, 4, 25, 25}, Bell{{70.3, 65.7}, 12, 55, 25, 0.7}}) {
+    const Segmentation s = segment(sampled_bells({bell}, 280, 260, 0.5, kT), {});
+    const FootMap feet = find_feet(s, {});
+    ASSERT_EQ(feet.feet.size(), 1u);
+    EXPECT_EQ(feet.mold_tol_mm, kTol);
+    // The smoothing rounds the jump in curvature where a bell begins, which is worst for the steep narrow one.
+    EXPECT_NEAR(feet.feet[0].area / bell.area(kTol), 1.0, bell.a == bell.b ? 3e-3 : 7e-3);
+    EXPECT_TRUE(feet.feet[0].closed);
+    EXPECT_FALSE(feet.feet[0].parted);
+    EXPECT_FALSE(feet.feet[0].touches_ply_edge);
+    if (bell.a == bell.b) {
+      for (const Eigen::Vector2d& p : feet.feet[0].outline) EXPECT_NEAR((p - bell.centre).norm(), bell.a * bell.rho(kTol), 0.1);
+    }
+  }
+}
+
+TEST(Feet, ToleranceRisesWithTheNoise) {
+  const Bell bell{{70, 65}, 8, 40, 40};
+  auto heights = sampled_bells({bell}, 140, 130, 1.0, kT);
+  for (std::size_t k = 0; k < heights.size(); ++k) heights.values[k] += static_cast<float>(0.1 * noise(k));
+  const FootMap feet = find_feet(segment(heights, {}), {});
+  EXPECT_NEAR(feet.noise_mm, 0.1, 0.01);
+  EXPECT_DOUBLE_EQ(feet.mold_tol_mm, 3 * feet.noise_mm);
+  EXPECT_NEAR(feet.feet.at(0).area / bell.area(feet.mold_tol_mm), 1.0, 0.02);
+  EXPECT_TRUE(feet.feet[0].closed);
+  FootOptions options;
+  options.noise_mm = 0.05;
+  EXPECT_EQ(find_feet(segment(heights, {}), options).mold_tol_mm, kTol);
+}
+
+TEST(Feet, PartNeighboursAtTheirSaddle) {
+  const Bell left{{50, 60}, 8, 40, 40}, right{{115.5, 60}, 8, 40, 40};
+  const auto heights = sum(sampled_bells({left}, 163, 121, 1.0, kT), sampled_bells({right}, 163, 121, 1.0));
+  const Segmentation s = segment(heights, {});
+  ASSERT_EQ(s.pockets.size(), 2u);  // the saddle stands 1.62 mm above the reference
+  const FootMap feet = find_feet(s, {});
+  for (int id = 1; id <= 2; ++id) {
+    const Foot& foot = feet.feet[static_cast<std::size_t>(id - 1)];
+    const bool is_left = s.pockets[static_cast<std::size_t>(id - 1)].centroid.x() < 82;
+    EXPECT_TRUE(foot.parted);
+    EXPECT_TRUE(foot.closed);
+    if (is_left) {
+      EXPECT_NEAR(foot.box.high.x(), 82.75, 1.0);
+    } else {
+      EXPECT_NEAR(foot.box.low.x(), 82.75, 1.0);
+    }
+  }
+  EXPECT_NEAR(feet.feet[0].area / feet.feet[1].area, 1.0, 0.02);
+}
+
+TEST(Feet, StopWhereSomethingElseRises) {
+  const Bell pocket{{60, 60}, 8, 40, 40}, ripple{{118, 60}, 1.5, 22, 22}, decoy{{60, 121}, 6, 23, 10};
+  const auto heights =
+      sum(sum(sampled_bells({pocket}, 160, 150, 1.0, kT), sampled_bells({ripple}, 160, 150, 1.0)), sampled_bells({decoy}, 160, 150, 1.0));
+  SegmentOptions options;
+  options.area_tol_mm2 = 600;  // the decoy is dropped
+  const Segmentation s = segment(heights, options);
+  ASSERT_EQ(s.pockets.size(), 1u);
+  ASSERT_EQ(s.dropped.size(), 1u);
+  const FootMap feet = find_feet(s, {});
+  EXPECT_EQ(feet.labels.at(118, 60), 0);
+  EXPECT_EQ(feet.labels.at(60, 121), 0);
+  EXPECT_NEAR(feet.feet[0].area / pocket.area(kTol), 1.0, 0.03);
+}
+
+TEST(Feet, AreClosedAlongThePlysEdgeButNotAlongUnknownHeights) {
+  const Bell bell{{80.3, 70.2}, 8, 40, 40};
+  const auto heights = sampled_bells({bell}, 160, 140, 1.0, kT);
+  SegmentOptions options;
+  options.ply_outline = Polygon{{10, 10}, {80.3, 10}, {80.3, 130}, {10, 130}};
+  const FootMap at_edge = find_feet(segment(heights, options), {});
+  EXPECT_TRUE(at_edge.feet.at(0).closed);
+  EXPECT_TRUE(at_edge.feet[0].touches_ply_edge);
+  EXPECT_NEAR(at_edge.feet[0].area / (bell.area(kTol) / 2), 1.0, 5e-3);
+
+  auto holed = heights;
+  drop_disc(holed, bell.centre + Eigen::Vector2d(0, 38), 14);
+  EXPECT_FALSE(find_feet(segment(holed, {}), {}).feet.at(0).closed);
+  auto spotted = heights;
+  drop_disc(spotted, bell.centre + Eigen::Vector2d(0, 36), 1.5);  // small enough for the smoothing to see through
+  EXPECT_TRUE(find_feet(segment(spotted, {}), {}).feet.at(0).closed);
+  const Bell beyond{{30, 70}, 8, 40, 40};
+  EXPECT_FALSE(find_feet(segment(sampled_bells({beyond}, 100, 140, 1.0, kT), {}), {}).feet.at(0).closed);
+}
+
+TEST(Feet, AreTheSameForASmallDropOutAtTheRim) {
+  const Bell bell{{70, 65}, 8, 40, 40};
+  auto heights = sampled_bells({bell}, 140, 130, 1.0, kT);
+  drop_disc(heights, bell.centre + Eigen::Vector2d(0, -36), 5);
+  drop_disc(heights, bell.centre + Eigen::Vector2d(31, 0), 5);
+  const FootMap feet = find_feet(segment(heights, {}), {});
+  EXPECT_TRUE(feet.feet.at(0).closed);
+  EXPECT_NEAR(feet.feet[0].area / bell.area(kTol), 1.0, 0.01);
+}
+
+TEST(Patch, IsTheNetSurfaceInsideAndTheMoldOutside) {
+  const Bell bell{{70.3, 65.7}, 8, 40, 40}, other{{150, 130}, 6, 30, 30};
+  const Segmentation s = segment(sampled_bells({bell, other}, 200, 180, 1.0, kT), {});
+  const Bowl bowl;
+  PatchOptions options;
+  options.margin_mm = 45;
+  const Patch patch = make_patch(s, find_feet(s, {}), 1, bowl, options);
+  EXPECT_TRUE(patch.closed);
+  EXPECT_EQ(patch.id, 1);
+  const Box box = bounding_box(patch.outline);
+  EXPECT_LE(patch.surface.origin.x(), box.low.x() - 45);
+  EXPECT_GE(patch.surface.position(patch.surface.nx - 1, 0).x(), box.high.x() + 45);
+  EXPECT_LT(patch.surface.origin.x(), -5.0);  // beyond the grid on the left, where F goes on
+  for (int j = 0; j < patch.surface.ny; ++j)
+    for (int i = 0; i < patch.surface.nx; ++i) {
+      const Eigen::Vector2d p = patch.surface.position(i, j);
+      ASSERT_DOUBLE_EQ(patch.reference.at(i, j), bowl.height(p));
+      const double e = patch.surface.at(i, j) - patch.reference.at(i, j), r = (p - bell.centre).norm();
+      if (inside(patch.outline, p)) {
+        ASSERT_NEAR(e, bell.at(p), 0.02);
+      } else if (distance_to_outline(patch.outline, p) > 5) {
+        ASSERT_EQ(e, 0.0);
+      } else {
+        ASSERT_LE(e, kTol + 1e-6) << r;
+        ASSERT_GE(e, 0.0);
+      }
+      if (i > 0) {
+        ASSERT_LT(std::abs(e - (patch.surface.at(i - 1, j) - patch.reference.at(i - 1, j))), 0.32);  // no step
+      }
+    }
+}
+
+TEST(Patch, GoesOnPastThePlysEdge) {
+  const Bell bell{{80.3, 70.2}, 8, 40, 40};
+  SegmentOptions options;
+  options.ply_outline = Polygon{{10, 10}, {80.3, 10}, {80.3, 130}, {10, 130}};
+  const Segmentation s = segment(sampled_bells({bell}, 160, 140, 1.0, kT), options);
+  const Patch patch = make_patch(s, find_feet(s, {}), 1, Bowl(), {});
+  EXPECT_TRUE(patch.touches_ply_edge);
+  EXPECT_TRUE(patch.closed);
+  EXPECT_NEAR(excess(patch, {80, 70}), 8, 0.05);
+  EXPECT_NEAR(excess(patch, {82, 70}), 8, 0.2);
+  EXPECT_LT(excess(patch, {109, 70}), 0.1);
+}
+
+TEST(Patch, OfThePaperIsGluedAtTheCut) {
+  const Bell bell{{70.3, 65.7}, 8, 40, 40};
+  const Segmentation s = segment(sampled_bells({bell}, 160, 140, 1.0, kT), {});
+  PatchOptions options;
+  options.mode = PatchMode::paper;
+  const Patch patch = make_patch(s, find_feet(s, {}), 1, Bowl(), options);
+  EXPECT_EQ(patch.outline, s.pockets[0].outline);
+  for (int j = 0; j < patch.surface.ny; ++j)
+    for (int i = 0; i < patch.surface.nx; ++i) {
+      const Eigen::Vector2d p = patch.surface.position(i, j);
+      const double e = patch.surface.at(i, j) - patch.reference.at(i, j);
+      if (inside(patch.outline, p)) {
+        ASSERT_NEAR(e, kT + bell.at(p), 0.02);
+      } else {
+        ASSERT_EQ(e, 0.0);
+      }
+    }
+}
+
+TEST(Patch, OfANoisyScanHasLittleFalseExcessLength) {
+  const Bell bell{{80.0, 80.0}, 8, 40, 40};
+  auto heights = sampled_bells({bell}, 321, 321, 0.5, kT);
+  for (std::size_t k = 0; k < heights.size(); ++k) heights.values[k] += static_cast<float>(0.05 * noise(k));
+  const Segmentation s = segment(heights, {});
+  const Patch patch = make_patch(s, find_feet(s, {}), 1, Bowl(), {});
+  const int row = static_cast<int>(std::lround(patch.surface.locate({80, 80}).y()));
+  double measured = 0, exact = 0, raw = 0;
+  for (int i = 1; i < patch.surface.nx; ++i) {
+    const Eigen::Vector2d a = patch.surface.position(i - 1, row), b = patch.surface.position(i, row);
+    if (!inside(patch.outline, a) || !inside(patch.outline, b)) continue;
+    const double step = patch.surface.spacing, e = patch.surface.at(i, row) - patch.reference.at(i, row),
+                 d = patch.surface.at(i - 1, row) - patch.reference.at(i - 1, row);
+    const Eigen::Vector2d u = heights.locate(a);
+    const int gi = static_cast<int>(std::lround(u.x())), gj = static_cast<int>(std::lround(u.y()));
+    measured += std::hypot(step, e - d) - step;
+    exact += std::hypot(step, bell.at(b) - bell.at(a)) - step;
+    raw += std::hypot(step, heights.at(gi + 1, gj) - heights.at(gi, gj)) - step;
+  }
+  EXPECT_GT(raw - exact, 0.4);
+  EXPECT_LT(std::abs(measured - exact), 0.03);
+}
+
+TEST(Patch, NamesWhatIsWrong) {
+  const Segmentation s = segment(sampled_bells({{{70, 65}, 8, 40, 40}}, 140, 130, 1.0, kT), {});
+  const FootMap feet = find_feet(s, {});
+  const Bowl bowl;
+  EXPECT_THROW(make_patch(s, feet, 0, bowl, {}), InputError);
+  EXPECT_THROW(make_patch(s, feet, 2, bowl, {}), InputError);
+  EXPECT_THROW(make_patch(s, FootMap(), 1, bowl, {}), InputError);
+  PatchOptions options;
+  options.margin_mm = -1;
+  EXPECT_THROW(make_patch(s, feet, 1, bowl, options), InputError);
+  const auto with = [&](auto change) {
+    FootOptions o;
+    change(o);
+    return find_feet(s, o);
+  };
+  EXPECT_THROW(with([](auto& o) { o.thickness_mm = -0.1; }), InputError);
+  EXPECT_THROW(with([](auto& o) { o.mold_tol_mm = 0; }), InputError);
+  EXPECT_THROW(with([](auto& o) { o.mold_tol_mm = 1.8; }), InputError);  // with the thickness above the cut
+  EXPECT_THROW(with([](auto& o) { o.smooth_mm = std::nan(""); }), InputError);
+  EXPECT_THROW(with([](auto& o) { o.noise_mm = -1; }), InputError);
+}
+
+}  // namespace
+}  // namespace debulk

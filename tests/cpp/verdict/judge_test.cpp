@@ -1,0 +1,163 @@
+#include "debulk/verdict/judge.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "debulk/core/error.hpp"
+
+namespace debulk {
+namespace {
+
+const double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// A certified pocket that closes; each case spoils something.
+PocketEvidence good() {
+  PocketEvidence evidence;
+  evidence.rms = {0.26, 0.26};
+  evidence.certified = true;
+  return evidence;
+}
+
+using Spoil = std::function<void(PocketEvidence&)>;
+
+struct Case {
+  const char* what;
+  Spoil spoil;
+  Verdict verdict;
+  const char* reason;
+};
+
+const Case kCases[] = {
+    {"as it is", [](auto&) {}, Verdict::cease, "no ridge, RMS 0.26 mm within the limit of 0.30 mm"},
+    {"small ridge", [](auto& e) { e.ridge_height = {0.41, 0.43}; }, Verdict::cease,
+     "ridge 0.41 to 0.43 mm within the limit of 0.60 mm, RMS 0.26 mm within the limit of 0.30 mm"},
+    {"ridge", [](auto& e) { e.ridge_height = {1.57, 1.57}; }, Verdict::crease, "ridge 1.57 mm above the limit of 0.60 mm"},
+    {"RMS", [](auto& e) { e.rms = {0.354, 0.354}; }, Verdict::crease, "RMS 0.35 mm above the limit of 0.30 mm"},
+    {"both", [](auto& e) { e.rms = {0.42, 0.60}, e.ridge_height = {1.5, 1.6}; }, Verdict::crease,
+     "ridge 1.50 to 1.60 mm above the limit of 0.60 mm, RMS 0.42 to 0.60 mm above the limit of 0.30 mm"},
+    {"bridge", [](auto& e) { e.bridge_height = {0.9, 0.9}; }, Verdict::crease, "bridge 0.90 mm above the limit of 0.60 mm"},
+    {"small bridge", [](auto& e) { e.bridge_height = {0.3, 0.3}; }, Verdict::cease,
+     "no ridge, bridge 0.30 mm within the limit of 0.60 mm, RMS 0.26 mm within the limit of 0.30 mm"},
+    {"RMS on both sides", [](auto& e) { e.rms = {0.289, 0.331}; }, Verdict::undecided,
+     "RMS 0.29 to 0.33 mm lies on both sides of the limit of 0.30 mm"},
+    {"ridge on both sides", [](auto& e) { e.ridge_height = {0, 0.9}; }, Verdict::undecided,
+     "ridge 0.00 to 0.90 mm lies on both sides of the limit of 0.60 mm"},
+    {"straddles one, above the other", [](auto& e) { e.rms = {0.2, 0.4}, e.ridge_height = {0.7, 0.8}; }, Verdict::crease,
+     "ridge 0.70 to 0.80 mm above the limit of 0.60 mm"},
+    {"tie", [](auto& e) { e.rms = {0.302, 0.302}; }, Verdict::undecided, "RMS 0.302 mm comes within 0.005 mm of the limit of 0.300 mm"},
+    {"the limit itself is a tie", [](auto& e) { e.rms = {0.30, 0.30}; }, Verdict::undecided,
+     "RMS 0.30 mm comes within 0.005 mm of the limit of 0.30 mm"},
+    {"just outside the tie, below", [](auto& e) { e.rms = {0.294, 0.294}; }, Verdict::cease,
+     "no ridge, RMS 0.294 mm within the limit of 0.300 mm"},
+    {"just outside the tie, above", [](auto& e) { e.rms = {0.306, 0.306}; }, Verdict::crease, "RMS 0.306 mm above the limit of 0.300 mm"},
+    {"strained, near a limit", [](auto& e) { e.compliant = true; }, Verdict::undecided,
+     "RMS 0.26 mm comes within 0.050 mm of the limit of 0.30 mm, and the fibres are strained by more than 1e-4"},
+    {"strained, far below", [](auto& e) { e.compliant = true, e.rms = {0.25, 0.25}; }, Verdict::cease,
+     "no ridge, RMS 0.25 mm within the limit of 0.30 mm"},
+    {"strained, above but near", [](auto& e) { e.compliant = true, e.rms = {0.25, 0.25}, e.ridge_height = {0.64, 0.64}; },
+     Verdict::undecided, "ridge 0.64 mm comes within 0.050 mm of the limit of 0.60 mm, and the fibres are strained by more than 1e-4"},
+    {"strained, far above", [](auto& e) { e.compliant = true, e.ridge_height = {2, 2}; }, Verdict::crease,
+     "ridge 2.00 mm above the limit of 0.60 mm"},
+    {"not certified", [](auto& e) { e.certified = false; }, Verdict::undecided, "the solution is not certified"},
+    {"not certified, with a status", [](auto& e) { e.certified = false, e.solve_status = "iteration limit"; }, Verdict::undecided,
+     "the solution is not certified (iteration limit)"},
+    {"not certified proves no crease either", [](auto& e) { e.certified = false, e.ridge_height = {9, 9}; }, Verdict::undecided,
+     "the solution is not certified"},
+    {"deadline", [](auto& e) { e.certified = false, e.deadline_passed = true; }, Verdict::undecided,
+     "the deadline passed before the solution was certified"},
+    {"no figures", [](auto& e) { e.rms = {kNan, kNan}; }, Verdict::undecided, "the solution has no finite figures"},
+    {"no ridge figure", [](auto& e) { e.ridge_height.high = kNan; }, Verdict::undecided, "the solution has no finite figures"},
+    {"no bridge figure", [](auto& e) { e.bridge_height.low = kNan; }, Verdict::undecided, "the solution has no finite figures"},
+    {"refused", [](auto& e) { e.refused = "the net has no movable node"; }, Verdict::invalid, "not evaluated: the net has no movable node"},
+    {"little seen", [](auto& e) { e.coverage = 0.611; }, Verdict::invalid, "only 61.1 % of the pocket was measured, 80.0 % is needed"},
+    {"open rim", [](auto& e) { e.closed_rim = false; }, Verdict::invalid,
+     "the rim is not closed by fixed nodes, though the pocket lies inside the ply"},
+    {"invalid before crease", [](auto& e) { e.closed_rim = false, e.ridge_height = {3, 3}; }, Verdict::invalid,
+     "the rim is not closed by fixed nodes, though the pocket lies inside the ply"},
+    {"refused before the deadline", [](auto& e) { e.refused = "too few nodes", e.deadline_passed = true, e.certified = false; },
+     Verdict::invalid, "not evaluated: too few nodes"},
+};
+
+TEST(Judge, EveryBranch) {
+  for (const Case& c : kCases) {
+    PocketEvidence evidence = good();
+    c.spoil(evidence);
+    const Judgement judgement = judge(evidence);
+    EXPECT_EQ(name(judgement.verdict), std::string(name(c.verdict))) << c.what;
+    EXPECT_EQ(judgement.reason, c.reason) << c.what;
+  }
+}
+
+TEST(Judge, NeverCeaseWithoutACertificate) {
+  EXPECT_EQ(judge(PocketEvidence()).verdict, Verdict::undecided);  // nothing known
+  for (double rms = 0; rms < 0.5; rms += 0.01)
+    for (double ridge = 0; ridge < 1; ridge += 0.05) {
+      PocketEvidence evidence = good();
+      evidence.certified = false;
+      evidence.rms = {rms, rms};
+      evidence.ridge_height = {ridge, ridge};
+      EXPECT_EQ(judge(evidence).verdict, Verdict::undecided);
+    }
+}
+
+TEST(Judge, TakesTheCriteriaItIsGiven) {
+  Criteria strict;
+  strict.max_rms = 0.26;
+  strict.tie_margin = 0;
+  EXPECT_EQ(judge(good(), strict).verdict, Verdict::cease);  // at most the limit
+  strict.max_rms = 0.2599;
+  EXPECT_EQ(judge(good(), strict).verdict, Verdict::crease);
+}
+
+TEST(Judge, NamesWhatIsWrong) {
+  const auto message = [](const std::function<void(PocketEvidence&, Criteria&)>& spoil) -> std::string {
+    PocketEvidence evidence = good();
+    Criteria criteria;
+    spoil(evidence, criteria);
+    try {
+      judge(evidence, criteria);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "nothing was thrown";
+  };
+  EXPECT_EQ(message([](auto& e, auto&) { e.rms = {0.4, 0.3}; }).find("rms_range_mm"), 0u);
+  EXPECT_EQ(message([](auto& e, auto&) { e.ridge_height = {-0.1, 0.3}; }).find("ridge_range_mm"), 0u);
+  EXPECT_EQ(message([](auto& e, auto&) { e.bridge_height = {1, 0}; }).find("bridge_range_mm"), 0u);
+  EXPECT_EQ(message([](auto& e, auto&) { e.coverage = 1.2; }).find("coverage"), 0u);
+  EXPECT_EQ(message([](auto& e, auto&) { e.coverage = kNan; }).find("coverage"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.max_rms = 0; }).find("max_rms_mm"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.max_ridge_height = kNan; }).find("max_ridge_height_mm"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.min_coverage = 98; }).find("min_coverage"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.min_pocket_coverage = -1; }).find("min_pocket_coverage"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.tie_margin = -1; }).find("tie_margin_mm"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.compliance_margin = 0; }).find("compliance_margin_mm"), 0u);
+}
+
+TEST(JudgeLayup, TakesTheWorstPocket) {
+  const JudgedPocket cease{1, {Verdict::cease, "flat"}}, crease{2, {Verdict::crease, "high"}}, also{3, {Verdict::crease, "higher"}};
+  const JudgedPocket undecided{4, {Verdict::undecided, "tie"}}, invalid{5, {Verdict::invalid, "open"}};
+  const auto check = [](const std::vector<JudgedPocket>& pockets, Verdict verdict, const std::string& reason) {
+    const Judgement judgement = judge_layup(pockets, 0.99);
+    EXPECT_EQ(judgement.verdict, verdict);
+    EXPECT_EQ(judgement.reason, reason);
+  };
+  check({}, Verdict::cease, "no air pocket, and 99.0 % of the ply was seen");
+  check({cease}, Verdict::cease, "1 of 1 pockets cease, pocket 1: flat");
+  check({cease, undecided}, Verdict::undecided, "1 of 2 pockets undecided, pocket 4: tie");
+  check({undecided, cease, crease, also}, Verdict::crease, "2 of 4 pockets crease, pocket 2: high");
+  check({crease, invalid, cease}, Verdict::invalid, "1 of 3 pockets invalid, pocket 5: open");
+}
+
+TEST(JudgeLayup, IsInvalidWhereTooLittleWasSeen) {
+  EXPECT_EQ(judge_layup({}, 0.98).verdict, Verdict::cease);
+  EXPECT_EQ(judge_layup({}, 0.979).verdict, Verdict::invalid);
+  EXPECT_EQ(judge_layup({{1, {Verdict::crease, "high"}}}, 0.5).reason, "only 50.0 % of the ply was seen, 98.0 % is needed");
+  EXPECT_THROW(judge_layup({}, kNan), InputError);
+  EXPECT_THROW(judge_layup({}, 1.5), InputError);
+}
+
+}  // namespace
+}  // namespace debulk
