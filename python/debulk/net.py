@@ -227,7 +227,8 @@ class Drape:
         xy = np.asarray(xy_mm, dtype=np.float64)
         if xy.ndim == 0 or xy.shape[-1] != 2:
             raise _core.InputError(f"xy_mm: expected an (..., 2) array, but got shape {xy.shape}")
-        return np.degrees(self._core.fibre_angles(xy.reshape(-1, 2))).reshape(xy.shape)
+        radians: Floats = self._core.fibre_angles(xy.reshape(-1, 2))
+        return np.degrees(radians).reshape(xy.shape)
 
 
 def drape(
