@@ -1,7 +1,65 @@
 #include "bindings/bind.hpp"
+#include "bindings/cloud_view.hpp"
+#include "bindings/convert.hpp"
+#include "debulk/cloud/outliers.hpp"
+#include "debulk/cloud/pitch.hpp"
+#include "debulk/cloud/transform.hpp"
 
 namespace debulk {
 
-void bind_cloud(pybind11::module_&) {}
+void bind_cloud(py::module_& m) {
+  m.def(
+      "cloud_bounds",
+      [](const Points& points, int threads) {
+        const CloudView cloud = cloud_view(points, "points");
+        CloudBounds box;
+        {
+          py::gil_scoped_release release;
+          box = bounds(cloud, threads);
+        }
+        return py::make_tuple(box.seen, std::vector<double>(box.low.data(), box.low.data() + 3),
+                              std::vector<double>(box.high.data(), box.high.data() + 3));
+      },
+      py::arg("points"), py::arg("threads"));
+
+  m.def(
+      "cloud_transform",
+      [](const Points& points, const Array<double>& matrix, int threads) {
+        require(matrix.ndim() == 2 && matrix.shape(0) == 4 && matrix.shape(1) == 4, "matrix", "a (4, 4) array", shape_of(matrix));
+        const Eigen::Matrix4d motion = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(matrix.data());
+        const CloudView cloud = cloud_view(points, "points");
+        std::vector<float> moved;
+        {
+          py::gil_scoped_release release;
+          moved = transform(cloud, motion, threads);
+        }
+        return to_array(std::move(moved), shape(points));
+      },
+      py::arg("points"), py::arg("matrix"), py::arg("threads"));
+
+  m.def(
+      "remove_outliers",
+      [](const Points& points, int neighbours, double std_ratio, int threads, const Stop& stop) {
+        const CloudView cloud = cloud_view(points, "points");
+        Outliers found;
+        {
+          py::gil_scoped_release release;
+          found = remove_outliers(cloud, {neighbours, std_ratio}, threads, stop);
+        }
+        std::vector<py::ssize_t> mask_shape = shape(points);
+        mask_shape.pop_back();
+        return to_array(std::move(found.keep), mask_shape);
+      },
+      py::arg("points"), py::arg("neighbours"), py::arg("std_ratio"), py::arg("threads"), py::arg("stop"));
+
+  m.def(
+      "median_pitch",
+      [](const Points& points, int threads) {
+        const CloudView cloud = cloud_view(points, "points");
+        py::gil_scoped_release release;
+        return median_pitch(cloud, threads);
+      },
+      py::arg("points"), py::arg("threads"));
+}
 
 }  // namespace debulk

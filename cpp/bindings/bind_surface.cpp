@@ -1,7 +1,192 @@
+#include <array>
+#include <sstream>
+
 #include "bindings/bind.hpp"
+#include "bindings/cloud_view.hpp"
+#include "bindings/convert.hpp"
+#include "debulk/core/parallel.hpp"
+#include "debulk/surface/fit_reference.hpp"
+#include "debulk/surface/height_map.hpp"
+#include "debulk/surface/median.hpp"
 
 namespace debulk {
+namespace {
 
-void bind_surface(pybind11::module_&) {}
+Eigen::Vector2d vector2(const std::array<double, 2>& v) {
+  return {v[0], v[1]};
+}
+py::array_t<double> pair(const Eigen::Vector2d& v) {
+  return py::array_t<double>(2, v.data());
+}
+
+// Samples at (M, 2) points; one that is not inside is refused by name.
+std::vector<SurfaceSample> samples(const Reference& surface, const Array<double>& xy) {
+  const std::vector<Eigen::Vector2d> at = points<2>(xy, "xy");
+  py::gil_scoped_release release;
+  std::vector<SurfaceSample> out(at.size());
+  const Grid<double>& domain = surface.heights();
+  parallel_for(static_cast<long>(at.size()), 4096, 0, [&](long begin, long end) {
+    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) {
+      if (!surface.inside(at[k])) {
+        std::ostringstream expected, came;
+        expected << "points inside the reference's grid, x " << domain.origin.x() << " to " << domain.position(domain.nx - 1, 0).x()
+                 << ", y " << domain.origin.y() << " to " << domain.position(0, domain.ny - 1).y() << " mm";
+        came << "(" << at[k].x() << ", " << at[k].y() << ") at index " << k;
+        require(false, "xy", expected.str().c_str(), came.str());
+      }
+      out[k] = surface.sample(at[k]);
+    }
+  });
+  return out;
+}
+
+// `count` numbers of each sample as an array (M, ...).
+template <class Write>
+py::array_t<double> collect(const std::vector<SurfaceSample>& all, std::size_t count, std::vector<py::ssize_t> item, const Write& write) {
+  std::vector<double> values(all.size() * count);
+  for (std::size_t k = 0; k < all.size(); ++k) write(all[k], &values[k * count]);
+  item.insert(item.begin(), static_cast<py::ssize_t>(all.size()));
+  return to_array(std::move(values), std::move(item));
+}
+
+HeightMapOptions options(double spacing, double hole_diameter, double jump_ratio) {
+  HeightMapOptions out;
+  out.spacing = spacing;
+  out.fill.diameter = hole_diameter;
+  out.gridding.jump_ratio = jump_ratio;
+  return out;
+}
+
+// A height map against either kind of reference, as (heights, measured, origin, spacing).
+template <class Base>
+py::tuple map_heights(const Points& scan, const Base& reference, const HeightMapOptions& opts, int threads) {
+  const CloudView cloud = cloud_view(scan, "scan");
+  HeightMap map;
+  {
+    py::gil_scoped_release release;
+    map = height_map(cloud, reference, opts, threads);
+  }
+  const Eigen::Vector2d origin = map.heights.origin;
+  const double spacing = map.heights.spacing;
+  return py::make_tuple(grid_values(std::move(map.heights)), grid_values(std::move(map.measured)), pair(origin), spacing);
+}
+
+}  // namespace
+
+void bind_surface(py::module_& m) {
+  py::class_<Surface>(m, "Surface");
+  py::class_<Reference, Surface>(m, "Reference")
+      .def(py::init([](const Array<double>& heights, const std::array<double, 2>& origin, double spacing) {
+             return Reference(to_grid(heights, vector2(origin), spacing, "heights_mm"));
+           }),
+           py::arg("heights_mm"), py::arg("origin_mm"), py::arg("spacing_mm"))
+      .def_property_readonly("heights_mm", [](const Reference& r) { return grid_values(Grid<double>(r.heights())); })
+      .def_property_readonly("origin_mm", [](const Reference& r) { return pair(r.heights().origin); })
+      .def_property_readonly("spacing_mm", [](const Reference& r) { return r.heights().spacing; })
+      .def(
+          "_height",
+          [](const Reference& r, const Array<double>& xy) {
+            return collect(samples(r, xy), 1, {}, [](const SurfaceSample& s, double* to) { *to = s.height; });
+          },
+          py::arg("xy"))
+      .def(
+          "_gradient",
+          [](const Reference& r, const Array<double>& xy) {
+            return collect(samples(r, xy), 2, {2}, [](const SurfaceSample& s, double* to) {
+              Eigen::Map<Eigen::Vector2d> out(to, 2);
+              out = s.gradient;
+            });
+          },
+          py::arg("xy"))
+      .def(
+          "_hessian",
+          [](const Reference& r, const Array<double>& xy) {
+            return collect(samples(r, xy), 4, {2, 2}, [](const SurfaceSample& s, double* to) {
+              Eigen::Map<Eigen::Matrix2d> out(to, 2, 2);
+              out = s.hessian;
+            });
+          },
+          py::arg("xy"));
+
+  m.def(
+      "grid_heights",
+      [](const Points& cloud, const std::array<double, 2>& origin, double spacing, const std::array<int, 2>& shape, double jump_ratio,
+         int threads) {
+        require(shape[0] > 0 && shape[1] > 0, "shape", "positive numbers of rows and columns",
+                std::to_string(shape[0]) + " by " + std::to_string(shape[1]));
+        const CloudView view = cloud_view(cloud, "points");
+        Grid<float> grid(shape[1], shape[0], vector2(origin), spacing);
+        {
+          py::gil_scoped_release release;
+          grid_heights(view, grid, {jump_ratio}, threads);
+        }
+        return grid_values(std::move(grid));
+      },
+      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("threads"));
+
+  m.def(
+      "covering_grid",
+      [](const std::array<double, 2>& low, const std::array<double, 2>& high, double spacing) {
+        const Grid<float> grid = covering_grid(vector2(low), vector2(high), spacing);
+        return py::make_tuple(pair(grid.origin), std::array<int, 2>{grid.ny, grid.nx});
+      },
+      py::arg("low_mm"), py::arg("high_mm"), py::arg("spacing_mm"));
+
+  m.def(
+      "height_map",
+      [](const Points& scan, const Reference& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
+        return map_heights(scan, reference, options(spacing, hole_diameter, jump_ratio), threads);
+      },
+      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"));
+  m.def(
+      "height_map",
+      [](const Points& scan, const Points& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
+        return map_heights(scan, cloud_view(reference, "reference"), options(spacing, hole_diameter, jump_ratio), threads);
+      },
+      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"));
+
+  m.def(
+      "median",
+      [](const Array<float>& values, int size, int threads) {
+        const Grid<float> grid = to_grid(values, {0, 0}, 1.0, "grid");
+        Grid<float> out;
+        {
+          py::gil_scoped_release release;
+          out = median(grid, size, threads);
+        }
+        return grid_values(std::move(out));
+      },
+      py::arg("values"), py::arg("size"), py::arg("threads"));
+
+  m.def(
+      "fill_holes",
+      [](const Array<float>& values, double spacing, double hole_diameter, int threads) {
+        Grid<float> grid = to_grid(values, {0, 0}, spacing, "grid");
+        Grid<std::uint8_t> measured;
+        {
+          py::gil_scoped_release release;
+          measured = fill_holes(grid, {hole_diameter}, threads);
+        }
+        return py::make_tuple(grid_values(std::move(grid)), grid_values(std::move(measured)));
+      },
+      py::arg("values"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("threads"));
+
+  m.def(
+      "fit_reference",
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, double node_spacing, double window, double robust,
+         int threads) {
+        const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
+        Grid<double> nodes;
+        {
+          py::gil_scoped_release release;
+          nodes = fit_reference(heights, {node_spacing, window, robust}, threads).heights();
+        }
+        const Eigen::Vector2d first = nodes.origin;
+        const double step = nodes.spacing;
+        return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
+      },
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("node_spacing_mm"), py::arg("window_mm"), py::arg("robust"),
+      py::arg("threads"));
+}
 
 }  // namespace debulk

@@ -134,11 +134,11 @@ def fibre_net(
     True
     """
     made = _core.fibre_net(
-        surface._core,
-        reference._core,
+        surface,
+        reference,
         _pair(centre_mm, "centre_mm"),
         _radians(angles_deg),
-        outline=_core.surface_extent(surface._core) if outline_mm is None else _corners(outline_mm, "outline_mm"),
+        outline=_core.surface_extent(surface) if outline_mm is None else _corners(outline_mm, "outline_mm"),
         ply_outline=None if ply_outline is None else _corners(ply_outline, "ply_outline"),
         rms_outline=None if rms_outline_mm is None else _corners(rms_outline_mm, "rms_outline_mm"),
         spacing=spacing_mm,
@@ -187,7 +187,7 @@ def surface_area(surface: Reference, outline_mm: ArrayLike, ply_outline: ArrayLi
     8.485281
     """
     ply = None if ply_outline is None else _corners(ply_outline, "ply_outline")
-    return float(_core.surface_area(surface._core, _corners(outline_mm, "outline_mm"), ply))
+    return float(_core.surface_area(surface, _corners(outline_mm, "outline_mm"), ply))
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,11 +274,11 @@ def drape(
     1.8
     """
     core = _core.Drape(
-        surface._core,
+        surface,
         _pair(seed_mm, "seed_mm"),
         _radians(angles_deg),
         spacing_mm,
-        outline=_core.surface_extent(surface._core) if outline_mm is None else _corners(outline_mm, "outline_mm"),
+        outline=_core.surface_extent(surface) if outline_mm is None else _corners(outline_mm, "outline_mm"),
         paths=paths,
     )
     net = core.net

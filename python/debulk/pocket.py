@@ -374,7 +374,7 @@ def patch(
         No such pocket, feet of another segmentation, a value out of its range.
     """
     core = _core.make_patch(
-        segmentation._core, feet._core, pocket_id, reference._core, mode=mode, margin_mm=margin_mm, fade_mm=fade_mm
+        segmentation._core, feet._core, pocket_id, reference, mode=mode, margin_mm=margin_mm, fade_mm=fade_mm
     )
 
     def grid(values: NDArray[Any]) -> Grid:

@@ -186,7 +186,7 @@ def post_process(
     options.bulk_factor = bulk_factor
     if touch_mm is not None:
         options.touch_mm = touch_mm
-    out = _core.post_process(nodes_mm, neighbours, inside, reference._core, options)
+    out = _core.post_process(nodes_mm, neighbours, inside, reference, options)
     sections = tuple(
         RidgeSection(s.peak, s.fibre, tuple(s.nodes), s.ply_length_mm, s.mold_length_mm, s.height_mm, s.length_mm)
         for s in out.sections
@@ -236,4 +236,4 @@ def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, reference: 
     >>> round(largest_fibre_excess(nodes, fibre, mold), 9)
     2.0
     """
-    return float(_core.largest_fibre_excess(nodes_mm, neighbours, reference._core))
+    return float(_core.largest_fibre_excess(nodes_mm, neighbours, reference))

@@ -94,7 +94,7 @@ class Sheet:
             np.asarray(kinds, dtype=np.int32),
             spacing_mm,
             area_mm2,
-            reference._core,
+            reference,
             ply,
         )
 

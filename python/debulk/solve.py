@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
-from debulk.sheet import Sheet
+
+if TYPE_CHECKING:
+    from debulk.sheet import Sheet
 
 __all__ = ["Certificate", "Solution", "certify", "methods", "minimise"]
 

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "debulk/cloud/cloud_view.hpp"
+#include "debulk/core/stop.hpp"
+
+namespace debulk {
+
+// Exact nearest neighbours in a cloud that is, by and large, a sheet. The points are sorted into square cells on the two
+// axes of largest extent, and a search goes outward, ring by ring of cells: a point outside the rings is at least as far
+// away as the rings' border, for a projected distance never exceeds the distance. It ends when the last neighbour found
+// is not farther than that.
+class GridSearch {
+ public:
+  GridSearch(const CloudView& cloud, int neighbours, int threads, const Stop& stop);
+
+  // Fills means[i] for the points it can do at a bounded cost (a vertical wall or a dense cluster overcrowds a cell, a
+  // point far off the sheet needs many rings), and returns the others' indices, ascending in the order of cells.
+  std::vector<std::uint32_t> mean_distances(float* means) const;
+
+ private:
+  struct Entry {
+    float xyz[3];
+    std::uint32_t index;
+  };
+  struct Search;  // the neighbours found so far
+
+  void choose_cells();
+  void sort_points();
+  // Cell along one of the two axes; a point beyond the border belongs to the cell at the border.
+  int cell(const float* xyz, int axis) const;
+  // Visits whole rings until the result is certain; false: gave up, more than `budget` points and cells to look at.
+  bool search(std::size_t entry, int column, int row, long budget, Search& found) const;
+  void visit(const Entry& from, std::size_t begin, std::size_t end, Search& found) const;
+  template <class Visit>
+  void for_ring(int column, int row, int ring, const Visit& visit_run) const;
+  double border_distance(const Entry& from, int column, int row, int ring) const;
+
+  CloudView cloud_;
+  int neighbours_;
+  int threads_;
+  Stop stop_;
+  int axis_[2] = {0, 1};               // the two axes of largest extent
+  double low_[2] = {0.0, 0.0};         // mm, the grid's corner
+  double side_ = 1.0;                  // mm, of a cell
+  int cells_[2] = {1, 1};              // columns, rows
+  std::vector<std::uint32_t> starts_;  // of every cell's entries, row by row; one more at the end
+  std::vector<Entry> entries_;
+};
+
+}  // namespace debulk

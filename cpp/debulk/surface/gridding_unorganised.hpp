@@ -1,0 +1,11 @@
+#pragma once
+
+#include "debulk/cloud/cloud_view.hpp"
+#include "debulk/core/grid.hpp"
+
+namespace debulk {
+
+// The second half of grid_heights (gridding.hpp): local planes through a cloud whose points come in any order.
+void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads);
+
+}  // namespace debulk

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+
+#include "debulk/cloud/cloud_view.hpp"
+#include "debulk/core/grid.hpp"
+#include "debulk/surface/fill_holes.hpp"
+#include "debulk/surface/gridding.hpp"
+#include "debulk/surface/reference.hpp"
+
+namespace debulk {
+
+struct HeightMapOptions {
+  double spacing = 0.0;  // mm; 0: the scan's median pitch
+  GriddingOptions gridding;
+  FillOptions fill;
+
+  void check() const;
+};
+
+struct HeightMap {
+  Grid<float> heights;          // mm above the reference; NaN: not known
+  Grid<std::uint8_t> measured;  // 1 where both were seen, 0 where the height is filled in or NaN
+};
+
+// Height of a scan above a reference, both in the mold frame, compared at equal x and y: both clouds are laid on one
+// grid, so that the sideways shift of raised points in the camera's view (parallax) plays no part. The grid covers what
+// the two boxes have in common. Outliers must have been removed (set to NaN) before: a flying pixel would be a spike.
+HeightMap height_map(const CloudView& scan, const CloudView& reference, const HeightMapOptions& options = {}, int threads = 0);
+// Above a smooth reference, inside its grid.
+HeightMap height_map(const CloudView& scan, const Reference& reference, const HeightMapOptions& options = {}, int threads = 0);
+
+}  // namespace debulk

@@ -1,0 +1,182 @@
+"""Point clouds: rigid motion, outlier removal, pitch.
+
+A cloud is an array of points in mm, (H, W, 3) as an organised scanner delivers it, one point a pixel, or (N, 3) in any
+order. A point with a coordinate that is not finite is missing: nothing was seen there. The functions compute on float32
+without a copy where the array is C-contiguous float32, and never change their input.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+
+InputError = _core.InputError
+
+SMALLEST_EXTENT_MM = 10.0
+"""A cloud smaller than this is taken for one in metres by `checked`."""
+
+
+def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True) -> NDArray[np.float32]:
+    """Check a cloud and bring it into the form that the package computes on.
+
+    Parameters
+    ----------
+    points
+        (H, W, 3) or (N, 3), float32 or float64, mm.
+    name
+        What the cloud is called in error messages.
+    check_unit
+        Refuse a cloud whose extent suggests metres.
+
+    Returns
+    -------
+    NDArray[np.float32]
+        The points, C-contiguous; the same object if they are in that form already.
+
+    Raises
+    ------
+    InputError
+        For another shape or type, if no point is finite, or if the cloud is smaller than 10 mm.
+
+    Examples
+    --------
+    >>> checked(np.zeros((4, 2)), "scan")
+    Traceback (most recent call last):
+    ...
+    debulk._core.InputError: scan: expected an (H, W, 3) or (N, 3) array of points, but got shape (4, 2)
+    """
+    cloud = _as_cloud(points, name)
+    seen, low, high = _core.cloud_bounds(cloud, 0)
+    if seen == 0:
+        raise InputError(
+            f"{name}: expected at least one point with three finite coordinates, but got none of {cloud.size // 3}"
+        )
+    extent = max(h - lo for lo, h in zip(low, high, strict=True))
+    if check_unit and extent < SMALLEST_EXTENT_MM:
+        raise InputError(
+            f"{name}: expected coordinates in mm, but got a cloud {extent:.4g} across; "
+            "if they are metres, pass the points times 1000 (on the command line: --unit m)"
+        )
+    return cloud
+
+
+def transform(points: ArrayLike, matrix: ArrayLike, *, threads: int = 0) -> NDArray[np.float32]:
+    """Move a cloud into another frame: ``x_to = matrix @ x_from``, computed in double precision.
+
+    Parameters
+    ----------
+    points
+        (H, W, 3) or (N, 3).
+    matrix
+        (4, 4) rigid motion, row by row; its 3 by 3 part must be a rotation to within 1e-4.
+    threads
+        0: as many as the process may use.
+
+    Returns
+    -------
+    NDArray[np.float32]
+        The moved points in the same shape; missing points are NaN in all three coordinates.
+
+    Raises
+    ------
+    InputError
+        For a bad cloud, or a matrix with a scale, a shear, a mirror, or another bottom row than 0 0 0 1.
+
+    Examples
+    --------
+    >>> shift = np.eye(4)
+    >>> shift[:3, 3] = 10, 20, 30
+    >>> transform(np.array([[1.0, 2.0, 3.0]]), shift).tolist()
+    [[11.0, 22.0, 33.0]]
+    """
+    motion = np.asarray(matrix)
+    if motion.dtype.kind not in "fiu":
+        raise InputError(f"matrix: expected a (4, 4) array of numbers, but got {motion.dtype}")
+    moved: NDArray[np.float32] = _core.cloud_transform(_as_cloud(points, "points"), motion.astype(np.float64), threads)
+    return moved
+
+
+def remove_outliers(
+    points: ArrayLike,
+    neighbours: int = 4,
+    std_ratio: float = 1.0,
+    *,
+    threads: int = 0,
+    stop: _core.Stop | None = None,
+) -> NDArray[np.bool_]:
+    """Find the points to keep: those that are not unusually far from their neighbours.
+
+    A point is removed if the mean distance to its nearest neighbours (itself not counted) exceeds the mean of that
+    figure over all points by more than `std_ratio` standard deviations (of the sample, n - 1). That is what MATLAB's
+    ``pcdenoise`` does; the search is exact.
+
+    Parameters
+    ----------
+    points
+        (H, W, 3) or (N, 3). Organised clouds are the faster ones.
+    neighbours
+        How many nearest neighbours are looked at, 1 to 1000.
+    std_ratio
+        Standard deviations above the mean, 0 or more.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+    stop
+        Raised from another thread, ends the search with a RuntimeError.
+
+    Returns
+    -------
+    NDArray[np.bool_]
+        (H, W) or (N,): False for outliers and for missing points.
+
+    Raises
+    ------
+    InputError
+        For a bad cloud or option.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
+    >>> points = np.dstack([x, y, np.zeros_like(x)])
+    >>> points[7, 5, 2] = 9.0
+    >>> bool(remove_outliers(points)[7, 5])
+    False
+    """
+    cloud = _as_cloud(points, "points")
+    count = _whole(neighbours, "neighbours")
+    keep: NDArray[np.uint8] = _core.remove_outliers(cloud, count, float(std_ratio), threads, stop or _core.Stop())
+    return keep.view(np.bool_)
+
+
+def median_pitch(points: ArrayLike, *, threads: int = 0) -> float:
+    """How far apart the points of a cloud are, mm.
+
+    Organised: the median distance of neighbouring pixels, projected on the XY plane. Unorganised: the median over the
+    points of the mean distance to the four nearest neighbours.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
+    >>> median_pitch(0.5 * np.dstack([x, y, x]))
+    0.5
+    """
+    return float(_core.median_pitch(_as_cloud(points, "points"), threads))
+
+
+def _as_cloud(points: ArrayLike, name: str) -> NDArray[np.float32]:
+    array: NDArray[Any] = np.asarray(points)
+    if array.ndim not in (2, 3) or array.shape[-1] != 3:
+        raise InputError(f"{name}: expected an (H, W, 3) or (N, 3) array of points, but got shape {array.shape}")
+    if array.dtype not in (np.float32, np.float64):
+        raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}")
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(array, dtype=np.float32)
+
+
+def _whole(value: int, name: str) -> int:
+    if int(value) != value:
+        raise InputError(f"{name}: expected a whole number, but got {value}")
+    return int(value)

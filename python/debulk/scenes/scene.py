@@ -1,0 +1,192 @@
+"""The virtual layup: a scan, its reference, and the truth."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk._core import InputError
+from debulk.scenes import mold
+from debulk.scenes.bump import Bump
+from debulk.scenes.camera import aim
+from debulk.scenes.outline import StarPolygon, irregular_outline
+from debulk.scenes.placement import place
+from debulk.scenes.raycast import Target, cast
+from debulk.scenes.spoil import spoil
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What is known about a virtual layup, in the mold frame, mm."""
+
+    pockets: tuple[Bump, ...]
+    """The 14 air pockets, largest area at the cut first."""
+    decoys: tuple[Bump, ...]
+    """Bumps just below AreaTol (2 cm² at the cut), PeakTol (1.25 mm above the cut) or CutHeight, two of each."""
+    thickness_mm: float
+    cut_height_mm: float
+    dropout: Mask = field(repr=False)
+    """(H, W): pixels of the scan that saw nothing."""
+    flying: Mask = field(repr=False)
+    """(H, W): pixels of the scan whose point flies off along its ray."""
+    reference_dropout: Mask = field(repr=False)
+    reference_flying: Mask = field(repr=False)
+    _ply: StarPolygon = field(repr=False)
+
+    def mold_height(self, xy: ArrayLike) -> F64:
+        """Height of the mold, or of the table beside it; (..., 2) mold XY to (...) z, mm."""
+        x, y = _xy(xy)
+        return np.where(mold.inside(x, y), mold.height(x, y), mold.TABLE_Z_MM)
+
+    def ply_height_above_mold(self, xy: ArrayLike) -> F64:
+        """Height of the ply's upper side above the mold, along z; 0 beside the ply; (..., 2) mold XY to (...), mm."""
+        x, y = _xy(xy)
+        height = np.full(x.shape, self.thickness_mm)
+        for bump in (*self.pockets, *self.decoys):
+            bell = bump.bell
+            near = np.hypot(x - bell.centre_mm[0], y - bell.centre_mm[1]) < bell.radii_mm[0]
+            height[near] += bell.rise(x[near], y[near])
+        return np.where(self._ply.inside(x, y), height, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Layup:
+    """A virtual layup as a scanner would see it, and the truth about it."""
+
+    scan: F32 = field(repr=False)
+    """(H, W, 3) organised cloud of the draped ply, scanner frame, mm, NaN = nothing seen."""
+    reference: F32 = field(repr=False)
+    """(H, W, 3) organised cloud of the bare mold, likewise."""
+    mold_from_scanner: F64
+    """4x4, x_mold = T x_scanner."""
+    camera: tuple[float, float, float]
+    """f, cx, cy in pixels: pixel (i, j) looks along ((j - cx) / f, (i - cy) / f, 1)."""
+    ply_outline: F64 = field(repr=False)
+    """(M, 2) mold XY, counter-clockwise, the last point joined to the first, mm."""
+    truth: Truth = field(repr=False)
+
+
+def layup(
+    seed: int = 0,
+    pixels: tuple[int, int] = (1280, 960),
+    pitch_mm: float | None = None,
+    *,
+    noise_mm: float = 0.05,
+    flying_share: float = 0.005,
+    dropout_share: float = 0.02,
+    thickness_mm: float = 0.3,
+    cut_height_mm: float = 2.0,
+    threads: int | None = None,
+) -> Layup:
+    """Make a virtual layup: a ply with 14 air pockets on a double-curved mold, seen by a tilted pinhole camera.
+
+    The mold is 1.2 x 0.9 m, its crest 110 mm above a flat table; the camera stands 2.4 m above the crest. The pockets
+    are bells H cos²(πρ/2) over ellipses, 438 to 5.35 cm² at the cut height and 3.6 to 15 mm high above the reference;
+    two are cut by the ply's edge, two are long and narrow, two lie 7 mm from each other. The areas at the cut are the
+    same for every seed; places and directions are free, peaks and aspect ratios vary by 4 %. The ply's edge is open:
+    beyond a raised edge the rays pass on to the mold, and leave a strip of it unseen.
+
+    Parameters
+    ----------
+    seed
+        Not negative. The same seed and arguments give the same bits.
+    pixels
+        Width and height of the image, at least 32 each.
+    pitch_mm
+        Distance of neighbouring points on the mold, mm (the root of a point's mean share of the mold's area). None: the
+        mold fills the image. 0.55 at 5120 x 3840 is 0.3 mm² a point, with much table around.
+    noise_mm
+        Standard deviation along the ray, mm; three times that in the image's left third.
+    flying_share
+        Share of pixels that fly off along their ray by 1 to 20 mm (0.5 to 20 in runs), half of them in short rows.
+    dropout_share
+        Share of pixels that see nothing, half of it single pixels, half discs of 2 to 6 mm radius.
+    thickness_mm
+        The ply's thickness along z, at most 0.6 mm.
+    cut_height_mm
+        Height above the reference at which the truth's areas are taken, 1.2 to 2.2 mm; the pockets are sized so that
+        they have their areas there.
+    threads
+        None: one a core. The result does not depend on it.
+
+    Returns
+    -------
+    Layup
+        Scan and reference with faults of their own, pose, camera, outline and truth.
+
+    Raises
+    ------
+    debulk.InputError
+        An argument is out of its range, or the mold does not fit into the image at that pitch.
+
+    Examples
+    --------
+    >>> scene = layup(seed=1, pixels=(64, 48))
+    >>> scene.scan.shape, len(scene.truth.pockets)
+    ((48, 64, 3), 14)
+    >>> [round(p.area_mm2) for p in scene.truth.pockets[:3]]
+    [43800, 9000, 6200]
+    """
+    _check_whole("seed", seed, 0, 2**63 - 1)
+    if not isinstance(pixels, tuple | list) or len(pixels) != 2:
+        raise InputError(f"pixels: expected (width, height), but got {pixels!r}")
+    width, height = (_check_whole("pixels", n, 32, 20000) for n in pixels)
+    if pitch_mm is not None:
+        _check("pitch_mm", pitch_mm, 0.0, 1000.0, "a positive distance in mm or None", above=True)
+    _check("noise_mm", noise_mm, 0.0, 10.0, "a standard deviation of 0 to 10 mm")
+    _check("flying_share", flying_share, 0.0, 0.5, "a share of 0 to 0.5")
+    _check("dropout_share", dropout_share, 0.0, 0.5, "a share of 0 to 0.5")
+    _check("thickness_mm", thickness_mm, 0.0, 0.6, "a thickness above 0, at most 0.6 mm", above=True)
+    _check("cut_height_mm", cut_height_mm, 1.2, 2.2, "a height of 1.2 to 2.2 mm")
+    if threads is not None:
+        _check_whole("threads", threads, 1, 1024)
+
+    rng = np.random.Generator(np.random.SFC64([seed, 0]))
+    camera = aim(rng, (width, height), pitch_mm)
+    outline = irregular_outline(rng)
+    pockets, decoys = place(rng, outline, thickness_mm, cut_height_mm)
+    ply = StarPolygon(outline)
+    target = Target(ply, thickness_mm, tuple(b.bell for b in (*pockets, *decoys)))
+    faults, reference_faults = (spoil((seed, k), camera, noise_mm, flying_share, dropout_share) for k in (1, 2))
+    scan, reference = cast(camera, target, faults, reference_faults, threads or os.cpu_count() or 1)
+    truth = Truth(
+        pockets=tuple(pockets),
+        decoys=tuple(decoys),
+        thickness_mm=thickness_mm,
+        cut_height_mm=cut_height_mm,
+        dropout=faults.dropout,
+        flying=faults.flying,
+        reference_dropout=reference_faults.dropout,
+        reference_flying=reference_faults.flying,
+        _ply=ply,
+    )
+    return Layup(scan, reference, camera.mold_from_scanner, (camera.f, camera.cx, camera.cy), outline, truth)
+
+
+def _xy(xy: ArrayLike) -> tuple[F64, F64]:
+    points = np.asarray(xy, dtype=np.float64)
+    if points.ndim == 0 or points.shape[-1] != 2:
+        raise InputError(f"xy: expected an array of shape (..., 2), but got {points.shape}")
+    return points[..., 0], points[..., 1]
+
+
+def _check_whole(name: str, value: Any, low: int, high: int) -> int:
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not low <= value <= high:
+        raise InputError(f"{name}: expected a whole number of {low} to {high}, but got {value!r}")
+    return int(value)
+
+
+def _check(name: str, value: Any, low: float, high: float, expected: str, above: bool = False) -> None:
+    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if not number or not math.isfinite(value) or not low <= value <= high or (above and value == low):
+        raise InputError(f"{name}: expected {expected}, but got {value!r}")

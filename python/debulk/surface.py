@@ -1,0 +1,336 @@
+"""Surfaces over the mold's XY plane: height maps of scans, and the smooth reference.
+
+Everything is in the mold frame, mm, z up. Outliers are to be removed from clouds (set to NaN) before they come here:
+see `debulk.cloud.remove_outliers`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+from debulk.cloud import _as_cloud
+from debulk.grid import Grid
+
+InputError = _core.InputError
+
+GridT = TypeVar("GridT", bound=Grid)
+
+
+class Reference(_core.Reference):
+    """The smooth reference surface z = F(x, y): the C2 bicubic spline through heights on a regular grid.
+
+    Parameters
+    ----------
+    heights_mm
+        (ny, nx), at least 4 by 4, all finite; ``heights_mm[j, i]`` at ``origin_mm + spacing_mm * (i, j)``.
+    origin_mm
+        (2,) position of ``heights_mm[0, 0]``.
+    spacing_mm
+        Distance of neighbouring heights along x and y.
+
+    Raises
+    ------
+    InputError
+        For another shape, a height that is not finite (its row and column are named), or a bad spacing.
+
+    Notes
+    -----
+    Not-a-knot at the borders, so that cubics are reproduced exactly. Public calls refuse points outside the grid;
+    solvers in the core see a smooth extension that goes on linearly.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(0.0, 50.0, 10.0), np.arange(0.0, 40.0, 10.0))
+    >>> reference = Reference(x**2 / 1000, (0.0, 0.0), 10.0)
+    >>> round(reference.height((25.0, 11.0)), 9)
+    0.625
+    >>> reference.gradient([[25.0, 11.0]]).round(9).tolist()
+    [[0.05, 0.0]]
+    """
+
+    def __init__(self, heights_mm: ArrayLike, origin_mm: ArrayLike, spacing_mm: float) -> None:
+        heights = np.asarray(heights_mm)
+        if heights.ndim != 2 or heights.dtype.kind not in "fiu":
+            raise InputError(
+                f"heights_mm: expected an (ny, nx) array of numbers, but got {heights.dtype}, shape {heights.shape}"
+            )
+        super().__init__(heights.astype(np.float64), _pair(origin_mm, "origin_mm"), float(spacing_mm))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Reference, (self.heights_mm, self.origin_mm, self.spacing_mm)
+
+    def height(self, xy: ArrayLike) -> Any:
+        """Heights, mm: (M,) for (M, 2) points, a float for one (2,)."""
+        points, one = _points(xy)
+        out = self._height(points)
+        return float(out[0]) if one else out
+
+    def gradient(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Slopes (dF/dx, dF/dy): (M, 2) for (M, 2) points, (2,) for one."""
+        points, one = _points(xy)
+        out: NDArray[np.float64] = self._gradient(points)
+        return out[0] if one else out
+
+    def hessian(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Second derivatives, 1/mm: (M, 2, 2) for (M, 2) points, (2, 2) for one."""
+        points, one = _points(xy)
+        out: NDArray[np.float64] = self._hessian(points)
+        return out[0] if one else out
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMap(Grid):
+    """Heights above the reference, float32, mm; NaN where nothing is known.
+
+    Parameters
+    ----------
+    values, origin_mm, spacing_mm
+        As in `debulk.Grid`.
+    measured
+        (ny, nx) bool: True where ply and reference were both seen, False where the height was filled in or is NaN.
+    """
+
+    measured: NDArray[np.bool_]
+
+
+def height_map(
+    scan: ArrayLike,
+    reference_cloud: ArrayLike | _core.Reference,
+    spacing_mm: float | None = None,
+    *,
+    hole_diameter_mm: float = 20.0,
+    jump_ratio: float = 6.0,
+    threads: int = 0,
+) -> HeightMap:
+    """Heights of a scan above a reference, compared at equal x and y.
+
+    Both clouds are laid on one grid (see `grid_heights`), so that the sideways shift of raised points in the camera's
+    view (parallax) plays no part. Small holes are filled in (see Notes). Outliers must have been removed before (set to
+    NaN): a flying pixel would become a spike.
+
+    Parameters
+    ----------
+    scan
+        (H, W, 3) or (N, 3), mm, mold frame.
+    reference_cloud
+        The cloud of what lay there before, or a smooth `Reference`.
+    spacing_mm
+        Of the grid; None: the scan's median pitch.
+    hole_diameter_mm
+        Holes wider than this along x or y stay NaN, as do those at the grid's border. 0: fill nothing.
+    jump_ratio
+        A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+
+    Returns
+    -------
+    HeightMap
+        On a grid with lines at multiples of its spacing, over what the two have in common.
+
+    Raises
+    ------
+    InputError
+        For bad clouds or options, if the two do not overlap, or if the grid would have more than 2e8 points.
+
+    Notes
+    -----
+    A hole is filled with a polynomial through the ring of measured heights round it, of degree 4 where that predicts
+    nothing in the hole with more noise than a single height has (else 2, 1, 0), plus the harmonic surface through what
+    the polynomial leaves at the rim.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(40.0), np.arange(30.0))
+    >>> scan, before = np.dstack([x, y, 0.1 * x + 1.5]), np.dstack([x, y, 0.1 * x])
+    >>> heights = height_map(scan, before, spacing_mm=1.0)
+    >>> heights.values.shape, round(float(heights.values[10, 10]), 5)
+    ((30, 40), 1.5)
+    """
+    reference: Any = reference_cloud
+    if not isinstance(reference, _core.Reference):
+        reference = _as_cloud(reference, "reference_cloud")
+    spacing = 0.0 if spacing_mm is None else _positive(spacing_mm, "spacing_mm")
+    values, measured, origin, step = _core.height_map(
+        _as_cloud(scan, "scan"), reference, spacing, float(hole_diameter_mm), float(jump_ratio), threads
+    )
+    return HeightMap(values, origin, step, measured.view(np.bool_))
+
+
+def grid_heights(
+    points: ArrayLike,
+    origin_mm: ArrayLike | None = None,
+    spacing_mm: float | None = None,
+    shape: tuple[int, int] | None = None,
+    *,
+    jump_ratio: float = 6.0,
+    threads: int = 0,
+) -> Grid:
+    """Heights (z) of a cloud on a regular grid, float32, NaN where nothing was seen.
+
+    Parameters
+    ----------
+    points
+        (H, W, 3) or (N, 3), mm, mold frame.
+    origin_mm, shape
+        (2,) first grid point and (ny, nx); give both, or neither for the grid that covers the cloud's box.
+    spacing_mm
+        None: the median pitch.
+    jump_ratio
+        A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
+    threads
+        0: as many as the process may use.
+
+    Raises
+    ------
+    InputError
+        For bad input, or a grid of more than 2e8 points.
+
+    Notes
+    -----
+    Organised clouds: linear interpolation on triangles between neighbouring pixels; on a grid coarser than 1.5 pitches
+    the average over the square round each grid point, in opposite pairs, so that a slope leaves no bias. A missing
+    pixel between two that were seen is bridged. Where surfaces lie above each other the highest counts. Unorganised
+    clouds: local planes by weighted least squares over max(spacing, 2 pitches).
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(40.0), np.arange(30.0))
+    >>> grid_heights(np.dstack([x, y, 0.5 * x]), (10.0, 10.0), 2.0, (2, 3)).values.tolist()
+    [[5.0, 6.0, 7.0], [5.0, 6.0, 7.0]]
+    """
+    cloud = _as_cloud(points, "points")
+    if (origin_mm is None) != (shape is None):
+        raise InputError("origin_mm, shape: expected both or neither, but got one of them")
+    spacing = _core.median_pitch(cloud, threads) if spacing_mm is None else _positive(spacing_mm, "spacing_mm")
+    if not spacing > 0:
+        raise InputError("points: expected a cloud with neighbouring points, but got none that are neighbours")
+    if origin_mm is None or shape is None:
+        seen, low, high = _core.cloud_bounds(cloud, threads)
+        if seen == 0:
+            raise InputError("points: expected at least one point with three finite coordinates, but got none")
+        origin, size = _core.covering_grid(low[:2], high[:2], spacing)
+    else:
+        origin, size = _pair(origin_mm, "origin_mm"), (int(shape[0]), int(shape[1]))
+    values = _core.grid_heights(cloud, origin, spacing, size, float(jump_ratio), threads)
+    return Grid(values, origin, spacing)
+
+
+def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
+    """Median filter over windows of 3 by 3 or 5 by 5, over the values that are there; NaN stays NaN.
+
+    Parameters
+    ----------
+    grid
+        A `HeightMap` or `Grid` with (ny, nx) values.
+    size
+        3 or 5.
+    threads
+        0: as many as the process may use.
+
+    Returns
+    -------
+    GridT
+        The same kind of grid, float32; a height map's `measured` is kept.
+
+    Examples
+    --------
+    >>> values = np.zeros((5, 5))
+    >>> values[2, 2] = 9.0
+    >>> float(median(Grid(values, np.zeros(2), 1.0)).values.max())
+    0.0
+    """
+    return replace(grid, values=_core.median(_heights(grid, "grid"), int(size), threads))
+
+
+def fit_reference(
+    heights: Grid,
+    spacing_mm: float = 4.0,
+    *,
+    window_mm: float = 12.0,
+    robust: float = 6.0,
+    threads: int = 0,
+) -> Reference:
+    """Fit the smooth reference surface to measured heights with noise and gaps.
+
+    A quadratic is fitted to the heights round each node, weighted, in a window of ``2 * window_mm``, and gives the
+    node's height: no bias on a mold that is gently curved over the window, little noise. Heights far off this fit are
+    left out of a second one. Gaps and the border are filled in as a thin plate, which goes on linearly.
+
+    Parameters
+    ----------
+    heights
+        (ny, nx) grid of z as from `grid_heights`; NaN where nothing was seen.
+    spacing_mm
+        Distance of the surface's nodes; rounded to a multiple of the grid's.
+    window_mm
+        Half width of the window. Details narrower than the window are smoothed.
+    robust
+        Robust standard deviations beyond which a height is left out.
+    threads
+        0: as many as the process may use.
+
+    Returns
+    -------
+    Reference
+        Over the whole grid.
+
+    Raises
+    ------
+    InputError
+        For bad input or where the heights do not determine a surface.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(60.0), np.arange(50.0))
+    >>> reference = fit_reference(Grid(0.001 * x * y, np.zeros(2), 1.0))
+    >>> round(reference.height((20.0, 30.0)), 4)
+    0.6
+    """
+    nodes, origin, step = _core.fit_reference(
+        _heights(heights, "heights"),
+        _pair(heights.origin_mm, "origin_mm"),
+        float(heights.spacing_mm),
+        float(spacing_mm),
+        float(window_mm),
+        float(robust),
+        threads,
+    )
+    return Reference(nodes, origin, step)
+
+
+def _heights(grid: Grid, name: str) -> NDArray[np.float32]:
+    values = np.asarray(grid.values)
+    if values.ndim != 2 or values.dtype.kind != "f":
+        raise InputError(
+            f"{name}: expected a grid of (ny, nx) floating-point values, but got {values.dtype}, shape {values.shape}"
+        )
+    return np.ascontiguousarray(values, dtype=np.float32)
+
+
+def _pair(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    pair = np.asarray(value)
+    if pair.shape != (2,) or pair.dtype.kind not in "fiu" or not np.isfinite(pair).all():
+        raise InputError(f"{name}: expected two finite coordinates in mm, but got {value!r}")
+    return pair.astype(np.float64)
+
+
+def _positive(value: float, name: str) -> float:
+    number = float(value)
+    if not (np.isfinite(number) and number > 0):
+        raise InputError(f"{name}: expected a positive length in mm, but got {value!r}")
+    return number
+
+
+def _points(xy: ArrayLike) -> tuple[NDArray[np.float64], bool]:
+    points = np.asarray(xy)
+    if points.ndim not in (1, 2) or points.shape[-1] != 2 or points.dtype.kind not in "fiu":
+        raise InputError(
+            f"xy: expected an (M, 2) array of points or one (2,), but got {points.dtype}, shape {points.shape}"
+        )
+    return np.atleast_2d(points.astype(np.float64)), points.ndim == 1
