@@ -106,7 +106,8 @@ def fibre_net(
     mold_tol_mm
         Height above the reference up to which a band node is held by the mold.
     paths
-        How the two paths run on: "geodesic", or in a "vertical_plane".
+        How the two paths run on: "geodesic", or in a "vertical_plane". Geodesics follow every bump: on a surface that
+        is noisy from sample to sample, or glued with a step at the perimeter, take the plane.
     rms_outline_mm
         (K, 2) tells `Net.inside` in place of the perimeter.
     node_target
@@ -115,8 +116,8 @@ def fibre_net(
     Raises
     ------
     InputError
-        A centre outside the outline, parallel fibres, a spacing that is not positive, an outline without an area or
-        with values that are not finite.
+        A surface that is no Reference, a centre outside the outline, parallel fibres, a spacing that is not positive,
+        an outline without an area or with values that are not finite.
 
     Examples
     --------
@@ -134,8 +135,8 @@ def fibre_net(
     True
     """
     made = _core.fibre_net(
-        surface,
-        reference,
+        _checked(surface, "surface"),
+        _checked(reference, "reference"),
         _pair(centre_mm, "centre_mm"),
         _radians(angles_deg),
         outline=_core.surface_extent(surface) if outline_mm is None else _corners(outline_mm, "outline_mm"),
@@ -187,7 +188,7 @@ def surface_area(surface: Reference, outline_mm: ArrayLike, ply_outline: ArrayLi
     8.485281
     """
     ply = None if ply_outline is None else _corners(ply_outline, "ply_outline")
-    return float(_core.surface_area(surface, _corners(outline_mm, "outline_mm"), ply))
+    return float(_core.surface_area(_checked(surface, "surface"), _corners(outline_mm, "outline_mm"), ply))
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,7 +275,7 @@ def drape(
     1.8
     """
     core = _core.Drape(
-        surface,
+        _checked(surface, "surface"),
         _pair(seed_mm, "seed_mm"),
         _radians(angles_deg),
         spacing_mm,
@@ -285,6 +286,12 @@ def drape(
     return Drape(
         net.nodes, net.neighbours, net.edges, net.inside, net.spacing, np.degrees(net.shear), net.lattice, core
     )
+
+
+def _checked(surface: Reference, argument: str) -> Any:
+    if not isinstance(surface, _core.Reference):
+        raise _core.InputError(f"{argument}: expected a debulk.surface.Reference, but got a {type(surface).__name__}")
+    return surface
 
 
 def _pair(value: ArrayLike, argument: str) -> Floats:

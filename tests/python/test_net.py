@@ -152,6 +152,18 @@ def test_bad_input_is_named(ply: Reference, mold: Reference, change: dict[str, o
         fibre_net(ply, mold, **(arguments | change))  # type: ignore[arg-type]
 
 
+def test_bad_surfaces_are_named(mold: Reference) -> None:
+    heights = np.zeros((9, 9))
+    with pytest.raises(debulk.InputError, match=r"^surface: expected a debulk.surface.Reference, but got a ndarray"):
+        fibre_net(heights, mold, (0, 0), (0, 90))  # type: ignore[arg-type]
+    with pytest.raises(debulk.InputError, match=r"^reference: "):
+        fibre_net(mold, heights, (0, 0), (0, 90))  # type: ignore[arg-type]
+    with pytest.raises(debulk.InputError, match=r"^surface: "):
+        drape(heights, (0, 0), (0, 90), 5)  # type: ignore[arg-type]
+    with pytest.raises(debulk.InputError, match=r"^surface: "):
+        surface_area(heights, ellipse(9, 9))  # type: ignore[arg-type]
+
+
 def test_bad_drapes_are_named(mold: Reference) -> None:
     with pytest.raises(debulk.InputError, match=r"^seed_mm: "):
         drape(mold, (200, 0), (0, 90), 5)
