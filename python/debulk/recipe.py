@@ -121,7 +121,7 @@ class Clean(Section):
         default=None,
         gt=0,
         le=50,
-        description="spacing of the height map; unset: the median distance of the scan's points",
+        description="spacing of the height map; unset: the median distance of the reference's points, at least 0.5 mm",
     )
     max_hole_mm: float = Field(default=15.0, ge=0, description="drop-outs up to this width are filled from their rim")
 
@@ -133,6 +133,9 @@ class Patch(Section):
         default="foot", description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height'
     )
     mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
+    smooth_mm: float = Field(
+        default=8.0, ge=0, le=100, description="window that smooths the ply before a net is laid on it: noise is no length"
+    )
 
 
 class Net(Section):
@@ -142,46 +145,35 @@ class Net(Section):
     spacing_mm: float | None = Field(
         default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
     )
-    paths: Literal["geodesic", "vertical"] = Field(
+    paths: Literal["geodesic", "vertical_plane"] = Field(
         default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
     )
 
 
 class Solve(Section):
-    """How the minimum of the energy is found and checked."""
+    """How the minimum of the energy is found."""
 
-    method: Literal["auto", "nlopt", "ipopt"] = Field(
-        default="auto", description='solver; "auto" takes the best that is built'
+    method: Literal["auto", "interior_point", "ipopt"] = Field(
+        default="auto", description='"interior_point" (the default, "auto") is our own, made for nets; "ipopt" its referee'
     )
-    starts: int = Field(default=1, ge=1, le=1000, description="starting points; from the second on they are perturbed")
+    starts: int = Field(
+        default=3, ge=1, le=1000, description="starting points; from the second on they are perturbed"
+    )
     seed: int = Field(default=0, ge=0, lt=2**63, description="seed of the perturbations")
+    tolerance: float = Field(default=1e-8, gt=0, le=1e-2, description="of the method's own first-order test")
     max_iterations: int = Field(
         default=1000, ge=1, le=1_000_000, description="iterations after which a start is given up"
     )
-    kkt_tol: float = Field(
-        default=1e-4, gt=0, le=1, description="certificate: largest residual force over a node's load"
-    )
-    length_tol: float = Field(default=1e-4, gt=0, le=1e-2, description="certificate: largest strain of a fibre segment")
-    penetration_tol_mm: float = Field(default=1e-3, gt=0, le=1, description="certificate: deepest node below the mold")
     stiffness: float = Field(
-        default=1e4,
-        ge=1e3,
-        le=1e9,
-        description="1/compliance of the fibres, over the energy scale, where hard lengths fail",
-    )
-    friction_smoothing: float = Field(
-        default=1e-3, gt=0, le=0.1, description="friction is rounded below this sliding distance, in net spacings"
+        default=1e8, ge=1e3, le=1e10, description="of the fibres: tension over strain, in nodal vacuum forces"
     )
 
 
 class Ridge(Section):
     """How a ridge's cross-section is read from the net."""
 
-    contact_tol_mm: float | None = Field(
-        default=None, gt=0, le=1, description="a node nearer to the mold than this touches it; unset: thickness / 30"
-    )
-    taut_strain: float = Field(
-        default=1e-4, gt=0, le=1e-2, description="a section shorter than its mold by more than this share bridges it"
+    touch_mm: float | None = Field(
+        default=None, gt=0, description="a node nearer to the mold than this touches it; unset: a thirtieth of the thickness"
     )
 
 
@@ -190,6 +182,9 @@ class VerdictLimits(Section):
 
     max_rms_mm: float = Field(default=0.30, gt=0, description="largest RMS of the debulked gaps inside the outline")
     max_ridge_mm: float = Field(default=0.60, gt=0, description="largest ridge height (provisional)")
+    min_pocket_coverage: float = Field(
+        default=0.80, ge=0, le=1, description="least share of a pocket that the scanner must have seen; the rest is filled"
+    )
     min_coverage: float = Field(default=0.98, ge=0, le=1, description="least share of the ply that the scan must show")
 
 
