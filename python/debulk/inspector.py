@@ -221,7 +221,7 @@ class Inspector:
         evaluations: list[Evaluation],
         cycle: _Cycle,
     ) -> Report:
-        coverage = self._coverage(height_map)
+        coverage = self._coverage(segmentation)
         limits = self.recipe.verdict
         criteria = Criteria(
             max_rms_mm=limits.max_rms_mm,
@@ -245,16 +245,15 @@ class Inspector:
             recipe=self.recipe.model_dump(),
         )
 
-    def _coverage(self, height_map: surface.HeightMap) -> float:
-        """Share of the ply (without an outline: of the reference) whose height is known, measured or filled by the rule."""
-        known = np.isfinite(height_map.values)
+    def _coverage(self, segmentation: pocket.Segmentation) -> float:
+        """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
+        heights = segmentation.heights  # unknown off the ply
+        known = np.count_nonzero(np.isfinite(heights.values)) * heights.spacing_mm**2
         if self.ply_outline is None:
-            seen = np.isfinite(self._reference_seen.values)
-            return float(min(1.0, known.sum() / max(1, seen.sum())))
-        x, y = np.meshgrid(height_map.x_mm, height_map.y_mm)
-        on_ply = pocket.inside(self.ply_outline, np.column_stack([x.ravel(), y.ravel()]))
-        expected = abs(pocket.polygon_area(self.ply_outline)) / height_map.spacing_mm**2  # counts what lies off the map
-        return float(min(1.0, (known.ravel() & on_ply).sum() / max(expected, 1.0)))
+            expected = np.count_nonzero(np.isfinite(self._reference_seen.values)) * self.grid_spacing_mm**2
+        else:
+            expected = abs(pocket.polygon_area(self.ply_outline))
+        return float(min(1.0, known / expected))
 
     def _left_out(self, segmentation: pocket.Segmentation) -> tuple[LeftOut, ...]:
         wanted = self.recipe.segmentation

@@ -123,7 +123,9 @@ class Clean(Section):
         le=50,
         description="spacing of the height map; unset: the median distance of the reference's points, at least 0.5 mm",
     )
-    max_hole_mm: float = Field(default=15.0, ge=0, description="drop-outs up to this width are filled from their rim")
+    max_hole_mm: float = Field(
+        default=20.0, ge=0, description="drop-outs up to this width are filled from their rim; the smallest pocket has a foot of 35 mm"
+    )
 
 
 class Patch(Section):
