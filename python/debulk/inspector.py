@@ -173,7 +173,12 @@ class Inspector:
     def _clean(self, points: NDArray[np.float32], stop: _core.Stop) -> NDArray[np.float32]:
         clean = self.recipe.clean
         keep = cloud.remove_outliers(
-            points, clean.neighbours, clean.std_ratio, threads=self.recipe.run.threads, stop=stop
+            points,
+            clean.neighbours,
+            clean.std_ratio,
+            least_ratio=clean.least_ratio,
+            threads=self.recipe.run.threads,
+            stop=stop,
         )
         return np.where(keep[..., None], points, np.float32(np.nan))
 

@@ -116,6 +116,12 @@ class Clean(Section):
     std_ratio: float = Field(
         default=1.0, ge=0, description="a point goes if its mean distance to them exceeds mean + this many deviations"
     )
+    least_ratio: float = Field(
+        default=2.0,
+        ge=0,
+        le=100,
+        description="and exceeds this many means: spares the flanks of pockets in a scan that is clean already; 0: plain pcdenoise",
+    )
     median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
     grid_spacing_mm: float | None = Field(
         default=None,
