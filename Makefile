@@ -63,6 +63,10 @@ asan: $(stamps)/system ## Run the C++ tests under the address and undefined-beha
 	cmake --build --preset asan
 	ctest --preset asan -j 2
 
+.PHONY: study
+study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
+	$(python) -m debulk.study
+
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
 	@echo 'debulk: everything is set up'
@@ -89,6 +93,12 @@ $(stamps)/tools: $(stamps)/venv
 	@$(call required,test) > $(stamps)/test.txt
 	@$(call required,lint) > $(stamps)/lint.txt
 	@$(pip) -r $(stamps)/test.txt -r $(stamps)/lint.txt
+	@touch $@
+
+# What draws the study's pictures.
+$(stamps)/bench: $(stamps)/venv
+	@$(call required,bench) > $(stamps)/bench.txt
+	@$(pip) -r $(stamps)/bench.txt
 	@touch $@
 
 # The package as users get it.
