@@ -123,7 +123,7 @@ class Clean(Section):
         le=50,
         description="spacing of the height map; unset: the median distance of the scan's points",
     )
-    max_hole_mm: float = Field(default=15.0, ge=0, description="drop-outs up to this width are filled from their rim")
+    max_hole_mm: float = Field(default=20.0, ge=0, description="drop-outs up to this width are filled from their rim")
 
 
 class Patch(Section):
@@ -150,27 +150,15 @@ class Net(Section):
 class Solve(Section):
     """How the minimum of the energy is found and checked."""
 
-    method: Literal["auto", "nlopt", "ipopt"] = Field(
-        default="auto", description='solver; "auto" takes the best that is built'
+    method: Literal["auto", "interior_point", "ipopt"] = Field(
+        default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
     )
     starts: int = Field(default=1, ge=1, le=1000, description="starting points; from the second on they are perturbed")
     seed: int = Field(default=0, ge=0, lt=2**63, description="seed of the perturbations")
-    max_iterations: int = Field(
-        default=1000, ge=1, le=1_000_000, description="iterations after which a start is given up"
-    )
-    kkt_tol: float = Field(
-        default=1e-4, gt=0, le=1, description="certificate: largest residual force over a node's load"
-    )
-    length_tol: float = Field(default=1e-4, gt=0, le=1e-2, description="certificate: largest strain of a fibre segment")
-    penetration_tol_mm: float = Field(default=1e-3, gt=0, le=1, description="certificate: deepest node below the mold")
+    tolerance: float = Field(default=1e-8, gt=0, le=1e-3, description="of the scaled first-order conditions")
+    max_iterations: int = Field(default=1000, ge=1, le=1_000_000, description="iterations after which it gives up")
     stiffness: float = Field(
-        default=1e4,
-        ge=1e3,
-        le=1e9,
-        description="1/compliance of the fibres, over the energy scale, where hard lengths fail",
-    )
-    friction_smoothing: float = Field(
-        default=1e-3, gt=0, le=0.1, description="friction is rounded below this sliding distance, in net spacings"
+        default=1e8, ge=1e3, le=1e12, description="1/compliance of the fibres, in units of the scaled problem"
     )
 
 
@@ -180,17 +168,17 @@ class Ridge(Section):
     contact_tol_mm: float | None = Field(
         default=None, gt=0, le=1, description="a node nearer to the mold than this touches it; unset: thickness / 30"
     )
-    taut_strain: float = Field(
-        default=1e-4, gt=0, le=1e-2, description="a section shorter than its mold by more than this share bridges it"
-    )
 
 
 class VerdictLimits(Section):
     """The criteria a pocket must meet to pass."""
 
     max_rms_mm: float = Field(default=0.30, gt=0, description="largest RMS of the debulked gaps inside the outline")
-    max_ridge_mm: float = Field(default=0.60, gt=0, description="largest ridge height (provisional)")
+    max_ridge_mm: float = Field(default=0.60, gt=0, description="largest height of a ridge or a bridge (provisional)")
     min_coverage: float = Field(default=0.98, ge=0, le=1, description="least share of the ply that the scan must show")
+    min_pocket_coverage: float = Field(default=0.80, ge=0, le=1, description="the same of a pocket's own area")
+    tie_margin_mm: float = Field(default=0.005, ge=0, description="a figure nearer to its limit decides nothing")
+    compliance_margin_mm: float = Field(default=0.05, ge=0, description="the same where fibres needed a compliance")
 
 
 class Run(Section):

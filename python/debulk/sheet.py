@@ -39,7 +39,7 @@ class Sheet:
     reference
         The surface below the ply.
     recipe
-        Its sections `material` and `load` are used. Default: ``Recipe()``.
+        Its sections `material` and `loads` are used. Default: ``Recipe()``.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class Sheet:
             from debulk.recipe import Recipe
 
             recipe = Recipe()
-        material, load = recipe.material, recipe.load
+        material, load = recipe.material, recipe.loads
         ply = _core.Ply(
             thickness_mm=material.thickness_mm,
             young_mpa=material.young_mpa,
