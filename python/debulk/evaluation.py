@@ -129,6 +129,19 @@ def evaluate(
     return Evaluation(report, _left_out(ply, solution, recipe))
 
 
+def criteria(recipe: Recipe) -> verdict.Criteria:
+    """The recipe's limits."""
+    limits = recipe.verdict
+    return verdict.Criteria(
+        max_rms_mm=limits.max_rms_mm,
+        max_ridge_height_mm=limits.max_ridge_mm,
+        min_coverage=limits.min_coverage,
+        min_pocket_coverage=limits.min_pocket_coverage,
+        tie_margin_mm=limits.tie_margin_mm,
+        compliance_margin_mm=limits.compliance_margin_mm,
+    )
+
+
 def _lay_net(
     segmentation: pocket.Segmentation,
     feet: pocket.Feet,
@@ -209,7 +222,6 @@ def _judge(
     recipe: Recipe,
     stop: _core.Stop,
 ) -> verdict.Judgement:
-    limits = recipe.verdict
     refused = solution.explanation if solution.status == "too_few_movable_nodes" else ""
     return verdict.judge(
         certified=solution.certified,
@@ -225,12 +237,7 @@ def _judge(
         coverage=found.measured_share,
         closed_rim=(foot.closed or found.touches_ply_edge) and len(laid.open_ends) == 0,
         refused=refused,
-        criteria=verdict.Criteria(
-            max_rms_mm=limits.max_rms_mm,
-            max_ridge_height_mm=limits.max_ridge_mm,
-            min_coverage=limits.min_coverage,
-            min_pocket_coverage=limits.min_pocket_coverage,
-        ),
+        criteria=criteria(recipe),
     )
 
 

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, pocket, surface
-from debulk.evaluation import Evaluation, evaluate
+from debulk.evaluation import Evaluation, criteria, evaluate
 from debulk.grid import Grid
 from debulk.inspector_inputs import angles, camera_parameters, image_mask, outline, pose
 from debulk.report import LeftOut, Report
-from debulk.verdict import Criteria, Judgement, judge_layup
+from debulk.verdict import Judgement, judge_layup
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -227,15 +227,8 @@ class Inspector:
         cycle: _Cycle,
     ) -> Report:
         coverage = self._coverage(segmentation)
-        limits = self.recipe.verdict
-        criteria = Criteria(
-            max_rms_mm=limits.max_rms_mm,
-            max_ridge_height_mm=limits.max_ridge_mm,
-            min_coverage=limits.min_coverage,
-            min_pocket_coverage=limits.min_pocket_coverage,
-        )
         pockets = tuple(evaluation.report for evaluation in evaluations)
-        judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria)
+        judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria(self.recipe))
         left_out = self._left_out(segmentation) + tuple(entry for e in evaluations for entry in e.left_out)
         log.info("%s: %s", judged.verdict.value, judged.reason)
         return Report(
