@@ -86,9 +86,7 @@ def evaluate(
         judged = verdict.judge(certified=False, refused=f"no net could be laid: {error}")
         return Evaluation(PocketReport(**known, verdict=judged.verdict, reason=judged.reason))
     with watch.step("solve"):
-        ply = sheet.Sheet(
-            laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe
-        )
+        ply = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe)
         solution = solve.minimise(
             ply,
             recipe.solve.method,
@@ -154,9 +152,7 @@ def _lay_net(
     found, foot = segmentation.pockets[index], feet.feet[index]
     # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
     spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(foot.area_mm2 / recipe.net.node_target))
-    patch = pocket.patch(
-        segmentation, feet, found.id, reference, mode=recipe.patch.mode, margin_mm=spacing + 10.0
-    )
+    patch = pocket.patch(segmentation, feet, found.id, reference, mode=recipe.patch.mode, margin_mm=spacing + 10.0)
     return net.fibre_net(
         surface.Reference(patch.surface.values, patch.surface.origin_mm, patch.surface.spacing_mm),
         reference,
@@ -166,8 +162,11 @@ def _lay_net(
         outline_mm=patch.outline_mm,
         ply_outline=ply_outline,
         edge_tol_mm=recipe.segmentation.edge_tol_mm,
-        mold_tol_mm=1.25 * feet.mold_tol_mm,  # the foot lies at the tolerance: what the spline makes of it may be a little above
-        paths="vertical_plane" if recipe.patch.mode == "paper" else recipe.net.paths,  # geodesics stray on the glued step
+        mold_tol_mm=1.25
+        * feet.mold_tol_mm,  # the foot lies at the tolerance: what the spline makes of it may be a little above
+        paths="vertical_plane"
+        if recipe.patch.mode == "paper"
+        else recipe.net.paths,  # geodesics stray on the glued step
         rms_outline_mm=found.outline_mm,
         node_target=recipe.net.node_target,
     )

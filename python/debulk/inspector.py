@@ -215,7 +215,14 @@ class Inspector:
     def _evaluate(self, segmentation: pocket.Segmentation, feet: pocket.Feet, cycle: _Cycle) -> list[Evaluation]:
         def one(index: int) -> Evaluation:
             return evaluate(
-                segmentation, feet, index, self.reference, self.ply_outline, self.fibre_angles_deg, self.recipe, cycle.stop
+                segmentation,
+                feet,
+                index,
+                self.reference,
+                self.ply_outline,
+                self.fibre_angles_deg,
+                self.recipe,
+                cycle.stop,
             )
 
         count = len(segmentation.pockets)

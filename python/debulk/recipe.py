@@ -140,7 +140,10 @@ class Patch(Section):
     )
     mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
     smooth_mm: float = Field(
-        default=8.0, ge=0, le=100, description="window that smooths the ply before a net is laid on it: noise is no length"
+        default=8.0,
+        ge=0,
+        le=100,
+        description="window that smooths the ply before a net is laid on it: noise is no length",
     )
 
 

@@ -220,7 +220,14 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
 
 def _certificate(c: _core.Certificate) -> Certificate:
     return Certificate(
-        c.kkt_error, c.length_error, c.penetration_mm, c.energy_gain_mj, c.curvature, c.compliant, c.certified, c.failure
+        c.kkt_error,
+        c.length_error,
+        c.penetration_mm,
+        c.energy_gain_mj,
+        c.curvature,
+        c.compliant,
+        c.certified,
+        c.failure,
     )
 
 

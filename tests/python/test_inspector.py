@@ -186,7 +186,9 @@ def test_bad_input_is_named(layup, change, words):
         assert word.lower() in str(caught.value).lower()
 
 
-@pytest.mark.parametrize("scan", [np.zeros((3, 3)), np.full((8, 8, 3), np.nan), np.zeros((0, 3)), np.ones((5, 5, 3), dtype=int)])
+@pytest.mark.parametrize(
+    "scan", [np.zeros((3, 3)), np.full((8, 8, 3), np.nan), np.zeros((0, 3)), np.ones((5, 5, 3), dtype=int)]
+)
 def test_a_bad_scan_is_named(inspector, scan):
     with pytest.raises(InputError, match="scan"):
         inspector.inspect(scan)
