@@ -1,4 +1,7 @@
-"""The command line. Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan; 70 is a fault of debulk's."""
+"""The command line.
+
+Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan; 70 is a fault of debulk's, 130 an interrupt.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ def main() -> None:
     app()
 
 
-@app.callback()
+@app.callback(invoke_without_command=True)
 def _options(
     version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
 ) -> None:
@@ -57,7 +60,9 @@ def inspect(
     angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90",
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
-    output: Annotated[list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")] = None,
+    output: Annotated[
+        list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
+    ] = None,
 ) -> None:
     """Inspect a scan: find its air pockets and predict which of them survive debulking."""
     with _outcome():
@@ -181,7 +186,12 @@ def _progress() -> Iterator[Progress]:
     from rich.progress import Progress as Bars
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<20}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description:<20}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+    )
     with Bars(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
         tasks: dict[str, Any] = {}
 

@@ -2,11 +2,12 @@ import tomllib
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from debulk import InputError
 from debulk.recipe import Material, Net, Recipe
 from debulk.recipe_errors import known_names
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 
 def error_of(make, *args, **kwargs):
@@ -95,7 +96,7 @@ def test_all_wrong_values_come_in_one_error():
 @pytest.mark.parametrize(
     ("values", "suggestion"),
     [
-        ({"material": {"thicknes_mm": 0.2}}, "material.thicknes_mm: not a known setting; did you mean material.thickness_mm?"),
+        ({"material": {"thicknes_mm": 0.2}}, "thicknes_mm: not a known setting; did you mean material.thickness_mm?"),
         ({"material": {"pressure_mpa": 0.2}}, "did you mean loads.pressure_mpa?"),
         ({"material": {"presure_mpa": 0.2}}, "did you mean loads.pressure_mpa?"),
         ({"segmentatoin": {}}, "segmentatoin: not a known setting; did you mean segmentation?"),
@@ -135,7 +136,9 @@ def test_sections_alone_are_checked_too():
 
 
 def test_numpy_numbers_are_numbers():
-    assert Recipe(net={"node_target": np.int64(50), "spacing_mm": np.float32(2.5)}).net == Net(node_target=50, spacing_mm=2.5)
+    assert Recipe(net={"node_target": np.int64(50), "spacing_mm": np.float32(2.5)}).net == Net(
+        node_target=50, spacing_mm=2.5
+    )
     assert "material.friction" in error_of(Recipe, material={"friction": np.array([0.4, 0.5])})
 
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+
 from debulk import Grid, InputError
 from debulk.report import PocketNet, PocketReport, Report, SolveReport, Verdict
 
@@ -16,9 +17,7 @@ def same(a, b):
     if isinstance(a, Grid):
         return same(a.values, b.values) and same(a.origin_mm, b.origin_mm) and same(a.spacing_mm, b.spacing_mm)
     if dataclasses.is_dataclass(a):
-        return type(a) is type(b) and all(
-            same(getattr(a, f.name), getattr(b, f.name)) for f in dataclasses.fields(a)
-        )
+        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in dataclasses.fields(a))
     if isinstance(a, float):
         return isinstance(b, float) and (a == b or (math.isnan(a) and math.isnan(b)))
     if isinstance(a, tuple | list):
@@ -30,7 +29,13 @@ def same(a, b):
 
 def pocket(**changes):
     values = dict(
-        id=1, verdict=Verdict.CEASE, reason="r", outline_mm=np.zeros((3, 2)), area_mm2=250.0, peak_mm=4.0, volume_mm3=1.0
+        id=1,
+        verdict=Verdict.CEASE,
+        reason="r",
+        outline_mm=np.zeros((3, 2)),
+        area_mm2=250.0,
+        peak_mm=4.0,
+        volume_mm3=1.0,
     )
     return PocketReport(**(values | changes))
 
@@ -65,14 +70,20 @@ def test_json_is_plain_json(report, tmp_path):
 
 def test_odd_numbers_and_empty_arrays_survive(tmp_path):
     net = PocketNet(
-        nodes_mm=np.zeros((0, 3)), neighbours=np.zeros((0, 4)), kinds=[], edges=np.zeros((0, 2)), inside=np.zeros(0, bool)
+        nodes_mm=np.zeros((0, 3)),
+        neighbours=np.zeros((0, 4)),
+        kinds=[],
+        edges=np.zeros((0, 2)),
+        inside=np.zeros(0, bool),
     )
     grid = Grid(np.array([[np.nan, np.inf, -0.0]], np.float32), np.array([1e-17, -np.pi]), 0.1)
     p = pocket(
         peak_mm=math.inf, rms_mm=math.nan, rms_range_mm=(-math.inf, 0.1 + 0.2), net=net, debulked_mm=np.zeros((0, 3)),
         outline_mm=np.array([[np.nan, np.inf], [-np.inf, 5e-324], [-0.0, 1e308]]),
     )  # fmt: skip
-    report = Report(verdict=Verdict.CREASE, reason="é – ∅ \u2028 \"", pockets=(p,), height_map=grid, timings_ms={"b": 1, "a": 2})
+    report = Report(
+        verdict=Verdict.CREASE, reason='é – ∅ \u2028 "', pockets=(p,), height_map=grid, timings_ms={"b": 1, "a": 2}
+    )
     report.save(tmp_path / "r.json")
     back = Report.load(tmp_path / "r.json")
     assert same(dataclasses.replace(report, timings_ms={"b": 1.0, "a": 2.0}), back)
