@@ -74,8 +74,8 @@ py::tuple map_heights(const Points& scan, const Base& reference, const HeightMap
 }  // namespace
 
 void bind_surface(py::module_& m) {
-  py::class_<Surface>(m, "Surface");
-  py::class_<Reference, Surface>(m, "Reference")
+  py::class_<Surface, std::shared_ptr<Surface>>(m, "Surface");
+  py::class_<Reference, Surface, std::shared_ptr<Reference>>(m, "Reference")
       .def(py::init([](const Array<double>& heights, const std::array<double, 2>& origin, double spacing) {
              return Reference(to_grid(heights, vector2(origin), spacing, "heights_mm"));
            }),

@@ -116,12 +116,18 @@ class Clean(Section):
     std_ratio: float = Field(
         default=1.0, ge=0, description="a point goes if its mean distance to them exceeds mean + this many deviations"
     )
+    least_ratio: float = Field(
+        default=2.0,
+        ge=0,
+        le=100,
+        description="and exceeds this many means: spares the flanks of pockets in a scan that is clean already; 0: plain pcdenoise",
+    )
     median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
     grid_spacing_mm: float | None = Field(
         default=None,
         gt=0,
         le=50,
-        description="spacing of the height map; unset: the median distance of the scan's points",
+        description="spacing of the height map; unset: the median distance of the reference's points, at least 0.5 mm",
     )
     max_hole_mm: float = Field(default=20.0, ge=0, description="drop-outs up to this width are filled from their rim")
 
@@ -133,6 +139,9 @@ class Patch(Section):
         default="foot", description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height'
     )
     mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
+    smooth_mm: float = Field(
+        default=8.0, ge=0, le=100, description="window that smooths the ply before a net is laid on it: noise is no length"
+    )
 
 
 class Net(Section):
@@ -142,18 +151,18 @@ class Net(Section):
     spacing_mm: float | None = Field(
         default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
     )
-    paths: Literal["geodesic", "vertical"] = Field(
+    paths: Literal["geodesic", "vertical_plane"] = Field(
         default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
     )
 
 
 class Solve(Section):
-    """How the minimum of the energy is found and checked."""
+    """How the minimum of the energy is found."""
 
     method: Literal["auto", "interior_point", "ipopt"] = Field(
         default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
     )
-    starts: int = Field(default=1, ge=1, le=1000, description="starting points; from the second on they are perturbed")
+    starts: int = Field(default=3, ge=1, le=1000, description="starting points; from the second on they are perturbed")
     seed: int = Field(default=0, ge=0, lt=2**63, description="seed of the perturbations")
     tolerance: float = Field(default=1e-8, gt=0, le=1e-3, description="of the scaled first-order conditions")
     max_iterations: int = Field(default=1000, ge=1, le=1_000_000, description="iterations after which it gives up")
@@ -165,7 +174,7 @@ class Solve(Section):
 class Ridge(Section):
     """How a ridge's cross-section is read from the net."""
 
-    contact_tol_mm: float | None = Field(
+    touch_mm: float | None = Field(
         default=None, gt=0, le=1, description="a node nearer to the mold than this touches it; unset: thickness / 30"
     )
 

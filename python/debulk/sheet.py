@@ -78,15 +78,15 @@ class Sheet:
             from debulk.recipe import Recipe
 
             recipe = Recipe()
-        material, load = recipe.material, recipe.loads
+        material, loads = recipe.material, recipe.loads
         ply = _core.Ply(
             thickness_mm=material.thickness_mm,
             young_mpa=material.young_mpa,
             shear_mpa=material.shear_mpa,
             density_kg_m3=material.density_kg_m3,
             friction=material.friction,
-            pressure_mpa=load.pressure_mpa,
-            gravity_m_s2=load.gravity_m_s2,
+            pressure_mpa=loads.pressure_mpa,
+            gravity_m_s2=loads.gravity_m_s2,
         )
         self._core = _core.Sheet(
             np.asarray(nodes_mm, dtype=np.float64),
