@@ -1,10 +1,12 @@
 """The command line.
 
-Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan; 70 is a fault of debulk's, 130 an interrupt.
+Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan; 70 is a fault of debulk's, 130 an
+interrupt, 141 a pipe that nobody reads.
 """
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import sys
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
 EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.UNDECIDED: 1, Verdict.INVALID: 3}
-BAD_INPUT, FAULT, INTERRUPTED = 2, 70, 130
+BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
 
 Progress = Callable[[str, float], None]
 
@@ -168,8 +170,9 @@ def _outcome() -> Iterator[None]:
         print("debulk: interrupted", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
     except BrokenPipeError:  # whoever read our output has left
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise typer.Exit(FAULT) from None
+        with contextlib.suppress(OSError):  # so that Python does not complain when it flushes at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(NO_READER) from None
     except (typer.Exit, typer.Abort):
         raise
     except Exception:
@@ -204,10 +207,11 @@ def _progress() -> Iterator[Progress]:
 
 
 def _leave(report: Report, outputs: list[Path]) -> None:
-    """Print the table and write the files."""
-    _print_table(report)
+    """Write the files, then print the table: whoever reads that may leave early."""
     for path in outputs:
         report.save(path)
+    _print_table(report)
+    for path in outputs:
         print(f"written: {path}")
 
 

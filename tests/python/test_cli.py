@@ -134,6 +134,16 @@ def test_a_fault_never_looks_like_a_verdict(cell, monkeypatch):
     assert run(*BASIC).exit_code == 130
 
 
+def test_the_files_are_there_even_if_nobody_reads_the_table(cell, monkeypatch):
+    def leave(_report):
+        raise BrokenPipeError
+
+    monkeypatch.setattr("debulk.cli._print_table", leave)
+    monkeypatch.setattr("os.dup2", lambda *_: None)
+    assert run(*BASIC, "-o", "a.json").exit_code == 141
+    assert (cell / "a.json").exists()
+
+
 def test_missing_arguments_are_bad_input(cell):
     assert run("inspect", "scan.pcd").exit_code == 2
     assert run("inspect").exit_code == 2

@@ -10,7 +10,7 @@ import pytest
 
 from debulk import Grid
 from debulk.page import margin, page
-from debulk.page_map import colours, ply_map
+from debulk.page_map import _label_box, _labels, _overlap, colours, ply_map
 from debulk.page_net import net_views
 from debulk.report import Report, Verdict
 
@@ -147,6 +147,22 @@ def test_a_cropped_picture_keeps_its_place(report):
     x, y, width, height = drawn.image_box
     assert drawn.x - 2 < x + 1 < 400 and 800 < x + width < 850
     assert -700 - 50 < y < -700 and y + height > -300
+
+
+def test_labels_keep_off_their_neighbours():
+    square = np.array([[0, 0], [8, 0], [8, 8], [0, 8]], dtype=float)
+    crowd = [square + np.array(shift) for shift in ((0, 0), (12, 0), (24, 0), (500, 300), (12, 30))]
+    places = _labels(crowd, 10.0, np.array([-40.0, -40.0]), np.array([510.0, 310.0]))
+    boxes = [_label_box(x, -y + 3.5, anchor, 10.0) for x, y, anchor in places]
+    squares = [np.concatenate([s.min(axis=0), s.max(axis=0)]) for s in crowd]
+    for k, box in enumerate(boxes):
+        assert all(_overlap(box, other) == 0 for other in squares + boxes[:k])
+        assert (box[:2] >= -40).all() and (box[2:] <= [510, 310]).all()
+
+
+def test_a_total_among_the_times_is_not_a_stage(report):
+    text = " ".join(read(page(dataclasses.replace(report, timings_ms={"a": 10.0, "b": 20.0, "total": 31.0}))).text)
+    assert "31 ms in all" in text and " total " not in text
 
 
 def test_margins_are_positive_inside():

@@ -42,7 +42,8 @@ def test_the_same_defaults_stand_in_the_core():
 
 def test_every_setting_is_described_and_every_dimension_named():
     plain = {
-        "friction", "bulk_factor", "vacuum", "neighbours", "std_ratio", "median_cells", "mode", "node_target", "paths",
+        "friction", "bulk_factor", "vacuum", "neighbours", "std_ratio", "least_ratio", "median_cells", "mode",
+        "node_target", "paths",
         "method", "starts", "seed", "tolerance", "max_iterations", "stiffness", "min_coverage", "min_pocket_coverage",
         "threads",
     }  # fmt: skip

@@ -8,6 +8,7 @@ import pytest
 
 from debulk import Grid, InputError
 from debulk.report import PocketNet, PocketReport, Report, SolveReport, Verdict
+from debulk.report_text import number
 
 
 def same(a, b):
@@ -174,6 +175,10 @@ def test_the_table_shows_every_pocket(report):
         assert f"{entry.area_mm2 / 100:.2f}" in lines[2 + k]
     assert "–" in lines[7]
     assert any(line.startswith("left out: 1243 points") for line in lines)
+
+
+def test_there_is_no_negative_zero():
+    assert [number(value, 2) for value in (-0.001, -0.0, 0.004, -0.006, None)] == ["0.00", "0.00", "0.00", "-0.01", "–"]
 
 
 def test_only_cease_passes():
