@@ -140,7 +140,7 @@ class Inspector:
             return self._too_late(cycle)
 
     def _inspect(self, scan: ArrayLike, cycle: _Cycle) -> Report:
-        """The steps."""
+        """Walk through the steps."""
         with cycle.stage("clean", 0.0):
             points = self._clean(self._in_mold_frame(scan, "scan"), cycle.stop)
         with cycle.stage("height map", 0.2):
@@ -153,7 +153,7 @@ class Inspector:
             return self._report(height_map, segmentation, evaluations, cycle)
 
     def cancel(self) -> None:
-        """Stop the inspections that run, from any thread: they raise `Cancelled`, within one iteration of the solver."""
+        """Stop the inspections that run, from any thread: they raise `Cancelled`, within an iteration of the solver."""
         with self._lock:
             for stop in self._running:
                 stop.cancel()
@@ -286,8 +286,8 @@ class Inspector:
             LeftOut(
                 what=f"bump of {d.area_mm2 / 100:.2f} cm² at ({d.centroid_mm[0]:.0f}, {d.centroid_mm[1]:.0f}) mm",
                 why=f"no pocket: below the tolerance of {d.reason.replace('_', ' ')}",
-                bound=f"stands {d.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² at the cut "
-                f"and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
+                bound=f"stands {d.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² at the "
+                f"cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
             )
             for d in segmentation.dropped
         ]
@@ -296,7 +296,7 @@ class Inspector:
                 LeftOut(
                     what="free edges and friction",
                     why="the ply's outline is not known",
-                    bound="a pocket at the ply's edge is judged as if it were held there: ridges come out higher, not lower",
+                    bound="a pocket at the ply's edge is judged as if held there: ridges come out higher, not lower",
                 )
             )
         return tuple(entries)

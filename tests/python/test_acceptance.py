@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from debulk import Inspector, scenes
 
 SIZES = [(1280, 960), (5120, 3840)]

@@ -4,6 +4,7 @@ import threading
 
 import numpy as np
 import pytest
+
 from debulk import Cancelled, Grid, InputError, Inspector, Recipe, Report, Verdict, inspect, scenes
 
 

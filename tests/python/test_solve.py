@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from debulk import InputError, net, scenes, sheet, solve, surface
 from scipy.optimize import lsq_linear
+
+from debulk import InputError, net, scenes, sheet, solve, surface
 
 
 def bell_pocket(height=6.0, radius=40.0, seed=0):
@@ -71,7 +72,7 @@ def test_kkt_error_by_a_second_hand(solved):
 
 def test_no_small_move_within_the_constraints_lowers_the_energy(solved):
     """Tangential moves projected back on the constraints by Newton: a minimum, felt by hand."""
-    laid, model, reference, solution = solved
+    laid, model, _, solution = solved
     rng = np.random.default_rng(1)
     movable = laid.kinds != 1
     for _ in range(5):
