@@ -68,7 +68,7 @@ class Inspector:
     Examples
     --------
     >>> import debulk
-    >>> layup = debulk.scenes.layup(seed=0, pixels=(320, 240))
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
     >>> inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     >>> report = inspector.inspect(layup.scan)
     >>> report.verdict
@@ -319,7 +319,7 @@ def inspect(
     Examples
     --------
     >>> import debulk
-    >>> layup = debulk.scenes.layup(seed=0, pixels=(320, 240))
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
     >>> report = inspect(layup.scan, layup.reference, None, layup.ply_outline, (0, 90), layup.mold_from_scanner)
     >>> report.passed
     False
