@@ -371,7 +371,7 @@ def _measure(
     """Outcome of one pocket, why, and its figures."""
     limits = recipe.verdict
     seen = inside & np.isfinite(filtered.values)
-    share = float(np.count_nonzero(seen) / max(1, np.count_nonzero(inside)))
+    share = int(np.count_nonzero(seen)) / max(1, int(np.count_nonzero(inside)))
     if share < limits.min_pocket_coverage:
         reason = f"only {100 * share:.0f} % of it was seen, limit {100 * limits.min_pocket_coverage:.0f} %"
         return Verdict.INVALID, reason, {"measured_share": share}
