@@ -70,7 +70,7 @@ def ply_map(report: Report) -> PlyMap | None:
     if outlines:
         corners = np.concatenate(outlines)
         low, high = corners.min(axis=0), corners.max(axis=0)
-        margin = 0.03 * float((high - low).max()) + 2.0
+        margin = 0.015 * float((high - low).max()) + 2.0
         low, high = low - margin, high + margin
     elif grid is not None:
         low, high = np.array([grid.x_mm[0], grid.y_mm[0]]), np.array([grid.x_mm[-1], grid.y_mm[-1]])
@@ -90,10 +90,11 @@ def ply_map(report: Report) -> PlyMap | None:
                 low, high = np.minimum(low, first - half), np.maximum(high, first - half + size)
     width, height = (float(length) for length in high - low)
     font = max(width, height) / 36
+    drawn = [pocket for pocket in report.pockets if len(pocket.outline_mm)]
+    places = _labels([pocket.outline_mm for pocket in drawn], font, low, high)
     marks = [
-        Mark(p.id, p.verdict.value, path(p.outline_mm), *_label(p.outline_mm, font, float(high[0])))
-        for p in report.pockets
-        if len(p.outline_mm)
+        Mark(pocket.id, pocket.verdict.value, path(pocket.outline_mm), *place)
+        for pocket, place in zip(drawn, places, strict=True)
     ]
     step = _nice(top / 5)
     ticks = [(100 * k * step / top, f"{k * step:g}") for k in range(int(top / step + 1e-9) + 1)]
@@ -150,13 +151,43 @@ def _png(values: NDArray[np.float32], top: float) -> str:
         scale *= 0.8
 
 
-def _label(outline: NDArray[np.float64], font: float, right: float) -> tuple[float, float, str]:
-    """Put the number inside a large pocket, and beside a small one."""
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    middle = 0.5 * (low + high)
-    y = float(-middle[1] + 0.35 * font)
-    if (high - low).min() > 2.4 * font:
-        return float(middle[0]), y, "middle"
-    if high[0] + 3 * font < right:
-        return float(high[0] + 0.4 * font), y, "start"
-    return float(low[0] - 0.4 * font), y, "end"
+def _labels(
+    outlines: list[NDArray[np.float64]], font: float, low: NDArray[np.float64], high: NDArray[np.float64]
+) -> list[tuple[float, float, str]]:
+    """Put a number inside a large pocket, and beside a small one where it covers least of the others."""
+    boxes = [np.concatenate([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
+    taken, places = list(boxes), []
+    for own in boxes:
+        middle = 0.5 * (own[:2] + own[2:])
+        if (own[2:] - own[:2]).min() > 2.4 * font:
+            spots = [(middle[0], middle[1], "middle")]
+        else:
+            spots = [
+                (own[2] + 0.4 * font, middle[1], "start"),
+                (own[0] - 0.4 * font, middle[1], "end"),
+                (middle[0], own[3] + 0.8 * font, "middle"),
+                (middle[0], own[1] - 0.8 * font, "middle"),
+            ]
+        costs = []
+        for x, y, anchor in spots:
+            box = _label_box(x, y, anchor, font)
+            inside = np.clip(box, [*low, *low], [*high, *high])
+            outside = np.prod(box[2:] - box[:2]) - np.prod(inside[2:] - inside[:2])
+            others = [other for other in taken if len(spots) == 1 or other is not own]
+            costs.append(2 * float(outside) + sum(_overlap(box, other) for other in others))
+        x, y, anchor = spots[int(np.argmin(costs))]
+        taken.append(_label_box(x, y, anchor, font))
+        places.append((float(x), float(-y + 0.35 * font), anchor))
+    return places
+
+
+def _label_box(x: float, y: float, anchor: str, font: float) -> NDArray[np.float64]:
+    """(4,) lower and upper corner of a label such as "12 ✓"."""
+    width = 2.6 * font
+    left = {"start": x, "end": x - width, "middle": x - 0.5 * width}[anchor]
+    return np.array([left, y - 0.55 * font, left + width, y + 0.55 * font])
+
+
+def _overlap(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    size = np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2])
+    return float(np.prod(np.maximum(size, 0.0)))

@@ -120,7 +120,7 @@ class Clean(Section):
         default=2.0,
         ge=0,
         le=100,
-        description="and exceeds this many means: spares the flanks of pockets in a scan that is clean already; 0: plain pcdenoise",
+        description="and exceeds this many means, sparing the flanks of pockets in a clean scan; 0: plain pcdenoise",
     )
     median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
     grid_spacing_mm: float | None = Field(
@@ -140,7 +140,7 @@ class Patch(Section):
     )
     mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
     smooth_mm: float = Field(
-        default=8.0, ge=0, le=100, description="window that smooths the ply before a net is laid on it: noise is no length"
+        default=8.0, ge=0, le=100, description="window that smooths the ply before the net: noise is no length"
     )
 
 

@@ -31,7 +31,8 @@ class Figures(NamedTuple):
 
 def number(value: float | None, digits: int) -> str:
     """Return a figure with so many decimals, a dash where there is none."""
-    return "–" if value is None else f"{value:.{digits}f}"
+    # Adding zero turns the -0.0 that rounding leaves of a tiny negative figure into 0.0.
+    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def figures(pocket: PocketReport) -> Figures:
