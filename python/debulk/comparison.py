@@ -160,7 +160,7 @@ class Comparison(Record):
     Examples
     --------
     >>> import debulk
-    >>> layup = debulk.scenes.layup(seed=0, pixels=(320, 240))
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
     >>> pose = layup.mold_from_scanner
     >>> inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=pose)
     >>> comparison = inspector.compare(inspector.inspect(layup.scan), layup.debulked().scan)
@@ -294,7 +294,7 @@ def compare(
     Examples
     --------
     >>> import debulk
-    >>> layup = debulk.scenes.layup(seed=0, pixels=(320, 240))
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
     >>> pose = layup.mold_from_scanner
     >>> report = debulk.inspect(layup.scan, layup.reference, ply_outline=layup.ply_outline, mold_from_scanner=pose)
     >>> comparison = compare(report, layup.debulked().scan, layup.reference, mold_from_scanner=pose)

@@ -173,9 +173,12 @@ class Inspector:
         from debulk.comparison import compared
 
         stop = _core.Stop()
-        with self._cancellable(stop):
-            points = self._clean(self._in_mold_frame(debulked_scan, "debulked_scan"), stop)
-            heights = self._heights(points, 0.0)  # what was not seen is not measured
+        try:
+            with self._cancellable(stop):
+                points = self._clean(self._in_mold_frame(debulked_scan, "debulked_scan"), stop)
+                heights = self._heights(points, 0.0)  # what was not seen is not measured
+        except _core.Stopped:
+            raise Cancelled("the comparison was cancelled") from None
         return compared(report, heights, self.recipe)
 
     def cancel(self) -> None:
@@ -307,6 +310,7 @@ class Inspector:
         """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
         heights = segmentation.heights  # unknown off the ply
         known = np.count_nonzero(np.isfinite(heights.values)) * heights.spacing_mm**2
+        expected: float
         if self.ply_outline is None:
             expected = np.count_nonzero(np.isfinite(self._reference_seen.values)) * self.grid_spacing_mm**2
         else:
