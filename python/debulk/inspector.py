@@ -21,6 +21,7 @@ from debulk.report import LeftOut, Report
 from debulk.verdict import Judgement, Verdict, judge_layup
 
 if TYPE_CHECKING:
+    from debulk.comparison import Comparison
     from debulk.recipe import Recipe
 
 __all__ = ["Cancelled", "Inspector", "inspect"]
@@ -152,6 +153,34 @@ class Inspector:
         with cycle.stage("report", 1.0):
             return self._report(height_map, segmentation, evaluations, cycle)
 
+    def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
+        """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
+
+        Parameters
+        ----------
+        report
+            Of the inspection before debulking.
+        debulked_scan
+            As the scan of `inspect`.
+
+        Raises
+        ------
+        InputError
+            Names what was wrong.
+        Cancelled
+            After `cancel`.
+        """
+        from debulk.comparison import compared
+
+        stop = _core.Stop()
+        try:
+            with self._cancellable(stop):
+                points = self._clean(self._in_mold_frame(debulked_scan, "debulked_scan"), stop)
+                heights = self._heights(points, 0.0)  # what was not seen is not measured
+        except _core.Stopped:
+            raise Cancelled("the comparison was cancelled") from None
+        return compared(report, heights, self.recipe)
+
     def cancel(self) -> None:
         """Stop the inspections that run, from any thread: they raise `Cancelled`, within an iteration of the solver."""
         with self._lock:
@@ -193,11 +222,18 @@ class Inspector:
         return np.where(keep[..., None], points, np.float32(np.nan))
 
     def _height_map(self, points: NDArray[np.float32]) -> surface.HeightMap:
-        clean, threads = self.recipe.clean, self.recipe.run.threads
-        heights = surface.height_map(
-            points, self.reference, self.grid_spacing_mm, hole_diameter_mm=clean.max_hole_mm, threads=threads
+        cells, threads = self.recipe.clean.median_cells, self.recipe.run.threads
+        heights = self._heights(points, self.recipe.clean.max_hole_mm)
+        return heights if cells == 1 else surface.median(heights, cells, threads=threads)
+
+    def _heights(self, points: NDArray[np.float32], max_hole_mm: float) -> surface.HeightMap:
+        return surface.height_map(
+            points,
+            self.reference,
+            self.grid_spacing_mm,
+            hole_diameter_mm=max_hole_mm,
+            threads=self.recipe.run.threads,
         )
-        return heights if clean.median_cells == 1 else surface.median(heights, clean.median_cells, threads=threads)
 
     def _segment(self, height_map: surface.HeightMap) -> tuple[pocket.Segmentation, pocket.Feet]:
         wanted, patch = self.recipe.segmentation, self.recipe.patch
@@ -274,6 +310,7 @@ class Inspector:
         """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
         heights = segmentation.heights  # unknown off the ply
         known = np.count_nonzero(np.isfinite(heights.values)) * heights.spacing_mm**2
+        expected: float
         if self.ply_outline is None:
             expected = np.count_nonzero(np.isfinite(self._reference_seen.values)) * self.grid_spacing_mm**2
         else:
