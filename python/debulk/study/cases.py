@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, scenes, sheet, solve, surface, verdict
-from debulk.evaluation import Evaluation, lay_net
+from debulk.evaluation import Evaluation, criteria, lay_net
 from debulk.inspector import Inspector
 
 if TYPE_CHECKING:
@@ -62,7 +62,6 @@ class Case:
 
     def judge(self, solution: solve.Solution, figures: Figures, every: list[Figures]) -> verdict.Verdict:
         """Verdict on a solution whose certified starts have the figures `every`, as the inspector gives it."""
-        limits = self.recipe.verdict
         return verdict.judge(
             certified=solution.certified,
             rms_mm=figures.rms_mm,
@@ -75,7 +74,7 @@ class Case:
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status == "too_few_movable_nodes" else "",
-            criteria=verdict.Criteria(max_rms_mm=limits.max_rms_mm, max_ridge_height_mm=limits.max_ridge_mm),
+            criteria=criteria(self.recipe),
         ).verdict
 
     def perturbed(self, amplitude: float, seed: int) -> np.ndarray:
