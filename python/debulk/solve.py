@@ -110,7 +110,7 @@ def methods() -> list[str]:
     Examples
     --------
     >>> methods()
-    ['auto', 'interior_point', 'ipopt']
+    ['auto', 'interior_point', 'ipopt', 'nlopt']
     """
     return _core.method_names()
 
