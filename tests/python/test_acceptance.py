@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -30,10 +32,19 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
     assert max(area_error) < 0.02
     assert np.median(volume_error) < 0.01
 
-    # The decoys are named with what stood against them.
-    dropped = [entry for entry in report.left_out if entry.what.startswith("bump")]
-    assert sum("area" in e.why for e in dropped) == 2
-    assert sum("peak" in e.why for e in dropped) == 2
+    # The decoys are named, at their places, with what stood against them.
+    named = [
+        (*map(float, re.findall(r"-?\d+", e.what.split("at")[1])[:2]), e.why)
+        for e in report.left_out
+        if "bump" in e.what
+    ]
+    for decoy in layup.truth.decoys:
+        why = [w for x, y, w in named if np.hypot(x - decoy.centre_mm[0], y - decoy.centre_mm[1]) < 3.0]
+        if decoy.kind == "below CutHeight":
+            assert why == []
+        else:
+            assert len(why) == 1
+            assert ("area" if decoy.kind == "below AreaTol" else "peak") in why[0]
 
     for p in report.pockets:
         assert p.solve is not None
