@@ -64,13 +64,21 @@ asan: $(stamps)/system ## Run the C++ tests under the address and undefined-beha
 	cmake --build --preset asan
 	ctest --preset asan -j 2
 
+.PHONY: wheel
+wheel: $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
+	cmake/make_wheel.sh $(python) dist
+
+.PHONY: trywheel
+trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (as root)
+	cmake/test_wheel.sh $(python) dist/*.whl build/clean_root
+
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
 	@echo 'debulk: everything is set up'
 
 .PHONY: clean
 clean: ## Remove what was built (.venv and the installed packages stay)
-	rm -rf build out
+	rm -rf build dist out
 
 $(stamps)/system: cmake/install_dependencies.sh
 	cmake/install_dependencies.sh .deps
@@ -90,6 +98,11 @@ $(stamps)/tools: $(stamps)/venv
 	@$(call required,test) > $(stamps)/test.txt
 	@$(call required,lint) > $(stamps)/lint.txt
 	@$(pip) -r $(stamps)/test.txt -r $(stamps)/lint.txt
+	@touch $@
+
+$(stamps)/wheeltools: $(stamps)/venv
+	@$(call required,wheel) > $(stamps)/wheel.txt
+	@$(pip) -r $(stamps)/wheel.txt
 	@touch $@
 
 # The package as users get it.
