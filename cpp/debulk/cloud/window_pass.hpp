@@ -5,6 +5,7 @@
 
 #include "debulk/cloud/cloud_view.hpp"
 #include "debulk/cloud/pinhole.hpp"
+#include "debulk/core/wide.hpp"
 
 namespace debulk {
 
@@ -45,6 +46,7 @@ struct WindowPass {
   std::uint8_t* states = nullptr;
   float* heights = nullptr;  // NaN where gone
   Tiles* tiles = nullptr;
+  Isa isa = best_isa();
 };
 
 struct ClosePixel {
