@@ -1,23 +1,46 @@
 // The loops of open_search.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
+#include "debulk/core/wide_ops.hpp"
 
-// The four smallest squared distances so far.
+// The four smallest squared distances so far of each lane, and so the four smallest of all, without a branch.
 struct Nearest {
-  float squares[4] = {infinity, infinity, infinity, infinity};
-  float limit = infinity;  // only what is below is of interest
+  Floats least[4];
+  float limit;  // not below the fourth of all
 
-  DEBULK_INLINE void add_one(float d) {
-    int k = 3;
-    for (; k > 0 && squares[k - 1] > d; --k) squares[k] = squares[k - 1];
-    squares[k] = d;
-    limit = squares[3] < limit ? squares[3] : limit;
+  DEBULK_INLINE explicit Nearest(float known = infinity) : limit(known) {
+    for (Floats& kept : least) kept = all(infinity);
   }
   DEBULK_INLINE void add(Floats d) {
-    const float least = lowest(d < all(limit) ? d : all(infinity));
-    if (!(least < limit)) return;
-    alignas(64) float values[lanes];
-    store(values, d);
-    for (int k = 0; k < lanes; ++k)
-      if (values[k] < limit) add_one(values[k]);
+    for (Floats& kept : least) {
+      const Floats low = lower(d, kept);
+      d = higher(d, kept), kept = low;
+    }
+  }
+  // The largest of the minima of four disjoint sets.
+  DEBULK_INLINE void tighten() {
+    Floats m = least[0];
+    m = lower(m, swapped<8>(m)), m = lower(m, swapped<4>(m));
+    m = higher(m, swapped<2>(m)), m = higher(m, swapped<1>(m));
+    limit = m[0] < limit ? m[0] : limit;
+  }
+  // The fourth of all; their mean distance if they are four.
+  DEBULK_INLINE float fourth(float& mean) {
+    tighten();
+    float squares[4] = {infinity, infinity, infinity, infinity};
+    for (const Floats& kept : least) {
+      if (!any(kept <= all(limit))) break;
+      alignas(64) float values[lanes];
+      store(values, kept);
+      for (int n = 0; n < lanes; ++n) {
+        if (!(values[n] < squares[3])) continue;
+        int k = 3;
+        for (; k > 0 && squares[k - 1] > values[n]; --k) squares[k] = squares[k - 1];
+        squares[k] = values[n];
+      }
+    }
+    double sum = 0;
+    for (const float square : squares) sum += std::sqrt(static_cast<double>(square));
+    mean = static_cast<float>(sum / 4);
+    return squares[3];
   }
 };
 
@@ -59,8 +82,9 @@ struct Finder {
         }
       }
       const Ints hidden = __builtin_convertvector(states, Ints) < 0;
-      found.add(hidden ? all(infinity) : squared(x, y, z));
+      found.add(hidden ? all(infinity) : lower(squared(x, y, z), all(infinity)));  // nothing seen: infinitely far
     }
+    found.tighten();
   }
 
   // The open points of a bin, but itself.
@@ -127,10 +151,12 @@ struct Finder {
     }
     for (int by = bins.top; by <= bins.bottom; ++by)
       for (int bx = bins.left; bx <= bins.right; ++bx) visit_bin(bx, by, found);
+    found.tighten();
     for (int k = 0; k < count; k += lanes) {
-      if (!any(load(scratch.data() + k) < all(found.limit))) continue;
+      if (!any(load(scratch.data() + k) <= all(found.limit))) continue;
       for (int i = k; i < k + lanes; ++i)
-        if (scratch[static_cast<std::size_t>(i)] < found.limit) visit_tile(tiles.left + i % across, tiles.top + i / across, found);
+        if (scratch[static_cast<std::size_t>(i)] <= found.limit && scratch[static_cast<std::size_t>(i)] < infinity)
+          visit_tile(tiles.left + i % across, tiles.top + i / across, found);
     }
   }
 
@@ -150,22 +176,35 @@ struct Finder {
     for (double radius = 4;; radius *= 4) {
       Nearest found;
       visit_window(window(radius), found);
-      if (!(found.limit < infinity) && radius < largest) continue;
-      const double needed = found.limit < infinity ? reach(found.limit) : 0;
+      float mean = infinity;
+      const float fourth = found.fourth(mean);
+      if (!(fourth < infinity) && radius < largest) continue;
+      const double needed = fourth < infinity ? reach(fourth) : 0;
       if (needed > radius && radius < largest) {
-        const float limit = std::nextafter(found.limit, infinity);  // what was found will be found again
-        found = Nearest();
-        found.limit = limit;
-        visit_window(window(needed), found);
+        Nearest all_of_them(fourth);
+        visit_window(window(needed), all_of_them);
+        all_of_them.fourth(mean);
       }
-      double sum = 0;
-      for (const float square : found.squares) sum += std::sqrt(static_cast<double>(square));
-      return static_cast<float>(sum / 4);
+      return mean;
+    }
+  }
+
+  // Asks for a bin's pixels.
+  DEBULK_INLINE void fetch(long bin) const {
+    const CloudView& cloud = t.pass->cloud;
+    const int left = static_cast<int>(bin % t.bins_x) * bin_side, top = static_cast<int>(bin / t.bins_x) * bin_side;
+    for (int j = top; j < std::min(cloud.height, top + bin_side); ++j) {
+      const char* from = reinterpret_cast<const char*>(cloud.point(left, j));
+      for (int k = 0; k < bin_side * 12; k += 64) __builtin_prefetch(from + k);
+      __builtin_prefetch(t.pass->states + static_cast<std::size_t>(j) * static_cast<std::size_t>(cloud.width) + left);
     }
   }
 };
 
-void run(const OpenTables& tables, const std::uint32_t* pixels, long count, float* distances, std::vector<float>& scratch) {
+void run(const OpenTables& tables, long begin, long end, float* distances, std::vector<float>& scratch) {
   Finder finder{tables, scratch};
-  for (long k = 0; k < count; ++k) distances[k] = finder.find(pixels[k]);
+  for (long bin = begin; bin < end; ++bin) {
+    if (bin + 1 < end && tables.starts[bin + 1] < tables.starts[bin + 2]) finder.fetch(bin + 1);
+    for (std::uint32_t k = tables.starts[bin]; k < tables.starts[bin + 1]; ++k) distances[k] = finder.find(tables.index[k]);
+  }
 }

@@ -25,7 +25,6 @@ struct OpenTables {
 };
 
 namespace base {
-#include "debulk/core/wide_ops.hpp"
 #include "debulk/cloud/open_kernel.hpp"
 }  // namespace base
 
@@ -33,7 +32,6 @@ namespace base {
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v3")
 namespace v3 {
-#include "debulk/core/wide_ops.hpp"
 #include "debulk/cloud/open_kernel.hpp"
 }  // namespace v3
 #pragma GCC pop_options
@@ -42,19 +40,18 @@ namespace v3 {
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
 namespace v4 {
-#include "debulk/core/wide_ops.hpp"
 #include "debulk/cloud/open_kernel.hpp"
 }  // namespace v4
 #pragma GCC pop_options
 #undef DEBULK_ISA_V4
 #endif
 
-void search(Isa isa, const OpenTables& tables, const std::uint32_t* pixels, long count, float* distances, std::vector<float>& scratch) {
+void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances, std::vector<float>& scratch) {
 #if defined(__x86_64__)
-  if (isa == Isa::v4) return v4::run(tables, pixels, count, distances, scratch);
-  if (isa == Isa::v3) return v3::run(tables, pixels, count, distances, scratch);
+  if (isa == Isa::v4) return v4::run(tables, begin, end, distances, scratch);
+  if (isa == Isa::v3) return v3::run(tables, begin, end, distances, scratch);
 #endif
-  base::run(tables, pixels, count, distances, scratch);
+  base::run(tables, begin, end, distances, scratch);
 }
 
 }  // namespace
@@ -79,33 +76,35 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
 
   bins_x_ = (cloud.width + bin_side - 1) / bin_side;
   const int bins_y = (cloud.height + bin_side - 1) / bin_side;
-  order_.clear();
-  for (const WindowBand& band : bands) order_.insert(order_.end(), band.open.begin(), band.open.end());
+  count_ = 0;
+  for (const WindowBand& band : bands) count_ += band.open.size();
   const auto bin_of = [&](std::uint32_t pixel) {
     const auto width = static_cast<std::uint32_t>(cloud.width);
     return static_cast<std::size_t>(pixel / width / bin_side) * static_cast<std::size_t>(bins_x_) + pixel % width / bin_side;
   };
   // Counted two places on and handed out one place on, so that starts_[bin] is right in the end.
   starts_.assign(static_cast<std::size_t>(bins_x_) * static_cast<std::size_t>(bins_y) + 2, 0);
-  for (const std::uint32_t pixel : order_) ++starts_[bin_of(pixel) + 2];
+  for (const WindowBand& band : bands)
+    for (const std::uint32_t pixel : band.open) ++starts_[bin_of(pixel) + 2];
   for (std::size_t b = 2; b < starts_.size(); ++b) starts_[b] += starts_[b - 1];
-  const std::size_t padded = order_.size() + 16;
+  const std::size_t padded = count_ + 16;
   index_.resize(padded), x_.resize(padded), y_.resize(padded), z_.resize(padded);
-  for (const std::uint32_t pixel : order_) {
-    const std::uint32_t at = starts_[bin_of(pixel) + 1]++;
-    index_[at] = pixel;
-    const float* p = cloud.point(pixel);
-    x_[at] = p[0], y_[at] = p[1], z_[at] = p[2];
-  }
+  for (const WindowBand& band : bands)
+    for (const std::uint32_t pixel : band.open) {
+      const std::uint32_t at = starts_[bin_of(pixel) + 1]++;
+      index_[at] = pixel;
+      const float* p = cloud.point(pixel);
+      x_[at] = p[0], y_[at] = p[1], z_[at] = p[2];
+    }
 }
 
 void OpenSearch::run(std::vector<float>& distances, int threads) const {
-  const OpenTables tables{&pass_,         stretch_,       u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(), bins_x_,
-                          starts_.data(), index_.data(), x_.data(),     y_.data(),      z_.data()};
-  distances.resize(order_.size());
-  parallel_for(static_cast<long>(order_.size()), 4096, threads, [&](long begin, long end) {
+  const OpenTables tables{&pass_,  stretch_,       u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(),
+                          bins_x_, starts_.data(), index_.data(), x_.data(),      y_.data(),     z_.data()};
+  distances.resize(count_);
+  parallel_for(static_cast<long>(starts_.size()) - 2, 128, threads, [&](long begin, long end) {
     std::vector<float> scratch(1024);
-    search(pass_.isa, tables, order_.data() + begin, end - begin, distances.data() + begin, scratch);
+    search(pass_.isa, tables, begin, end, distances.data(), scratch);
   });
 }
 

@@ -16,19 +16,20 @@ class OpenSearch {
   // Sorts the open points into bins.
   void prepare(const WindowPass& pass, const std::vector<WindowBand>& bands);
 
-  // Mean distance to the nearest four of each open point, in the order of the bands' lists; infinite if there are not four.
+  // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four.
   // `pass` and what it points to must still be there.
   void run(std::vector<float>& distances, int threads) const;
 
-  std::uint32_t pixel(std::size_t k) const { return order_[k]; }  // in that order
+  std::uint32_t pixel(std::size_t k) const { return index_[k]; }  // in that order
 
  private:
   WindowPass pass_;
-  double stretch_ = 1;                                 // sqrt(1 + u²), at most
+  double stretch_ = 1;                                  // sqrt(1 + u²), at most
   std::vector<float> u_low_, u_high_, v_low_, v_high_;  // rays that bound each column and row of tiles
   int bins_x_ = 0;
-  std::vector<std::uint32_t> order_, starts_, index_;  // open pixels as listed; the bins' starts; pixels bin by bin
-  std::vector<float> x_, y_, z_;                       // of the open points, bin by bin
+  std::size_t count_ = 0;
+  std::vector<std::uint32_t> starts_, index_;  // of the bins; pixels bin by bin
+  std::vector<float> x_, y_, z_;               // of the open points, bin by bin
 };
 
 }  // namespace debulk

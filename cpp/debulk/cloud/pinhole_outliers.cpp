@@ -16,18 +16,23 @@ constexpr long fewest = 1000;         // points
 
 }  // namespace
 
+// False: not such a cloud.
 bool PinholeOutliers::pass(WindowPass& window, int threads) {
-  const long bands = static_cast<long>(bands_.size());
-  parallel_for(bands, 1, threads,
-               [&](long begin, long) { window_pass(window, static_cast<int>(begin), bands_[static_cast<std::size_t>(begin)]); });
-  long strays = 0, open = 0;
-  summary_ = Outliers();
-  for (const WindowBand& b : bands_) {
-    strays += b.strays;
-    open += static_cast<long>(b.open.size());
-    summary_.seen += b.seen;
+  for (;;) {
+    window.tolerance = tolerance + rounding_px;
+    parallel_for(static_cast<long>(bands_.size()), 1, threads,
+                 [&](long begin, long) { window_pass(window, static_cast<int>(begin), bands_[static_cast<std::size_t>(begin)]); });
+    long strays = 0, open = 0;
+    summary_ = Outliers();
+    for (const WindowBand& b : bands_) {
+      strays += b.strays;
+      open += static_cast<long>(b.open.size());
+      summary_.seen += b.seen;
+    }
+    if (strays == 0) return summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen);
+    if (tolerance >= pinhole_tolerance) return false;
+    tolerance = pinhole_tolerance;
   }
-  return strays == 0 && summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen);
 }
 
 bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads) {
@@ -42,7 +47,7 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
   tiles_.resize(cloud.width, cloud.height);
   bands_.resize(static_cast<std::size_t>((cloud.height + band_rows - 1) / band_rows));
 
-  WindowPass window{cloud, camera, pinhole_tolerance + rounding_px, 0, 0, base, states_.data(), heights_.data(), &tiles_};
+  WindowPass window{cloud, camera, 0, 0, 0, base, states_.data(), heights_.data(), &tiles_, isa};
   for (int round = 0;; ++round) {
     window.low = guess * (1 - band), window.high = guess * (1 + band);
     if (!pass(window, threads)) return false;
@@ -62,8 +67,7 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
     summary_.deviation = std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1)));
     summary_.threshold = std::max(summary_.mean + options.std_ratio * summary_.deviation, options.least_ratio * summary_.mean);
     guess = summary_.threshold;
-    if (guess > window.low && guess <= window.high) break;
-    if (round > 0) break;
+    if (round > 0 || (guess > window.low && guess <= window.high)) break;
   }
 
   const auto settle = [&](std::uint32_t pixel, float distance) {

@@ -15,6 +15,9 @@ class PinholeOutliers {
  public:
   // The threshold from the last cloud, or from elsewhere (0: unknown); only the time depends on it.
   double guess = 0;
+  // Likewise: how far points lie off their rays, in pixels. Raised to pinhole_tolerance by a cloud that needs it.
+  double tolerance = 0.01;
+  Isa isa = best_isa();
 
   // False: not a pinhole's cloud (or too few points, too many off the sheet, another number of neighbours than four):
   // nothing was decided, and remove_outliers is to be asked. `base`, if given, makes heights.

@@ -14,7 +14,6 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 namespace base {
-#include "debulk/core/wide_ops.hpp"
 #include "debulk/cloud/window_kernel.hpp"
 }  // namespace base
 
@@ -22,7 +21,6 @@ namespace base {
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v3")
 namespace v3 {
-#include "debulk/core/wide_ops.hpp"
 #include "debulk/cloud/window_kernel.hpp"
 }  // namespace v3
 #pragma GCC pop_options
@@ -31,7 +29,6 @@ namespace v3 {
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
 namespace v4 {
-#include "debulk/core/wide_ops.hpp"
 #include "debulk/cloud/window_kernel.hpp"
 }  // namespace v4
 #pragma GCC pop_options
