@@ -65,7 +65,10 @@ const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
   if (stop.now()) throw Stopped("the height map was stopped");
   map_.measured = fill_holes(map_.heights, options_.fill, threads_);
   times_.fill = clock.lap();
-  if (options_.median > 1) map_.heights = median(map_.heights, options_.median, threads_);
+  if (options_.median > 1) {
+    median(map_.heights, options_.median, filtered_, threads_);
+    map_.heights.values.swap(filtered_.values);
+  }
   times_.median = clock.lap();
   return map_;
 }
