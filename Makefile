@@ -40,13 +40,14 @@ test: $(stamps)/tests ## Set everything up and run all tests and checks
 	$(lint)
 
 .PHONY: lint
-lint: $(stamps)/tools ## Check style and types
+lint: $(stamps)/tools $(stamps)/package ## Check style and types
 	$(lint)
 
 define lint
 .venv/bin/ruff check --quiet $(python_files)
 .venv/bin/ruff format --check --quiet $(python_files)
 .venv/bin/mypy --no-error-summary
+@$(python) -m mypy.stubtest --concise debulk._core
 @.venv/bin/clang-format --dry-run -Werror $(cpp_files)
 @echo 'debulk: style and types are in order'
 endef

@@ -39,18 +39,18 @@ void bind_cloud(py::module_& m) {
 
   m.def(
       "remove_outliers",
-      [](const Points& points, int neighbours, double std_ratio, int threads, const Stop& stop) {
+      [](const Points& points, int neighbours, double std_ratio, double least_ratio, int threads, const Stop& stop) {
         const CloudView cloud = cloud_view(points, "points");
         Outliers found;
         {
           py::gil_scoped_release release;
-          found = remove_outliers(cloud, {neighbours, std_ratio}, threads, stop);
+          found = remove_outliers(cloud, {neighbours, std_ratio, least_ratio}, threads, stop);
         }
         std::vector<py::ssize_t> mask_shape = shape(points);
         mask_shape.pop_back();
         return to_array(std::move(found.keep), mask_shape);
       },
-      py::arg("points"), py::arg("neighbours"), py::arg("std_ratio"), py::arg("threads"), py::arg("stop"));
+      py::arg("points"), py::arg("neighbours"), py::arg("std_ratio"), py::arg("least_ratio"), py::arg("threads"), py::arg("stop"));
 
   m.def(
       "median_pitch",

@@ -10,6 +10,7 @@ namespace py = pybind11;
 PYBIND11_MODULE(_core, m) {
   m.doc() = "The compiled rooms of debulk. Private: use the typed, documented modules of the package.";
   py::register_exception<debulk::InputError>(m, "InputError", PyExc_ValueError);
+  py::register_exception<debulk::Stopped>(m, "Stopped", PyExc_RuntimeError);
   m.def("default_threads", &debulk::default_threads);
 
   py::class_<debulk::Stop>(m, "Stop")

@@ -2,8 +2,64 @@
 
 from __future__ import annotations
 
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from debulk._core import InputError
 from debulk.grid import Grid
 
+if TYPE_CHECKING:
+    from debulk import cloud, net, pocket, ridge, scenes, sheet, solve, surface, verdict
+    from debulk.comparison import Comparison, compare
+    from debulk.inspector import Cancelled, Inspector, inspect
+    from debulk.recipe import Recipe
+    from debulk.report import Report
+    from debulk.verdict import Verdict
+
 __version__ = "0.1.0"
-__all__ = ["Grid", "InputError", "__version__"]
+__all__ = [
+    "Cancelled",
+    "Comparison",
+    "Grid",
+    "InputError",
+    "Inspector",
+    "Recipe",
+    "Report",
+    "Verdict",
+    "__version__",
+    "cloud",
+    "compare",
+    "inspect",
+    "net",
+    "pocket",
+    "ridge",
+    "scenes",
+    "sheet",
+    "solve",
+    "surface",
+    "verdict",
+]
+
+# Loaded when first asked for: `import debulk` must not wait for what a program may never use.
+_HOMES = {
+    "Cancelled": "inspector",
+    "Comparison": "comparison",
+    "Inspector": "inspector",
+    "Recipe": "recipe",
+    "Report": "report",
+    "Verdict": "verdict",
+    "compare": "comparison",
+    "inspect": "inspector",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(importlib.import_module(f"debulk.{_HOMES[name]}"), name)
+    if name in __all__:
+        return importlib.import_module(f"debulk.{name}")
+    raise AttributeError(f"module 'debulk' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -105,6 +105,7 @@ def remove_outliers(
     neighbours: int = 4,
     std_ratio: float = 1.0,
     *,
+    least_ratio: float = 0.0,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> NDArray[np.bool_]:
@@ -122,6 +123,10 @@ def remove_outliers(
         How many nearest neighbours are looked at, 1 to 1000.
     std_ratio
         Standard deviations above the mean, 0 or more.
+    least_ratio
+        Keep what is below so many times the mean in any case. 0 is ``pcdenoise``; but in a scan that was cleaned
+        before, the deviation is so small that this removes the flanks of steep pockets, where points lie farther
+        apart: 2 keeps them.
     threads
         0: as many as the process may use. The result does not depend on it.
     stop
@@ -147,7 +152,9 @@ def remove_outliers(
     """
     cloud = _as_cloud(points, "points")
     count = _whole(neighbours, "neighbours")
-    keep: NDArray[np.uint8] = _core.remove_outliers(cloud, count, float(std_ratio), threads, stop or _core.Stop())
+    keep: NDArray[np.uint8] = _core.remove_outliers(
+        cloud, count, float(std_ratio), float(least_ratio), threads, stop or _core.Stop()
+    )
     return keep.view(np.bool_)
 
 

@@ -39,7 +39,7 @@ class Sheet:
     reference
         The surface below the ply.
     recipe
-        Its sections `material` and `load` are used. Default: ``Recipe()``.
+        Its sections `material` and `loads` are used. Default: ``Recipe()``.
 
     Raises
     ------
@@ -59,7 +59,7 @@ class Sheet:
     >>> x[1, 2] = 1.0
     >>> terms = sheet.terms(x)
     >>> round(terms["bending"], 6), round(terms["vacuum"], 6)  # c/2 (2 atan 1/5)², and lifted against the vacuum
-    (0.063117, -3.333333)
+    (0.063123, -3.333333)
     >>> bool(np.isclose(sheet.energy(x), terms["bending"] - terms["gravity"] - terms["vacuum"]))
     True
     """
@@ -78,15 +78,15 @@ class Sheet:
             from debulk.recipe import Recipe
 
             recipe = Recipe()
-        material, load = recipe.material, recipe.load
+        material, loads = recipe.material, recipe.loads
         self._ply: dict[str, float] = {
             "thickness_mm": material.thickness_mm,
             "young_mpa": material.young_mpa,
             "shear_mpa": material.shear_mpa,
             "density_kg_m3": material.density_kg_m3,
             "friction": material.friction,
-            "pressure_mpa": load.pressure_mpa,
-            "gravity_m_s2": load.gravity_m_s2,
+            "pressure_mpa": loads.pressure_mpa,
+            "gravity_m_s2": loads.gravity_m_s2,
         }
         self._neighbours = np.array(neighbours, dtype=np.int32)
         self._kinds = np.array(kinds, dtype=np.int32)
@@ -134,7 +134,7 @@ class Sheet:
 
     @property
     def ply(self) -> dict[str, float]:
-        """Material and loads, by the names that `Recipe.material` and `Recipe.load` give them."""
+        """Material and loads, by the names that `Recipe.material` and `Recipe.loads` give them."""
         return dict(self._ply)
 
     @property

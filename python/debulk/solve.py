@@ -1,4 +1,4 @@
-"""The ply under vacuum: the configuration of least energy with inextensible fibres above the mold, and its certificate."""
+"""The ply under vacuum: the configuration of least energy, with inextensible fibres, and its certificate."""
 
 from __future__ import annotations
 
@@ -169,7 +169,8 @@ def minimise(
     >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
     >>> h = np.sqrt(25 - 4.9**2)  # a roof, 1 mm high, pinned at both ends: it can tip over, no more
     >>> nodes = [[-4.9, 0, 0], [0, 0, h], [4.9, 0, 0]]
-    >>> sheet = debulk.sheet.Sheet(nodes, [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]], [1, 0, 1], 5.0, 75.0, reference)
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = debulk.sheet.Sheet(nodes, fibre, [1, 0, 1], 5.0, 75.0, reference)
     >>> solution = minimise(sheet)
     >>> solution.certified, solution.length_error < 1e-4, bool(abs(solution.nodes_mm[1, 2]) < 1e-3)
     (True, True, True)
@@ -270,7 +271,8 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
     >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
     >>> h = np.sqrt(25 - 4.9**2)
     >>> nodes = [[-4.9, 0, 0], [0, 0, h], [4.9, 0, 0]]
-    >>> sheet = debulk.sheet.Sheet(nodes, [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]], [1, 0, 1], 5.0, 75.0, reference)
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = debulk.sheet.Sheet(nodes, fibre, [1, 0, 1], 5.0, 75.0, reference)
     >>> certify(sheet, nodes).certified  # upright, the roof is in balance, but would fall over: a saddle
     False
     """
@@ -284,7 +286,14 @@ def _best(found: list[_core.Minimum]) -> Solution:
 
 def _certificate(c: _core.Certificate) -> Certificate:
     return Certificate(
-        c.kkt_error, c.length_error, c.penetration_mm, c.energy_gain_mj, c.curvature, c.compliant, c.certified, c.failure
+        c.kkt_error,
+        c.length_error,
+        c.penetration_mm,
+        c.energy_gain_mj,
+        c.curvature,
+        c.compliant,
+        c.certified,
+        c.failure,
     )
 
 

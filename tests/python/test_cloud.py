@@ -71,6 +71,7 @@ def test_removal_stops_when_told() -> None:
         ({"neighbours": 2.5}, "neighbours.*whole.*2.5"),
         ({"std_ratio": -1}, "std_ratio"),
         ({"std_ratio": np.nan}, "std_ratio"),
+        ({"least_ratio": -1}, "least_ratio"),
     ],
 )
 def test_removal_refuses_bad_options(options: dict, message: str) -> None:

@@ -107,6 +107,14 @@ def test_the_whole_front_end_on_a_dirty_scan() -> None:
     assert np.nanmax(heights.values) == pytest.approx(10, abs=0.15)
 
 
+def test_flanks_survive_in_a_scan_without_outliers(scans) -> None:
+    scan, before = scans[0].copy(), scans[1].copy()
+    for points in (scan, before):
+        points[~cloud.remove_outliers(points, least_ratio=2.0)] = np.nan
+    heights = surface.height_map(scan, before)
+    assert np.count_nonzero(heights.measured) > 0.995 * np.count_nonzero(surface.height_map(*scans).measured)
+
+
 def test_the_same_bits_on_any_number_of_threads(scans) -> None:
     one = surface.height_map(*scans, threads=1)
     for threads in (2, 4):

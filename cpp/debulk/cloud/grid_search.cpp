@@ -14,6 +14,7 @@ namespace {
 
 constexpr long near_budget = 512;    // points and cells looked at for an ordinary point: about 20 on a sheet
 constexpr long far_budget = 20'000;  // for the few that lie off the sheet
+constexpr int block = 12;            // cells along the side of a block
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -41,8 +42,8 @@ GridSearch::GridSearch(const CloudView& cloud, int neighbours, int threads, cons
   sort_points();
 }
 
-// Extents are taken between quantiles of a sample: a few points far away must not make the cells coarse. About
-// neighbours/2 points a cell put the neighbours of nearly every point into the first ring.
+// Extents are taken between quantiles of a sample: the few points that fly or lie far away must neither choose the axes
+// nor make the cells coarse. About neighbours/2 points a cell put the neighbours of nearly every point into the first ring.
 void GridSearch::choose_cells() {
   std::array<std::vector<float>, 3> sample;
   const std::size_t stride = std::max<std::size_t>(1, cloud_.size() / 200'000);
@@ -54,11 +55,11 @@ void GridSearch::choose_cells() {
   std::array<double, 3> low{}, extent{};
   for (std::size_t a = 0; a < 3; ++a) {
     std::sort(sample[a].begin(), sample[a].end());
-    const std::size_t last = sample[a].size() - 1, cut = last / 1000;
+    const std::size_t last = sample[a].size() - 1, cut = last / 50;
     low[a] = sample[a][cut];
     extent[a] = sample[a][last - cut] - low[a];
-    low[a] -= 0.01 * extent[a];
-    extent[a] *= 1.02;
+    low[a] -= 0.03 * extent[a];
+    extent[a] *= 1.06;
   }
   std::array<int, 3> order{0, 1, 2};
   std::stable_sort(order.begin(), order.end(),
@@ -153,7 +154,52 @@ bool GridSearch::search(std::size_t entry, int column, int row, long budget, Sea
   }
 }
 
-std::vector<std::uint32_t> GridSearch::mean_distances(float* means) const {
+void GridSearch::make_blocks() {
+  for (int d = 0; d < 2; ++d) blocks_[d] = (cells_[d] - 1) / block + 1;
+  box_.assign(static_cast<std::size_t>(blocks_[0]) * static_cast<std::size_t>(blocks_[1]), Eigen::AlignedBox3f());
+  parallel_for(blocks_[1], 1, threads_, [&](long begin, long end) {
+    for (int row = static_cast<int>(begin) * block; row < std::min<long>(end * block, cells_[1]); ++row)
+      for (int column = 0; column < cells_[0]; ++column) {
+        const std::size_t at = static_cast<std::size_t>(row) * cells_[0] + column;
+        for (std::uint32_t e = starts_[at]; e < starts_[at + 1]; ++e)
+          box_[static_cast<std::size_t>(row / block) * blocks_[0] + column / block].extend(
+              Eigen::Map<const Eigen::Vector3f>(entries_[e].xyz));
+      }
+  });
+}
+
+bool GridSearch::search_blocks(std::size_t entry, int column, int row, long budget, Search& found) const {
+  const Entry& from = entries_[entry];
+  const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3f>(from.xyz).cast<double>();
+  found.clear();
+  const int middle[2] = {column / block, row / block};
+  const auto visit_block = [&](int i, int j) {
+    const Eigen::AlignedBox3f& box = box_[static_cast<std::size_t>(j) * blocks_[0] + i];
+    --budget;
+    if (box.isEmpty() || box.cast<double>().squaredExteriorDistance(p) * (1 - 1e-6) > found.worst) return;
+    const int first = i * block, last = std::min(cells_[0], first + block);
+    for (int r = j * block; r < std::min(cells_[1], (j + 1) * block); ++r) {
+      const std::uint32_t* starts = &starts_[static_cast<std::size_t>(r) * cells_[0]];
+      budget -= static_cast<long>(starts[last] - starts[first]);
+      if (budget >= 0) visit(from, starts[first], starts[last], found);
+    }
+  };
+  for (int ring = 0;; ++ring) {
+    for (int j = std::max(0, middle[1] - ring); j <= std::min(blocks_[1] - 1, middle[1] + ring); ++j) {
+      const int step = ring == 0 || j == middle[1] - ring || j == middle[1] + ring ? 1 : 2 * ring;
+      for (int i = middle[0] - ring; i <= middle[0] + ring; i += step)
+        if (i >= 0 && i < blocks_[0]) visit_block(i, j);
+    }
+    if (budget < 0) return false;
+    // The rings of blocks hold these rings of cells round the point's own.
+    const int inside = std::min({column - (middle[0] - ring) * block, (middle[0] + ring + 1) * block - 1 - column,
+                                 row - (middle[1] - ring) * block, (middle[1] + ring + 1) * block - 1 - row});
+    const double border = border_distance(from, column, row, inside);
+    if (border == infinity || (border > 0 && found.worst <= border * border * (1 - 1e-6))) return true;
+  }
+}
+
+std::vector<std::uint32_t> GridSearch::mean_distances(float* means) {
   // Rows of cells in chunks; what a chunk leaves is collected in the order of chunks.
   struct Left {
     std::uint32_t entry;
@@ -180,16 +226,18 @@ std::vector<std::uint32_t> GridSearch::mean_distances(float* means) const {
 
   // A few get a longer search; many mean that this is no sheet, and a longer search of each would take too long.
   std::vector<char> done(left.size(), 0);
-  if (left.size() <= std::max<std::size_t>(1000, entries_.size() / 50))
+  if (left.size() <= std::max<std::size_t>(1000, entries_.size() / 50)) {
+    make_blocks();
     parallel_for(static_cast<long>(left.size()), 256, threads_, [&](long begin, long end) {
       if (stop_.now()) throw Stopped("the search for neighbours was stopped");
       Search found(neighbours_);
       for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
-        if (search(left[k].entry, left[k].column, left[k].row, far_budget, found)) {
+        if (search_blocks(left[k].entry, left[k].column, left[k].row, far_budget, found)) {
           means[entries_[left[k].entry].index] = mean_distance(found.squared.data(), found.count);
           done[k] = 1;
         }
     });
+  }
   std::vector<std::uint32_t> out;
   for (std::size_t k = 0; k < left.size(); ++k)
     if (!done[k]) out.push_back(entries_[left[k].entry].index);

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "debulk/cloud/cloud_view.hpp"
 #include "debulk/core/stop.hpp"
 
@@ -18,7 +20,7 @@ class GridSearch {
 
   // Fills means[i] for the points it can do at a bounded cost (a vertical wall or a dense cluster overcrowds a cell, a
   // point far off the sheet needs many rings), and returns the others' indices, ascending in the order of cells.
-  std::vector<std::uint32_t> mean_distances(float* means) const;
+  std::vector<std::uint32_t> mean_distances(float* means);
 
  private:
   struct Entry {
@@ -37,6 +39,9 @@ class GridSearch {
   template <class Visit>
   void for_ring(int column, int row, int ring, const Visit& visit_run) const;
   double border_distance(const Entry& from, int column, int row, int ring) const;
+  // For a point off the sheet: rings of blocks of cells, of which only those are visited whose box is near enough.
+  bool search_blocks(std::size_t entry, int column, int row, long budget, Search& found) const;
+  void make_blocks();
 
   CloudView cloud_;
   int neighbours_;
@@ -48,6 +53,8 @@ class GridSearch {
   int cells_[2] = {1, 1};              // columns, rows
   std::vector<std::uint32_t> starts_;  // of every cell's entries, row by row; one more at the end
   std::vector<Entry> entries_;
+  int blocks_[2] = {0, 0};                // columns, rows of blocks
+  std::vector<Eigen::AlignedBox3f> box_;  // round the points of each block
 };
 
 }  // namespace debulk

@@ -1,5 +1,6 @@
 #include "debulk/cloud/outliers.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -38,6 +39,7 @@ std::pair<double, long> ordered_sum(const std::vector<float>& values, int thread
 void OutlierOptions::check() const {
   require(neighbours >= 1 && neighbours <= 1000, "neighbours", "1 to 1000", neighbours);
   require(std::isfinite(std_ratio) && std_ratio >= 0, "std_ratio", "0 or more standard deviations", std_ratio);
+  require(std::isfinite(least_ratio) && least_ratio >= 0, "least_ratio", "0 or more times the mean", least_ratio);
 }
 
 Outliers remove_outliers(const CloudView& cloud, const OutlierOptions& options, int threads, const Stop& stop) {
@@ -50,7 +52,7 @@ Outliers remove_outliers(const CloudView& cloud, const OutlierOptions& options, 
   const double mean = out.mean;
   const auto [squares, same] = ordered_sum(distances, threads, [mean](double d) { return (d - mean) * (d - mean); });
   if (same > 1) out.deviation = std::sqrt(squares / static_cast<double>(same - 1));
-  out.threshold = out.mean + options.std_ratio * out.deviation;
+  out.threshold = std::max(out.mean + options.std_ratio * out.deviation, options.least_ratio * out.mean);
 
   out.keep.resize(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {

@@ -42,6 +42,7 @@ void check_start(const Surface& surface, const Vector2d& centre, const FibreAngl
 }  // namespace
 
 void LayOptions::check() const {
+  require(longest_path > 0, "longest_path", "a positive number of nodes", longest_path);
   require(most_nodes > 0, "most_nodes", "a positive number", most_nodes);
 }
 
@@ -90,7 +91,9 @@ Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngle
   std::array<std::vector<Vector3d>, 4> paths;  // by Direction
   for (const Direction d : {east, west, north, south}) {
     const double angle = angles[d / 2] + (d % 2 == 1 ? half_turn : 0.0);
-    paths[d] = fibre_path(surface, centre, angle, spacing, options.paths, region, options.most_nodes);
+    paths[d] = fibre_path(surface, centre, angle, spacing, options.paths, region, options.longest_path);
+    require(static_cast<long>(paths[d].size()) < options.longest_path, "spacing_mm", "a spacing that needs fewer nodes in this region",
+            spacing);
   }
 
   Lattice lattice;
@@ -99,7 +102,7 @@ Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngle
   lattice.west = -static_cast<int>(paths[west].size());
   lattice.north = static_cast<int>(paths[north].size());
   lattice.south = -static_cast<int>(paths[south].size());
-  require(static_cast<double>(lattice.columns()) * lattice.rows() <= static_cast<double>(options.most_nodes), "spacing_mm",
+  require(static_cast<long>(lattice.columns()) * lattice.rows() <= options.most_nodes, "spacing_mm",
           "a spacing that needs fewer nodes in this region", spacing);
   lattice.nodes.assign(static_cast<std::size_t>(lattice.columns()) * lattice.rows(),
                        Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));

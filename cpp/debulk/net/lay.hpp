@@ -31,7 +31,9 @@ struct Lattice {
 
 struct LayOptions {
   PathRule paths = PathRule::geodesic;
-  long most_nodes = 4000000;  // lattice places; a spacing that needs more is refused
+  // A spacing that needs more is refused.
+  long longest_path = 20000;  // nodes, from the centre
+  long most_nodes = 4000000;  // lattice places
 
   void check() const;
 };

@@ -33,8 +33,8 @@ class Planned:
 
 # Areas follow the published spacings (about 0.85 · 100 · Δ²) between the published extremes of 438 and 5.35 cm²; like
 # there, 10 and 14 lie in the noise and 9 at the ply's edge. At 0.3 mm thickness and a 2 mm cut the straight excess is
-# below 0.2 mm for 1, 3, 4, 6 and near it for 7, which the edge can also release; 11 reaches 3 mm, the 15 mm high 2
-# reaches 4 mm; 8, 10, 12 and 14 (0.3 to 0.5 mm) are near whatever limit is chosen.
+# below 0.2 mm for 1, 3, 4, 6 and near it for 7, which the edge can also release: they should close. 11 reaches 3 mm,
+# the 15 mm high 2 reaches 4 mm; 14 (0.5 mm) is near whatever limit is chosen; the others should not close.
 POCKETS = (
     Planned(438.0, 4.9, 1.25),
     Planned(90.0, 15.0, 1.10, varies=False),
@@ -43,11 +43,11 @@ POCKETS = (
     Planned(44.0, 6.5, 2.40),
     Planned(36.5, 3.6, 1.0, varies=False),
     Planned(33.0, 3.7, 1.20, "edge"),
-    Planned(28.0, 4.0, 1.10),
+    Planned(28.0, 6.8, 1.10),
     Planned(24.0, 8.0, 1.40, "edge"),
-    Planned(18.5, 4.2, 1.20, "left"),
+    Planned(18.5, 6.6, 1.20, "left"),
     Planned(13.2, 6.8, 3.00),
-    Planned(9.5, 3.8, 1.05),
+    Planned(9.5, 6.0, 1.05),
     Planned(6.4, 5.2, 1.60, "near"),
     Planned(5.35, 3.6, 1.10, "left", varies=False),
 )

@@ -99,6 +99,20 @@ TEST(Neighbours, AreExactOnDegenerateClouds) {
   expect_exact(Cloud{}, 4);
 }
 
+// Flying pixels at heights of many rings, alone and in runs, some of them beyond the border: left to the boxes of blocks.
+TEST(Neighbours, OfPointsFarOffTheSheetAreExactWithoutTheTree) {
+  Random random(29);
+  Cloud cloud = sheet(160, 140, 31);
+  for (int k = 0; k < 80; ++k) {
+    const int i = random.below(157), j = random.below(140);
+    for (int run = 0; run <= k % 3; ++run) cloud.point(i + run, j)[2] += static_cast<float>(120 * random.uniform() - 60);
+    if (k % 10 == 0) cloud.point(i, j)[k % 2] -= 400;
+  }
+  std::vector<float> means(cloud.view().size(), nan);
+  EXPECT_EQ(GridSearch(cloud.view(), 4, 2, Stop()).mean_distances(means.data()).size(), 0u);
+  EXPECT_TRUE(same_bits(means, mean_neighbour_distances(cloud.flat(), 4)));
+}
+
 // Half a million copies, and a cluster of half a million in one cell: minutes if anything were quadratic.
 TEST(Neighbours, OfAMillionPointsInTwoPlacesTakeNoQuadraticTime) {
   Random random(17);

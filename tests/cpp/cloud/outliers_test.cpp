@@ -62,11 +62,21 @@ TEST(Outliers, OfDegenerateCloudsAreNone) {
   EXPECT_EQ(remove_outliers(copies.view()).removed, 0);
 }
 
+// Without flying pixels the deviation is next to nothing, and one deviation above the mean is on any slope.
+TEST(Outliers, SpareTheFlanksOfACleanScanOnRequest) {
+  const Cloud cloud = make(100, 80, [](int i, int j, float* p) {
+    p[0] = 0.5f * static_cast<float>(i), p[1] = 0.5f * static_cast<float>(j), p[2] = 0.6f * std::max(0.0f, 4 - std::abs(p[0] - 25));
+  });
+  EXPECT_GT(remove_outliers(cloud.view()).removed, 1000);
+  EXPECT_EQ(remove_outliers(cloud.view(), {4, 1.0, 2.0}).removed, 0);
+}
+
 TEST(Outliers, RefuseBadOptions) {
   const Cloud cloud = sheet(5, 5, 1);
-  EXPECT_THROW(remove_outliers(cloud.view(), {0, 1.0}), InputError);
-  EXPECT_THROW(remove_outliers(cloud.view(), {4, -1.0}), InputError);
-  EXPECT_THROW(remove_outliers(cloud.view(), {4, nan}), InputError);
+  EXPECT_THROW(remove_outliers(cloud.view(), {0, 1.0, 0.0}), InputError);
+  EXPECT_THROW(remove_outliers(cloud.view(), {4, -1.0, 0.0}), InputError);
+  EXPECT_THROW(remove_outliers(cloud.view(), {4, nan, 0.0}), InputError);
+  EXPECT_THROW(remove_outliers(cloud.view(), {4, 1.0, -1.0}), InputError);
 }
 
 }  // namespace

@@ -1,0 +1,291 @@
+"""One pocket: from its patch to its verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
+from debulk.grid import Grid
+from debulk.report import LeftOut, PocketNet, PocketReport, SolveReport
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+Floats = NDArray[np.float64]
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A pocket's part of the report, and what was left out for it."""
+
+    report: PocketReport
+    left_out: tuple[LeftOut, ...] = ()
+
+
+@dataclass
+class _Stopwatch:
+    """Milliseconds a step."""
+
+    split_ms: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        began = time.perf_counter()
+        yield
+        self.split_ms[name] = 1e3 * (time.perf_counter() - began)
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """The figures that decide, over all certified starts."""
+
+    best: ridge.PostProcessed
+    rms_mm: Range
+    ridge_mm: Range
+    bridge_mm: Range
+
+
+def evaluate(
+    segmentation: pocket.Segmentation,
+    feet: pocket.Feet,
+    index: int,
+    reference: surface.Reference,
+    ply_outline: Floats | None,
+    fibre_angles_deg: Floats | Grid,
+    recipe: Recipe,
+    stop: _core.Stop,
+) -> Evaluation:
+    """Evaluate pocket number `index` (from 0) of a segmentation: patch, net, minimum, ridges, verdict."""
+    found, foot = segmentation.pockets[index], feet.feet[index]
+    watch = _Stopwatch()
+    seen = PocketReport(  # what is known before the ply is modelled
+        id=found.id,
+        verdict=verdict.Verdict.INVALID,
+        reason="",
+        outline_mm=found.outline_mm,
+        foot_outline_mm=foot.outline_mm,
+        touches_ply_edge=found.touches_ply_edge,
+        area_mm2=found.area_mm2,
+        peak_mm=found.peak_mm,
+        volume_mm3=found.volume_mm3,
+        measured_share=found.measured_share,
+    )
+
+    def given_up(judged: verdict.Judgement) -> Evaluation:
+        return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason))
+
+    if stop.now():
+        return given_up(verdict.judge(certified=False, deadline_passed=True, coverage=found.measured_share))
+    try:
+        with watch.step("net"):
+            laid = _lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe)
+    except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
+        return given_up(verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
+    with watch.step("solve"):
+        ply = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe)
+        solution = solve.minimise(
+            ply,
+            recipe.solve.method,
+            starts=recipe.solve.starts,
+            seed=recipe.solve.seed,
+            tolerance=recipe.solve.tolerance,
+            max_iterations=recipe.solve.max_iterations,
+            stiffness=recipe.solve.stiffness,
+            stop=stop,
+        )
+    with watch.step("ridge"):
+        outcome = _post_process(solution, laid, reference, recipe)
+    judged = _judge(solution, outcome, found, foot, laid, recipe, stop)
+    report = replace(
+        seen,
+        verdict=judged.verdict,
+        reason=judged.reason,
+        spacing_mm=laid.spacing_mm,
+        node_count=len(laid.nodes_mm),
+        rms_mm=outcome.best.rms_mm,
+        rms_range_mm=outcome.rms_mm,
+        ridge_height_mm=outcome.best.ridge_height_mm,
+        ridge_length_mm=outcome.best.ridge_length_mm,
+        bridge_height_mm=outcome.best.bridge_height_mm,
+        excess_length_mm=outcome.best.excess_length_mm,
+        net=PocketNet(
+            nodes_mm=laid.nodes_mm,
+            neighbours=laid.neighbours,
+            kinds=laid.kinds.astype(np.uint8),
+            edges=laid.edges,
+            inside=laid.inside,
+        ),
+        initial_gap_mm=ply.gaps(laid.nodes_mm),
+        debulked_mm=solution.nodes_mm,
+        debulked_gap_mm=ply.gaps(solution.nodes_mm),
+        post_processed_gap_mm=outcome.best.gap_mm,
+        energy_mj=solution.energy_mj,
+        energy_terms_mj=ply.terms(solution.nodes_mm),
+        solve=_solve_report(solution, recipe),
+        runtime_ms=sum(watch.split_ms.values()),
+        runtime_split_ms=watch.split_ms,
+    )
+    return Evaluation(report, _left_out(ply, solution, recipe))
+
+
+def criteria(recipe: Recipe) -> verdict.Criteria:
+    """Take the limits from the recipe."""
+    limits = recipe.verdict
+    return verdict.Criteria(
+        max_rms_mm=limits.max_rms_mm,
+        max_ridge_height_mm=limits.max_ridge_mm,
+        min_coverage=limits.min_coverage,
+        min_pocket_coverage=limits.min_pocket_coverage,
+        tie_margin_mm=limits.tie_margin_mm,
+        compliance_margin_mm=limits.compliance_margin_mm,
+    )
+
+
+def _lay_net(
+    segmentation: pocket.Segmentation,
+    feet: pocket.Feet,
+    index: int,
+    reference: surface.Reference,
+    ply_outline: Floats | None,
+    fibre_angles_deg: Floats | Grid,
+    recipe: Recipe,
+) -> net.Net:
+    found, foot = segmentation.pockets[index], feet.feet[index]
+    # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
+    spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(foot.area_mm2 / recipe.net.node_target))
+    patch = pocket.patch(segmentation, feet, found.id, reference, mode=recipe.patch.mode, margin_mm=spacing + 10.0)
+    return net.fibre_net(
+        surface.Reference(patch.surface.values, patch.surface.origin_mm, patch.surface.spacing_mm),
+        reference,
+        found.centroid_mm,
+        _angles_at(fibre_angles_deg, found.centroid_mm),
+        spacing_mm=recipe.net.spacing_mm,
+        outline_mm=patch.outline_mm,
+        ply_outline=ply_outline,
+        edge_tol_mm=recipe.segmentation.edge_tol_mm,
+        mold_tol_mm=1.25
+        * feet.mold_tol_mm,  # the foot lies at the tolerance: what the spline makes of it may be a little above
+        paths="vertical_plane"
+        if recipe.patch.mode == "paper"
+        else recipe.net.paths,  # geodesics stray on the glued step
+        rms_outline_mm=found.outline_mm,
+        node_target=recipe.net.node_target,
+    )
+
+
+def _angles_at(angles: Floats | Grid, xy: Floats) -> Floats:
+    if not isinstance(angles, Grid):
+        return angles
+    i, j = np.rint((xy - angles.origin_mm) / angles.spacing_mm).astype(int)
+    ny, nx = angles.values.shape[:2]
+    return np.asarray(angles.values[np.clip(j, 0, ny - 1), np.clip(i, 0, nx - 1)], dtype=np.float64)
+
+
+def _post_process(solution: solve.Solution, laid: net.Net, reference: surface.Reference, recipe: Recipe) -> _Outcome:
+    """Ridges of the best solution, and the ranges over every certified one."""
+
+    def processed(nodes_mm: Floats) -> ridge.PostProcessed:
+        return ridge.post_process(
+            nodes_mm,
+            laid.neighbours,
+            laid.inside,
+            reference,
+            thickness_mm=recipe.material.thickness_mm,
+            bulk_factor=recipe.material.bulk_factor,
+            touch_mm=recipe.ridge.touch_mm,
+        )
+
+    best = processed(solution.nodes_mm)
+    every = [best] + [
+        processed(m.nodes_mm)
+        for m in solution.minima
+        if m.certified and not np.array_equal(m.nodes_mm, solution.nodes_mm)
+    ]
+
+    def over_all(values: list[float]) -> Range:
+        return min(values), max(values)
+
+    return _Outcome(
+        best,
+        over_all([p.rms_mm for p in every]),
+        over_all([p.ridge_height_mm for p in every]),
+        over_all([p.bridge_height_mm for p in every]),
+    )
+
+
+def _judge(
+    solution: solve.Solution,
+    outcome: _Outcome,
+    found: pocket.Pocket,
+    foot: pocket.Foot,
+    laid: net.Net,
+    recipe: Recipe,
+    stop: _core.Stop,
+) -> verdict.Judgement:
+    refused = solution.explanation if solution.status == "too_few_movable_nodes" else ""
+    return verdict.judge(
+        certified=solution.certified,
+        rms_mm=outcome.best.rms_mm,
+        ridge_height_mm=outcome.best.ridge_height_mm,
+        bridge_height_mm=outcome.best.bridge_height_mm,
+        rms_range_mm=outcome.rms_mm,
+        ridge_range_mm=outcome.ridge_mm,
+        bridge_range_mm=outcome.bridge_mm,
+        compliant=solution.certificate.compliant,
+        solve_status=solution.certificate.failure or solution.explanation,
+        deadline_passed=stop.past_deadline and not solution.certified,
+        coverage=found.measured_share,
+        closed_rim=(foot.closed or found.touches_ply_edge) and len(laid.open_ends) == 0,
+        refused=refused,
+        criteria=criteria(recipe),
+    )
+
+
+def _solve_report(solution: solve.Solution, recipe: Recipe) -> SolveReport:
+    certificate = solution.certificate
+    return SolveReport(
+        method=recipe.solve.method,
+        status=solution.status,
+        certified=solution.certified,
+        iterations=solution.iterations,
+        evaluations=solution.evaluations,
+        length_error=certificate.length_error,
+        penetration_mm=certificate.penetration_mm,
+        kkt_error=certificate.kkt_error,
+        curvature=certificate.curvature,
+        energy_gain_mj=certificate.energy_gain_mj,
+        compliant=certificate.compliant,
+        starts=len(solution.minima),
+        doubt=certificate.failure,
+    )
+
+
+_LEFT_OUT = {
+    "friction": LeftOut(
+        what="friction of pockets inside the ply",
+        why="their nets have no free edge",
+        bound="none: friction acts on free boundary nodes only",
+    ),
+    "gravity": LeftOut(what="gravity", why="the recipe's density or gravity is zero", bound="below 1e-4 of the vacuum"),
+}
+
+
+def _left_out(ply: sheet.Sheet, solution: solve.Solution, recipe: Recipe) -> tuple[LeftOut, ...]:
+    entries = [_LEFT_OUT[name] for name in ply.left_out if name in _LEFT_OUT]
+    if len(solution.minima) < recipe.solve.starts:
+        entries.append(
+            LeftOut(
+                what="some seeded starts",
+                why="the deadline passed",
+                bound="the ranges of RMS and ridge height come from fewer minima than the recipe asks for",
+            )
+        )
+    return tuple(entries)

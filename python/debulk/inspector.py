@@ -1,0 +1,404 @@
+"""The inspection: from a scan to a verdict, step by step."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core, cloud, pocket, surface
+from debulk.evaluation import Evaluation, criteria, evaluate
+from debulk.grid import Grid
+from debulk.inspector_inputs import angles, camera_parameters, image_mask, outline, pose
+from debulk.report import LeftOut, Report
+from debulk.verdict import Judgement, Verdict, judge_layup
+
+if TYPE_CHECKING:
+    from debulk.comparison import Comparison
+    from debulk.recipe import Recipe
+
+__all__ = ["Cancelled", "Inspector", "inspect"]
+
+InputError = _core.InputError
+Progress = Callable[[str, float], None]
+log = logging.getLogger("debulk")
+log.addHandler(logging.NullHandler())
+
+
+class Cancelled(RuntimeError):
+    """The inspection was cancelled from another thread; there is no report."""
+
+
+class Inspector:
+    """Inspects scans of one ply against the reference below it. Prepared once, then used cycle after cycle.
+
+    Parameters
+    ----------
+    recipe
+        All settings. None: ``Recipe()``.
+    reference
+        (H, W, 3) organised or (N, 3) cloud of the surface below the ply, mm, NaN = nothing seen; of a layup of several
+        plies, the scan after the ply before.
+    ply_outline
+        (M, 2) outline of the ply, mold XY, mm, closed from last to first. None: unknown; then no edge of a pocket is
+        free, and the report says so.
+    fibre_angles_deg
+        The two fibre directions, degrees counter-clockwise from mold +x, projected along z: two numbers, or a
+        `debulk.Grid` with values (ny, nx, 2).
+    mold_from_scanner
+        (4, 4) rigid motion from the scanner's frame, in which scan and reference are, to the mold's: x_mold = T x.
+        None: they are in the mold's frame already.
+    camera
+        (f, cx, cy) in pixels. Not needed: scan and reference are compared at equal x and y, where the sideways shift
+        of raised points in the image plays no part. Checked and kept for the report.
+    mask
+        (H, W) bool, True where the image shows a clamp or a tool: these points of an organised scan are not used.
+
+    Raises
+    ------
+    InputError
+        Names what was wrong, what was expected and what came.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    >>> report = inspector.inspect(layup.scan)
+    >>> report.verdict
+    <Verdict.CREASE: 'crease'>
+    """
+
+    def __init__(
+        self,
+        recipe: Recipe | None,
+        reference: ArrayLike,
+        ply_outline: ArrayLike | None = None,
+        fibre_angles_deg: ArrayLike | Grid = (0.0, 90.0),
+        mold_from_scanner: ArrayLike | None = None,
+        camera: tuple[float, float, float] | None = None,
+        mask: ArrayLike | None = None,
+    ) -> None:
+        if recipe is None:
+            from debulk.recipe import Recipe
+
+            recipe = Recipe()
+        self.recipe = recipe
+        self.ply_outline = outline(ply_outline)
+        self.fibre_angles_deg = angles(fibre_angles_deg)
+        self.mold_from_scanner = pose(mold_from_scanner)
+        self.camera = camera_parameters(camera)
+        self.mask = image_mask(mask)
+        self._lock = threading.Lock()
+        self._running: set[_core.Stop] = set()
+
+        points = self._clean(self._in_mold_frame(reference, "reference"), _core.Stop())
+        pitch = cloud.median_pitch(points, threads=recipe.run.threads)
+        self.grid_spacing_mm = recipe.clean.grid_spacing_mm or max(pitch, 0.5)
+        heights = surface.grid_heights(points, spacing_mm=self.grid_spacing_mm, threads=recipe.run.threads)
+        self._reference_seen = heights
+        self.reference = surface.fit_reference(heights, threads=recipe.run.threads)
+
+    def inspect(self, scan: ArrayLike, deadline_s: float | None = None, progress: Progress | None = None) -> Report:
+        """Inspect one scan.
+
+        Parameters
+        ----------
+        scan
+            (H, W, 3) organised or (N, 3) cloud, float32 or float64, mm, in the reference's frame, NaN = nothing seen.
+        deadline_s
+            Seconds from now. Pockets that are not evaluated by then are UNDECIDED; the search for outliers and the
+            solver end early, the other stages (a few tenths of a second at 20 million points) do not.
+        progress
+            Called with the name of the stage and the share of the work that is done, from the calling thread.
+
+        Returns
+        -------
+        Report
+            With the verdict, each pocket, timings, and what was left out.
+
+        Raises
+        ------
+        InputError
+            Names what was wrong with the scan.
+        Cancelled
+            After `cancel`.
+        """
+        cycle = _Cycle(deadline_s, progress)
+        try:
+            with self._cancellable(cycle.stop):
+                return self._inspect(scan, cycle)
+        except _core.Stopped:
+            if cycle.stop.cancelled:
+                raise Cancelled("the inspection was cancelled") from None
+            return self._too_late(cycle)
+
+    def _inspect(self, scan: ArrayLike, cycle: _Cycle) -> Report:
+        """Walk through the steps."""
+        with cycle.stage("clean", 0.0):
+            points = self._clean(self._in_mold_frame(scan, "scan"), cycle.stop)
+        with cycle.stage("height map", 0.2):
+            height_map = self._height_map(points)
+        with cycle.stage("pockets", 0.35):
+            segmentation, feet = self._segment(height_map)
+        with cycle.stage("debulk", 0.45):
+            evaluations = self._evaluate(segmentation, feet, cycle)
+        with cycle.stage("report", 1.0):
+            return self._report(height_map, segmentation, evaluations, cycle)
+
+    def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
+        """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
+
+        Parameters
+        ----------
+        report
+            Of the inspection before debulking.
+        debulked_scan
+            As the scan of `inspect`.
+
+        Raises
+        ------
+        InputError
+            Names what was wrong.
+        Cancelled
+            After `cancel`.
+        """
+        from debulk.comparison import compared
+
+        stop = _core.Stop()
+        try:
+            with self._cancellable(stop):
+                points = self._clean(self._in_mold_frame(debulked_scan, "debulked_scan"), stop)
+                heights = self._heights(points, 0.0)  # what was not seen is not measured
+        except _core.Stopped:
+            raise Cancelled("the comparison was cancelled") from None
+        return compared(report, heights, self.recipe)
+
+    def cancel(self) -> None:
+        """Stop the inspections that run, from any thread: they raise `Cancelled`, within an iteration of the solver."""
+        with self._lock:
+            for stop in self._running:
+                stop.cancel()
+
+    @contextmanager
+    def _cancellable(self, stop: _core.Stop) -> Iterator[None]:
+        with self._lock:
+            self._running.add(stop)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._running.discard(stop)
+
+    def _in_mold_frame(self, points: ArrayLike, name: str) -> NDArray[np.float32]:
+        checked = cloud.checked(points, name)
+        if self.mask is not None:
+            if checked.shape[:2] != self.mask.shape:
+                raise InputError(
+                    f"mask: expected the shape of the {name}'s image, {checked.shape[:2]}, but got {self.mask.shape}"
+                )
+            checked = np.where(self.mask[..., None], np.float32(np.nan), checked)
+        if self.mold_from_scanner is None:
+            return checked
+        return cloud.transform(checked, self.mold_from_scanner, threads=self.recipe.run.threads)
+
+    def _clean(self, points: NDArray[np.float32], stop: _core.Stop) -> NDArray[np.float32]:
+        clean = self.recipe.clean
+        keep = cloud.remove_outliers(
+            points,
+            clean.neighbours,
+            clean.std_ratio,
+            least_ratio=clean.least_ratio,
+            threads=self.recipe.run.threads,
+            stop=stop,
+        )
+        return np.where(keep[..., None], points, np.float32(np.nan))
+
+    def _height_map(self, points: NDArray[np.float32]) -> surface.HeightMap:
+        cells, threads = self.recipe.clean.median_cells, self.recipe.run.threads
+        heights = self._heights(points, self.recipe.clean.max_hole_mm)
+        return heights if cells == 1 else surface.median(heights, cells, threads=threads)
+
+    def _heights(self, points: NDArray[np.float32], max_hole_mm: float) -> surface.HeightMap:
+        return surface.height_map(
+            points,
+            self.reference,
+            self.grid_spacing_mm,
+            hole_diameter_mm=max_hole_mm,
+            threads=self.recipe.run.threads,
+        )
+
+    def _segment(self, height_map: surface.HeightMap) -> tuple[pocket.Segmentation, pocket.Feet]:
+        wanted, patch = self.recipe.segmentation, self.recipe.patch
+        segmentation = pocket.segment(
+            height_map, wanted.cut_height_mm, wanted.area_tol_mm2, wanted.peak_tol_mm, self.ply_outline
+        )
+        feet = pocket.feet(
+            segmentation,
+            thickness_mm=self.recipe.material.thickness_mm,
+            mold_tol_mm=patch.mold_tol_mm,
+            smooth_mm=patch.smooth_mm,
+        )
+        return segmentation, feet
+
+    def _evaluate(self, segmentation: pocket.Segmentation, feet: pocket.Feet, cycle: _Cycle) -> list[Evaluation]:
+        def one(index: int) -> Evaluation:
+            return evaluate(
+                segmentation,
+                feet,
+                index,
+                self.reference,
+                self.ply_outline,
+                self.fibre_angles_deg,
+                self.recipe,
+                cycle.stop,
+            )
+
+        count = len(segmentation.pockets)
+        threads = self.recipe.run.threads or _core.default_threads()
+        evaluations = []
+        with ThreadPoolExecutor(max(1, min(threads, count)), "debulk") as pool:  # the core's calls release the GIL
+            for done, evaluation in enumerate(pool.map(one, range(count)), start=1):
+                evaluations.append(evaluation)
+                cycle.report("debulk", 0.45 + 0.55 * done / count)
+        if cycle.stop.cancelled:
+            raise Cancelled("the inspection was cancelled")
+        return evaluations
+
+    def _report(
+        self,
+        height_map: surface.HeightMap,
+        segmentation: pocket.Segmentation,
+        evaluations: list[Evaluation],
+        cycle: _Cycle,
+    ) -> Report:
+        coverage = self._coverage(segmentation)
+        pockets = tuple(evaluation.report for evaluation in evaluations)
+        judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria(self.recipe))
+        left_out = self._left_out(segmentation) + tuple(entry for e in evaluations for entry in e.left_out)
+        log.info("%s: %s", judged.verdict.value, judged.reason)
+        return Report(
+            verdict=judged.verdict,
+            reason=judged.reason,
+            pockets=pockets,
+            timings_ms=cycle.timings_ms(),
+            left_out=_merged(left_out),
+            coverage=coverage,
+            height_map=Grid(height_map.values, height_map.origin_mm, height_map.spacing_mm),
+            ply_outline_mm=self.ply_outline,
+            recipe=self.recipe.model_dump(),
+        )
+
+    def _too_late(self, cycle: _Cycle) -> Report:
+        return Report(
+            verdict=Verdict.UNDECIDED,
+            reason=f"the deadline passed during the stage {cycle.current}, before any pocket was known",
+            pockets=(),
+            timings_ms=cycle.timings_ms(),
+            ply_outline_mm=self.ply_outline,
+            recipe=self.recipe.model_dump(),
+        )
+
+    def _coverage(self, segmentation: pocket.Segmentation) -> float:
+        """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
+        heights = segmentation.heights  # unknown off the ply
+        known = np.count_nonzero(np.isfinite(heights.values)) * heights.spacing_mm**2
+        expected: float
+        if self.ply_outline is None:
+            expected = np.count_nonzero(np.isfinite(self._reference_seen.values)) * self.grid_spacing_mm**2
+        else:
+            expected = abs(pocket.polygon_area(self.ply_outline))
+        return float(min(1.0, known / expected))
+
+    def _left_out(self, segmentation: pocket.Segmentation) -> tuple[LeftOut, ...]:
+        wanted = self.recipe.segmentation
+        entries = [
+            LeftOut(
+                what=f"bump of {d.area_mm2 / 100:.2f} cm² at ({d.centroid_mm[0]:.0f}, {d.centroid_mm[1]:.0f}) mm",
+                why=f"no pocket: below the tolerance of {d.reason.replace('_', ' ')}",
+                bound=f"stands {d.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² at the "
+                f"cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
+            )
+            for d in segmentation.dropped
+        ]
+        if self.ply_outline is None:
+            entries.append(
+                LeftOut(
+                    what="free edges and friction",
+                    why="the ply's outline is not known",
+                    bound="a pocket at the ply's edge is judged as if held there: ridges come out higher, not lower",
+                )
+            )
+        return tuple(entries)
+
+
+def inspect(
+    scan: ArrayLike,
+    reference: ArrayLike,
+    recipe: Recipe | None = None,
+    ply_outline: ArrayLike | None = None,
+    fibre_angles_deg: ArrayLike | Grid = (0.0, 90.0),
+    mold_from_scanner: ArrayLike | None = None,
+    camera: tuple[float, float, float] | None = None,
+    mask: ArrayLike | None = None,
+    deadline_s: float | None = None,
+    progress: Progress | None = None,
+) -> Report:
+    """Inspect one scan against a reference, in one call. See `Inspector` for what goes in.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> report = inspect(layup.scan, layup.reference, None, layup.ply_outline, (0, 90), layup.mold_from_scanner)
+    >>> report.passed
+    False
+    """
+    inspector = Inspector(recipe, reference, ply_outline, fibre_angles_deg, mold_from_scanner, camera, mask)
+    return inspector.inspect(scan, deadline_s, progress)
+
+
+class _Cycle:
+    """One inspection's clock: when to stop, how long each stage took, whom to tell."""
+
+    def __init__(self, deadline_s: float | None, progress: Progress | None) -> None:
+        self.stop = _core.Stop()
+        if deadline_s is not None:
+            if not deadline_s > 0:
+                raise InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
+            self.stop.set_deadline(deadline_s)
+        self.current = ""
+        self._progress = progress
+        self._stages: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str, done: float) -> Iterator[None]:
+        if self.stop.cancelled:
+            raise Cancelled("the inspection was cancelled")
+        self.current = name
+        self.report(name, done)
+        began = time.perf_counter()
+        yield
+        self._stages[name] = 1e3 * (time.perf_counter() - began)
+
+    def report(self, name: str, done: float) -> None:
+        if self._progress is not None:
+            self._progress(name, done)
+
+    def timings_ms(self) -> dict[str, float]:
+        return dict(self._stages)
+
+
+def _merged(entries: tuple[LeftOut, ...]) -> tuple[LeftOut, ...]:
+    """Entries that say the same of several pockets, once."""
+    seen: dict[tuple[str, str, str], LeftOut] = {}
+    for entry in entries:
+        seen.setdefault((entry.what, entry.why, entry.bound), entry)
+    return tuple(seen.values())

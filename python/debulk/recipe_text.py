@@ -1,0 +1,29 @@
+"""A recipe as commented TOML, generated from the model's own descriptions."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+_COMMENT_COLUMN = 34
+
+
+def toml(recipe: Recipe) -> str:
+    """Return the recipe as TOML, a comment behind every setting."""
+    lines = ["# Recipe of debulk. What is left out keeps the value shown by `debulk recipe`."]
+    for section_name in type(recipe).model_fields:
+        section = getattr(recipe, section_name)
+        lines += ["", f"# {(type(section).__doc__ or '').strip()}", f"[{section_name}]"]
+        for name, field in type(section).model_fields.items():
+            value = getattr(section, name)
+            setting = f"# {name} = ..." if value is None else f"{name} = {_literal(value)}"
+            lines.append(f"{setting:<{_COMMENT_COLUMN}}# {field.description}".rstrip())
+    return "\n".join(lines) + "\n"
+
+
+def _literal(value: Any) -> str:
+    # repr gives the shortest text that reads back to the same double; JSON's strings are TOML's.
+    return json.dumps(value) if isinstance(value, str) else repr(value)
