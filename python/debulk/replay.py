@@ -108,7 +108,7 @@ def _read(path: str | Path) -> dict[str, Any]:
 
 def _sheet(data: dict[str, Any]) -> Sheet:
     grid, ply = data["reference"], SimpleNamespace(**data["ply"])
-    recipe: Recipe = SimpleNamespace(material=ply, load=ply)  # type: ignore[assignment]
+    recipe: Recipe = SimpleNamespace(material=ply, loads=ply)  # type: ignore[assignment]
     return Sheet(
         data["nodes_mm"],
         data["neighbours"],
