@@ -72,6 +72,10 @@ wheel: $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
 trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (as root)
 	cmake/test_wheel.sh $(python) dist/*.whl build/clean_root
 
+.PHONY: study
+study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
+	$(python) -m debulk.study
+
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
 	@echo 'debulk: everything is set up'
@@ -103,6 +107,12 @@ $(stamps)/tools: $(stamps)/venv
 $(stamps)/wheeltools: $(stamps)/venv
 	@$(call required,wheel) > $(stamps)/wheel.txt
 	@$(pip) -r $(stamps)/wheel.txt
+	@touch $@
+
+# What draws the study's pictures.
+$(stamps)/bench: $(stamps)/venv
+	@$(call required,bench) > $(stamps)/bench.txt
+	@$(pip) -r $(stamps)/bench.txt
 	@touch $@
 
 # The package as users get it.

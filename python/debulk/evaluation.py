@@ -86,7 +86,7 @@ def evaluate(
         return given_up(verdict.judge(certified=False, deadline_passed=True, coverage=found.measured_share))
     try:
         with watch.step("net"):
-            laid = _lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe)
+            laid = lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe)
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
         return given_up(verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
     with watch.step("solve"):
@@ -149,7 +149,7 @@ def criteria(recipe: Recipe) -> verdict.Criteria:
     )
 
 
-def _lay_net(
+def lay_net(
     segmentation: pocket.Segmentation,
     feet: pocket.Feet,
     index: int,
@@ -158,6 +158,7 @@ def _lay_net(
     fibre_angles_deg: Floats | Grid,
     recipe: Recipe,
 ) -> net.Net:
+    """Lay the net of pocket number `index` (from 0) on its patch."""
     found, foot = segmentation.pockets[index], feet.feet[index]
     # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
     spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(foot.area_mm2 / recipe.net.node_target))
