@@ -21,6 +21,7 @@ PYBIND11_MODULE(_core, m) {
       .def_property_readonly("past_deadline", &debulk::Stop::past_deadline)
       .def("now", &debulk::Stop::now);
 
+  debulk::bind_build(m);
   debulk::bind_cloud(m);
   debulk::bind_surface(m);
   debulk::bind_pocket(m);

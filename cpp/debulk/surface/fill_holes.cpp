@@ -26,26 +26,44 @@ struct Hole {
 // The four over edges come first.
 constexpr Cell around[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
 
-// The missing regions that are to be filled.
-std::vector<Hole> find_holes(const Grid<float>& heights, double diameter) {
+constexpr std::uint8_t missing = 0, there = 1, visited = 2;
+
+// Marks what is there, and finds where missing values begin along each row.
+std::vector<std::vector<int>> mark(const Grid<float>& heights, Grid<std::uint8_t>& marks, int threads) {
+  std::vector<std::vector<int>> starts(static_cast<std::size_t>(heights.ny));
+  parallel_for(heights.ny, 32, threads, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j) {
+      const float* row = &heights.values[heights.index(0, j)];
+      std::uint8_t* to = &marks.values[marks.index(0, j)];
+      int known = 0;
+      for (int i = 0; i < heights.nx; ++i) known += to[i] = row[i] == row[i];
+      if (known == heights.nx) continue;
+      for (int i = 0; i < heights.nx; ++i)
+        if (to[i] == missing && (i == 0 || to[i - 1] != missing)) starts[static_cast<std::size_t>(j)].push_back(i);
+    }
+  });
+  return starts;
+}
+
+// The missing regions that are to be filled. Every region begins at the start of a run.
+std::vector<Hole> find_holes(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& marks, int threads) {
   std::vector<Hole> holes;
-  Grid<std::uint8_t> visited = heights.like<std::uint8_t>(0);
+  const std::vector<std::vector<int>> starts = mark(heights, marks, threads);
   std::vector<Cell> region;
   for (int j = 0; j < heights.ny; ++j)
-    for (int i = 0; i < heights.nx; ++i) {
-      if (visited.at(i, j) || !std::isnan(heights.at(i, j))) continue;
+    for (const int i : starts[static_cast<std::size_t>(j)]) {
+      if (marks.at(i, j) == visited) continue;
       Hole hole{{}, i, i, j, j};
       region.assign(1, {i, j});
-      visited.at(i, j) = 1;
+      marks.at(i, j) = visited;
       for (std::size_t next = 0; next < region.size(); ++next) {
         const Cell at = region[next];
         hole.left = std::min(hole.left, at.i), hole.right = std::max(hole.right, at.i);
         hole.low = std::min(hole.low, at.j), hole.high = std::max(hole.high, at.j);
         for (const Cell& step : around) {
           const Cell beside{at.i + step.i, at.j + step.j};
-          if (!heights.contains(beside.i, beside.j) || visited.at(beside.i, beside.j) || !std::isnan(heights.at(beside.i, beside.j)))
-            continue;
-          visited.at(beside.i, beside.j) = 1;
+          if (!heights.contains(beside.i, beside.j) || marks.at(beside.i, beside.j) != missing) continue;
+          marks.at(beside.i, beside.j) = visited;
           region.push_back(beside);
         }
       }
@@ -164,17 +182,25 @@ void FillOptions::check() const {
   require(std::isfinite(diameter) && diameter >= 0, "hole_diameter_mm", "a length in mm, or 0 to fill nothing", diameter);
 }
 
-Grid<std::uint8_t> fill_holes(Grid<float>& heights, const FillOptions& options, int threads) {
+void fill_holes(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads) {
   options.check();
-  Grid<std::uint8_t> measured = heights.like<std::uint8_t>(0);
-  for (std::size_t k = 0; k < heights.size(); ++k) measured.values[k] = !std::isnan(heights.values[k]);
-  const std::vector<Hole> holes = find_holes(heights, options.diameter);
+  measured.nx = heights.nx, measured.ny = heights.ny, measured.origin = heights.origin, measured.spacing = heights.spacing;
+  measured.values.resize(heights.size());
+  const std::vector<Hole> holes = find_holes(heights, options.diameter, measured, threads);
   std::vector<std::vector<float>> fillings(holes.size());
   parallel_for(static_cast<long>(holes.size()), 16, threads, [&](long begin, long end) {
     for (auto h = static_cast<std::size_t>(begin); h < static_cast<std::size_t>(end); ++h) fillings[h] = Patch(heights, holes[h]).fill();
   });
   for (std::size_t h = 0; h < holes.size(); ++h)  // only now: every ring is of measured values
     for (std::size_t k = 0; k < holes[h].cells.size(); ++k) heights.at(holes[h].cells[k].i, holes[h].cells[k].j) = fillings[h][k];
+  parallel_for(static_cast<long>(measured.size()), 1 << 18, threads, [&](long begin, long end) {
+    for (long k = begin; k < end; ++k) measured.values[static_cast<std::size_t>(k)] &= there;
+  });
+}
+
+Grid<std::uint8_t> fill_holes(Grid<float>& heights, const FillOptions& options, int threads) {
+  Grid<std::uint8_t> measured;
+  fill_holes(heights, options, measured, threads);
   return measured;
 }
 

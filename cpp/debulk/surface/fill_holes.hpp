@@ -20,5 +20,7 @@ struct FillOptions {
 // leaves at the rim, which is continuous there and never higher or lower than at the rim. The ring is three
 // quarters as wide as the hole is deep, at least three cells.
 Grid<std::uint8_t> fill_holes(Grid<float>& heights, const FillOptions& options = {}, int threads = 0);
+// The same; `measured` is overwritten, its memory kept.
+void fill_holes(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads);
 
 }  // namespace debulk

@@ -3,32 +3,86 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <vector>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/core/wide.hpp"
 
 namespace debulk {
+namespace {
+
+namespace base {
+#include "debulk/surface/median_kernel.hpp"
+}  // namespace base
+
+#if defined(__x86_64__)
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v3")
+namespace v3 {
+#include "debulk/surface/median_kernel.hpp"
+}  // namespace v3
+#pragma GCC pop_options
+
+#define DEBULK_ISA_V4
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v4")
+namespace v4 {
+#include "debulk/surface/median_kernel.hpp"
+}  // namespace v4
+#pragma GCC pop_options
+#undef DEBULK_ISA_V4
+#endif
+
+int whole_windows(const float* above, const float* row, const float* below, int nx, float* out, int* incomplete, int& count) {
+#if defined(__x86_64__)
+  if (best_isa() == Isa::v4) return v4::run(above, row, below, nx, out, incomplete, count);
+  if (best_isa() == Isa::v3) return v3::run(above, row, below, nx, out, incomplete, count);
+#endif
+  return base::run(above, row, below, nx, out, incomplete, count);
+}
+
+// Of the values that are there.
+float window_median(const Grid<float>& grid, int i, int j, int reach) {
+  if (std::isnan(grid.at(i, j))) return std::numeric_limits<float>::quiet_NaN();
+  std::array<float, 25> window{};
+  auto last = window.begin();
+  for (int y = std::max(0, j - reach); y <= std::min(grid.ny - 1, j + reach); ++y)
+    for (int x = std::max(0, i - reach); x <= std::min(grid.nx - 1, i + reach); ++x)
+      if (!std::isnan(grid.at(x, y))) *last++ = grid.at(x, y);
+  const auto middle = window.begin() + (last - window.begin()) / 2;
+  std::nth_element(window.begin(), middle, last);
+  return (last - window.begin()) % 2 == 0 ? (*middle + *std::max_element(window.begin(), middle)) / 2 : *middle;
+}
+
+}  // namespace
+
+void median(const Grid<float>& grid, int size, Grid<float>& out, int threads) {
+  require(size == 3 || size == 5, "size", "3 or 5", size);
+  out.nx = grid.nx, out.ny = grid.ny, out.origin = grid.origin, out.spacing = grid.spacing;
+  out.values.resize(grid.size());
+  const int reach = size / 2;
+  parallel_for(grid.ny, 32, threads, [&](long begin, long end) {
+    std::vector<int> incomplete(static_cast<std::size_t>(grid.nx));
+    for (int j = static_cast<int>(begin); j < end; ++j) {
+      int done = 1, count = 0;
+      if (size == 3 && j > 0 && j + 1 < grid.ny)
+        done = whole_windows(&grid.at(0, j - 1), &grid.at(0, j), &grid.at(0, j + 1), grid.nx, &out.at(0, j), incomplete.data(), count);
+      for (int k = 0; k < count; ++k) {
+        const int i = incomplete[static_cast<std::size_t>(k)];
+        out.at(i, j) = window_median(grid, i, j, reach);
+      }
+      if (grid.nx > 0) out.at(0, j) = window_median(grid, 0, j, reach);
+      for (int i = done; i < grid.nx; ++i) out.at(i, j) = window_median(grid, i, j, reach);
+    }
+  });
+}
 
 Grid<float> median(const Grid<float>& grid, int size, int threads) {
-  require(size == 3 || size == 5, "size", "3 or 5", size);
-  Grid<float> out = grid.like<float>(std::numeric_limits<float>::quiet_NaN());
-  const int reach = size / 2;
-  parallel_for(grid.ny, 16, threads, [&](long begin, long end) {
-    std::array<float, 25> window;
-    for (int j = static_cast<int>(begin); j < end; ++j)
-      for (int i = 0; i < grid.nx; ++i) {
-        if (std::isnan(grid.at(i, j))) continue;
-        auto last = window.begin();
-        for (int y = std::max(0, j - reach); y <= std::min(grid.ny - 1, j + reach); ++y)
-          for (int x = std::max(0, i - reach); x <= std::min(grid.nx - 1, i + reach); ++x)
-            if (!std::isnan(grid.at(x, y))) *last++ = grid.at(x, y);
-        const auto middle = window.begin() + (last - window.begin()) / 2;
-        std::nth_element(window.begin(), middle, last);
-        out.at(i, j) = *middle;
-        if ((last - window.begin()) % 2 == 0) out.at(i, j) = (*middle + *std::max_element(window.begin(), middle)) / 2;
-      }
-  });
+  Grid<float> out;
+  median(grid, size, out, threads);
   return out;
 }
 

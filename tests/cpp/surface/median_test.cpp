@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "debulk/core/error.hpp"
 #include "scene.hpp"
@@ -15,9 +16,10 @@ using namespace testing;
 
 TEST(Median, AgreesWithSortingTheWindow) {
   Noise noise(1);
-  Grid<float> grid(17, 13, {0, 0}, 1.0);
-  for (float& v : grid.values) v = noise.uniform() < 0.3 ? nanf : static_cast<float>(noise.normal());
-  for (const int size : {3, 5}) {
+  for (const auto& [nx, size, missing] :
+       {std::tuple{17, 3, 0.3}, std::tuple{17, 5, 0.3}, std::tuple{131, 3, 0.01}, std::tuple{2, 3, 0.1}}) {
+    Grid<float> grid(nx, 13, {0, 0}, 1.0);
+    for (float& v : grid.values) v = noise.uniform() < missing ? nanf : static_cast<float>(noise.normal());
     const Grid<float> out = median(grid, size, 2);
     for (int j = 0; j < grid.ny; ++j)
       for (int i = 0; i < grid.nx; ++i) {
@@ -33,7 +35,7 @@ TEST(Median, AgreesWithSortingTheWindow) {
         EXPECT_EQ(out.at(i, j), (window[(window.size() - 1) / 2] + window[window.size() / 2]) / 2);
       }
   }
-  EXPECT_THROW(median(grid, 4), InputError);
+  EXPECT_THROW(median(Grid<float>(5, 5, {0, 0}, 1.0), 4), InputError);
 }
 
 }  // namespace

@@ -1,0 +1,87 @@
+#include "debulk/cloud/pinhole_outliers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "debulk/core/parallel.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr double band = 0.05;         // points so near to the guessed threshold, relative, wait for the final one
+constexpr double rounding_px = 1e-3;  // float coordinates against exact rays
+constexpr double most_open = 0.10;    // more than that is no sheet
+constexpr long fewest = 1000;         // points
+
+}  // namespace
+
+// False: not such a cloud.
+bool PinholeOutliers::pass(WindowPass& window, int threads) {
+  for (;;) {
+    window.tolerance = tolerance + rounding_px;
+    parallel_for(static_cast<long>(bands_.size()), 1, threads,
+                 [&](long begin, long) { window_pass(window, static_cast<int>(begin), bands_[static_cast<std::size_t>(begin)]); });
+    long strays = 0, open = 0;
+    summary_ = Outliers();
+    for (const WindowBand& b : bands_) {
+      strays += b.strays;
+      open += static_cast<long>(b.open.size());
+      summary_.seen += b.seen;
+    }
+    if (strays == 0) return summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen);
+    if (tolerance >= pinhole_tolerance) return false;
+    tolerance = pinhole_tolerance;
+  }
+}
+
+bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads) {
+  options.check();
+  camera.check();
+  if (!cloud.organised() || options.neighbours != 4 || cloud.size() >= (std::size_t{1} << 31)) return false;
+  const std::size_t size = cloud.size();
+  states_.resize(size);
+  if (base) heights_.resize(size);
+  if (tiles_.nx * tile_width < cloud.width || tiles_.ny * tile_height < cloud.height || tiles_.pitch == 0)
+    tiles_.resize(cloud.width, cloud.height);
+  tiles_.resize(cloud.width, cloud.height);
+  bands_.resize(static_cast<std::size_t>((cloud.height + band_rows - 1) / band_rows));
+
+  WindowPass window{cloud, camera, 0, 0, 0, base, states_.data(), heights_.data(), &tiles_, isa};
+  for (int round = 0;; ++round) {
+    window.low = guess * (1 - band), window.high = guess * (1 + band);
+    if (!pass(window, threads)) return false;
+    if (round == 0) {
+      search_.prepare(window, bands_);
+      search_.run(distances_, threads);
+    }
+    double sum = 0, squares = 0;
+    long count = 0;
+    for (const WindowBand& b : bands_) sum += b.sum, squares += b.squares, count += b.certain;
+    for (const float d : distances_) {
+      if (!std::isfinite(d)) return false;
+      sum += d, squares += static_cast<double>(d) * d, ++count;
+    }
+    const double n = static_cast<double>(count);
+    summary_.mean = sum / n;
+    summary_.deviation = std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1)));
+    summary_.threshold = std::max(summary_.mean + options.std_ratio * summary_.deviation, options.least_ratio * summary_.mean);
+    guess = summary_.threshold;
+    if (round > 0 || (guess > window.low && guess <= window.high)) break;
+  }
+
+  const auto settle = [&](std::uint32_t pixel, float distance) {
+    const bool keep = !(static_cast<double>(distance) > summary_.threshold);
+    states_[pixel] = keep;
+    if (!keep && base) heights_[pixel] = std::numeric_limits<float>::quiet_NaN();
+  };
+  parallel_for(static_cast<long>(bands_.size()), 1, threads, [&](long begin, long) {
+    for (const ClosePixel& c : bands_[static_cast<std::size_t>(begin)].close) settle(c.index, c.distance);
+  });
+  parallel_for(static_cast<long>(distances_.size()), 1 << 15, threads, [&](long begin, long end) {
+    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) settle(search_.pixel(k), distances_[k]);
+  });
+  return true;
+}
+
+}  // namespace debulk

@@ -1,0 +1,222 @@
+// The loops of window_pass.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
+#include "debulk/core/wide_ops.hpp"
+
+constexpr int strip = 640;  // columns at once: what is needed of them stays in the first cache
+constexpr int margin = 32;  // columns to the left and right of a strip; the next 16 are its neighbours
+constexpr int wide_row = strip + 2 * margin;
+
+// Squared distances of a row's points to four of their neighbours; the other four are others' neighbours.
+struct Links {
+  alignas(64) float right[wide_row], left_below[wide_row], below[wide_row], right_below[wide_row];
+};
+struct Row {
+  alignas(64) float x[wide_row], y[wide_row], z[wide_row];
+};
+
+struct Strip {
+  Row rows[2];
+  Links links[2];
+  alignas(64) float u[wide_row], u_bound[wide_row], distance[wide_row];
+  alignas(64) float base[wide_row], gain[wide_row];
+  alignas(64) float near[wide_row], far[wide_row], sum[wide_row], count[wide_row];  // of a row of tiles, lane by lane
+};
+
+// The plane's squared distance for a point at depth 1, less a little for rounding.
+float bound(double at, const WindowPass& pass) {
+  const double s = (2 - 2 * pass.tolerance) / pass.camera.f, far = std::abs(at) + 2 / pass.camera.f;
+  return static_cast<float>(s * s / (1 + far * far) * (1 - 1e-5));
+}
+
+// One row of the strip, where nothing was seen NaN; in `row` position `margin` is column `first`.
+DEBULK_INLINE void load_row(const CloudView& cloud, int at, int first, int columns, Row& row) {
+  for (int k = margin - lanes; k < margin + columns + lanes; k += lanes) {
+    const int column = first + k - margin;
+    Floats x, y, z;
+    if (at >= 0 && at < cloud.height && column >= 0 && column + lanes <= cloud.width) {
+      load_points(cloud.point(column, at), x, y, z);
+    } else {
+      for (int i = 0; i < lanes; ++i) {
+        const bool inside = at >= 0 && at < cloud.height && column + i >= 0 && column + i < cloud.width;
+        const float* p = inside ? cloud.point(column + i, at) : nullptr;
+        x[i] = inside ? p[0] : nan, y[i] = inside ? p[1] : nan, z[i] = inside ? p[2] : nan;
+      }
+    }
+    const Floats sum = x + y + z;
+    store(row.x + k, sum - sum == 0 ? x : all(nan)), store(row.y + k, y), store(row.z + k, z);
+  }
+}
+
+DEBULK_INLINE Floats squared(const Row& a, int i, const Row& b, int j) {
+  const Floats dx = load(a.x + i) - load(b.x + j), dy = load(a.y + i) - load(b.y + j), dz = load(a.z + i) - load(b.z + j);
+  return lower(dx * dx + dy * dy + dz * dz, all(infinity));
+}
+
+DEBULK_INLINE void link(const Row& row, const Row& next, int columns, Links& out) {
+  for (int k = margin - lanes; k < margin + columns + lanes; k += lanes) {
+    store(out.right + k, squared(row, k, row, k + 1));
+    store(out.left_below + k, squared(row, k, next, k - 1));
+    store(out.below + k, squared(row, k, next, k));
+    store(out.right_below + k, squared(row, k, next, k + 1));
+  }
+}
+
+DEBULK_INLINE void order(Floats& a, Floats& b) {
+  const Floats low = lower(a, b), high = higher(a, b);
+  a = low, b = high;
+}
+DEBULK_INLINE void sort(Floats* a) {
+  order(a[0], a[1]), order(a[2], a[3]), order(a[0], a[2]), order(a[1], a[3]), order(a[1], a[2]);
+}
+// The mean of four distances given squared.
+DEBULK_INLINE Floats mean_root(const Floats* squares) {
+  return ((root(squares[0]) + root(squares[1])) + (root(squares[2]) + root(squares[3]))) * 0.25f;
+}
+
+// Adds up the lanes of two sums and of one count.
+DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, Ints strays, WindowBand& out) {
+  alignas(64) float a[lanes], b[lanes];
+  alignas(64) int c[lanes], d[lanes], e[lanes];
+  store(a, sum), store(b, squares);
+  std::memcpy(c, &certain, sizeof c), std::memcpy(d, &seen, sizeof d), std::memcpy(e, &strays, sizeof e);
+  for (int k = 0; k < lanes; ++k) {
+    out.sum += a[k], out.squares += b[k];
+    out.certain -= c[k], out.seen -= d[k], out.strays -= e[k];
+  }
+}
+
+// Decides the row's points. above, here: the links of the row above and its own.
+DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns, const Row& row, const Links& above, const Links& here,
+                          Strip& s, std::uint8_t* states, float* heights, WindowBand& out) {
+  const Pinhole& camera = pass.camera;
+  const Floats v = all(static_cast<float>(camera.v(at))), v_bound = all(bound(camera.v(at), pass));
+  const Floats slack = all(static_cast<float>(pass.tolerance / camera.f));
+  const Floats low = all(static_cast<float>(pass.low)), high = all(static_cast<float>(pass.high));
+  Floats sum = {}, squares = {};
+  Ints certain = {}, seen = {}, strays = {};
+  for (int k = margin; k < margin + columns; k += lanes) {
+    Floats a[4] = {load(here.right + k), load(here.left_below + k), load(here.below + k), load(here.right_below + k)};
+    Floats b[4] = {load(here.right + k - 1), load(above.left_below + k + 1), load(above.below + k), load(above.right_below + k - 1)};
+    sort(a), sort(b);
+    const Floats nearest[4] = {lower(a[0], b[3]), lower(a[1], b[2]), lower(a[2], b[1]), lower(a[3], b[0])};
+    const Floats fourth = higher(higher(nearest[0], nearest[1]), higher(nearest[2], nearest[3]));
+    const Floats x = load(row.x + k), y = load(row.y + k), z = load(row.z + k);
+    const Ints here_seen = x == x;
+    const Ints placed = (absolute(x - load(s.u + k) * z) <= slack * z) & (absolute(y - v * z) <= slack * z);
+    const Ints sure = (fourth <= lower(load(s.u_bound + k), v_bound) * (z * z)) & here_seen;
+    const Floats distance = mean_root(nearest);
+    store(s.distance + k, distance);
+    const Floats counted = sure ? distance : all(0);
+    sum += counted, squares += counted * counted;
+    certain += sure, seen += here_seen, strays += here_seen & ~placed;
+
+    const Ints decided = distance <= low ? Ints{} + 1 : (distance > high ? Ints{} : Ints{} + static_cast<int>(pixel_close));
+    const Ints state = here_seen & (sure ? decided : Ints{} + static_cast<int>(pixel_open));
+    const Bytes narrow = __builtin_convertvector(state, Bytes);
+    std::memcpy(states + (k - margin), &narrow, sizeof narrow);
+    store(s.near + k, lower(sure ? z : all(infinity), load(s.near + k)));
+    store(s.far + k, higher(sure ? z : all(-infinity), load(s.far + k)));
+    if (heights) {
+      const Floats height = (z - load(s.base + k)) * load(s.gain + k);
+      store(heights + (k - margin), state != 0 ? height : all(nan));
+      const Ints steady = sure & (decided != 0) & (height == height);
+      store(s.sum + k, load(s.sum + k) + (steady ? height : all(0)));
+      store(s.count + k, load(s.count + k) + (steady ? all(1) : all(0)));
+    }
+  }
+  add_up(sum, squares, certain, seen, strays, out);
+  (void)first;
+}
+
+// The base's depths and gains of one row of pixels.
+DEBULK_INLINE void spread(const RayBase& base, int at, int first, int columns, Strip& s) {
+  const int step = base.step, j = at / step;
+  const float t = static_cast<float>(at - j * step) / static_cast<float>(step), inverse = 1 / static_cast<float>(step);
+  for (int k = 0; k < columns; k += step) {
+    const std::size_t i = static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>((first + k) / step);
+    const std::size_t below = i + static_cast<std::size_t>(base.nx);
+    const float left = base.depth[i] + t * (base.depth[below] - base.depth[i]);
+    const float right = base.depth[i + 1] + t * (base.depth[below + 1] - base.depth[i + 1]);
+    const float gain = base.gain[i] + t * (base.gain[below] - base.gain[i]);
+    const float gain_right = base.gain[i + 1] + t * (base.gain[below + 1] - base.gain[i + 1]);
+    for (int m = 0; m < step; ++m) {
+      const float w = static_cast<float>(m) * inverse;
+      s.base[margin + k + m] = left + w * (right - left);
+      s.gain[margin + k + m] = gain + w * (gain_right - gain);
+    }
+  }
+}
+
+DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int columns, Strip& s) {
+  Tiles& tiles = *pass.tiles;
+  const std::size_t row = static_cast<std::size_t>(at / tile_height) * static_cast<std::size_t>(tiles.pitch);
+  for (int k = 0; k < columns; k += lanes) {
+    const std::size_t tile = row + static_cast<std::size_t>((first + k) / tile_width);
+    const int m = margin + k;
+    tiles.near[tile] = lowest(load(s.near + m));
+    tiles.far[tile] = highest(load(s.far + m));
+    const float sum = total(load(s.sum + m));
+    const float count = total(load(s.count + m));
+    tiles.mean_height[tile] = count > 0 ? sum / count : nan;
+    store(s.near + m, all(infinity)), store(s.far + m, all(-infinity));
+    store(s.sum + m, all(0)), store(s.count + m, all(0));
+  }
+}
+
+// Notes the pixels that are to be resolved.
+DEBULK_INLINE void note(const std::uint8_t* states, const float* distance, std::uint32_t index, int columns, WindowBand& out) {
+  for (int k = 0; k < columns; k += 8) {
+    unsigned long long word;
+    std::memcpy(&word, states + k, sizeof word);
+    if ((word & 0xC0C0C0C0C0C0C0C0ull) == 0) continue;
+    for (int i = k; i < k + 8; ++i) {
+      if (states[i] == pixel_open) out.open.push_back(index + static_cast<std::uint32_t>(i));
+      if (states[i] == pixel_close) out.close.push_back({index + static_cast<std::uint32_t>(i), distance[i]});
+    }
+  }
+}
+
+DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int first, int columns, Strip& s, WindowBand& out) {
+  const CloudView& cloud = pass.cloud;
+  const int padded = (columns + lanes - 1) / lanes * lanes;
+  for (int k = 0; k < wide_row; ++k) {
+    const double u = pass.camera.u(first + k - margin);
+    s.u[k] = static_cast<float>(u), s.u_bound[k] = bound(u, pass);
+    s.near[k] = infinity, s.far[k] = -infinity, s.sum[k] = s.count[k] = 0;
+    s.base[k] = s.gain[k] = nan;
+  }
+  for (Row& row : s.rows)
+    for (int k = 0; k < wide_row; ++k) row.x[k] = row.y[k] = row.z[k] = nan;
+
+  alignas(64) std::uint8_t states[strip];
+  alignas(64) float heights[strip];
+  load_row(cloud, begin - 1, first, padded, s.rows[(begin + 1) & 1]);
+  load_row(cloud, begin, first, padded, s.rows[begin & 1]);
+  link(s.rows[(begin + 1) & 1], s.rows[begin & 1], padded, s.links[(begin + 1) & 1]);
+  for (int at = begin; at < end; ++at) {
+    const int odd = at & 1;
+    const Row& row = s.rows[odd];
+    Row& next = s.rows[1 - odd];
+    load_row(cloud, at + 1, first, padded, next);
+    link(row, next, padded, s.links[odd]);
+    if (pass.base) spread(*pass.base, at, first, columns, s);
+    const std::size_t index = static_cast<std::size_t>(at) * static_cast<std::size_t>(cloud.width) + static_cast<std::size_t>(first);
+    const bool whole = padded == columns;  // a last vector that hangs over goes through a buffer
+    std::uint8_t* to_states = whole ? pass.states + index : states;
+    float* to_heights = pass.base ? (whole ? pass.heights + index : heights) : nullptr;
+    decide(pass, at, first, padded, row, s.links[1 - odd], s.links[odd], s, to_states, to_heights, out);
+    note(to_states, s.distance + margin, static_cast<std::uint32_t>(index), padded, out);
+    if (!whole) {
+      std::memcpy(pass.states + index, states, static_cast<std::size_t>(columns));
+      if (pass.base) std::memcpy(pass.heights + index, heights, static_cast<std::size_t>(columns) * sizeof(float));
+    }
+    if ((at + 1) % tile_height == 0 || at + 1 == end) finish_tiles(pass, at, first, padded, s);
+  }
+}
+
+void run(const WindowPass& pass, int band, WindowBand& out) {
+  Strip s;
+  out.clear();
+  const int begin = band * band_rows, end = std::min(pass.cloud.height, begin + band_rows);
+  for (int first = 0; first < pass.cloud.width; first += strip)
+    pass_strip(pass, begin, end, first, std::min(strip, pass.cloud.width - first), s, out);
+}

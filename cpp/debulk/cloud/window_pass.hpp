@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "debulk/cloud/cloud_view.hpp"
+#include "debulk/cloud/pinhole.hpp"
+#include "debulk/core/wide.hpp"
+
+namespace debulk {
+
+// What is known of a pixel after the pass. Anything but `kept` and `gone` is to be resolved.
+enum PixelState : std::uint8_t {
+  pixel_gone = 0,      // nothing seen, or an outlier
+  pixel_kept = 1,      //
+  pixel_close = 0x40,  // its distance is known, and too close to the guessed threshold to be decided
+  pixel_open = 0x80,   // a point outside the window might be among its nearest four
+};
+
+// Depth of the surface that heights are measured from, along the rays, and millimetres of height for each millimetre of
+// depth nearer than that; known at every `step`-th pixel and linear between. `nx` by `ny` values cover the image and one
+// step more.
+struct RayBase {
+  int step = 1, nx = 0, ny = 0;
+  std::vector<float> depth, gain;  // NaN: no height here
+};
+
+constexpr int tile_width = 16, tile_height = 4;  // pixels
+
+// A tile of pixels: the depths of its points that are certain, and the mean height of those that stay.
+struct Tiles {
+  int nx = 0, ny = 0;              // of the image
+  int pitch = 0;                   // of a row in the arrays: 16 more, empty
+  std::vector<float> near, far;    // +infinity, -infinity: empty
+  std::vector<float> mean_height;  // NaN: none
+  void resize(int width, int height);
+};
+
+struct WindowPass {
+  CloudView cloud;
+  Pinhole camera;
+  double tolerance = pinhole_tolerance;  // px
+  double low = 0, high = 0;              // mm; at or below low: kept, above high: gone
+  const RayBase* base = nullptr;         // none: no heights
+  // Out, one a pixel or tile.
+  std::uint8_t* states = nullptr;
+  float* heights = nullptr;  // NaN where gone
+  Tiles* tiles = nullptr;
+  Isa isa = best_isa();
+};
+
+struct ClosePixel {
+  std::uint32_t index;
+  float distance;  // mean, mm
+};
+
+struct WindowBand {
+  double sum = 0, squares = 0;  // of the certain points' mean distances
+  long certain = 0, seen = 0;
+  long strays = 0;  // points not where the camera should have put them
+  std::vector<std::uint32_t> open;
+  std::vector<ClosePixel> close;
+  void clear();
+};
+
+constexpr int band_rows = 64;
+
+// Mean distance of every point in the band to the nearest four of the eight pixels round it, and whether these are
+// certainly its nearest four.
+//
+// Certain: let p be a point whose image lies within t pixels (the tolerance) of its pixel, u = (column - cx) / f, and q a
+// point at least 2 columns to the right: x_q >= U z_q with U = u + (2 - t) / f. Between p and the plane x = U z that
+// separates it from q lies the distance (U z_p - x_p) / sqrt(1 + U²) >= z_p (2 - 2 t) / (f sqrt(1 + U²)), and |p - q| is not
+// less. With |U| <= |u| + 2 / f the same holds to the left, and with v for rows. Where the fourth distance in the window is
+// not above the smaller of both, no point outside the window can come before it.
+void window_pass(const WindowPass& pass, int band, WindowBand& out);
+
+}  // namespace debulk

@@ -1,0 +1,78 @@
+// Sixteen floats at once: included by wide loops, once for each Isa, inside its namespace (see wide.hpp). Sources that
+// include it have <cstring> and are compiled with -O3 -fno-math-errno -fno-trapping-math -Wno-psabi.
+
+constexpr int lanes = 16;
+typedef float Floats __attribute__((vector_size(64)));
+typedef int Ints __attribute__((vector_size(64)));  // a mask has all bits of a lane set or none
+typedef signed char Bytes __attribute__((vector_size(16)));
+
+DEBULK_INLINE Floats load(const float* from) {
+  Floats v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+DEBULK_INLINE void store(float* to, Floats v) {
+  std::memcpy(to, &v, sizeof v);
+}
+DEBULK_INLINE Floats all(float value) {
+  return value - Floats{};
+}
+// The second where one is NaN.
+DEBULK_INLINE Floats lower(Floats a, Floats b) {
+  return a < b ? a : b;
+}
+DEBULK_INLINE Floats higher(Floats a, Floats b) {
+  return a > b ? a : b;
+}
+DEBULK_INLINE Floats absolute(Floats a) {
+  return reinterpret_cast<Floats>(reinterpret_cast<Ints>(a) & 0x7fffffff);
+}
+DEBULK_INLINE Floats root(Floats a) {
+  alignas(64) float s[lanes];
+  store(s, a);
+  for (int k = 0; k < lanes; ++k) s[k] = __builtin_sqrtf(s[k]);
+  return load(s);
+}
+DEBULK_INLINE bool any(Ints mask) {
+  typedef long long Longs __attribute__((vector_size(64)));
+  const Longs words = reinterpret_cast<Longs>(mask);
+  return ((words[0] | words[1]) | (words[2] | words[3]) | (words[4] | words[5]) | (words[6] | words[7])) != 0;
+}
+
+template <int N>
+DEBULK_INLINE Floats swapped(Floats v) {
+  const Ints partner = {0 ^ N, 1 ^ N, 2 ^ N,  3 ^ N,  4 ^ N,  5 ^ N,  6 ^ N,  7 ^ N,
+                        8 ^ N, 9 ^ N, 10 ^ N, 11 ^ N, 12 ^ N, 13 ^ N, 14 ^ N, 15 ^ N};
+  return __builtin_shuffle(v, partner);
+}
+DEBULK_INLINE float lowest(Floats v) {
+  v = lower(v, swapped<8>(v)), v = lower(v, swapped<4>(v)), v = lower(v, swapped<2>(v));
+  return lower(v, swapped<1>(v))[0];
+}
+DEBULK_INLINE float highest(Floats v) {
+  v = higher(v, swapped<8>(v)), v = higher(v, swapped<4>(v)), v = higher(v, swapped<2>(v));
+  return higher(v, swapped<1>(v))[0];
+}
+DEBULK_INLINE float total(Floats v) {
+  v = v + swapped<8>(v), v = v + swapped<4>(v), v = v + swapped<2>(v);
+  return (v + swapped<1>(v))[0];
+}
+
+// x, y and z of sixteen points.
+#ifdef DEBULK_ISA_V4
+DEBULK_INLINE void load_points(const float* xyz, Floats& x, Floats& y, Floats& z) {
+  const Floats a = load(xyz), b = load(xyz + 16), c = load(xyz + 32);
+  x = __builtin_shuffle(__builtin_shuffle(a, b, Ints{0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0}), c,
+                        Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29});
+  y = __builtin_shuffle(__builtin_shuffle(a, b, Ints{1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0}), c,
+                        Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30});
+  z = __builtin_shuffle(__builtin_shuffle(a, b, Ints{2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0}), c,
+                        Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31});
+}
+#else
+DEBULK_INLINE void load_points(const float* xyz, Floats& x, Floats& y, Floats& z) {
+  alignas(64) float s[3][lanes];
+  for (int k = 0; k < lanes; ++k) s[0][k] = xyz[3 * k], s[1][k] = xyz[3 * k + 1], s[2][k] = xyz[3 * k + 2];
+  x = load(s[0]), y = load(s[1]), z = load(s[2]);
+}
+#endif

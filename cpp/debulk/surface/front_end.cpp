@@ -1,0 +1,91 @@
+#include "debulk/surface/front_end.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+#include "debulk/cloud/transform.hpp"
+#include "debulk/core/error.hpp"
+#include "debulk/core/parallel.hpp"
+#include "debulk/surface/median.hpp"
+
+namespace debulk {
+namespace {
+
+class Clock {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double passed = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return passed;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+void FrontEndOptions::check() const {
+  outliers.check();
+  require(std::isfinite(spacing) && spacing > 0, "spacing_mm", "a positive length in mm", spacing);
+  gridding.check();
+  fill.check();
+  require(median == 1 || median == 3 || median == 5, "median_cells", "1, 3 or 5", median);
+}
+
+FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
+                   bool pinhole, const FrontEndOptions& options, int threads)
+    : reference_(std::move(reference)), view_(view), options_(options), threads_(threads) {
+  options.check();
+  const Grid<double>& domain = reference_->heights();
+  const Eigen::Vector2d last = domain.position(domain.nx - 1, domain.ny - 1);
+  map_.heights = covering_grid(low.cwiseMax(domain.origin), high.cwiseMin(last), options.spacing);
+  if (!pinhole) return;
+  base_ = ray_base(*reference_, view_, threads);
+  gridding_.emplace(*reference_, view_, map_.heights, threads);
+}
+
+const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
+  Clock clock;
+  fast_ = gridding_ && scan.width == view_.width && scan.height == view_.height &&
+          image_.run(scan, view_.camera, options_.outliers, &base_, threads_);
+  if (fast_) {
+    outliers_ = image_.summary();
+    times_.clean = clock.lap();
+    gridding_->run(image_, map_.heights, image_.isa, threads_);
+    times_.grid = clock.lap();
+  } else {
+    outliers_ = remove_outliers(scan, options_.outliers, threads_, stop);
+    times_.clean = clock.lap();
+    grid_generally(scan, stop);
+    times_.grid = clock.lap();
+  }
+  if (stop.now()) throw Stopped("the height map was stopped");
+  fill_holes(map_.heights, options_.fill, map_.measured, threads_);
+  times_.fill = clock.lap();
+  if (options_.median > 1) {
+    median(map_.heights, options_.median, filtered_, threads_);
+    map_.heights.values.swap(filtered_.values);
+  }
+  times_.median = clock.lap();
+  return map_;
+}
+
+void FrontEnd::grid_generally(const CloudView& scan, const Stop& stop) {
+  std::vector<float> points = transform(scan, view_.mold_from_scanner, threads_);
+  for (std::size_t k = 0; k < scan.size(); ++k)
+    if (outliers_.keep[k] == 0) std::fill_n(&points[3 * k], 3, std::numeric_limits<float>::quiet_NaN());
+  if (stop.now()) throw Stopped("the height map was stopped");
+  grid_heights({points.data(), scan.width, scan.height}, map_.heights, options_.gridding, threads_);
+  parallel_for(map_.heights.ny, 8, threads_, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j)
+      for (int i = 0; i < map_.heights.nx; ++i) {
+        float& z = map_.heights.at(i, j);
+        if (!std::isnan(z)) z = static_cast<float>(z - reference_->height(map_.heights.position(i, j)));
+      }
+  });
+}
+
+}  // namespace debulk

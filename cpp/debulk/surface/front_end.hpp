@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "debulk/cloud/neighbours.hpp"
+#include "debulk/cloud/pinhole_outliers.hpp"
+#include "debulk/core/stop.hpp"
+#include "debulk/surface/height_map.hpp"
+#include "debulk/surface/image_gridding.hpp"
+
+namespace debulk {
+
+struct FrontEndOptions {
+  OutlierOptions outliers;
+  double spacing = 0.5;  // mm, of the height map
+  GriddingOptions gridding;
+  FillOptions fill;
+  int median = 3;  // cells: 1 (none), 3 or 5
+
+  void check() const;
+};
+
+// From a scan to its height map above one reference, cycle after cycle: outliers removed, heights on a grid, holes filled,
+// median. Everything that depends on the reference and the camera alone is prepared once, and the buffers stay.
+//
+// The scan of a pinhole camera takes the fast way: outliers by PinholeOutliers, heights along the rays, ImageGridding. Any
+// other takes the general one, by remove_outliers and grid_heights.
+class FrontEnd {
+ public:
+  // camera: none takes the general way always. Points are in the scanner's frame. low, high: the box of the mold's XY
+  // plane that the grid is to cover, cut to the reference's.
+  FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
+           bool pinhole, const FrontEndOptions& options, int threads = 0);
+
+  // The height map stays valid until the next call.
+  const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
+
+  // Of the last run.
+  bool fast() const { return fast_; }
+  const Outliers& outliers() const { return outliers_; }  // but which points; see `keep`
+  const std::vector<std::uint8_t>& keep() const { return fast_ ? image_.keep() : outliers_.keep; }
+  struct Times {
+    double clean = 0, grid = 0, fill = 0, median = 0;  // ms
+  };
+  const Times& times() const { return times_; }
+
+ private:
+  void grid_generally(const CloudView& scan, const Stop& stop);
+
+  std::shared_ptr<const Reference> reference_;
+  View view_;
+  FrontEndOptions options_;
+  int threads_;
+  RayBase base_;
+  std::optional<ImageGridding> gridding_;
+  PinholeOutliers image_;
+  Outliers outliers_;
+  HeightMap map_;
+  Grid<float> filtered_;
+  bool fast_ = false;
+  Times times_;
+};
+
+}  // namespace debulk

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "debulk/cloud/pinhole_outliers.hpp"
+#include "debulk/core/grid.hpp"
+#include "debulk/core/wide.hpp"
+#include "debulk/surface/reference.hpp"
+
+namespace debulk {
+
+// A pinhole camera that looks at the mold: its image's size and its pose.
+struct View {
+  Pinhole camera;
+  int width = 0, height = 0;                                        // pixels
+  Eigen::Matrix4d mold_from_scanner = Eigen::Matrix4d::Identity();  // x_mold = T x_scanner, rigid
+
+  Eigen::Matrix3d rotation() const { return mold_from_scanner.topLeftCorner<3, 3>(); }
+  Eigen::Vector3d centre() const { return mold_from_scanner.topRightCorner<3, 1>(); }
+};
+
+// The reference along the view's rays. With o the camera's centre, D = R ((i - cx)/f, (j - cy)/f, 1) the ray in the mold's
+// frame and Z0 the depth at which it meets F, the point at depth Z stands above F, at its own x and y, by
+//   h = (Z - Z0) (D_z - grad F . D_xy) + O((Z - Z0)² curvature),
+// 1e-3 mm for a pocket of 15 mm on a mold of 5 m radius. No ray, no height outside F's grid.
+RayBase ray_base(const Reference& reference, const View& view, int threads = 0);
+
+// Heights in the image to heights on a grid of the mold's XY plane: parallax undone, image not copied. A node's surface
+// point (x, y, F + h) is seen by another pixel the higher it stands; the pixel follows from h, which is looked up three
+// times: in the tiles' mean heights, at the pixel found so, and, with a smooth kernel of 3 by 3 pixels, at the pixel found
+// then. Each time the error shrinks by the ply's slope times the ray's, below 0.1.
+class ImageGridding {
+ public:
+  ImageGridding(const Reference& reference, const View& view, const Grid<float>& grid, int threads = 0);
+
+  // Overwrites the grid's values; NaN where less than four tenths of the kernel were kept.
+  void run(const PinholeOutliers& image, Grid<float>& grid, Isa isa = best_isa(), int threads = 0) const;
+
+ private:
+  View view_;
+  int across_ = 0;                                  // stretches of 16 nodes, and one more
+  std::vector<float> point_x_, point_y_, point_z_;  // of (x, y, F) in the scanner's frame, every 16th node of a row
+};
+
+}  // namespace debulk

@@ -1,0 +1,190 @@
+#include "debulk/cloud/pinhole_outliers.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "clouds.hpp"
+#include "debulk/cloud/neighbours.hpp"
+#include "debulk/cloud/pinhole.hpp"
+#include "debulk/core/error.hpp"
+
+namespace debulk {
+namespace {
+
+using namespace testing;
+
+const Pinhole camera{400.0, 149.3, 108.1};
+
+// What a camera sees at 2.4 m of the plane z = depth + a x + b y with a bell of 12 mm and noise along the ray. All of it is
+// shrunk to a twelfth; the pitch is 0.5 mm.
+Cloud view(double a, double b, double noise, std::uint64_t seed, int width = 300, int height = 220, const Pinhole& by = camera) {
+  constexpr double scale = 1.0 / 12;
+  Random random(seed);
+  return make(width, height, [&](int i, int j, float* p) {
+    const double u = by.u(i), v = by.v(j);
+    double depth = 2400 / (1 - a * u - b * v);
+    const double bell = std::exp(-(std::pow(u * depth + 100, 2) + std::pow(v * depth - 200, 2)) / (2 * 150.0 * 150.0));
+    depth = scale * (depth - 144 * bell) + noise * random.normal();
+    p[0] = static_cast<float>(u * depth), p[1] = static_cast<float>(v * depth), p[2] = static_cast<float>(depth);
+  });
+}
+
+void lift(Cloud& cloud, int column, int row, double depth) {
+  float* p = cloud.point(column, row);
+  const double scale = 1 + depth / p[2];
+  for (int k = 0; k < 3; ++k) p[k] = static_cast<float>(p[k] * scale);
+}
+
+// The same decisions as the exact search, but for ties with the threshold; on every instruction set and number of threads.
+void expect_exact(const Cloud& cloud, const char* what, const OutlierOptions& options = {}, const Pinhole& by = camera) {
+  const Outliers exact = remove_outliers(cloud.view(), options, 2);
+  const std::vector<float> distances = mean_neighbour_distances(cloud.view(), 4, 2);
+  std::vector<std::uint8_t> first;
+  double threshold = 0;
+  for (const Isa isa : {Isa::base, Isa::v3, Isa::v4})
+    for (const int threads : {1, 2, 4})
+      for (const double guess : {0.0, exact.threshold, 1.04 * exact.threshold, 3 * exact.threshold}) {
+        if (isa > best_isa()) continue;
+        PinholeOutliers fast;
+        fast.isa = isa;
+        fast.guess = guess;
+        ASSERT_TRUE(fast.run(cloud.view(), by, options, nullptr, threads)) << what;
+        if (first.empty()) {
+          first = fast.keep(), threshold = fast.summary().threshold;
+          EXPECT_EQ(fast.summary().seen, exact.seen) << what;
+          EXPECT_NEAR(threshold / exact.threshold, 1, 1e-7) << what;
+          EXPECT_NEAR(fast.summary().mean / exact.mean, 1, 1e-7) << what;
+          long wrong = 0;
+          for (std::size_t k = 0; k < first.size(); ++k)
+            wrong += first[k] != exact.keep[k] && !(std::abs(distances[k] / exact.threshold - 1) < 1e-6);
+          EXPECT_EQ(wrong, 0) << what;
+          EXPECT_GT(exact.removed, 0) << what;
+        }
+        EXPECT_EQ(fast.keep(), first) << what << ", isa " << static_cast<int>(isa) << ", threads " << threads << ", guess " << guess;
+        EXPECT_EQ(fast.summary().threshold, threshold) << what;
+      }
+}
+
+TEST(PinholeOutliers, AreTheExactOnesOnANoisyTiltedSheetWithDropOuts) {
+  for (const double noise : {0.0, 0.1, 0.4})
+    for (const double tilt : {0.0, 0.5}) {
+      Cloud cloud = view(tilt, -0.6 * tilt, noise, 3);
+      Random random(5);
+      for (int k = 0; k < 1200; ++k) cloud.point(random.below(300), random.below(220))[random.below(3)] = nan;
+      for (int k = 0; k < 300; ++k) lift(cloud, random.below(300), random.below(220), 40 * random.uniform() - 20);
+      expect_exact(cloud, "sheet");
+    }
+}
+
+TEST(PinholeOutliers, AreTheExactOnesWithFlyingPixelsNearTheSheet) {
+  for (const double offset : {0.05, 0.2, 1.0}) {
+    Cloud cloud = view(0.2, 0.1, 0.01, 7);
+    Random random(9);
+    for (int k = 0; k < 600; ++k)
+      lift(cloud, random.below(300), random.below(220), (random.uniform() < 0.5 ? -1 : 1) * offset * (0.5 + random.uniform()));
+    expect_exact(cloud, "near the sheet");
+  }
+}
+
+TEST(PinholeOutliers, AreTheExactOnesWithClusters) {
+  Cloud cloud = view(0.1, 0.3, 0.05, 11);
+  Random random(13);
+  for (int k = 0; k < 25; ++k) {  // blocks that fly together, tight and loose, also in front of each other
+    const int i = random.below(290), j = random.below(210), size = 1 + random.below(8);
+    const double depth = 60 * random.uniform() - 30;
+    for (int m = 0; m < size * size; ++m) lift(cloud, i + m % size, j + m / size, depth + (k % 2) * 3 * random.normal());
+  }
+  expect_exact(cloud, "clusters");
+}
+
+TEST(PinholeOutliers, AreTheExactOnesAtHolesBordersAndSteps) {
+  Cloud cloud = view(0.3, -0.2, 0.08, 17);
+  for (int j = 0; j < 220; ++j)
+    for (int i = 0; i < 300; ++i) {
+      const bool hole = std::hypot(i - 90, j - 60) < 12 || std::abs(i - 2 * j) < 2 || (i > 250 && j > 180 && (i + j) % 3 != 0);
+      if (hole) cloud.point(i, j)[2] = nan;
+      if (i < 40) lift(cloud, i, j, 9);  // a step in depth
+    }
+  lift(cloud, 0, 0, 5), lift(cloud, 299, 219, -5), lift(cloud, 299, 0, 120), lift(cloud, 150, 219, -100);
+  expect_exact(cloud, "holes");
+  expect_exact(view(0.1, 0.1, 0.2, 19, 301, 67), "a width that is no multiple of 16");
+  const Pinhole far{2000.0, 650, 30};
+  expect_exact(view(0.1, 0.1, 0.02, 19, 1301, 61, far), "more than one strip", {}, far);
+  expect_exact(view(0.1, 0.1, 0.2, 19, 129, 131), "more than two bands");
+}
+
+TEST(PinholeOutliers, HeedTheOtherOptions) {
+  Cloud cloud = view(0.3, -0.2, 0.02, 17);
+  for (int k = 0; k < 200; ++k) lift(cloud, 5 + k, 7 + k, k % 2 ? 4 : -0.4);
+  expect_exact(cloud, "ratio", {4, 2.5, 0.0});
+  expect_exact(cloud, "least", {4, 1.0, 1.5});
+  PinholeOutliers fast;
+  EXPECT_FALSE(fast.run(cloud.view(), camera, {5, 1.0}, nullptr));
+  EXPECT_THROW(fast.run(cloud.view(), camera, {4, -1.0}, nullptr), InputError);
+  EXPECT_THROW(fast.run(cloud.view(), {0, 1, 1}, {}, nullptr), InputError);
+}
+
+TEST(PinholeOutliers, AreTheExactOnesThoughPointsLieABitOffTheirRays) {
+  Cloud cloud = view(0.2, 0.3, 0.1, 23);
+  Random random(29);
+  for (int j = 0; j < 220; ++j)
+    for (int i = 0; i < 300; ++i)
+      for (int a = 0; a < 2; ++a) cloud.point(i, j)[a] += static_cast<float>(0.085 * (2 * random.uniform() - 1) * 200 / 400);
+  for (int k = 0; k < 300; ++k) lift(cloud, random.below(300), random.below(220), 20 * random.uniform());
+  expect_exact(cloud, "off their rays");
+}
+
+TEST(PinholeOutliers, LeaveOtherCloudsToTheGeneralSearch) {
+  PinholeOutliers fast;
+  EXPECT_FALSE(fast.run(sheet(200, 150, 3).view(), camera, {}, nullptr)) << "a grid, not a pinhole's";
+  const Cloud good = view(0, 0, 0.1, 3);
+  EXPECT_FALSE(fast.run(good.view(), {camera.f, camera.cx + 0.3, camera.cy}, {}, nullptr)) << "another camera";
+  EXPECT_FALSE(fast.run(good.flat(), camera, {}, nullptr)) << "unorganised";
+  Cloud bad = good;
+  bad.point(77, 88)[0] += 3;
+  EXPECT_FALSE(fast.run(bad.view(), camera, {}, nullptr)) << "one point off its ray";
+  bad = good;
+  for (int a = 0; a < 3; ++a) bad.point(77, 88)[a] *= -1;
+  EXPECT_FALSE(fast.run(bad.view(), camera, {}, nullptr)) << "behind the camera";
+  EXPECT_FALSE(fast.run(view(0, 0, 9, 3).view(), camera, {}, nullptr)) << "no sheet";
+  EXPECT_FALSE(fast.run(view(0, 0, 0.1, 3, 20, 20).view(), camera, {}, nullptr)) << "few points";
+  EXPECT_TRUE(fast.run(good.view(), camera, {}, nullptr));
+}
+
+TEST(PinholeOutliers, GiveHeightsAlongTheRays) {
+  Cloud cloud = view(0, 0, 0.02, 31);
+  lift(cloud, 100, 100, 30);
+  cloud.point(17, 9)[1] = nan;
+  RayBase base{8, 300 / 8 + 2, 220 / 8 + 2, {}, {}};
+  for (int j = 0; j < base.ny; ++j)
+    for (int i = 0; i < base.nx; ++i)
+      base.depth.push_back(200 + 0.5f * static_cast<float>(i)), base.gain.push_back(-1 - 0.25f * static_cast<float>(j));
+  PinholeOutliers fast;
+  ASSERT_TRUE(fast.run(cloud.view(), camera, {}, &base));
+  for (int j = 0; j < 220; ++j)
+    for (int i = 0; i < 300; ++i) {
+      const std::size_t k = static_cast<std::size_t>(j) * 300 + static_cast<std::size_t>(i);
+      if (fast.keep()[k] == 0) {
+        EXPECT_TRUE(std::isnan(fast.heights()[k]));
+        continue;
+      }
+      const double expected = (cloud.point(i, j)[2] - (200 + 0.5 * i / 8)) * (-1 - 0.25 * j / 8);
+      EXPECT_NEAR(fast.heights()[k], expected, 1e-4);
+    }
+  EXPECT_EQ(fast.keep()[100 * 300 + 100], 0);
+}
+
+TEST(Pinhole, IsFittedToACloud) {
+  const std::optional<Pinhole> fitted = fit_pinhole(view(0.3, 0.1, 0.3, 37).view());
+  ASSERT_TRUE(fitted.has_value());
+  EXPECT_NEAR(fitted->f, camera.f, 1e-3);
+  EXPECT_NEAR(fitted->cx, camera.cx, 1e-3);
+  EXPECT_NEAR(fitted->cy, camera.cy, 1e-3);
+  EXPECT_LT(pinhole_error(view(0.3, 0.1, 0.3, 37).view(), *fitted), 1e-3);
+  EXPECT_FALSE(fit_pinhole(sheet(200, 150, 3).view()).has_value());
+  EXPECT_FALSE(fit_pinhole(view(0.3, 0.1, 0.3, 37).flat()).has_value());
+}
+
+}  // namespace
+}  // namespace debulk
