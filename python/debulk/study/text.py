@@ -184,4 +184,4 @@ def _machine() -> str:
         )
     except (OSError, StopIteration):
         model = platform.machine()
-    return f"{model}, {os.cpu_count()} cores, of which one was used"
+    return f"{model}, {os.cpu_count()} cores, one thread a solve"
