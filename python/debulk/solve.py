@@ -64,7 +64,9 @@ class Solution:
         (N, 3) nodes, mm.
     status
         How the solve ended: converged, nothing_moves, iteration_limit, deadline, cancelled, infeasible,
-        numerical_failure or too_few_movable_nodes. Only the first two can be a success.
+        numerical_failure; or refused up front: too_few_movable_nodes (more lengths to keep than coordinates to keep
+        them with), no_minimum (nothing fixed, and friction does not hold the ply on the mold), not_a_surface (segments
+        off by more than half their length). Only the first two can be a success.
     explanation
         The same as a sentence.
     certificate
