@@ -1,4 +1,4 @@
-"""Writes the nets of the 14 pockets of a virtual layup for the C++ benchmark: python bench/solve/export_pockets.py FILE."""
+"""Writes the nets of a virtual layup's pockets for the C++ benchmark: python bench/solve/export_pockets.py FILE."""
 
 import sys
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from debulk import _core, cloud, net, pocket, scenes, surface
+from debulk import cloud, net, pocket, scenes, surface
 
 
 def nets(seed: int) -> Iterator[tuple[net.Net, surface.Reference]]:
@@ -64,7 +64,6 @@ def main(path: Path) -> None:
             print(nx, ny, *map(repr, origin.tolist()), repr(float(reference.spacing_mm)), file=file)
             for row in heights.tolist():
                 print(*map(repr, row), file=file)
-    print(f"{path}: written with {_core.default_threads()} threads")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The stress table: python bench/stress/stress.py [--count 2000] [--method auto] [--out bench/stress].
 
-One parameter at a time, and Latin-hypercube combinations of all of them. Writes stress.txt, stress.csv and stress.png, and
-each case that is neither certified nor refused to build/stress, to be looked at with `python -m debulk.replay`.
+One parameter at a time, and Latin-hypercube combinations of all of them. Writes stress.txt, stress.csv and stress.png,
+and each case that is neither certified nor refused to build/stress, for `python -m debulk.replay`.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def table(rows: list[Row], combinations: list[Row]) -> str:
     asked = len(combinations) - endings["refused"]
     good = endings["certified"] + endings["compliant"]
     lines.append(
-        f"  refused up front {endings['refused']}, solved {asked}; certified of these {good}: {100 * good / max(1, asked):.2f} %"
+        f"  refused up front {endings['refused']}, solved {asked}; certified {good}: {100 * good / max(1, asked):.2f} %"
     )
     lines.append(f"  of the certified, with a compliance: {endings['compliant']}; not certified: {endings['failed']}")
     reasons = Counter((r.status, r.why) for r in combinations if r.ending == "refused")

@@ -26,7 +26,8 @@ class Certificate:
     Attributes
     ----------
     kkt_error
-        Largest component of ∇Π - Jᵀλ - ν over the movable nodes, in units of the nodal vacuum force P A / N. The
+        Largest component of ∇Π - Jᵀλ - ν over the movable nodes, in units of the nodal vacuum force P A / N (or a
+        hundredth of the largest elastic force on a node of the initial net, if that is more: a stiff ply). The
         multipliers λ of the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4.
     length_error
         Largest relative error of a segment's length. Limit 1e-4; up to 1e-3 with a compliance.
