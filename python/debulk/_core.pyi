@@ -441,6 +441,18 @@ def minimise(
     stiffness: float,
     stop: Stop,
 ) -> list[Minimum]: ...
+def minimise_all(
+    sheets: Sequence[Sheet],
+    *,
+    method: str,
+    starts: int,
+    seed: int,
+    tolerance: float,
+    max_iterations: int,
+    stiffness: float,
+    stop: Stop,
+    threads: int,
+) -> list[list[Minimum]]: ...
 def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float) -> float: ...
 def polygon_area(outline_mm: ArrayLike, /) -> float: ...
 def post_process(
