@@ -6,28 +6,18 @@ interrupt, 141 a pipe that nobody reads.
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import os
-import sys
-import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from debulk import InputError, __version__
+from debulk import InputError, __version__, cli_tools
+from debulk.cli_support import EXIT_CODES, check_writable, outcome, shown_progress
 from debulk.report import Report, Verdict, check_report_path
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
-
-EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.UNDECIDED: 1, Verdict.INVALID: 3}
-BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
-
-Progress = Callable[[str, float], None]
 
 app = typer.Typer(
     help="Will it crease or cease? Predicts which air pockets under a draped prepreg ply survive vacuum debulking.",
@@ -67,7 +57,7 @@ def inspect(
     ] = None,
 ) -> None:
     """Inspect a scan: find its air pockets and predict which of them survive debulking."""
-    with _outcome():
+    with outcome():
         outputs = output or []
         for path in outputs:
             _check_writable(path)
@@ -81,7 +71,7 @@ def inspect(
         settings = Recipe() if recipe is None else Recipe.load(recipe)
         transform = None if pose is None else files.load_pose(pose, unit)
         ply_outline = None if outline is None else files.load_outline(outline, unit)
-        with _progress() as progress:
+        with shown_progress() as progress:
             progress("reading", 0.0)
             reference_cloud = files.load_cloud(reference, unit)
             progress("reading", 0.5)
@@ -114,7 +104,7 @@ def demo(
 
     Some of its pockets crease; the exit code is 0 nevertheless, unless the scan cannot be judged.
     """
-    with _outcome():
+    with outcome():
         size = _pixels(pixels)
         try:
             output.mkdir(parents=True, exist_ok=True)
@@ -124,7 +114,7 @@ def demo(
         from debulk.recipe import Recipe
 
         recipe = Recipe()
-        with _progress() as progress:
+        with shown_progress() as progress:
             progress("making the layup", 0.0)
             from debulk.inspector import Inspector
             from debulk.scenes import layup
@@ -151,59 +141,14 @@ def demo(
 @app.command()
 def recipe() -> None:
     """Print the default recipe, every setting with a comment."""
-    with _outcome():
+    with outcome():
         from debulk.recipe import Recipe
 
         print(Recipe().to_toml(), end="")
 
 
-@contextmanager
-def _outcome() -> Iterator[None]:
-    """Turn whatever ends a command into its exit code; a verdict's codes are never taken by a failure."""
-    try:
-        yield
-        sys.stdout.flush()
-    except InputError as error:
-        print("debulk:", "; ".join(line.strip() for line in str(error).splitlines()), file=sys.stderr)
-        raise typer.Exit(BAD_INPUT) from None
-    except KeyboardInterrupt:
-        print("debulk: interrupted", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
-    except BrokenPipeError:  # whoever read our output has left
-        with contextlib.suppress(OSError):  # so that Python does not complain when it flushes at its end
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise typer.Exit(NO_READER) from None
-    except (typer.Exit, typer.Abort):
-        raise
-    except Exception:
-        traceback.print_exc()
-        print("debulk: this is a fault of debulk's; please report it", file=sys.stderr)
-        raise typer.Exit(FAULT) from None
-
-
-@contextmanager
-def _progress() -> Iterator[Progress]:
-    """Show stages and how far they are on a terminal's stderr; elsewhere nothing."""
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bars
-
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description:<20}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-    )
-    with Bars(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
-        tasks: dict[str, Any] = {}
-
-        def report_progress(stage: str, fraction: float) -> None:
-            if stage not in tasks:
-                tasks[stage] = bars.add_task(stage, total=1.0)
-            bars.update(tasks[stage], completed=min(max(fraction, 0.0), 1.0))
-
-        yield report_progress
+for command in (cli_tools.compare, cli_tools.study, cli_tools.replay, cli_tools.doctor):
+    app.command()(command)
 
 
 def _leave(report: Report, outputs: list[Path]) -> None:
@@ -261,10 +206,7 @@ def _keep_files(folder: Path, scene: Any, recipe: Recipe) -> None:
 def _check_writable(path: Path) -> None:
     """Refuse an output before the work is done, not after."""
     check_report_path(path)
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {path.parent}")
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
-        raise InputError(f"{path}: cannot be written")
+    check_writable(path)
 
 
 def _angles(text: str) -> tuple[float, float]:

@@ -50,7 +50,8 @@ def dump(path: str | Path, sheet: Sheet, solution: Solution | None = None, **opt
     >>> import numpy as np, debulk, tempfile
     >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
     >>> nodes = [[-4.9, 0, 0], [0, 0, 1.0], [4.9, 0, 0]]
-    >>> sheet = debulk.sheet.Sheet(nodes, [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]], [1, 0, 1], 5.0, 75.0, reference)
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = debulk.sheet.Sheet(nodes, fibre, [1, 0, 1], 5.0, 75.0, reference)
     >>> with tempfile.NamedTemporaryFile(suffix=".json") as file:
     ...     dump(file.name, sheet, starts=2)
     ...     again, options = load(file.name)
@@ -107,7 +108,7 @@ def _read(path: str | Path) -> dict[str, Any]:
 
 def _sheet(data: dict[str, Any]) -> Sheet:
     grid, ply = data["reference"], SimpleNamespace(**data["ply"])
-    recipe: Recipe = SimpleNamespace(material=ply, load=ply)  # type: ignore[assignment]
+    recipe: Recipe = SimpleNamespace(material=ply, loads=ply)  # type: ignore[assignment]
     return Sheet(
         data["nodes_mm"],
         data["neighbours"],

@@ -134,7 +134,7 @@ class Sheet:
 
     @property
     def ply(self) -> dict[str, float]:
-        """Material and loads, by the names that `Recipe.material` and `Recipe.load` give them."""
+        """Material and loads, by the names that `Recipe.material` and `Recipe.loads` give them."""
         return dict(self._ply)
 
     @property

@@ -46,6 +46,10 @@ class Case:
         """Layup and pocket, as 3/12."""
         return f"{self.layup}/{self.pocket}"
 
+    def __getstate__(self) -> dict[str, object]:
+        """Leave out what is compiled: a copy from another process can still be judged."""
+        return {k: v for k, v in self.__dict__.items() if k not in ("sheet", "reference")}
+
     def figures(self, solution: solve.Solution) -> Figures:
         """Ridges and RMS that a solution stands for."""
         material = self.recipe.material

@@ -24,7 +24,13 @@ _STYLE = {
     "axes.spines.right": False,
     "legend.frameon": False,
     "savefig.dpi": 120,
-    "svg.hashsalt": "debulk",
+}
+_TITLES = {
+    "tolerance": "Tolerance",
+    "starts": "Starts",
+    "stiffness": "Stiffness of the fibres",
+    "nodes": "Nodes, against the reference of the same net",
+    "method": "Method and tolerance, one start",
 }
 
 
@@ -57,13 +63,13 @@ def draw(results: Results, folder: Path) -> None:
 
 def _work_precision(plt: Any, results: Results) -> Any:
     """Error and flips over CPU time, a row a setting."""
-    names = ("tolerance", "starts", "stiffness")
+    names = ("tolerance", "starts", "stiffness", "nodes", "method")
     panels = (
         ("rms_error_mean_mm", "mean RMS error, mm"),
         ("ridge_error_mean_mm", "mean ridge error, mm"),
         ("flipped", "pockets whose verdict flips"),
     )
-    figure, axes = plt.subplots(len(names), len(panels), figsize=(12, 10.5), layout="constrained", sharey="col")
+    figure, axes = plt.subplots(len(names), len(panels), figsize=(13, 15), layout="constrained", sharey="col")
     for row, (name, colour) in enumerate(zip(names, _COLOURS, strict=False)):
         found = results.sweep(name)
         for column, (field, label) in enumerate(panels):
@@ -78,7 +84,7 @@ def _work_precision(plt: Any, results: Results) -> Any:
                 ax.set_yscale("log")
                 _plain_log(ax.yaxis)
             if column == 0:
-                ax.set_title(f"{name} varied", loc="left", fontweight="bold")
+                ax.set_title(_TITLES[name], loc="left", fontweight="bold")
             if row == len(names) - 1:
                 ax.set_xlabel("CPU time a pocket, ms")
     axes[0, 2].set_ylim(bottom=0)
@@ -100,7 +106,7 @@ def _curve(ax: Any, found: Sequence[Line], field: str, colour: str) -> None:
     ax.plot(x[~failed], y[~failed], "o", color=colour, ms=4.5)
     ax.plot(x[failed], y[failed], "o", mfc="white", mec=colour, ms=5.5)
     for k, line in enumerate(found):
-        note = line.label + (f" ({line.failed} failed)" if line.failed else "")
+        note = line.label.replace("interior_point", "ip") + (f" ({line.failed} failed)" if line.failed else "")
         ax.annotate(note, (x[k], y[k]), xytext=(4, 5 if k % 2 == 0 else -11), textcoords="offset points", fontsize=7.5)
 
 

@@ -20,13 +20,14 @@ class Plan:
     pockets: int = 14  # of a layup, largest first
     node_targets: tuple[int, ...] = (50, 75, 100, 150, 200, 300)
     tolerances: tuple[float, ...] = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-    starts: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 12, 16)
+    starts: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 16)
     stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10)
     method_tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8)
+    gradient_tolerances: tuple[float, ...] = (1e-4, 1e-5)  # of NLopt, which has no second derivatives to get further
     amplitudes: tuple[float, ...] = (0.02, 0.05, 0.1, 0.2)
     reference_starts: int = 36  # a size of perturbation, beside the deterministic one
-    other_sizes_starts: int = 12  # the same for nets of other sizes than the recipe's, of the middle perturbation
-    deadline_s: float = 10.0  # a minimisation; a failure past it
+    other_sizes_starts: int = 6  # the same for nets of other sizes than the recipe's, of the middle perturbation
+    deadline_s: float = 30.0  # a minimisation; a failure past it
 
     @classmethod
     def quick(cls) -> Self:
@@ -40,6 +41,7 @@ class Plan:
             starts=(1, 3),
             stiffnesses=(1e4, 1e8),
             method_tolerances=(1e-6, 1e-8),
+            gradient_tolerances=(1e-4,),
             amplitudes=(0.02, 0.1),
             reference_starts=4,
             other_sizes_starts=2,
@@ -74,6 +76,6 @@ def settings(plan: Plan, methods: list[str], recipe: Recipe | None = None) -> li
         *(
             replace(default, sweep="method", label=f"{m} {v:.0e}", method=m, tolerance=v, starts=1)
             for m in methods
-            for v in plan.method_tolerances
+            for v in (plan.gradient_tolerances if m == "nlopt" else plan.method_tolerances)
         ),
     ]
