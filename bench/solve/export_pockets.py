@@ -1,4 +1,4 @@
-"""Writes the nets of the 14 pockets of a virtual layup for the C++ benchmark: python bench/solve/export_pockets.py FILE."""
+"""Write the nets of the 14 pockets of a virtual layup for the C++ benchmark: export_pockets.py FILE."""
 
 import sys
 from collections.abc import Iterator
