@@ -147,7 +147,12 @@ class Patch(Section):
 class Net(Section):
     """The pin-jointed net that stands for the ply."""
 
-    node_target: int = Field(default=100, ge=9, le=5000, description="nodes a pocket; sets the spacing")
+    node_target: int = Field(
+        default=100,
+        ge=9,
+        le=5000,
+        description="nodes a pocket; sets the spacing. More lower the RMS: part of the criterion (bench/study)",
+    )
     spacing_mm: float | None = Field(
         default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
     )
@@ -162,12 +167,26 @@ class Solve(Section):
     method: Literal["auto", "interior_point", "ipopt", "nlopt"] = Field(
         default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
     )
-    starts: int = Field(default=3, ge=1, le=1000, description="starting points; from the second on they are perturbed")
+    starts: int = Field(
+        default=3,
+        ge=1,
+        le=1000,
+        description="starting points, perturbed from the second on; 3 show a third of the pockets that lie on both "
+        "sides of a limit, 6 half (bench/study)",
+    )
     seed: int = Field(default=0, ge=0, lt=2**63, description="seed of the perturbations")
-    tolerance: float = Field(default=1e-8, gt=0, le=1e-3, description="of the scaled first-order conditions")
+    tolerance: float = Field(
+        default=1e-8,
+        gt=0,
+        le=1e-3,
+        description="of the scaled first-order conditions; above 1e-6 it is slower and pockets fail (bench/study)",
+    )
     max_iterations: int = Field(default=1000, ge=1, le=1_000_000, description="iterations after which it gives up")
     stiffness: float = Field(
-        default=1e8, ge=1e3, le=1e12, description="1/compliance of the fibres, in units of the scaled problem"
+        default=1e8,
+        ge=1e3,
+        le=1e12,
+        description="1/compliance of the fibres, in units of the scaled problem; 1e6 to 1e10 do alike (bench/study)",
     )
 
 

@@ -70,27 +70,33 @@ def _work_precision(plt: Any, results: Results) -> Any:
         ("flipped", "pockets whose verdict flips"),
     )
     figure, axes = plt.subplots(len(names), len(panels), figsize=(13, 15), layout="constrained", sharey="col")
-    for row, (name, colour) in enumerate(zip(names, _COLOURS, strict=False)):
-        found = results.sweep(name)
+    for row, name in enumerate(names):
+        # Methods are curves of their own; any other sweep is one.
+        curves: dict[str, list[Line]] = {}
+        for line in results.sweep(name):
+            curves.setdefault(line.label.partition(" ")[0] if name == "method" else "", []).append(line)
         for column, (field, label) in enumerate(panels):
             ax = axes[row, column]
-            _curve(ax, found, field, colour)
+            for k, (method, found) in enumerate(curves.items()):
+                _curve(ax, found, field, _COLOURS[(row + k) % len(_COLOURS)])
+                ax.plot([], [], "o-", color=_COLOURS[(row + k) % len(_COLOURS)], label=method.replace("_", " "))
+            if len(curves) > 1 and column == 0:
+                ax.legend(fontsize=8, loc="lower right")
             ax.set_ylabel(label)
             ax.set_xscale("log")
+            ax.margins(x=0.2)
             _plain_log(ax.xaxis)
             if field == "flipped":
                 ax.yaxis.set_major_formatter(lambda v, _: f"{100 * v:g} %")
-            else:
-                ax.set_yscale("log")
-                _plain_log(ax.yaxis)
             if column == 0:
                 ax.set_title(_TITLES[name], loc="left", fontweight="bold")
             if row == len(names) - 1:
                 ax.set_xlabel("CPU time a pocket, ms")
-    axes[0, 2].set_ylim(bottom=0)
+    for column in range(len(panels)):
+        axes[0, column].set_ylim(0, 1.15 * axes[0, column].get_ylim()[1])
     figure.suptitle(
-        "Work and precision: one setting varied, the others by the recipe; "
-        "bars reach from the median time to the 99th percentile",
+        "Work and precision: one setting varied, the others by the recipe; bars reach from the median time to the 99th "
+        "percentile; hollow: pockets failed",
         fontsize=11,
     )
     return figure
@@ -103,11 +109,33 @@ def _curve(ax: Any, found: Sequence[Line], field: str, colour: str) -> None:
     ax.plot(x, y, "-", color=colour, lw=0.8, alpha=0.5)
     ax.hlines(y, x, high, color=colour, lw=1, alpha=0.35)
     failed = np.array([line.failed for line in found]) > 0
-    ax.plot(x[~failed], y[~failed], "o", color=colour, ms=4.5)
-    ax.plot(x[failed], y[failed], "o", mfc="white", mec=colour, ms=5.5)
-    for k, line in enumerate(found):
-        note = line.label.replace("interior_point", "ip") + (f" ({line.failed} failed)" if line.failed else "")
-        ax.annotate(note, (x[k], y[k]), xytext=(4, 5 if k % 2 == 0 else -11), textcoords="offset points", fontsize=7.5)
+    for these, face in ((~failed, colour), (failed, "white")):
+        if these.any():
+            ax.plot(x[these], y[these], "o", mfc=face, mec=colour, ms=5, clip_on=False, zorder=3)
+    full = max(float(np.max(y)), 1e-12)
+    for k, together in enumerate(_near(np.log(x) / 3.0, y / full)):
+        first, last = found[together[0]], found[together[-1]]
+        note = " … ".join(dict.fromkeys(line.label.split()[-1] for line in (first, last)))
+        failures = [str(found[i].failed) for i in together if found[i].failed]
+        below = k % 2 == 1 and y[together[0]] > 0
+        ax.annotate(
+            note + (f" ({', '.join(failures)} failed)" if failures else ""),
+            (x[together[0]], y[together[0]]),
+            xytext=(4, -11 if below else 5),
+            textcoords="offset points",
+            fontsize=7.5,
+        ).set_in_layout(False)
+
+
+def _near(x: Any, y: Any) -> list[list[int]]:
+    """Gather points, in their order, that lie so close to the first of them that one note has to do."""
+    runs: list[list[int]] = []
+    for i in range(len(x)):
+        if runs and abs(x[i] - x[runs[-1][0]]) < 0.06 and abs(y[i] - y[runs[-1][0]]) < 0.1:
+            runs[-1].append(i)
+        else:
+            runs.append([i])
+    return runs
 
 
 def _methods(plt: Any, results: Results) -> Any:
@@ -115,9 +143,11 @@ def _methods(plt: Any, results: Results) -> Any:
     labels = [line.label for line in results.sweep("method")]
     rows = [row for row in results.rows if row.sweep == "method"]
     methods = list(dict.fromkeys(label.split()[0] for label in labels))
-    figure, axes = plt.subplots(1, 2, figsize=(12, 4.8), layout="constrained", sharey=True)
+    figure, axes = plt.subplots(1, 2, figsize=(12.5, 6.4), layout="constrained", sharey=True)
     for ax, (gap, title) in zip(
-        axes, ((np.inf, "certified"), (0.01, "certified, within 1 % of the reference's energy fall")), strict=True
+        axes,
+        ((np.inf, "certified"), (0.05, "certified, within 5 % of the energy's fall to the reference")),
+        strict=True,
     ):
         ratios = profile(rows, labels, gap)
         widest = max((v for values in ratios.values() for v in values if np.isfinite(v)), default=10.0)
@@ -137,7 +167,7 @@ def _methods(plt: Any, results: Results) -> Any:
                 color=_COLOURS[k % len(_COLOURS)],
                 ls=style,
                 lw=1.5,
-                label=f"{method}, {tolerance}: {solved.size} of {len(values)}",
+                label=f"{method.replace('_', ' ')}, {tolerance}: {solved.size} of {len(values)}",
             )
         ax.set_xscale("log")
         _plain_log(ax.xaxis)
@@ -145,7 +175,7 @@ def _methods(plt: Any, results: Results) -> Any:
         ax.set_ylim(0, 1.03)
         ax.set_title(f"solved: {title}", loc="left", fontweight="bold")
         ax.set_xlabel("CPU time over that of the fastest")
-        ax.legend(loc="lower right", fontsize=8, title="method, tolerance: pockets solved")
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=8)
     axes[0].set_ylabel("share of pockets solved within that factor")
     axes[0].yaxis.set_major_formatter(lambda v, _: f"{100 * v:g} %")
     return figure
@@ -158,6 +188,8 @@ def _nodes(plt: Any, results: Results) -> Any:
         table.setdefault((case.layup, case.pocket), []).append(
             (case.node_target, reference.figures.rms_mm, reference.figures.ridge_mm)
         )
+    most = max((len(entries) for entries in table.values()), default=0)
+    table = {pocket: entries for pocket, entries in table.items() if len(entries) == most}  # those with every size
     limits = results.references[0][0].recipe.verdict if results.references else None
     figure, axes = plt.subplots(1, 3, figsize=(13, 4.6), layout="constrained")
     for ax, column, name, limit in (
@@ -175,7 +207,7 @@ def _nodes(plt: Any, results: Results) -> Any:
             ax.axhline(limit, color="black", lw=1)
             ax.annotate("limit", (sizes[-1], limit), xytext=(0, 3), textcoords="offset points", ha="right", fontsize=8)
         _sizes(ax, sizes)
-        ax.set_title(f"{name} of the reference, each pocket", loc="left", fontweight="bold")
+        ax.set_title(f"{name.removesuffix(', mm')} of the reference, each pocket", loc="left", fontweight="bold")
         ax.set_ylabel(name)
     axes[0].plot([], [], color=_COLOURS[1], lw=1.8, label="median")
     axes[0].plot([], [], color=_COLOURS[1], lw=1.8, ls="--", label="quartiles")
@@ -228,11 +260,11 @@ def _minima(plt: Any, results: Results) -> Any:
                 "o-",
                 ms=4,
                 color=_COLOURS[k],
-                label=f"{amplitude:g} spacings, mean",
+                label=f"up to {amplitude:g} spacings",
             )
             if field.endswith("_mm"):
                 high = [getattr(g, field.replace("_mm", "_p90_mm")) for g in found]
-                ax.plot(x, high, "--", lw=1, color=_COLOURS[k], label="90 % of pockets below")
+                ax.plot(x, high, "--", lw=1, color=_COLOURS[k])
         if field == "undecided":
             every = np.mean([r.verdict_of_all == "undecided" for _, r in results.solved])
             ax.axhline(every, color="black", lw=1)
@@ -247,5 +279,7 @@ def _minima(plt: Any, results: Results) -> Any:
         ax.set_ylim(bottom=0)
     for ax in axes[1]:
         ax.set_xlabel("starts")
-    axes[0, 0].legend(fontsize=8)
+    axes[0, 0].plot([], [], "-", color="black", label="mean of the pockets")
+    axes[0, 0].plot([], [], "--", lw=1, color="black", label="90 % of the pockets below")
+    axes[0, 0].legend(fontsize=8, title="starts perturbed by", alignment="left")
     return figure

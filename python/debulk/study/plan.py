@@ -27,6 +27,7 @@ class Plan:
     amplitudes: tuple[float, ...] = (0.02, 0.05, 0.1, 0.2)
     reference_starts: int = 36  # a size of perturbation, beside the deterministic one
     other_sizes_starts: int = 6  # the same for nets of other sizes than the recipe's, of the middle perturbation
+    heavy_layups: int = 10  # so many of them meet other sizes of nets and other methods, most of the work
     deadline_s: float = 30.0  # a minimisation; a failure past it
 
     @classmethod

@@ -15,6 +15,8 @@ from debulk.study.plan import Plan
 from debulk.study.runs import Reference, Row, Setting, converge, run
 from debulk.study.summary import Line, lines, write_csv
 
+_LIGHT = ("tolerance", "starts", "stiffness")
+
 
 @dataclass
 class Results:
@@ -46,7 +48,7 @@ class Results:
     def growth(self) -> list[Growth]:
         """Over numbers of starts."""
         most = self.plan.reference_starts + 1
-        return growth(self.solved, tuple(n for n in (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 37) if n <= most))
+        return growth(self.solved, tuple(sorted({n for n in (1, 2, 3, 4, 6, 8, 12, 16, 24) if n < most} | {most})))
 
     @cached_property
     def perturbations(self) -> list[Perturbation]:
@@ -71,9 +73,12 @@ def collect(plan: Plan, settings: list[Setting], progress: Callable[[str, float]
     sizes = tuple(sorted({s.node_target for s in settings}))
     middle = plan.amplitudes[len(plan.amplitudes) // 2]
     for done, layup in enumerate(cases(plan.layups, sizes, Recipe(), plan.pixels, plan.pockets)):
+        heavy = done < plan.heavy_layups
         for k, case in enumerate(layup):
             progress(f"layup {case.name}, {case.node_target} nodes", (done + k / len(layup)) / len(plan.layups))
             usual = case.node_target == results.default_size
+            if not usual and not heavy:
+                continue
             reference = converge(
                 case,
                 plan.amplitudes if usual else (middle,),
@@ -82,7 +87,7 @@ def collect(plan: Plan, settings: list[Setting], progress: Callable[[str, float]
             )
             if reference is not None:
                 results.references.append((case, reference))
-            wanted = [s for s in settings if s.node_target == case.node_target]
+            wanted = [s for s in settings if s.node_target == case.node_target and (heavy or s.sweep in _LIGHT)]
             results.rows += [run(case, setting, reference, plan.deadline_s) for setting in wanted]
     results.load_after = os.getloadavg()[0]
     progress("tables", 1.0)
