@@ -27,8 +27,8 @@ def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
     Returns
     -------
     tuple[float, float, float] | None
-        f, cx, cy in pixels: pixel (row i, column j) looks along ((j - cx) / f, (i - cy) / f, 1). None for a cloud that is
-        not a pinhole's: unorganised, or points more than 0.1 px off their pixels.
+        f, cx, cy in pixels: pixel (row i, column j) looks along ((j - cx) / f, (i - cy) / f, 1). None for a cloud that
+        is not a pinhole's: unorganised, or points more than 0.1 px off their pixels.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class FrontEnd:
     spacing_mm
         Of the height map.
     box_mm
-        (2, 2) lowest and highest mold XY that the map is to cover; None: the reference's. Cut to the reference's anyway.
+        (2, 2) lowest and highest mold XY that the map is to cover, cut to the reference's; None: all of that.
     neighbours, std_ratio, least_ratio
         As in `debulk.cloud.remove_outliers`. The fast way needs four neighbours.
     hole_diameter_mm, jump_ratio

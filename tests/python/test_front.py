@@ -144,7 +144,7 @@ def test_a_search_is_stopped(layup, reference):
 
 
 def test_bad_input_is_named(layup, reference):
-    with pytest.raises(InputError, match="reference: expected a debulk.surface.Reference"):
+    with pytest.raises(InputError, match=r"reference: expected a debulk\.surface\.Reference"):
         make(layup, layup.reference)
     with pytest.raises(InputError, match="camera: expected a positive focal length"):
         make(layup, reference, (-1.0, 0.0, 0.0))
