@@ -40,13 +40,14 @@ test: $(stamps)/tests ## Set everything up and run all tests and checks
 	$(lint)
 
 .PHONY: lint
-lint: $(stamps)/tools ## Check style and types
+lint: $(stamps)/tools $(stamps)/package ## Check style and types
 	$(lint)
 
 define lint
 .venv/bin/ruff check --quiet $(python_files)
 .venv/bin/ruff format --check --quiet $(python_files)
 .venv/bin/mypy --no-error-summary
+@$(python) -m mypy.stubtest --concise debulk._core
 @.venv/bin/clang-format --dry-run -Werror $(cpp_files)
 @echo 'debulk: style and types are in order'
 endef
@@ -63,13 +64,25 @@ asan: $(stamps)/system ## Run the C++ tests under the address and undefined-beha
 	cmake --build --preset asan
 	ctest --preset asan -j 2
 
+.PHONY: wheel
+wheel: $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
+	cmake/make_wheel.sh $(python) dist
+
+.PHONY: trywheel
+trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (as root)
+	cmake/test_wheel.sh $(python) dist/*.whl build/clean_root
+
+.PHONY: study
+study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
+	$(python) -m debulk.study
+
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
 	@echo 'debulk: everything is set up'
 
 .PHONY: clean
 clean: ## Remove what was built (.venv and the installed packages stay)
-	rm -rf build out
+	rm -rf build dist out
 
 $(stamps)/system: cmake/install_dependencies.sh
 	cmake/install_dependencies.sh .deps
@@ -89,6 +102,17 @@ $(stamps)/tools: $(stamps)/venv
 	@$(call required,test) > $(stamps)/test.txt
 	@$(call required,lint) > $(stamps)/lint.txt
 	@$(pip) -r $(stamps)/test.txt -r $(stamps)/lint.txt
+	@touch $@
+
+$(stamps)/wheeltools: $(stamps)/venv
+	@$(call required,wheel) > $(stamps)/wheel.txt
+	@$(pip) -r $(stamps)/wheel.txt
+	@touch $@
+
+# What draws the study's pictures.
+$(stamps)/bench: $(stamps)/venv
+	@$(call required,bench) > $(stamps)/bench.txt
+	@$(pip) -r $(stamps)/bench.txt
 	@touch $@
 
 # The package as users get it.

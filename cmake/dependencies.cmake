@@ -32,3 +32,5 @@ target_compile_definitions(debulk::pcl INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 
 debulk_imported(ipopt HEADER IpTNLP.hpp INCLUDE_SUFFIXES coin LIBRARIES ipopt)
 target_compile_definitions(debulk::ipopt INTERFACE HAVE_CSTDDEF)
+
+debulk_imported(nlopt HEADER nlopt.h LIBRARIES nlopt)

@@ -41,6 +41,19 @@ py::tuple lower_triangle(const Sheet& sheet, const Array<double>& x) {
   return py::make_tuple(to_array(std::move(rows), {count}), to_array(std::move(columns), {count}), to_array(std::move(values), {count}));
 }
 
+MinimiseOptions options_of(const std::string& method, int starts, std::uint64_t seed, double tolerance, int max_iterations,
+                           double stiffness, const Stop& stop) {
+  MinimiseOptions options;
+  options.method = method;
+  options.starts = starts;
+  options.seed = seed;
+  options.solve.tolerance = tolerance;
+  options.solve.max_iterations = max_iterations;
+  options.solve.stiffness = stiffness;
+  options.solve.stop = stop;
+  return options;
+}
+
 }  // namespace
 
 void bind_sheet(py::module_& m) {
@@ -98,14 +111,7 @@ void bind_sheet(py::module_& m) {
       "minimise",
       [](const std::shared_ptr<Sheet>& sheet, const std::string& method, const py::object& start, int starts, std::uint64_t seed,
          double tolerance, int max_iterations, double stiffness, const Stop& stop) {
-        MinimiseOptions options;
-        options.method = method;
-        options.starts = starts;
-        options.seed = seed;
-        options.solve.tolerance = tolerance;
-        options.solve.max_iterations = max_iterations;
-        options.solve.stiffness = stiffness;
-        options.solve.stop = stop;
+        const MinimiseOptions options = options_of(method, starts, seed, tolerance, max_iterations, stiffness, stop);
         Points from;
         if (!start.is_none()) from = points<3>(start.cast<Array<double>>(), "start");
         const py::gil_scoped_release release;
@@ -113,6 +119,18 @@ void bind_sheet(py::module_& m) {
       },
       py::arg("sheet"), py::kw_only(), py::arg("method"), py::arg("start"), py::arg("starts"), py::arg("seed"), py::arg("tolerance"),
       py::arg("max_iterations"), py::arg("stiffness"), py::arg("stop"));
+  m.def(
+      "minimise_all",
+      [](const std::vector<std::shared_ptr<Sheet>>& sheets, const std::string& method, int starts, std::uint64_t seed, double tolerance,
+         int max_iterations, double stiffness, const Stop& stop, int threads) {
+        const MinimiseOptions options = options_of(method, starts, seed, tolerance, max_iterations, stiffness, stop);
+        std::vector<const Sheet*> all;
+        for (const auto& sheet : sheets) all.push_back(sheet.get());
+        const py::gil_scoped_release release;
+        return minimise_all(all, options, threads);
+      },
+      py::arg("sheets"), py::kw_only(), py::arg("method"), py::arg("starts"), py::arg("seed"), py::arg("tolerance"),
+      py::arg("max_iterations"), py::arg("stiffness"), py::arg("stop"), py::arg("threads"));
   m.def("certify", [](const Sheet& sheet, const Array<double>& x, double stiffness) {
     return certify(sheet, points<3>(x, "nodes_mm"), stiffness).certificate;
   });

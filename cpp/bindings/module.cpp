@@ -10,6 +10,7 @@ namespace py = pybind11;
 PYBIND11_MODULE(_core, m) {
   m.doc() = "The compiled rooms of debulk. Private: use the typed, documented modules of the package.";
   py::register_exception<debulk::InputError>(m, "InputError", PyExc_ValueError);
+  py::register_exception<debulk::Stopped>(m, "Stopped", PyExc_RuntimeError);
   m.def("default_threads", &debulk::default_threads);
 
   py::class_<debulk::Stop>(m, "Stop")
@@ -20,6 +21,7 @@ PYBIND11_MODULE(_core, m) {
       .def_property_readonly("past_deadline", &debulk::Stop::past_deadline)
       .def("now", &debulk::Stop::now);
 
+  debulk::bind_build(m);
   debulk::bind_cloud(m);
   debulk::bind_surface(m);
   debulk::bind_pocket(m);

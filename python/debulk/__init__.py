@@ -10,6 +10,7 @@ from debulk.grid import Grid
 
 if TYPE_CHECKING:
     from debulk import cloud, net, pocket, ridge, scenes, sheet, solve, surface, verdict
+    from debulk.comparison import Comparison, compare
     from debulk.inspector import Cancelled, Inspector, inspect
     from debulk.recipe import Recipe
     from debulk.report import Report
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = [
     "Cancelled",
+    "Comparison",
     "Grid",
     "InputError",
     "Inspector",
@@ -26,6 +28,7 @@ __all__ = [
     "Verdict",
     "__version__",
     "cloud",
+    "compare",
     "inspect",
     "net",
     "pocket",
@@ -40,10 +43,12 @@ __all__ = [
 # Loaded when first asked for: `import debulk` must not wait for what a program may never use.
 _HOMES = {
     "Cancelled": "inspector",
+    "Comparison": "comparison",
     "Inspector": "inspector",
     "Recipe": "recipe",
     "Report": "report",
     "Verdict": "verdict",
+    "compare": "comparison",
     "inspect": "inspector",
 }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,29 +66,31 @@ def evaluate(
     """Evaluate pocket number `index` (from 0) of a segmentation: patch, net, minimum, ridges, verdict."""
     found, foot = segmentation.pockets[index], feet.feet[index]
     watch = _Stopwatch()
-    known = {
-        "id": found.id,
-        "outline_mm": found.outline_mm,
-        "foot_outline_mm": foot.outline_mm,
-        "touches_ply_edge": found.touches_ply_edge,
-        "area_mm2": found.area_mm2,
-        "peak_mm": found.peak_mm,
-        "volume_mm3": found.volume_mm3,
-        "measured_share": found.measured_share,
-    }
+    seen = PocketReport(  # what is known before the ply is modelled
+        id=found.id,
+        verdict=verdict.Verdict.INVALID,
+        reason="",
+        outline_mm=found.outline_mm,
+        foot_outline_mm=foot.outline_mm,
+        touches_ply_edge=found.touches_ply_edge,
+        area_mm2=found.area_mm2,
+        peak_mm=found.peak_mm,
+        volume_mm3=found.volume_mm3,
+        measured_share=found.measured_share,
+    )
+
+    def given_up(judged: verdict.Judgement) -> Evaluation:
+        return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason))
+
     if stop.now():
-        judged = verdict.judge(certified=False, deadline_passed=True, coverage=found.measured_share)
-        return Evaluation(PocketReport(**known, verdict=judged.verdict, reason=judged.reason))
+        return given_up(verdict.judge(certified=False, deadline_passed=True, coverage=found.measured_share))
     try:
         with watch.step("net"):
-            laid = _lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe)
+            laid = lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe)
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
-        judged = verdict.judge(certified=False, refused=f"no net could be laid: {error}")
-        return Evaluation(PocketReport(**known, verdict=judged.verdict, reason=judged.reason))
+        return given_up(verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
     with watch.step("solve"):
-        ply = sheet.Sheet(
-            laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe
-        )
+        ply = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe)
         solution = solve.minimise(
             ply,
             recipe.solve.method,
@@ -102,8 +104,8 @@ def evaluate(
     with watch.step("ridge"):
         outcome = _post_process(solution, laid, reference, recipe)
     judged = _judge(solution, outcome, found, foot, laid, recipe, stop)
-    report = PocketReport(
-        **known,
+    report = replace(
+        seen,
         verdict=judged.verdict,
         reason=judged.reason,
         spacing_mm=laid.spacing_mm,
@@ -112,9 +114,14 @@ def evaluate(
         rms_range_mm=outcome.rms_mm,
         ridge_height_mm=outcome.best.ridge_height_mm,
         ridge_length_mm=outcome.best.ridge_length_mm,
+        bridge_height_mm=outcome.best.bridge_height_mm,
         excess_length_mm=outcome.best.excess_length_mm,
         net=PocketNet(
-            nodes_mm=laid.nodes_mm, neighbours=laid.neighbours, kinds=laid.kinds, edges=laid.edges, inside=laid.inside
+            nodes_mm=laid.nodes_mm,
+            neighbours=laid.neighbours,
+            kinds=laid.kinds.astype(np.uint8),
+            edges=laid.edges,
+            inside=laid.inside,
         ),
         initial_gap_mm=ply.gaps(laid.nodes_mm),
         debulked_mm=solution.nodes_mm,
@@ -129,7 +136,20 @@ def evaluate(
     return Evaluation(report, _left_out(ply, solution, recipe))
 
 
-def _lay_net(
+def criteria(recipe: Recipe) -> verdict.Criteria:
+    """Take the limits from the recipe."""
+    limits = recipe.verdict
+    return verdict.Criteria(
+        max_rms_mm=limits.max_rms_mm,
+        max_ridge_height_mm=limits.max_ridge_mm,
+        min_coverage=limits.min_coverage,
+        min_pocket_coverage=limits.min_pocket_coverage,
+        tie_margin_mm=limits.tie_margin_mm,
+        compliance_margin_mm=limits.compliance_margin_mm,
+    )
+
+
+def lay_net(
     segmentation: pocket.Segmentation,
     feet: pocket.Feet,
     index: int,
@@ -138,12 +158,11 @@ def _lay_net(
     fibre_angles_deg: Floats | Grid,
     recipe: Recipe,
 ) -> net.Net:
+    """Lay the net of pocket number `index` (from 0) on its patch."""
     found, foot = segmentation.pockets[index], feet.feet[index]
     # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
     spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(foot.area_mm2 / recipe.net.node_target))
-    patch = pocket.patch(
-        segmentation, feet, found.id, reference, mode=recipe.patch.mode, margin_mm=spacing + 10.0
-    )
+    patch = pocket.patch(segmentation, feet, found.id, reference, mode=recipe.patch.mode, margin_mm=spacing + 10.0)
     return net.fibre_net(
         surface.Reference(patch.surface.values, patch.surface.origin_mm, patch.surface.spacing_mm),
         reference,
@@ -153,8 +172,11 @@ def _lay_net(
         outline_mm=patch.outline_mm,
         ply_outline=ply_outline,
         edge_tol_mm=recipe.segmentation.edge_tol_mm,
-        mold_tol_mm=1.25 * feet.mold_tol_mm,  # the foot lies at the tolerance: what the spline makes of it may be a little above
-        paths="vertical_plane" if recipe.patch.mode == "paper" else recipe.net.paths,  # geodesics stray on the glued step
+        mold_tol_mm=1.25
+        * feet.mold_tol_mm,  # the foot lies at the tolerance: what the spline makes of it may be a little above
+        paths="vertical_plane"
+        if recipe.patch.mode == "paper"
+        else recipe.net.paths,  # geodesics stray on the glued step
         rms_outline_mm=found.outline_mm,
         node_target=recipe.net.node_target,
     )
@@ -209,7 +231,6 @@ def _judge(
     recipe: Recipe,
     stop: _core.Stop,
 ) -> verdict.Judgement:
-    limits = recipe.verdict
     refused = solution.explanation if solution.status == "too_few_movable_nodes" else ""
     return verdict.judge(
         certified=solution.certified,
@@ -225,12 +246,7 @@ def _judge(
         coverage=found.measured_share,
         closed_rim=(foot.closed or found.touches_ply_edge) and len(laid.open_ends) == 0,
         refused=refused,
-        criteria=verdict.Criteria(
-            max_rms_mm=limits.max_rms_mm,
-            max_ridge_height_mm=limits.max_ridge_mm,
-            min_coverage=limits.min_coverage,
-            min_pocket_coverage=limits.min_pocket_coverage,
-        ),
+        criteria=criteria(recipe),
     )
 
 
@@ -246,6 +262,7 @@ def _solve_report(solution: solve.Solution, recipe: Recipe) -> SolveReport:
         penetration_mm=certificate.penetration_mm,
         kkt_error=certificate.kkt_error,
         curvature=certificate.curvature,
+        energy_gain_mj=certificate.energy_gain_mj,
         compliant=certificate.compliant,
         starts=len(solution.minima),
         doubt=certificate.failure,

@@ -8,25 +8,30 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, pocket, surface
-from debulk.evaluation import Evaluation, evaluate
+from debulk.evaluation import Evaluation, criteria, evaluate
 from debulk.grid import Grid
+from debulk.inspector_file import Prepared
 from debulk.inspector_inputs import angles, camera_parameters, image_mask, outline, pose
 from debulk.report import LeftOut, Report
-from debulk.verdict import Criteria, Judgement, judge_layup
+from debulk.verdict import Judgement, Verdict, judge_layup
 
 if TYPE_CHECKING:
+    from debulk.comparison import Comparison
     from debulk.recipe import Recipe
 
 __all__ = ["Cancelled", "Inspector", "inspect"]
 
 InputError = _core.InputError
 Progress = Callable[[str, float], None]
+Result = TypeVar("Result")
 log = logging.getLogger("debulk")
 log.addHandler(logging.NullHandler())
 
@@ -68,7 +73,7 @@ class Inspector:
     Examples
     --------
     >>> import debulk
-    >>> layup = debulk.scenes.layup(seed=0, pixels=(320, 240))
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
     >>> inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     >>> report = inspector.inspect(layup.scan)
     >>> report.verdict
@@ -78,7 +83,7 @@ class Inspector:
     def __init__(
         self,
         recipe: Recipe | None,
-        reference: ArrayLike,
+        reference: ArrayLike | Prepared,
         ply_outline: ArrayLike | None = None,
         fibre_angles_deg: ArrayLike | Grid = (0.0, 90.0),
         mold_from_scanner: ArrayLike | None = None,
@@ -98,12 +103,60 @@ class Inspector:
         self._lock = threading.Lock()
         self._running: set[_core.Stop] = set()
 
+        self.prepared = reference if isinstance(reference, Prepared) else self._prepare(reference)
+        self.grid_spacing_mm = self.prepared.grid_spacing_mm
+        self.reference = self.prepared.reference
+
+    def _prepare(self, reference: ArrayLike) -> Prepared:
+        clean, threads = self.recipe.clean, self.recipe.run.threads
         points = self._clean(self._in_mold_frame(reference, "reference"), _core.Stop())
-        pitch = cloud.median_pitch(points, threads=recipe.run.threads)
-        self.grid_spacing_mm = recipe.clean.grid_spacing_mm or max(pitch, 0.5)
-        heights = surface.grid_heights(points, spacing_mm=self.grid_spacing_mm, threads=recipe.run.threads)
-        self._reference_seen = heights
-        self.reference = surface.fit_reference(heights, threads=recipe.run.threads)
+        spacing = clean.grid_spacing_mm or max(cloud.median_pitch(points, threads=threads), 0.5)
+        heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads)
+        return Prepared(surface.fit_reference(heights, threads=threads), heights, spacing)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
+
+        Raises
+        ------
+        InputError
+            If the ending is another, or the file cannot be written.
+        """
+        from debulk import inspector_file
+
+        path = Path(path)
+        if path.suffix.lower() != ".npz":
+            raise InputError(f"{path}: expected a file ending in .npz")
+        inspector_file.write(self, path)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
+        """Read an inspector that `save` wrote; it inspects as that one did, to the last bit.
+
+        Parameters
+        ----------
+        path
+            The .npz file.
+        recipe
+            Other settings than the saved ones; its section clean must be the same, for the reference went through it.
+
+        Raises
+        ------
+        InputError
+            If the file is not such a file, or was cut off, or the recipe's section clean is another.
+        """
+        from debulk import inspector_file
+        from debulk.recipe import Recipe
+
+        path = Path(path)
+        given = inspector_file.read(path)
+        try:
+            given["recipe"] = saved = Recipe(**given["recipe"])
+            if recipe is not None and recipe.clean != saved.clean:
+                raise InputError(f"recipe: expected the section clean of the saved one, {saved.clean}")
+            return cls(**(given if recipe is None else {**given, "recipe": recipe}))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
 
     def inspect(self, scan: ArrayLike, deadline_s: float | None = None, progress: Progress | None = None) -> Report:
         """Inspect one scan.
@@ -113,7 +166,8 @@ class Inspector:
         scan
             (H, W, 3) organised or (N, 3) cloud, float32 or float64, mm, in the reference's frame, NaN = nothing seen.
         deadline_s
-            Seconds from now. Pockets that are not evaluated by then are UNDECIDED; none is waited for.
+            Seconds from now. Pockets that are not evaluated by then are UNDECIDED; the search for outliers and the
+            solver end early, the other stages (a few tenths of a second at 20 million points) do not.
         progress
             Called with the name of the stage and the share of the work that is done, from the calling thread.
 
@@ -130,20 +184,57 @@ class Inspector:
             After `cancel`.
         """
         cycle = _Cycle(deadline_s, progress)
-        with self._cancellable(cycle.stop):
-            with cycle.stage("clean", 0.0):
-                points = self._clean(self._in_mold_frame(scan, "scan"), cycle.stop)
-            with cycle.stage("height map", 0.2):
-                height_map = self._height_map(points)
-            with cycle.stage("pockets", 0.35):
-                segmentation, feet = self._segment(height_map)
-            with cycle.stage("debulk", 0.45):
-                evaluations = self._evaluate(segmentation, feet, cycle)
-            with cycle.stage("report", 1.0):
-                return self._report(height_map, segmentation, evaluations, cycle)
+        try:
+            with self._cancellable(cycle.stop):
+                return self._inspect(scan, cycle)
+        except _core.Stopped:
+            if cycle.stop.cancelled:
+                raise Cancelled("the inspection was cancelled") from None
+            return self._too_late(cycle)
+
+    def _inspect(self, scan: ArrayLike, cycle: _Cycle) -> Report:
+        """Walk through the steps."""
+        with cycle.stage("clean", 0.0):
+            points = _watched(cycle.stop, lambda: self._clean(self._in_mold_frame(scan, "scan"), cycle.stop))
+        with cycle.stage("height map", 0.2):
+            height_map = self._height_map(points)
+        with cycle.stage("pockets", 0.35):
+            segmentation, feet = self._segment(height_map)
+        with cycle.stage("debulk", 0.45):
+            evaluations = self._evaluate(segmentation, feet, cycle)
+        with cycle.stage("report", 1.0):
+            return self._report(height_map, segmentation, evaluations, cycle)
+
+    def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
+        """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
+
+        Parameters
+        ----------
+        report
+            Of the inspection before debulking.
+        debulked_scan
+            As the scan of `inspect`.
+
+        Raises
+        ------
+        InputError
+            Names what was wrong.
+        Cancelled
+            After `cancel`.
+        """
+        from debulk.comparison import compared
+
+        stop = _core.Stop()
+        try:
+            with self._cancellable(stop):
+                points = self._clean(self._in_mold_frame(debulked_scan, "debulked_scan"), stop)
+                heights = self._heights(points, 0.0)  # what was not seen is not measured
+        except _core.Stopped:
+            raise Cancelled("the comparison was cancelled") from None
+        return compared(report, heights, self.recipe)
 
     def cancel(self) -> None:
-        """Stop the inspections that run, from any thread: they raise `Cancelled`, within one iteration of the solver."""
+        """Stop the inspections that run, from any thread: they raise `Cancelled`, within an iteration of the solver."""
         with self._lock:
             for stop in self._running:
                 stop.cancel()
@@ -173,16 +264,28 @@ class Inspector:
     def _clean(self, points: NDArray[np.float32], stop: _core.Stop) -> NDArray[np.float32]:
         clean = self.recipe.clean
         keep = cloud.remove_outliers(
-            points, clean.neighbours, clean.std_ratio, threads=self.recipe.run.threads, stop=stop
+            points,
+            clean.neighbours,
+            clean.std_ratio,
+            least_ratio=clean.least_ratio,
+            threads=self.recipe.run.threads,
+            stop=stop,
         )
         return np.where(keep[..., None], points, np.float32(np.nan))
 
     def _height_map(self, points: NDArray[np.float32]) -> surface.HeightMap:
-        clean, threads = self.recipe.clean, self.recipe.run.threads
-        heights = surface.height_map(
-            points, self.reference, self.grid_spacing_mm, hole_diameter_mm=clean.max_hole_mm, threads=threads
+        cells, threads = self.recipe.clean.median_cells, self.recipe.run.threads
+        heights = self._heights(points, self.recipe.clean.max_hole_mm)
+        return heights if cells == 1 else surface.median(heights, cells, threads=threads)
+
+    def _heights(self, points: NDArray[np.float32], max_hole_mm: float) -> surface.HeightMap:
+        return surface.height_map(
+            points,
+            self.reference,
+            self.grid_spacing_mm,
+            hole_diameter_mm=max_hole_mm,
+            threads=self.recipe.run.threads,
         )
-        return heights if clean.median_cells == 1 else surface.median(heights, clean.median_cells, threads=threads)
 
     def _segment(self, height_map: surface.HeightMap) -> tuple[pocket.Segmentation, pocket.Feet]:
         wanted, patch = self.recipe.segmentation, self.recipe.patch
@@ -200,13 +303,21 @@ class Inspector:
     def _evaluate(self, segmentation: pocket.Segmentation, feet: pocket.Feet, cycle: _Cycle) -> list[Evaluation]:
         def one(index: int) -> Evaluation:
             return evaluate(
-                segmentation, feet, index, self.reference, self.ply_outline, self.fibre_angles_deg, self.recipe, cycle.stop
+                segmentation,
+                feet,
+                index,
+                self.reference,
+                self.ply_outline,
+                self.fibre_angles_deg,
+                self.recipe,
+                cycle.stop,
             )
 
         count = len(segmentation.pockets)
         threads = self.recipe.run.threads or _core.default_threads()
         evaluations = []
-        with ThreadPoolExecutor(max(1, min(threads, count)), "debulk") as pool:  # the core's calls release the GIL
+        # The core's calls release the GIL; whatever ends the wait (Ctrl-C, an error of progress) ends the solvers.
+        with ThreadPoolExecutor(max(1, min(threads, count)), "debulk") as pool, _stopping(cycle.stop):
             for done, evaluation in enumerate(pool.map(one, range(count)), start=1):
                 evaluations.append(evaluation)
                 cycle.report("debulk", 0.45 + 0.55 * done / count)
@@ -222,15 +333,8 @@ class Inspector:
         cycle: _Cycle,
     ) -> Report:
         coverage = self._coverage(segmentation)
-        limits = self.recipe.verdict
-        criteria = Criteria(
-            max_rms_mm=limits.max_rms_mm,
-            max_ridge_height_mm=limits.max_ridge_mm,
-            min_coverage=limits.min_coverage,
-            min_pocket_coverage=limits.min_pocket_coverage,
-        )
         pockets = tuple(evaluation.report for evaluation in evaluations)
-        judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria)
+        judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria(self.recipe))
         left_out = self._left_out(segmentation) + tuple(entry for e in evaluations for entry in e.left_out)
         log.info("%s: %s", judged.verdict.value, judged.reason)
         return Report(
@@ -245,12 +349,23 @@ class Inspector:
             recipe=self.recipe.model_dump(),
         )
 
+    def _too_late(self, cycle: _Cycle) -> Report:
+        return Report(
+            verdict=Verdict.UNDECIDED,
+            reason=f"the deadline passed during the stage {cycle.current}, before any pocket was known",
+            pockets=(),
+            timings_ms=cycle.timings_ms(),
+            ply_outline_mm=self.ply_outline,
+            recipe=self.recipe.model_dump(),
+        )
+
     def _coverage(self, segmentation: pocket.Segmentation) -> float:
         """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
         heights = segmentation.heights  # unknown off the ply
         known = np.count_nonzero(np.isfinite(heights.values)) * heights.spacing_mm**2
+        expected: float
         if self.ply_outline is None:
-            expected = np.count_nonzero(np.isfinite(self._reference_seen.values)) * self.grid_spacing_mm**2
+            expected = np.count_nonzero(np.isfinite(self.prepared.seen.values)) * self.grid_spacing_mm**2
         else:
             expected = abs(pocket.polygon_area(self.ply_outline))
         return float(min(1.0, known / expected))
@@ -261,8 +376,8 @@ class Inspector:
             LeftOut(
                 what=f"bump of {d.area_mm2 / 100:.2f} cm² at ({d.centroid_mm[0]:.0f}, {d.centroid_mm[1]:.0f}) mm",
                 why=f"no pocket: below the tolerance of {d.reason.replace('_', ' ')}",
-                bound=f"stands {d.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² at the cut "
-                f"and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
+                bound=f"stands {d.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² at the "
+                f"cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
             )
             for d in segmentation.dropped
         ]
@@ -271,7 +386,7 @@ class Inspector:
                 LeftOut(
                     what="free edges and friction",
                     why="the ply's outline is not known",
-                    bound="a pocket at the ply's edge is judged as if it were held there: ridges come out higher, not lower",
+                    bound="a pocket at the ply's edge is judged as if held there: ridges come out higher, not lower",
                 )
             )
         return tuple(entries)
@@ -294,7 +409,7 @@ def inspect(
     Examples
     --------
     >>> import debulk
-    >>> layup = debulk.scenes.layup(seed=0, pixels=(320, 240))
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
     >>> report = inspect(layup.scan, layup.reference, None, layup.ply_outline, (0, 90), layup.mold_from_scanner)
     >>> report.passed
     False
@@ -312,14 +427,15 @@ class _Cycle:
             if not deadline_s > 0:
                 raise InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
             self.stop.set_deadline(deadline_s)
+        self.current = ""
         self._progress = progress
         self._stages: dict[str, float] = {}
-        self._began = time.perf_counter()
 
     @contextmanager
     def stage(self, name: str, done: float) -> Iterator[None]:
         if self.stop.cancelled:
             raise Cancelled("the inspection was cancelled")
+        self.current = name
         self.report(name, done)
         began = time.perf_counter()
         yield
@@ -330,7 +446,25 @@ class _Cycle:
             self._progress(name, done)
 
     def timings_ms(self) -> dict[str, float]:
-        return {**self._stages, "total": 1e3 * (time.perf_counter() - self._began)}
+        return dict(self._stages)
+
+
+def _watched(stop: _core.Stop, work: Callable[[], Result]) -> Result:
+    """Do the work in another thread, so that Ctrl-C reaches this one while the work is in the core."""
+    with ThreadPoolExecutor(1, "debulk") as pool, _stopping(stop):
+        return pool.submit(work).result()
+
+
+@contextmanager
+def _stopping(stop: _core.Stop) -> Iterator[None]:
+    """Raise the stop when the body ends by what no computation throws: the threads that it waits for end soon then."""
+    try:
+        yield
+    except (InputError, _core.Stopped):
+        raise
+    except BaseException:
+        stop.cancel()
+        raise
 
 
 def _merged(entries: tuple[LeftOut, ...]) -> tuple[LeftOut, ...]:

@@ -116,6 +116,12 @@ class Clean(Section):
     std_ratio: float = Field(
         default=1.0, ge=0, description="a point goes if its mean distance to them exceeds mean + this many deviations"
     )
+    least_ratio: float = Field(
+        default=2.0,
+        ge=0,
+        le=100,
+        description="and exceeds this many means, sparing the flanks of pockets in a clean scan; 0: plain pcdenoise",
+    )
     median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
     grid_spacing_mm: float | None = Field(
         default=None,
@@ -123,9 +129,7 @@ class Clean(Section):
         le=50,
         description="spacing of the height map; unset: the median distance of the reference's points, at least 0.5 mm",
     )
-    max_hole_mm: float = Field(
-        default=20.0, ge=0, description="drop-outs up to this width are filled from their rim; the smallest pocket has a foot of 35 mm"
-    )
+    max_hole_mm: float = Field(default=20.0, ge=0, description="drop-outs up to this width are filled from their rim")
 
 
 class Patch(Section):
@@ -136,7 +140,7 @@ class Patch(Section):
     )
     mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
     smooth_mm: float = Field(
-        default=8.0, ge=0, le=100, description="window that smooths the ply before a net is laid on it: noise is no length"
+        default=8.0, ge=0, le=100, description="window that smooths the ply before the net: noise is no length"
     )
 
 
@@ -156,18 +160,14 @@ class Solve(Section):
     """How the minimum of the energy is found."""
 
     method: Literal["auto", "interior_point", "ipopt"] = Field(
-        default="auto", description='"interior_point" (the default, "auto") is our own, made for nets; "ipopt" its referee'
+        default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
     )
-    starts: int = Field(
-        default=3, ge=1, le=1000, description="starting points; from the second on they are perturbed"
-    )
+    starts: int = Field(default=3, ge=1, le=1000, description="starting points; from the second on they are perturbed")
     seed: int = Field(default=0, ge=0, lt=2**63, description="seed of the perturbations")
-    tolerance: float = Field(default=1e-8, gt=0, le=1e-2, description="of the method's own first-order test")
-    max_iterations: int = Field(
-        default=1000, ge=1, le=1_000_000, description="iterations after which a start is given up"
-    )
+    tolerance: float = Field(default=1e-8, gt=0, le=1e-3, description="of the scaled first-order conditions")
+    max_iterations: int = Field(default=1000, ge=1, le=1_000_000, description="iterations after which it gives up")
     stiffness: float = Field(
-        default=1e8, ge=1e3, le=1e10, description="of the fibres: tension over strain, in nodal vacuum forces"
+        default=1e8, ge=1e3, le=1e12, description="1/compliance of the fibres, in units of the scaled problem"
     )
 
 
@@ -175,7 +175,7 @@ class Ridge(Section):
     """How a ridge's cross-section is read from the net."""
 
     touch_mm: float | None = Field(
-        default=None, gt=0, description="a node nearer to the mold than this touches it; unset: a thirtieth of the thickness"
+        default=None, gt=0, le=1, description="a node nearer to the mold than this touches it; unset: thickness / 30"
     )
 
 
@@ -183,11 +183,11 @@ class VerdictLimits(Section):
     """The criteria a pocket must meet to pass."""
 
     max_rms_mm: float = Field(default=0.30, gt=0, description="largest RMS of the debulked gaps inside the outline")
-    max_ridge_mm: float = Field(default=0.60, gt=0, description="largest ridge height (provisional)")
-    min_pocket_coverage: float = Field(
-        default=0.80, ge=0, le=1, description="least share of a pocket that the scanner must have seen; the rest is filled"
-    )
+    max_ridge_mm: float = Field(default=0.60, gt=0, description="largest height of a ridge or a bridge (provisional)")
     min_coverage: float = Field(default=0.98, ge=0, le=1, description="least share of the ply that the scan must show")
+    min_pocket_coverage: float = Field(default=0.80, ge=0, le=1, description="the same of a pocket's own area")
+    tie_margin_mm: float = Field(default=0.005, ge=0, description="a figure nearer to its limit decides nothing")
+    compliance_margin_mm: float = Field(default=0.05, ge=0, description="the same where fibres needed a compliance")
 
 
 class Run(Section):

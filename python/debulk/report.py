@@ -81,6 +81,8 @@ class SolveReport:
         Largest residual force over a node's vacuum load.
     curvature
         Lowest eigenvalue of the reduced Hessian, mJ/mm²; negative at a saddle. None: not computed.
+    energy_gain_mj
+        By how much the energy fell from the start. None: not computed.
     compliant
         True if the fibres had to be given a compliance.
     doubt
@@ -96,6 +98,7 @@ class SolveReport:
     penetration_mm: float
     kkt_error: float
     curvature: float | None = None
+    energy_gain_mj: float | None = None
     compliant: bool = False
     starts: int = 1
     doubt: str = ""
@@ -125,6 +128,8 @@ class PocketReport(Record):
         RMS of the post-processed gaps inside the outline; its lowest and highest value over all starts.
     ridge_height_mm, ridge_length_mm, excess_length_mm
         Of the worst ridge; the largest excess of a fibre's length over the mold's.
+    bridge_height_mm
+        Largest height at which the ply, too short to reach the mold, bridges a hollow.
     net
         The net before debulking.
     initial_gap_mm
@@ -157,6 +162,7 @@ class PocketReport(Record):
     rms_range_mm: tuple[float, float] | None = None
     ridge_height_mm: float | None = None
     ridge_length_mm: float | None = None
+    bridge_height_mm: float | None = None
     excess_length_mm: float | None = None
     net: PocketNet | None = None
     initial_gap_mm: Values | None = None

@@ -18,7 +18,7 @@ import typing
 import zlib
 from collections.abc import Callable, Mapping
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import numpy as np
 
@@ -32,11 +32,12 @@ FORMAT = "debulk report"
 SCHEMA = 1
 _ODD = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 _MAX_CELLS = 1 << 30
+RecordT = TypeVar("RecordT")
 
 
 def dumps(report: Report) -> str:
     """Return the report as JSON text."""
-    return json.dumps(encode_report(report), allow_nan=False, ensure_ascii=False, separators=(",", ":")) + "\n"
+    return dumps_record(report, FORMAT)
 
 
 def encode_report(report: Report) -> dict[str, Any]:
@@ -48,23 +49,35 @@ def loads(data: bytes) -> Report:
     """Read a report from JSON text."""
     from debulk.report import Report
 
+    return loads_record(Report, data, FORMAT)
+
+
+def dumps_record(record: Any, format_name: str) -> str:
+    """Return any record of the report's kind as JSON text that names its format and schema."""
+    tree = {"format": format_name, "schema": SCHEMA, **_encode(record)}
+    return json.dumps(tree, allow_nan=False, ensure_ascii=False, separators=(",", ":")) + "\n"
+
+
+def loads_record(kind: type[RecordT], data: bytes, format_name: str) -> RecordT:
+    """Read what `dumps_record` wrote."""
+    what = format_name.removeprefix("debulk ")
     try:
         tree = json.loads(data.decode("utf-8"))
     except UnicodeDecodeError as error:
-        raise InputError(f"not a report: byte {error.start} is not UTF-8") from None
+        raise InputError(f"not a {what}: byte {error.start} is not UTF-8") from None
     except json.JSONDecodeError as error:
         cut = " (the file was cut off?)" if error.pos >= len(error.doc.rstrip()) - 1 else ""
         raise InputError(f"not valid JSON: line {error.lineno}, column {error.colno}: {error.msg}{cut}") from None
     except (RecursionError, ValueError) as error:
-        raise InputError(f"not a report: {error}") from None
-    if not isinstance(tree, dict) or tree.get("format") != FORMAT:
-        raise InputError(f'not a report: expected "format": "{FORMAT}"')
+        raise InputError(f"not a {what}: {error}") from None
+    if not isinstance(tree, dict) or tree.get("format") != format_name:
+        raise InputError(f'not a {what}: expected "format": "{format_name}"')
     schema = tree.get("schema")
     if schema != SCHEMA or isinstance(schema, bool):
         newer = isinstance(schema, int) and schema > SCHEMA
         remedy = "; install a newer debulk" if newer else ""
         raise InputError(f"schema: expected {SCHEMA}, got {json.dumps(schema)[:40]}{remedy}")
-    return cast("Report", _decode(Report, {k: v for k, v in tree.items() if k not in ("format", "schema")}, ""))
+    return cast(RecordT, _decode(kind, {k: v for k, v in tree.items() if k not in ("format", "schema")}, ""))
 
 
 def check_arrays(record: Any) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ class Figures(NamedTuple):
 
 def number(value: float | None, digits: int) -> str:
     """Return a figure with so many decimals, a dash where there is none."""
-    return "–" if value is None else f"{value:.{digits}f}"
+    # Adding zero turns the -0.0 that rounding leaves of a tiny negative figure into 0.0.
+    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def figures(pocket: PocketReport) -> Figures:
@@ -54,19 +56,24 @@ def table(report: Report) -> str:
     lines = [f"{report.verdict.name}: {report.reason}"]
     if report.pockets:
         rows = [HEADINGS, *(tuple(figures(pocket)) for pocket in report.pockets)]
-        widths = [max(len(row[k]) for row in rows) for k in range(len(HEADINGS))]
-        for row in rows:
-            cells = [
-                cell.ljust(width) if k in _TEXT_COLUMNS else cell.rjust(width)
-                for k, (cell, width) in enumerate(zip(row, widths, strict=True))
-            ]
-            lines.append("  ".join(cells).rstrip())
+        lines += columns(rows, _TEXT_COLUMNS)
     lines += [f"warning: {warning}" for warning in report.warnings]
     for entry in report.left_out:
         lines.append(f"left out: {entry.what}: {entry.why}" + (f" ({entry.bound})" if entry.bound else ""))
     if report.timings_ms:
         lines.append("times: " + ", ".join(f"{stage} {ms:.0f} ms" for stage, ms in report.timings_ms.items()))
     return "\n".join(lines)
+
+
+def columns(rows: Sequence[tuple[str, ...]], text: set[int]) -> list[str]:
+    """Lay out rows in columns; those whose numbers are in `text` start on the left."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            c.ljust(w) if k in text else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
 
 
 _CSV = (
@@ -83,7 +90,7 @@ def csv_text(report: Report) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_CSV)
     for pocket in report.pockets:
-        writer.writerow([_cell(_figure(pocket, name)) for name in _CSV])
+        writer.writerow([cell(_figure(pocket, name)) for name in _CSV])
     return text.getvalue()
 
 
@@ -95,7 +102,8 @@ def _figure(pocket: PocketReport, name: str) -> Any:
     return getattr(pocket.solve, {"solver": "method"}.get(name, name)) if pocket.solve else None
 
 
-def _cell(value: Any) -> Any:
+def cell(value: Any) -> Any:
+    """Return a value as CSV takes it."""
     if value is None:
         return ""
     if isinstance(value, bool):

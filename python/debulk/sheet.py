@@ -59,7 +59,7 @@ class Sheet:
     >>> x[1, 2] = 1.0
     >>> terms = sheet.terms(x)
     >>> round(terms["bending"], 6), round(terms["vacuum"], 6)  # c/2 (2 atan 1/5)², and lifted against the vacuum
-    (0.063117, -3.333333)
+    (0.063123, -3.333333)
     >>> bool(np.isclose(sheet.energy(x), terms["bending"] - terms["gravity"] - terms["vacuum"]))
     True
     """
@@ -79,29 +79,63 @@ class Sheet:
 
             recipe = Recipe()
         material, loads = recipe.material, recipe.loads
-        ply = _core.Ply(
-            thickness_mm=material.thickness_mm,
-            young_mpa=material.young_mpa,
-            shear_mpa=material.shear_mpa,
-            density_kg_m3=material.density_kg_m3,
-            friction=material.friction,
-            pressure_mpa=loads.pressure_mpa,
-            gravity_m_s2=loads.gravity_m_s2,
-        )
+        self._ply: dict[str, float] = {
+            "thickness_mm": material.thickness_mm,
+            "young_mpa": material.young_mpa,
+            "shear_mpa": material.shear_mpa,
+            "density_kg_m3": material.density_kg_m3,
+            "friction": material.friction,
+            "pressure_mpa": loads.pressure_mpa,
+            "gravity_m_s2": loads.gravity_m_s2,
+        }
+        self._neighbours = np.array(neighbours, dtype=np.int32)
+        self._kinds = np.array(kinds, dtype=np.int32)
+        self._spacing_mm, self._area_mm2 = float(spacing_mm), float(area_mm2)
+        self._reference = reference
         self._core = _core.Sheet(
             np.asarray(nodes_mm, dtype=np.float64),
-            np.asarray(neighbours, dtype=np.int32),
-            np.asarray(kinds, dtype=np.int32),
+            self._neighbours,
+            self._kinds,
             spacing_mm,
             area_mm2,
             reference,
-            ply,
+            _core.Ply(**self._ply),
         )
 
     @property
     def start_mm(self) -> Floats:
         """(N, 3) the initial configuration, mm."""
         return self._core.start
+
+    @property
+    def neighbours(self) -> NDArray[np.int32]:
+        """(N, 4) numbers of the neighbours e, w, n, s; -1 = none."""
+        return self._neighbours
+
+    @property
+    def kinds(self) -> NDArray[np.int32]:
+        """(N,) 0 inner, 1 fixed boundary, 2 free boundary."""
+        return self._kinds
+
+    @property
+    def spacing_mm(self) -> float:
+        """Length of every segment, mm."""
+        return self._spacing_mm
+
+    @property
+    def area_mm2(self) -> float:
+        """Area of the ply inside the perimeter, mm²."""
+        return self._area_mm2
+
+    @property
+    def reference(self) -> Reference:
+        """The surface below the ply."""
+        return self._reference
+
+    @property
+    def ply(self) -> dict[str, float]:
+        """Material and loads, by the names that `Recipe.material` and `Recipe.loads` give them."""
+        return dict(self._ply)
 
     @property
     def nodal_force_n(self) -> float:

@@ -1,7 +1,8 @@
-"""The ply under vacuum: the configuration of least energy with inextensible fibres above the mold, and its certificate."""
+"""The ply under vacuum: the configuration of least energy, with inextensible fibres, and its certificate."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from debulk import _core
 if TYPE_CHECKING:
     from debulk.sheet import Sheet
 
-__all__ = ["Certificate", "Solution", "certify", "methods", "minimise"]
+__all__ = ["Certificate", "Solution", "certify", "methods", "minimise", "minimise_all"]
 
 STIFFNESS = 1e8
 
@@ -110,7 +111,7 @@ def methods() -> list[str]:
     Examples
     --------
     >>> methods()
-    ['auto', 'interior_point', 'ipopt']
+    ['auto', 'interior_point', 'ipopt', 'nlopt']
     """
     return _core.method_names()
 
@@ -168,7 +169,8 @@ def minimise(
     >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
     >>> h = np.sqrt(25 - 4.9**2)  # a roof, 1 mm high, pinned at both ends: it can tip over, no more
     >>> nodes = [[-4.9, 0, 0], [0, 0, h], [4.9, 0, 0]]
-    >>> sheet = debulk.sheet.Sheet(nodes, [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]], [1, 0, 1], 5.0, 75.0, reference)
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = debulk.sheet.Sheet(nodes, fibre, [1, 0, 1], 5.0, 75.0, reference)
     >>> solution = minimise(sheet)
     >>> solution.certified, solution.length_error < 1e-4, bool(abs(solution.nodes_mm[1, 2]) < 1e-3)
     (True, True, True)
@@ -188,8 +190,66 @@ def minimise(
         stiffness=stiffness,
         stop=stop,
     )
-    minima = tuple(_solution(minimum) for minimum in found)
-    return _solution(found[_core.best_minimum(found)], minima)
+    return _best(found)
+
+
+def minimise_all(
+    sheets: Sequence[Sheet],
+    method: str = "auto",
+    starts: int = 1,
+    seed: int = 0,
+    deadline_s: float | None = None,
+    *,
+    threads: int = 0,
+    tolerance: float = 1e-8,
+    max_iterations: int = 1000,
+    stiffness: float = STIFFNESS,
+    stop: _core.Stop | None = None,
+) -> list[Solution]:
+    """Minimise several sheets at once, one pocket and start a thread at a time.
+
+    Parameters
+    ----------
+    sheets
+        The pockets' plies.
+    threads
+        How many to use; 0 = as many as the process may. The result does not depend on it, bit for bit ("ipopt" solves
+        one after the other all the same: it is not thread-safe).
+    method, starts, seed, deadline_s, tolerance, max_iterations, stiffness, stop
+        As for `minimise`, the deadline being one for all. When it passes, the first start of every sheet comes before
+        any second one.
+
+    Returns
+    -------
+    list of Solution
+        In the order of the sheets, each as `minimise` alone gives it.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
+    >>> neighbours = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> roofs = [[[-a, 0, 0], [0, 0, np.sqrt(25 - a**2)], [a, 0, 0]] for a in (4.8, 4.9)]
+    >>> sheets = [debulk.sheet.Sheet(roof, neighbours, [1, 0, 1], 5.0, 75.0, reference) for roof in roofs]
+    >>> [solution.certified for solution in minimise_all(sheets, threads=2)]
+    [True, True]
+    """
+    if stop is None:
+        stop = _core.Stop()
+    if deadline_s is not None:
+        stop.set_deadline(deadline_s)
+    found = _core.minimise_all(
+        [sheet._core for sheet in sheets],
+        method=method,
+        starts=starts,
+        seed=seed,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        stiffness=stiffness,
+        stop=stop,
+        threads=threads,
+    )
+    return [_best(minima) for minima in found]
 
 
 def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> Certificate:
@@ -211,16 +271,29 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
     >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
     >>> h = np.sqrt(25 - 4.9**2)
     >>> nodes = [[-4.9, 0, 0], [0, 0, h], [4.9, 0, 0]]
-    >>> sheet = debulk.sheet.Sheet(nodes, [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]], [1, 0, 1], 5.0, 75.0, reference)
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = debulk.sheet.Sheet(nodes, fibre, [1, 0, 1], 5.0, 75.0, reference)
     >>> certify(sheet, nodes).certified  # upright, the roof is in balance, but would fall over: a saddle
     False
     """
     return _certificate(_core.certify(sheet._core, np.asarray(nodes_mm, dtype=np.float64), stiffness))
 
 
+def _best(found: list[_core.Minimum]) -> Solution:
+    minima = tuple(_solution(minimum) for minimum in found)
+    return _solution(found[_core.best_minimum(found)], minima)
+
+
 def _certificate(c: _core.Certificate) -> Certificate:
     return Certificate(
-        c.kkt_error, c.length_error, c.penetration_mm, c.energy_gain_mj, c.curvature, c.compliant, c.certified, c.failure
+        c.kkt_error,
+        c.length_error,
+        c.penetration_mm,
+        c.energy_gain_mj,
+        c.curvature,
+        c.compliant,
+        c.certified,
+        c.failure,
     )
 
 

@@ -17,7 +17,8 @@ LINES = (
 # In Python the core is what any room may import: the compiled module, its plain types, and the recipe.
 PYTHON_CORE = ("_core", "grid", "recipe")
 
-MOST_LINES = {".hpp": 120, ".cpp": 350}
+# A kernel is a source in all but name: its file is included once for every instruction set.
+MOST_LINES = {".hpp": 120, ".cpp": 350, "_kernel.hpp": 350}
 
 
 def rooms_before() -> dict[str, set[str]]:
@@ -129,10 +130,14 @@ def wrong_imports(root: Path) -> list[str]:
 def too_long(root: Path) -> list[str]:
     """Each C++ file that has more lines than its kind may have."""
     lengths = [(path, len(path.read_text().splitlines())) for path in sorted((root / "cpp").rglob("*.[hc]pp"))]
+
+    def most(path: Path) -> int:
+        return MOST_LINES["_kernel.hpp" if path.name.endswith("_kernel.hpp") else path.suffix]
+
     return [
-        f"{path.relative_to(root)}: {lines} lines, at most {MOST_LINES[path.suffix]} are wanted"
+        f"{path.relative_to(root)}: {lines} lines, at most {most(path)} are wanted"
         for path, lines in lengths
-        if lines > MOST_LINES[path.suffix]
+        if lines > most(path)
     ]
 
 

@@ -8,12 +8,6 @@
 
 namespace debulk {
 
-// Thrown by a long pass over a cloud whose Stop was raised.
-class Stopped : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 // For every point the mean distance to its `neighbours` nearest others, exact; to all others where there are fewer. NaN
 // where nothing was seen, and for a point that is alone. Copies of a point count as neighbours at distance 0.
 //

@@ -4,8 +4,15 @@
 #include <chrono>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 
 namespace debulk {
+
+// Thrown by a computation that cannot end halfway with something useful, when its Stop is raised.
+class Stopped : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 // When to stop early: a deadline, a flag that another thread may raise, or both. Copies share the flag.
 class Stop {

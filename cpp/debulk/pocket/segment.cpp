@@ -60,21 +60,45 @@ void bridge_regions(Grid<float>& heights, const Grid<std::uint8_t>& unknown, con
     for (std::size_t k = 0; k < bridged[r].size(); ++k) heights.values[points[r][k]] = bridged[r][k];
 }
 
+// How many steps to a neighbour it takes from a known height to the innermost point of a region (ascending indices).
+int depth(const Grid<float>& heights, const std::vector<std::size_t>& region) {
+  std::vector<int> steps(region.size(), 0);  // 0: not reached yet
+  const auto number = [&](int i, int j) -> long {
+    const auto at = std::lower_bound(region.begin(), region.end(), heights.index(i, j));
+    return at != region.end() && *at == heights.index(i, j) ? at - region.begin() : -1;
+  };
+  for (int step = 1;; ++step) {
+    std::vector<std::size_t> reached;
+    for (std::size_t n = 0; n < region.size(); ++n) {
+      if (steps[n]) continue;
+      const int i = static_cast<int>(region[n] % static_cast<std::size_t>(heights.nx)),
+                j = static_cast<int>(region[n] / static_cast<std::size_t>(heights.nx));
+      bool next_to = false;
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di) {
+          if (!heights.contains(i + di, j + dj)) continue;
+          const long other = number(i + di, j + dj);
+          next_to |= other >= 0 ? steps[static_cast<std::size_t>(other)] > 0 : !std::isnan(heights.at(i + di, j + dj));
+        }
+      if (next_to) reached.push_back(n);
+    }
+    if (reached.empty()) return std::count(steps.begin(), steps.end(), 0) ? std::numeric_limits<int>::max() : step - 1;
+    for (const std::size_t n : reached) steps[n] = step;
+  }
+}
+
 // The rule for drop-outs, before the cut (segment.hpp).
 bool may_bridge(const Grid<float>& heights, const std::vector<std::size_t>& region, const SegmentOptions& options) {
-  int i0 = heights.nx, i1 = -1, j0 = heights.ny, j1 = -1;
-  bool high_rim = false;
+  bool high_rim = false, at_border = false;
   for (const std::size_t k : region) {
     const int i = static_cast<int>(k % static_cast<std::size_t>(heights.nx)),
               j = static_cast<int>(k / static_cast<std::size_t>(heights.nx));
-    i0 = std::min(i0, i), i1 = std::max(i1, i), j0 = std::min(j0, j), j1 = std::max(j1, j);
+    at_border |= i == 0 || j == 0 || i == heights.nx - 1 || j == heights.ny - 1;
     for (int dj = -1; dj <= 1; ++dj)
       for (int di = -1; di <= 1; ++di)
         if (heights.contains(i + di, j + dj)) high_rim |= heights.at(i + di, j + dj) >= options.cut_height_mm / 4;
   }
-  const bool at_border = i0 == 0 || j0 == 0 || i1 == heights.nx - 1 || j1 == heights.ny - 1;
-  const double extent = heights.spacing * (std::max(i1 - i0, j1 - j0) + 1);
-  return high_rim && !at_border && extent <= options.bridge_mm;
+  return high_rim && !at_border && 2.0 * heights.spacing * depth(heights, region) <= options.bridge_mm + heights.spacing;
 }
 
 Grid<std::uint8_t> unknown_points(const Grid<float>& heights, const PlyMask& ply, const Grid<std::uint8_t>* within) {

@@ -17,7 +17,7 @@ struct SegmentOptions {
   double area_tol_mm2 = 200.0;         // least area inside the outline
   double peak_tol_mm = 1.25;           // least peak above the cut (above the reference it could not drop anything)
   double edge_tol_mm = 0.0;            // an outline this near to the ply's touches the ply's edge; 0: two grid spacings
-  double bridge_mm = 12.0;             // unknown regions up to this extent along x and y are bridged; 0: none
+  double bridge_mm = 12.0;             // unknown regions up to this thickness are bridged; 0: none
   std::optional<Polygon> ply_outline;  // mold XY, mm; none: unknown
   void check() const;
 };
@@ -58,11 +58,11 @@ struct Segmentation {
 // Pockets from heights of the ply above the reference (mm, NaN = unknown). `measured`, if given, is nonzero where the
 // height was measured rather than filled.
 //
-// Unknown heights: a region that does not reach the grid's border, is at most bridge_mm wide both ways and has a height
-// above a quarter of the cut at its rim (pockets' feet count too) is bridged by the least-bent surface (bridge.hpp) before
-// the cut, so the slopes at its rim tell whether it hides a saddle between two pockets or the crest of one. A larger one
-// counts as no pocket: outlines close along it, and it joins nothing, unless a pocket surrounds it wholly; then it is filled
-// like any other hole.
+// Unknown heights: a region that does not reach the grid's border, has no point further than half bridge_mm from a known height (a strip
+// may be long: the scanner loses one along a raised edge of the ply) and has a height above a quarter of the cut at its rim (pockets' feet
+// count too) is bridged by the least-bent surface (bridge.hpp) before the cut, so the slopes at its rim tell whether it hides a saddle
+// between two pockets or the crest of one. A larger one counts as no pocket: outlines close along it, and it joins nothing, unless a pocket
+// surrounds it wholly; then it is filled like any other hole.
 Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr);
 
 }  // namespace debulk

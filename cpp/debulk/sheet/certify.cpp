@@ -145,25 +145,34 @@ struct Curvature {
 // Is the Hessian positive on the null space of `active`? It is where H + rho A A^T has a Cholesky factorisation; where it
 // has none, inverse iteration finds the direction to blame, which is then projected into the null space and measured.
 Curvature smallest_curvature(const Sparse& hessian, const Sparse& active) {
-  Sparse unit(hessian.rows(), hessian.cols());
-  unit.setIdentity();
   const double largest = std::max(1.0, hessian.coeffs().size() ? hessian.coeffs().abs().maxCoeff() : 0.0);
   const Sparse normal = active * Sparse(active.transpose());
   Curvature out;
   for (const double rho : {1e3 * largest, 1e6 * largest}) {
     const Sparse penalised = hessian + rho * normal;
     Eigen::SimplicialLLT<Sparse> factors;
+    factors.analyzePattern(penalised);
     double shift = -Certificate::curvature_limit / 2;
-    factors.compute(penalised + shift * unit);
-    if (factors.info() == Eigen::Success) return {};
-    while (factors.info() != Eigen::Success && shift < 1e3 * rho) {
-      shift *= 4;
-      factors.compute(penalised + shift * unit);
+    const auto factor = [&] {
+      factors.setShift(shift);
+      factors.factorize(penalised);
+      return factors.info() == Eigen::Success;
+    };
+    if (factor()) return {};
+    bool done = false;
+    while (!done && shift < 1e3 * rho) {
+      shift *= 8;
+      done = factor();
     }
-    if (factors.info() != Eigen::Success) continue;
-    Eigen::VectorXd v(hessian.rows());  // a start with every component in it, the same every time
+    if (!done) continue;
+    Eigen::VectorXd v(hessian.rows()), next;  // a start with every component in it, the same every time
     for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
-    for (int step = 0; step < 60; ++step) v = factors.solve(v).normalized();
+    for (int step = 0; step < 60; ++step) {
+      next = factors.solve(v).normalized();
+      const double turned = (next - v).squaredNorm();
+      v.swap(next);
+      if (turned < 1e-12) break;
+    }
     const Eigen::VectorXd inside = fit_multipliers(active, v, {}).residual;
     const double size = inside.norm();
     if (size < 1e-3) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "debulk/core/error.hpp"
+#include "debulk/core/parallel.hpp"
 #include "debulk/sheet/certify.hpp"
 #include "debulk/sheet/gap_problem.hpp"
 #include "debulk/solve/method.hpp"
@@ -73,6 +74,21 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
   return minimum;
 }
 
+// Start k: 0 is the given one (or the sheet's), the others are seeded perturbations of it.
+Minimum from_start(const Sheet& sheet, const MinimiseOptions& options, const Points* start, int k) {
+  if (sheet.movable().empty()) return refused(sheet, SolveStatus::nothing_moves, options.solve.stiffness);
+  const GapProblem problem(sheet);
+  if (problem.equalities() > problem.variables()) return refused(sheet, SolveStatus::too_few_movable_nodes, options.solve.stiffness);
+  const Eigen::VectorXd first = problem.from_points(start ? *start : sheet.start());
+  Random random(options.seed * 1000003u + static_cast<std::uint64_t>(k));
+  return run(sheet, problem, options, k == 0 ? first : perturbed(first, options.perturbation, random), random);
+}
+
+// Refused, and so would be every other start.
+bool never_begun(const Minimum& minimum) {
+  return minimum.status == SolveStatus::nothing_moves || minimum.status == SolveStatus::too_few_movable_nodes;
+}
+
 }  // namespace
 
 void MinimiseOptions::check() const {
@@ -86,17 +102,31 @@ void MinimiseOptions::check() const {
 
 std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start) {
   options.check();
-  if (sheet.movable().empty()) return {refused(sheet, SolveStatus::nothing_moves, options.solve.stiffness)};
-  const GapProblem problem(sheet);
-  if (problem.equalities() > problem.variables()) return {refused(sheet, SolveStatus::too_few_movable_nodes, options.solve.stiffness)};
-
   if (start) sheet.energy(*start);  // checks it
-  const Eigen::VectorXd first = problem.from_points(start ? *start : sheet.start());
   std::vector<Minimum> minima;
   for (int k = 0; k < options.starts; ++k) {
-    if (k > 0 && options.solve.stop.now()) break;
-    Random random(options.seed * 1000003u + static_cast<std::uint64_t>(k));
-    minima.push_back(run(sheet, problem, options, k == 0 ? first : perturbed(first, options.perturbation, random), random));
+    if (k > 0 && (options.solve.stop.now() || never_begun(minima[0]))) break;
+    minima.push_back(from_start(sheet, options, start, k));
+  }
+  return minima;
+}
+
+std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& sheets, const MinimiseOptions& options, int threads) {
+  options.check();
+  const auto starts = static_cast<std::size_t>(options.starts);
+  std::vector<std::vector<Minimum>> minima(sheets.size(), std::vector<Minimum>(starts));
+  std::vector<std::vector<char>> begun(sheets.size(), std::vector<char>(starts, 0));
+  // Every sheet's first start before any second one: a deadline cuts the others.
+  parallel_for(static_cast<long>(sheets.size() * starts), 1, threads, [&](long first, long) {
+    const std::size_t sheet = static_cast<std::size_t>(first) % sheets.size(), k = static_cast<std::size_t>(first) / sheets.size();
+    if (k > 0 && options.solve.stop.now()) return;
+    minima[sheet][k] = from_start(*sheets[sheet], options, nullptr, static_cast<int>(k));
+    begun[sheet][k] = 1;
+  });
+  for (std::size_t s = 0; s < sheets.size(); ++s) {
+    std::size_t kept = 1;
+    while (kept < starts && begun[s][kept] && !never_begun(minima[s][0])) ++kept;
+    minima[s].resize(kept);
   }
   return minima;
 }

@@ -38,6 +38,10 @@ struct Minimum {
 // The sheet under vacuum, from each start. Ordered as the starts; a stopped run returns those begun.
 std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start = nullptr);
 
+// The same for several sheets at once, on up to `threads` threads (0: as many as the process may use): result k is that of
+// sheet k alone, bit for bit.
+std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& sheets, const MinimiseOptions& options, int threads = 0);
+
 // The certified one of lowest energy, or, if none is, the first.
 const Minimum& best(const std::vector<Minimum>& minima);
 

@@ -23,7 +23,7 @@ struct Outcome {
 // compliance 1/k of the options (elastic.hpp).
 using Method = Outcome (*)(const Problem&, const Eigen::VectorXd& start, const SolveOptions&);
 
-// By name: "interior_point", "ipopt"; "auto" is the default, "interior_point". Throws InputError on another name.
+// By name: "interior_point", "ipopt", "nlopt"; "auto" is the default, "interior_point". Throws InputError on another name.
 Method method(const std::string& name);
 std::vector<std::string> method_names();
 

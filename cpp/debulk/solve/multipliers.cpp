@@ -25,12 +25,11 @@ Eigen::VectorXd least_squares(const Eigen::SparseMatrix<double>& columns, const 
   Eigen::SparseMatrix<double> a(columns.rows(), static_cast<long>(chosen.size()));
   a.setFromTriplets(entries.begin(), entries.end());
 
-  Eigen::SparseMatrix<double> normal = a.transpose() * a;
+  const Eigen::SparseMatrix<double> normal = a.transpose() * a;
   const double shift = 1e-11 * std::max(1e-300, normal.diagonal().maxCoeff());
-  Eigen::SparseMatrix<double> unit(normal.rows(), normal.cols());
-  unit.setIdentity();
-  normal += shift * unit;
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(normal);
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
+  factors.setShift(shift);
+  factors.compute(normal);
   if (factors.info() != Eigen::Success) return x;
   Eigen::VectorXd part = Eigen::VectorXd::Zero(a.cols());
   double last = std::numeric_limits<double>::infinity();

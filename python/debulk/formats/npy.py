@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 import zipfile
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
+from debulk._core import InputError
 from debulk.formats.source import Source
 
 _REMEDY = "save it with numpy.save as (H, W, 3) or (N, 3) float32"
@@ -56,12 +58,10 @@ def read_npz(source: Source) -> NDArray[np.float32]:
             if len(data) != need:
                 source.fail(offset, f"array {name!r}: {need - len(data)} bytes lack")
             return _shaped(np.frombuffer(data, dtype=dtype), shape, fortran)
-    except (zipfile.BadZipFile, zipfile.LargeZipFile, EOFError, NotImplementedError, RuntimeError) as error:
-        return source.fail(0, f"not a readable .npz archive: {error}")
-    except Exception as error:  # zlib and lzma have errors of their own, the latter an optional module
-        if type(error).__name__ in ("error", "LZMAError"):
-            return source.fail(0, f"damaged .npz archive: {error}")
+    except (InputError, OSError):
         raise
+    except Exception as error:  # a damaged archive ends in errors of zipfile, zlib, struct, ...: all mean the same
+        return source.fail(0, f"not a readable .npz archive: {' '.join(str(error).split())[:120]}")
 
 
 def write_npy(path: Path, points: NDArray[np.float32]) -> None:
@@ -78,10 +78,12 @@ def write_npz(path: Path, points: NDArray[np.float32]) -> None:
 
 def _header(source: Source, file: BinaryIO, offset: int) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     try:
-        version = npy_format.read_magic(file)
-        read = npy_format.read_array_header_1_0 if version == (1, 0) else npy_format.read_array_header_2_0
-        shape, fortran, dtype = read(file)
-    except (ValueError, TypeError, SyntaxError, OverflowError, RecursionError, MemoryError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of headers that only Python 2 wrote
+            version = npy_format.read_magic(file)
+            read = npy_format.read_array_header_1_0 if version == (1, 0) else npy_format.read_array_header_2_0
+            shape, fortran, dtype = read(file)
+    except Exception as error:  # NumPy parses the header with Python's own tokenizer, which has many errors
         return source.fail(offset, f"not a readable .npy header: {' '.join(str(error).split())[:120]}", _REMEDY)
     return tuple(shape), bool(fortran), dtype
 

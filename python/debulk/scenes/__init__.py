@@ -7,6 +7,7 @@ the same seed gives the same bits, on any number of threads.
 from __future__ import annotations
 
 from debulk.scenes.bump import Bump
+from debulk.scenes.debulked import Debulked
 from debulk.scenes.scene import Layup, Truth, layup
 
-__all__ = ["Bump", "Layup", "Truth", "layup"]
+__all__ = ["Bump", "Debulked", "Layup", "Truth", "layup"]

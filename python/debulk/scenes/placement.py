@@ -33,8 +33,8 @@ class Planned:
 
 # Areas follow the published spacings (about 0.85 · 100 · Δ²) between the published extremes of 438 and 5.35 cm²; like
 # there, 10 and 14 lie in the noise and 9 at the ply's edge. At 0.3 mm thickness and a 2 mm cut the straight excess is
-# below 0.2 mm for 1, 3, 4, 6 and near it for 7, which the edge can also release: they should close. 11 reaches 3 mm, the
-# 15 mm high 2 reaches 4 mm; 14 (0.5 mm) is near whatever limit is chosen; the others (about 1 mm and more) should not close.
+# below 0.2 mm for 1, 3, 4, 6 and near it for 7, which the edge can also release: they should close. 11 reaches 3 mm,
+# the 15 mm high 2 reaches 4 mm; 14 (0.5 mm) is near whatever limit is chosen; the others should not close.
 POCKETS = (
     Planned(438.0, 4.9, 1.25),
     Planned(90.0, 15.0, 1.10, varies=False),

@@ -24,7 +24,7 @@ F64 = NDArray[np.float64]
 
 _BLOCK_ROWS = 16  # part of the result: each block has its own stream of noise
 _MOLD_STEPS = 3  # from 60 mm off the error falls to about 1e-1, 1e-6, below 1e-12 mm
-_BELL_STEPS = 4  # from 15 mm off below 1e-10 mm
+_BELL_STEPS = 4  # from 15 mm off below 1e-10 mm; a debulked ply's narrow ridges need more
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,7 @@ class Target:
     ply: StarPolygon
     thickness_mm: float
     bells: tuple[Bell, ...]
+    bell_steps: int = _BELL_STEPS
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +56,13 @@ class _Rays:
         return np.asarray((z_mm - self.centre[2]) / self.dz)
 
 
-def cast(camera: Camera, target: Target, scan: Spoiling, reference: Spoiling, threads: int) -> tuple[F32, F32]:
-    """Cast the scan with the ply and the reference without it, (H, W, 3) in the scanner frame, mm."""
-    clouds = [np.empty((camera.height, camera.width, 3), dtype=np.float32) for _ in range(2)]
+def cast(
+    camera: Camera, target: Target, scan: Spoiling, reference: Spoiling | None, threads: int
+) -> tuple[F32, F32 | None]:
+    """Cast the scan with the ply and, where wanted, the reference without it, (H, W, 3) in the scanner frame, mm."""
+    shape = (camera.height, camera.width, 3)
+    with_cloud = np.empty(shape, dtype=np.float32)
+    without_cloud = None if reference is None else np.empty(shape, dtype=np.float32)
     rim = mold.rim()
     low, high = rim.copy(), rim.copy()
     low[:, 2], high[:, 2] = mold.LOWEST_MM, mold.HIGHEST_MM + 20.0
@@ -77,7 +82,9 @@ def cast(camera: Camera, target: Target, scan: Spoiling, reference: Spoiling, th
             inner = rays.part(slice(None), columns)
             _hit(inner, rows.start, columns.start, target, bell_boxes, with_ply[:, columns], without[:, columns])
         range_per_depth = np.sqrt(1.0 + u * u + v * v)
-        for depth, faults, cloud in ((with_ply, scan, clouds[0]), (without, reference, clouds[1])):
+        for depth, faults, cloud in ((with_ply, scan, with_cloud), (without, reference, without_cloud)):
+            if faults is None or cloud is None:
+                continue
             faults.block(rows, range_per_depth, depth)
             depth[faults.dropout[rows]] = np.nan
             np.multiply(depth, u, out=cloud[rows, :, 0], casting="same_kind")
@@ -87,7 +94,7 @@ def cast(camera: Camera, target: Target, scan: Spoiling, reference: Spoiling, th
     with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(block, range(0, camera.height, _BLOCK_ROWS)):
             pass
-    return clouds[0], clouds[1]
+    return with_cloud, without_cloud
 
 
 def _hit(
@@ -118,20 +125,20 @@ def _hit(
         j0, j1 = max(box[2] - column, 0), min(box[3] - column, depth.shape[1])
         if i0 < i1 and j0 < j1:
             window = slice(i0, i1), slice(j0, j1)
-            _hit_bell(rays.part(*window), target.thickness_mm, bell, depth[window])
+            _hit_bell(rays.part(*window), target, bell, depth[window])
     x, y = rays.xy(depth)
     np.copyto(with_ply, depth, where=target.ply.inside(x, y))
 
 
-def _hit_bell(rays: _Rays, thickness_mm: float, bell: Bell, depth: F64) -> None:
+def _hit_bell(rays: _Rays, target: Target, bell: Bell, depth: F64) -> None:
     """Depths of the hits on a bell, written over the laid ply's where the hit is within the bell's foot."""
     at = depth.copy()
-    for _ in range(_BELL_STEPS):
+    for _ in range(target.bell_steps):
         x, y = rays.xy(at)
         z, zx, zy = mold.height_and_slopes(x, y)
         rise, bx, by, _ = bell.rise_and_slopes(x, y)
         closing = rays.dz - (zx + bx) * rays.dx - (zy + by) * rays.dy
-        at -= (rays.centre[2] + at * rays.dz - z - rise - thickness_mm) / closing
+        at -= (rays.centre[2] + at * rays.dz - z - rise - target.thickness_mm) / closing
     u, v = bell.to_unit(*rays.xy(at))
     np.copyto(depth, at, where=u * u + v * v < 1.0)
 

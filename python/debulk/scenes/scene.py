@@ -14,6 +14,7 @@ from debulk._core import InputError
 from debulk.scenes import mold
 from debulk.scenes.bump import Bump
 from debulk.scenes.camera import aim
+from debulk.scenes.debulked import Debulked, Scanner, debulk
 from debulk.scenes.outline import StarPolygon, irregular_outline
 from debulk.scenes.placement import place
 from debulk.scenes.raycast import Target, cast
@@ -73,6 +74,39 @@ class Layup:
     ply_outline: F64 = field(repr=False)
     """(M, 2) mold XY, counter-clockwise, the last point joined to the first, mm."""
     truth: Truth = field(repr=False)
+    _scanner: Scanner = field(repr=False)
+
+    def debulked(self, bulk_factor: float = 1.2) -> Debulked:
+        """Debulk the layup and scan it again, with faults as in the other scans.
+
+        Made from the truth alone, by a rule of thumb: the ply is everywhere its consolidated thickness above the mold,
+        and a pocket's excess length over its short axis, less 0.2 mm (0.7 mm at the ply's edge, where it slides out),
+        stands as one narrow ridge along the long axis. It is there to exercise `debulk.compare`; agreement with it is
+        no evidence for a prediction.
+
+        Parameters
+        ----------
+        bulk_factor
+            Thickness before over thickness after debulking, 1 to 5.
+
+        Returns
+        -------
+        Debulked
+            Its ``scan`` is what `debulk.compare` takes.
+
+        Raises
+        ------
+        debulk.InputError
+            A bulk factor out of its range.
+
+        Examples
+        --------
+        >>> after = layup(seed=1, pixels=(64, 48)).debulked()
+        >>> after.scan.shape, round(after.thickness_mm, 3)
+        ((48, 64, 3), 0.25)
+        """
+        _check("bulk_factor", bulk_factor, 1.0, 5.0, "a factor of 1 to 5")
+        return debulk(self.truth.pockets, self.truth.decoys, self._scanner, self.truth.thickness_mm, bulk_factor)
 
 
 def layup(
@@ -157,7 +191,9 @@ def layup(
     ply = StarPolygon(outline)
     target = Target(ply, thickness_mm, tuple(b.bell for b in (*pockets, *decoys)))
     faults, reference_faults = (spoil((seed, k), camera, noise_mm, flying_share, dropout_share) for k in (1, 2))
-    scan, reference = cast(camera, target, faults, reference_faults, threads or os.cpu_count() or 1)
+    workers = threads or os.cpu_count() or 1
+    scan, reference = cast(camera, target, faults, reference_faults, workers)
+    assert reference is not None
     truth = Truth(
         pockets=tuple(pockets),
         decoys=tuple(decoys),
@@ -169,7 +205,9 @@ def layup(
         reference_flying=reference_faults.flying,
         _ply=ply,
     )
-    return Layup(scan, reference, camera.mold_from_scanner, (camera.f, camera.cx, camera.cy), outline, truth)
+    scanner = Scanner(camera, ply, seed, noise_mm, flying_share, dropout_share, workers)
+    intrinsics = (camera.f, camera.cx, camera.cy)
+    return Layup(scan, reference, camera.mold_from_scanner, intrinsics, outline, truth, scanner)
 
 
 def _xy(xy: ArrayLike) -> tuple[F64, F64]:

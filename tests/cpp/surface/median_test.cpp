@@ -16,7 +16,8 @@ using namespace testing;
 
 TEST(Median, AgreesWithSortingTheWindow) {
   Noise noise(1);
-  for (const auto& [nx, size, missing] : {std::tuple{17, 3, 0.3}, std::tuple{17, 5, 0.3}, std::tuple{131, 3, 0.01}, std::tuple{2, 3, 0.1}}) {
+  for (const auto& [nx, size, missing] :
+       {std::tuple{17, 3, 0.3}, std::tuple{17, 5, 0.3}, std::tuple{131, 3, 0.01}, std::tuple{2, 3, 0.1}}) {
     Grid<float> grid(nx, 13, {0, 0}, 1.0);
     for (float& v : grid.values) v = noise.uniform() < missing ? nanf : static_cast<float>(noise.normal());
     const Grid<float> out = median(grid, size, 2);

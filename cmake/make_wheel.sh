@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# Makes a wheel that needs nothing but Python and glibc: the shared libraries it uses lie in it, with their licences.
+#
+#   cmake/make_wheel.sh PYTHON FOLDER [BUILD_DIR]
+#
+# PYTHON has the packages of the extra "wheel" and of the build. The wheel is left in FOLDER, alone.
+set -euo pipefail
+
+python=${1:?usage: make_wheel.sh PYTHON FOLDER [BUILD_DIR]}
+folder=${2:?usage: make_wheel.sh PYTHON FOLDER [BUILD_DIR]}
+build=${3:-build/wheel}
+most_bytes=$((20 * 1000 * 1000))
+
+say() { printf 'debulk: %s\n' "$*"; }
+die() { say "$*" >&2; exit 1; }
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+"$python" -m pip wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
+    --config-settings=build-dir="$build" --wheel-dir "$work/raw" .
+PATH="$(cd "$(dirname "$python")" && pwd):$PATH" "$python" -m auditwheel repair --wheel-dir "$work/repaired" "$work"/raw/*.whl >"$work/repair.log" 2>&1 ||
+    { cat "$work/repair.log" >&2; die "auditwheel failed"; }
+"$python" -m wheel unpack --dest "$work/open" "$work"/repaired/*.whl >/dev/null
+opened=$(echo "$work"/open/*)
+licences=$(echo "$opened"/*.dist-info/licenses)
+
+# A library's licence is its Debian package's. auditwheel puts a hash into the names of what it bundles; the raw wheel
+# tells which files of this system they were.
+"$python" -m zipfile -e "$work"/raw/*.whl "$work/linked"
+linked=$(ldd "$work"/linked/debulk/_core*.so | awk '$3 ~ /^\// {print $3}' | xargs -n1 readlink -f | sort -u)
+bundled=$(ls "$opened/debulk.libs" | sed -E 's/-[0-9a-f]{8}(\.|$)/\1/' | sort)
+mkdir -p "$licences/bundled"
+for name in $bundled; do
+    path=$(grep -F "/$name" <<<"$linked" | head -1) || die "no linked library is called $name"
+    package=$(dpkg -S "$path" 2>/dev/null || dpkg -S "${path#/usr}") || die "no Debian package holds $path"
+    package=${package%%:*}
+    cp "/usr/share/doc/$package/copyright" "$licences/bundled/$package.txt"
+done
+# Debian's copyright files point to these instead of quoting them.
+for text in $(grep -rhoE '/usr/share/common-licenses/[A-Za-z0-9.-]*[A-Za-z0-9]' "$licences/bundled" | sort -u); do
+    [ -e "$text" ] && cp -L "$text" "$licences/bundled/common-$(basename "$text").txt"
+done
+
+rm -rf "$folder"
+mkdir -p "$folder"
+"$python" -m wheel pack --dest-dir "$folder" "$opened" >/dev/null
+
+wheel=$(echo "$folder"/*.whl)
+bytes=$(stat -c %s "$wheel")
+[[ $wheel == *manylinux_2_*_x86_64.whl ]] || die "$wheel: expected a manylinux tag"
+[ "$bytes" -lt $most_bytes ] || die "$wheel: $bytes bytes, expected fewer than $most_bytes"
+say "$wheel: $bytes bytes, $(wc -w <<<"$bundled") libraries bundled, licences of $(ls "$licences/bundled" | grep -vc '^common-') packages"

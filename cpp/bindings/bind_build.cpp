@@ -1,0 +1,56 @@
+#include <IpoptConfig.h>
+#include <pcl/pcl_config.h>
+#include <pybind11/stl.h>
+
+#include <boost/version.hpp>
+#include <map>
+#include <string>
+
+#include "bindings/bind.hpp"
+
+#include <Eigen/Core>
+
+namespace py = pybind11;
+
+namespace debulk {
+namespace {
+
+std::string joined(int major, int minor, int patch) {
+  return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
+}
+
+std::map<std::string, std::string> versions() {
+  return {{"Eigen", joined(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
+          {"PCL", joined(PCL_MAJOR_VERSION, PCL_MINOR_VERSION, PCL_REVISION_VERSION)},
+          {"Boost", joined(BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000, BOOST_VERSION % 100)},
+          {"Ipopt", IPOPT_VERSION},
+          {"pybind11", joined(PYBIND11_VERSION_MAJOR, PYBIND11_VERSION_MINOR, PYBIND11_VERSION_PATCH)},
+#if defined(__clang__)
+          {"compiler", "Clang " __clang_version__}
+#else
+          {"compiler", "GCC " __VERSION__}
+#endif
+  };
+}
+
+// What the wide loops may choose from; the package itself asks for no more than x86-64-v2.
+std::string instruction_set() {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("x86-64-v4")) return "x86-64-v4";
+  if (__builtin_cpu_supports("x86-64-v3")) return "x86-64-v3";
+  if (__builtin_cpu_supports("x86-64-v2")) return "x86-64-v2";
+  return "x86-64";
+#else
+  return "no x86-64";
+#endif
+}
+
+}  // namespace
+
+void bind_build(py::module_& m) {
+  m.def("build_versions", &versions);
+  m.def("instruction_set", &instruction_set);
+}
+
+}  // namespace debulk

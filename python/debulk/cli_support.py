@@ -1,0 +1,79 @@
+"""What every command of the command line shares: exit codes, how a command ends, and the progress it shows."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from debulk import InputError
+from debulk.verdict import Verdict
+
+EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.UNDECIDED: 1, Verdict.INVALID: 3}
+BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
+
+Progress = Callable[[str, float], None]
+
+
+@contextmanager
+def outcome() -> Iterator[None]:
+    """Turn whatever ends a command into its exit code; a verdict's codes are never taken by a failure."""
+    try:
+        yield
+        sys.stdout.flush()
+    except InputError as error:
+        print("debulk:", "; ".join(line.strip() for line in str(error).splitlines()), file=sys.stderr)
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:
+        print("debulk: interrupted", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+    except BrokenPipeError:  # whoever read our output has left
+        with contextlib.suppress(OSError):  # so that Python does not complain when it flushes at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(NO_READER) from None
+    except (typer.Exit, typer.Abort):
+        raise
+    except Exception:
+        traceback.print_exc()
+        print("debulk: this is a fault of debulk's; please report it", file=sys.stderr)
+        raise typer.Exit(FAULT) from None
+
+
+@contextmanager
+def shown_progress() -> Iterator[Progress]:
+    """Show stages and how far they are on a terminal's stderr; elsewhere nothing."""
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description:<20}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+    )
+    with Bars(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
+        tasks: dict[str, Any] = {}
+
+        def report_progress(stage: str, fraction: float) -> None:
+            if stage not in tasks:
+                tasks[stage] = bars.add_task(stage, total=1.0)
+            bars.update(tasks[stage], completed=min(max(fraction, 0.0), 1.0))
+
+        yield report_progress
+
+
+def check_writable(path: Path) -> None:
+    """Refuse an output before the work is done, not after."""
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {path.parent}")
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise InputError(f"{path}: cannot be written")

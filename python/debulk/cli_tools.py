@@ -1,0 +1,75 @@
+"""Commands beside the inspection: what became of it, what is known of the solver, is all well here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from debulk import InputError
+from debulk.cli_support import check_writable, outcome, shown_progress
+
+
+def compare(
+    report: Annotated[Path, typer.Argument(help="Report of the inspection before debulking, .json.")],
+    scan: Annotated[Path, typer.Argument(help="Cloud of the debulked ply: .npy, .npz, .ply or .pcd.")],
+    reference: Annotated[Path, typer.Option(help="Cloud of what lay there before the ply was draped.")],
+    pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
+    unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    output: Annotated[list[Path] | None, typer.Option("-o", "--output", help=".json or .csv; repeatable.")] = None,
+) -> None:
+    """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate."""
+    with outcome():
+        for path in output or []:
+            check_writable(path)
+
+        from debulk import comparison, files
+        from debulk.report import Report
+
+        with shown_progress() as progress:
+            progress("reading", 0.0)
+            before = Report.load(report)
+            clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
+            transform = None if pose is None else files.load_pose(pose, unit)
+            progress("comparing", 0.0)
+            found = comparison.compare(before, *clouds, mold_from_scanner=transform)
+            progress("comparing", 1.0)
+        print(found)
+        for path in output or []:
+            found.save(path)
+            print(f"written: {path}")
+
+
+def study(
+    what: Annotated[Literal["solver"], typer.Argument(help="What is studied.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for tables and pictures.")] = Path("study"),
+    quick: Annotated[bool, typer.Option("--quick", help="In seconds; the figures mean little.")] = False,
+) -> None:
+    """Study error against run time on virtual layups; needs the extra "bench" for its pictures."""
+    with outcome():
+        from debulk import study as studies
+
+        if what != "solver":
+            raise InputError(f"study: expected solver, got {what!r}")
+        with shown_progress() as progress:
+            results = studies.solver(output, quick=quick, progress=progress)
+        print(results.text)
+
+
+def replay(
+    file: Annotated[list[Path], typer.Argument(help="Solves dumped by debulk.replay.dump().")],
+) -> None:
+    """Solve dumped problems again and print what came of them, then and now."""
+    with outcome():
+        from debulk.replay import main
+
+        raise typer.Exit(main([str(path) for path in file]))
+
+
+def doctor() -> None:
+    """Show versions, machine and licences, and try a self-test with its certificate."""
+    with outcome():
+        from debulk.doctor import main
+
+        raise typer.Exit(main())

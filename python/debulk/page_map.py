@@ -1,0 +1,193 @@
+"""The picture of the page: heights in colour, and over it the outlines of the ply and its pockets."""
+
+from __future__ import annotations
+
+import base64
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from debulk.grid import Grid
+    from debulk.report import Report
+
+_MAX_PIXELS = 1400  # width and height of the picture
+_MAX_PNG_BYTES = 2_200_000
+_MAX_CORNERS = 400  # of an outline as drawn
+
+
+class Mark(NamedTuple):
+    """A pocket on the map."""
+
+    id: int
+    verdict: str
+    path: str
+    label_x: float
+    label_y: float
+    anchor: str
+
+
+class PlyMap(NamedTuple):
+    """What the template draws; x to the right and y down, mm."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    image: str
+    image_box: tuple[float, float, float, float]
+    top_mm: float
+    ticks: list[tuple[float, str]]
+    stops: list[str]
+    ply: str
+    marks: list[Mark]
+    font: float
+
+
+def colours(count: int) -> list[str]:
+    """Return cividis, which reads the same to the colour-blind and in grey, as so many hexadecimal colours."""
+    ramp = np.linspace(0, 255, count).round().astype(np.uint8).reshape(-1, 1)
+    table = cv2.applyColorMap(ramp, cv2.COLORMAP_CIVIDIS).reshape(-1, 3)
+    return [f"#{r:02x}{g:02x}{b:02x}" for b, g, r in table.tolist()]
+
+
+def path(points: NDArray[np.float64], *, flip: bool = True) -> str:
+    """Return a closed SVG path through (M, 2) points, thinned to what the eye can tell apart."""
+    thin = points[:: max(1, math.ceil(len(points) / _MAX_CORNERS))]
+    sign = -1 if flip else 1
+    return "M" + "L".join(f"{x:.1f} {sign * y:.1f}" for x, y in thin.tolist()) + "Z"
+
+
+def ply_map(report: Report) -> PlyMap | None:
+    """Return the map, or None if there is nothing to draw."""
+    outlines = [pocket.outline_mm for pocket in report.pockets if len(pocket.outline_mm)]
+    if report.ply_outline_mm is not None:
+        outlines.append(report.ply_outline_mm)
+    grid = report.height_map
+    if outlines:
+        corners = np.concatenate(outlines)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        margin = 0.015 * float((high - low).max()) + 2.0
+        low, high = low - margin, high + margin
+    elif grid is not None:
+        low, high = np.array([grid.x_mm[0], grid.y_mm[0]]), np.array([grid.x_mm[-1], grid.y_mm[-1]])
+    else:
+        return None
+    image, image_box, top = "", (0.0, 0.0, 0.0, 0.0), 1.0
+    if grid is not None and grid.values.ndim == 2 and grid.values.size:
+        cropped = _crop(grid, low, high, keep_all=report.ply_outline_mm is None)
+        if cropped is not None:
+            values, first = cropped
+            top = _top(report, values)
+            image = _png(values, top)
+            half = 0.5 * grid.spacing_mm
+            size = grid.spacing_mm * np.array(values.shape[::-1])
+            image_box = (first[0] - half, -(first[1] - half + size[1]), float(size[0]), float(size[1]))
+            if report.ply_outline_mm is None:
+                low, high = np.minimum(low, first - half), np.maximum(high, first - half + size)
+    width, height = (float(length) for length in high - low)
+    font = max(width, height) / 36
+    drawn = [pocket for pocket in report.pockets if len(pocket.outline_mm)]
+    places = _labels([pocket.outline_mm for pocket in drawn], font, low, high)
+    marks = [
+        Mark(pocket.id, pocket.verdict.value, path(pocket.outline_mm), *place)
+        for pocket, place in zip(drawn, places, strict=True)
+    ]
+    step = _nice(top / 5)
+    ticks = [(100 * k * step / top, f"{k * step:g}") for k in range(int(top / step + 1e-9) + 1)]
+    ply = "" if report.ply_outline_mm is None else path(report.ply_outline_mm)
+    return PlyMap(
+        float(low[0]), -float(high[1]), width, height, image, image_box, top, ticks, colours(12), ply, marks, font
+    )
+
+
+def _crop(
+    grid: Grid, low: NDArray[np.float64], high: NDArray[np.float64], *, keep_all: bool
+) -> tuple[NDArray[np.float32], NDArray[np.float64]] | None:
+    """Cut the window out of the height map; with it the position of its first cell."""
+    values = np.asarray(grid.values, dtype=np.float32)
+    if keep_all:
+        return values, np.asarray(grid.origin_mm, dtype=np.float64)
+    ny, nx = values.shape
+    i0, j0 = np.clip(np.floor((low - grid.origin_mm) / grid.spacing_mm).astype(int), 0, [nx, ny])
+    i1, j1 = np.clip(np.ceil((high - grid.origin_mm) / grid.spacing_mm).astype(int) + 1, 0, [nx, ny])
+    if i1 <= i0 or j1 <= j0:
+        return None
+    return values[j0:j1, i0:i1], grid.origin_mm + grid.spacing_mm * np.array([i0, j0])
+
+
+def _top(report: Report, values: NDArray[np.float32]) -> float:
+    """Upper end of the colours: the highest pocket, or without one what the scan has."""
+    peaks = [pocket.peak_mm for pocket in report.pockets if math.isfinite(pocket.peak_mm)]
+    seen = values[np.isfinite(values)]
+    top = max(peaks) if peaks else float(np.quantile(seen, 0.999)) if seen.size else 1.0
+    return max(top, 0.1)
+
+
+def _nice(step: float) -> float:
+    power = 10.0 ** math.floor(math.log10(step))
+    return float(next(power * k for k in (1, 2, 5, 10) if power * k >= step * 0.999))
+
+
+def _png(values: NDArray[np.float32], top: float) -> str:
+    """Return the heights as a PNG in base64, north up; what is missing is transparent."""
+    seen = np.isfinite(values)
+    shown = np.where(seen, values, 0).astype(np.float32)[::-1]
+    weight = seen.astype(np.float32)[::-1]
+    scale = min(1.0, _MAX_PIXELS / max(values.shape))
+    while True:
+        size = tuple(max(1, round(length * scale)) for length in values.shape[::-1])
+        share = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
+        mean = cv2.resize(shown, size, interpolation=cv2.INTER_AREA) / np.maximum(share, 1e-6)
+        level = np.clip(mean * (255 / top), 0, 255).round().astype(np.uint8)
+        picture = cv2.cvtColor(cv2.applyColorMap(level, cv2.COLORMAP_CIVIDIS), cv2.COLOR_BGR2BGRA)
+        picture[share < 0.5] = 0
+        data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])[1].tobytes()
+        if len(data) <= _MAX_PNG_BYTES:
+            return base64.b64encode(data).decode("ascii")
+        scale *= 0.8
+
+
+def _labels(
+    outlines: list[NDArray[np.float64]], font: float, low: NDArray[np.float64], high: NDArray[np.float64]
+) -> list[tuple[float, float, str]]:
+    """Put a number inside a large pocket, and beside a small one where it covers least of the others."""
+    boxes = [np.concatenate([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
+    taken, places = list(boxes), []
+    for own in boxes:
+        middle = 0.5 * (own[:2] + own[2:])
+        if (own[2:] - own[:2]).min() > 2.4 * font:
+            spots = [(middle[0], middle[1], "middle")]
+        else:
+            spots = [
+                (own[2] + 0.4 * font, middle[1], "start"),
+                (own[0] - 0.4 * font, middle[1], "end"),
+                (middle[0], own[3] + 0.8 * font, "middle"),
+                (middle[0], own[1] - 0.8 * font, "middle"),
+            ]
+        costs = []
+        for x, y, anchor in spots:
+            box = _label_box(x, y, anchor, font)
+            inside = np.clip(box, [*low, *low], [*high, *high])
+            outside = np.prod(box[2:] - box[:2]) - np.prod(inside[2:] - inside[:2])
+            others = [other for other in taken if len(spots) == 1 or other is not own]
+            costs.append(2 * float(outside) + sum(_overlap(box, other) for other in others))
+        x, y, anchor = spots[int(np.argmin(costs))]
+        taken.append(_label_box(x, y, anchor, font))
+        places.append((float(x), float(-y + 0.35 * font), anchor))
+    return places
+
+
+def _label_box(x: float, y: float, anchor: str, font: float) -> NDArray[np.float64]:
+    """(4,) lower and upper corner of a label such as "12 ✓"."""
+    width = 2.6 * font
+    left = {"start": x, "end": x - width, "middle": x - 0.5 * width}[anchor]
+    return np.array([left, y - 0.55 * font, left + width, y + 0.55 * font])
+
+
+def _overlap(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    size = np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2])
+    return float(np.prod(np.maximum(size, 0.0)))

@@ -1,0 +1,100 @@
+"""The virtual layup after debulking, made from the truth alone: no prediction has a part in it.
+
+The vacuum presses the whole ply to its consolidated thickness. A pocket's excess length over its short axis, less what
+the ply takes up in its plane, stands as one narrow ridge along the long axis. This is a stand-in to exercise the
+comparison with, not a model of debulking: how well a prediction agrees with it says nothing about a real ply.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk.scenes.bump import Bell, Bump, straight_excess
+from debulk.scenes.camera import Camera
+from debulk.scenes.outline import StarPolygon
+from debulk.scenes.raycast import Target, cast
+from debulk.scenes.spoil import spoil
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+RIDGE_HALF_WIDTH_MM = 4.0  # an elastic fold of this ply is about four natural lengths of 2 mm wide at its foot
+TAKEN_UP_MM = 0.2  # excess that shear and waves too low to see take up
+RELEASED_MM = 0.5  # excess that slides out at the ply's edge
+_STEPS = 12  # of the ray caster; a ridge is steep and narrow
+
+
+@dataclass(frozen=True, eq=False)
+class Scanner:
+    """How the scans of a layup were taken, so that one more can be."""
+
+    camera: Camera
+    ply: StarPolygon
+    seed: int
+    noise_mm: float
+    flying_share: float
+    dropout_share: float
+    threads: int
+
+
+@dataclass(frozen=True, eq=False)
+class Debulked:
+    """A scan of the ply after debulking, and the truth about it."""
+
+    scan: F32 = field(repr=False)
+    """(H, W, 3) organised cloud, scanner frame, mm, NaN = nothing seen."""
+    thickness_mm: float
+    """Of the consolidated ply, along z."""
+    ridges: tuple[Bell | None, ...]
+    """What stands of each pocket, in the order of the truth; None where it closed. Heights over the rest of the ply."""
+    decoy_ridges: tuple[Bell | None, ...]
+    """Likewise for the decoys."""
+    dropout: NDArray[np.bool_] = field(repr=False)
+    """(H, W): pixels that saw nothing."""
+    flying: NDArray[np.bool_] = field(repr=False)
+    """(H, W): pixels whose point flies off along its ray."""
+    _ply: StarPolygon = field(repr=False)
+
+    def ply_height_above_mold(self, xy: ArrayLike) -> F64:
+        """Height of the ply's upper side above the mold, along z; 0 beside the ply; (..., 2) mold XY to (...), mm."""
+        points = np.asarray(xy, dtype=np.float64)
+        x, y = points[..., 0], points[..., 1]
+        height = np.full(x.shape, self.thickness_mm)
+        for ridge in (*self.ridges, *self.decoy_ridges):
+            if ridge is not None:
+                height += ridge.rise(x, y)
+        return np.where(self._ply.inside(x, y), height, 0.0)
+
+
+def debulk(
+    pockets: tuple[Bump, ...], decoys: tuple[Bump, ...], scanner: Scanner, thickness_mm: float, bulk_factor: float
+) -> Debulked:
+    """Press the ply down and scan it again."""
+    thickness = thickness_mm / bulk_factor
+    ridges, decoy_ridges = tuple(map(ridge_of, pockets)), tuple(map(ridge_of, decoys))
+    standing = tuple(ridge for ridge in (*ridges, *decoy_ridges) if ridge is not None)
+    faults = spoil(
+        (scanner.seed, 3), scanner.camera, scanner.noise_mm, scanner.flying_share, scanner.dropout_share
+    )  # 1 and 2 are the scan's and the reference's
+    scan, _ = cast(scanner.camera, Target(scanner.ply, thickness, standing, _STEPS), faults, None, scanner.threads)
+    return Debulked(scan, thickness, ridges, decoy_ridges, faults.dropout, faults.flying, scanner.ply)
+
+
+def ridge_of(bump: Bump) -> Bell | None:
+    """Return what is left of a bump: None, or a bell as long as the bump and RIDGE_HALF_WIDTH_MM to each side."""
+    excess = bump.straight_excess_mm - TAKEN_UP_MM - (RELEASED_MM if bump.touches_ply_edge else 0.0)
+    if excess <= 0:
+        return None
+    return Bell(bump.centre_mm, (bump.radii_mm[0], RIDGE_HALF_WIDTH_MM), bump.angle_deg, ridge_height(excess))
+
+
+def ridge_height(excess_mm: float) -> float:
+    """Height at which a ridge's middle section has this excess length: the inverse of `straight_excess`."""
+    low, high = 0.0, RIDGE_HALF_WIDTH_MM + excess_mm  # the arc is longer than twice the height
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if straight_excess(middle, RIDGE_HALF_WIDTH_MM) < excess_mm else (low, middle)
+    return 0.5 * (low + high)

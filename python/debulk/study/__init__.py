@@ -1,0 +1,90 @@
+"""Error against run time: what each setting of the solver costs, and what it changes in the answer.
+
+`solver` lays nets on the pockets of virtual layups, finds each one's converged reference, and solves it again under
+one setting at a time. Figures, tables and pictures go into a folder; `main` is what the command line calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from debulk import solve
+from debulk._core import InputError
+from debulk.study.plan import Plan, settings
+
+if TYPE_CHECKING:
+    from debulk.study.results import Results
+
+__all__ = ["Plan", "main", "solver"]
+
+Progress = Callable[[str, float], None]
+
+
+def solver(
+    out_dir: str | PathLike[str],
+    layups: Iterable[int] | None = None,
+    quick: bool = False,
+    progress: Progress | None = None,
+    pictures: bool = True,
+) -> Results:
+    """Study the solver on virtual layups.
+
+    Parameters
+    ----------
+    out_dir
+        Folder for study.txt, the tables (.csv) and the pictures (.png); made if need be.
+    layups
+        Seeds of `debulk.scenes.layup`. Default: 0 to 9, quick: 0.
+    quick
+        A few pockets and settings, in seconds: shows that the study runs, its figures mean little.
+    progress
+        Called with the stage and the share of the work that is done.
+    pictures
+        Whether to draw them; needs matplotlib (``pip install debulk[bench]``).
+
+    Returns
+    -------
+    Results
+        Rows, references, lines and tables, as written.
+
+    Raises
+    ------
+    InputError
+        No layup, a folder that cannot be made, or matplotlib is missing where pictures are wanted.
+    """
+    plan = Plan.quick() if quick else Plan()
+    if layups is not None:
+        plan = plan.with_layups(layups)
+    if pictures:
+        from debulk.study.pictures import pyplot
+
+        pyplot()  # fails now, rather than after the work
+    folder = Path(out_dir)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"out_dir: {folder} cannot be made: {error.strerror or error}") from None
+
+    from debulk.study.results import collect, write
+
+    wanted = settings(plan, [name for name in solve.methods() if name != "auto"])
+    results = collect(plan, wanted, progress or (lambda stage, done: None))
+    write(results, folder)
+    if pictures:
+        from debulk.study.pictures import draw
+
+        draw(results, folder)
+    return results
+
+
+def main(out_dir: str | PathLike[str] = "bench/study", quick: bool = False) -> None:
+    """Run the study and print its tables, with a line of progress a layup."""
+    import sys
+
+    def report(stage: str, done: float) -> None:
+        print(f"{100 * done:3.0f} %  {stage}", file=sys.stderr)
+
+    print(solver(out_dir, quick=quick, progress=report).text)

@@ -1,0 +1,81 @@
+"""What the study varies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Self
+
+from debulk._core import InputError
+from debulk.recipe import Recipe
+from debulk.study.runs import Setting
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One setting at a time departs from the recipe's; the methods meet at several tolerances, with one start."""
+
+    layups: tuple[int, ...] = tuple(range(10))
+    pixels: tuple[int, int] = (1280, 960)
+    pockets: int = 14  # of a layup, largest first
+    node_targets: tuple[int, ...] = (50, 75, 100, 150, 200, 300)
+    tolerances: tuple[float, ...] = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+    starts: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 16)
+    stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10)
+    method_tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8)
+    gradient_tolerances: tuple[float, ...] = (1e-4, 1e-5)  # of NLopt, which has no second derivatives to get further
+    amplitudes: tuple[float, ...] = (0.02, 0.05, 0.1, 0.2)
+    reference_starts: int = 36  # a size of perturbation, beside the deterministic one
+    other_sizes_starts: int = 6  # the same for nets of other sizes than the recipe's, of the middle perturbation
+    deadline_s: float = 30.0  # a minimisation; a failure past it
+
+    @classmethod
+    def quick(cls) -> Self:
+        """Seconds of work."""
+        return cls(
+            layups=(0,),
+            pixels=(480, 360),
+            pockets=4,
+            node_targets=(50, 100),
+            tolerances=(1e-4, 1e-8),
+            starts=(1, 3),
+            stiffnesses=(1e4, 1e8),
+            method_tolerances=(1e-6, 1e-8),
+            gradient_tolerances=(1e-4,),
+            amplitudes=(0.02, 0.1),
+            reference_starts=4,
+            other_sizes_starts=2,
+            deadline_s=5.0,
+        )
+
+    def with_layups(self, layups: Iterable[int]) -> Self:
+        """Return the plan for other layups."""
+        chosen = tuple(int(seed) for seed in layups)
+        if not chosen:
+            raise InputError("layups: expected at least one seed, but got none")
+        return replace(self, layups=chosen)
+
+
+def settings(plan: Plan, methods: list[str], recipe: Recipe | None = None) -> list[Setting]:
+    """All settings of a plan, sweep by sweep."""
+    recipe = recipe or Recipe()
+    default = Setting(
+        sweep="",
+        label="",
+        method="interior_point",
+        starts=recipe.solve.starts,
+        tolerance=recipe.solve.tolerance,
+        stiffness=recipe.solve.stiffness,
+        node_target=recipe.net.node_target,
+    )
+    return [
+        *(replace(default, sweep="nodes", label=f"{n}", node_target=n) for n in plan.node_targets),
+        *(replace(default, sweep="tolerance", label=f"{v:.0e}", tolerance=v) for v in plan.tolerances),
+        *(replace(default, sweep="starts", label=f"{n}", starts=n) for n in plan.starts),
+        *(replace(default, sweep="stiffness", label=f"{v:.0e}", stiffness=v) for v in plan.stiffnesses),
+        *(
+            replace(default, sweep="method", label=f"{m} {v:.0e}", method=m, tolerance=v, starts=1)
+            for m in methods
+            for v in (plan.gradient_tolerances if m == "nlopt" else plan.method_tolerances)
+        ),
+    ]

@@ -1,0 +1,124 @@
+"""Runs the study, and writes its tables."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from debulk.recipe import Recipe
+from debulk.study.cases import Case, cases
+from debulk.study.minima import Growth, Perturbation, growth, perturbations
+from debulk.study.plan import Plan
+from debulk.study.runs import Reference, Row, Setting, converge, run
+from debulk.study.summary import Line, lines, write_csv
+
+
+@dataclass
+class Results:
+    """Everything that the study found."""
+
+    plan: Plan
+    settings: list[Setting]
+    rows: list[Row] = field(default_factory=list)
+    references: list[tuple[Case, Reference]] = field(default_factory=list)  # every pocket and size of net that has one
+    load_before: float = 0.0
+    load_after: float = 0.0
+
+    @property
+    def default_size(self) -> int:
+        """Nodes a net by the recipe."""
+        return Recipe().net.node_target
+
+    @cached_property
+    def solved(self) -> list[tuple[Case, Reference]]:
+        """References of the recipe's size of net."""
+        return [(c, r) for c, r in self.references if c.node_target == self.default_size]
+
+    @cached_property
+    def lines(self) -> list[Line]:
+        """A line a setting."""
+        return lines(self.rows)
+
+    @cached_property
+    def growth(self) -> list[Growth]:
+        """Over numbers of starts."""
+        most = self.plan.reference_starts + 1
+        return growth(self.solved, tuple(n for n in (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 37) if n <= most))
+
+    @cached_property
+    def perturbations(self) -> list[Perturbation]:
+        """Over sizes of perturbation."""
+        return perturbations(self.solved)
+
+    def sweep(self, name: str) -> list[Line]:
+        """Lines of one sweep."""
+        return [line for line in self.lines if line.sweep == name]
+
+    @cached_property
+    def text(self) -> str:
+        """The tables as plain text."""
+        from debulk.study.text import study_text
+
+        return study_text(self)
+
+
+def collect(plan: Plan, settings: list[Setting], progress: Callable[[str, float], None]) -> Results:
+    """Solve every pocket under every setting."""
+    results = Results(plan, settings, load_before=os.getloadavg()[0])
+    sizes = tuple(sorted({s.node_target for s in settings}))
+    middle = plan.amplitudes[len(plan.amplitudes) // 2]
+    for done, layup in enumerate(cases(plan.layups, sizes, Recipe(), plan.pixels, plan.pockets)):
+        for k, case in enumerate(layup):
+            progress(f"layup {case.name}, {case.node_target} nodes", (done + k / len(layup)) / len(plan.layups))
+            usual = case.node_target == results.default_size
+            reference = converge(
+                case,
+                plan.amplitudes if usual else (middle,),
+                plan.reference_starts if usual else plan.other_sizes_starts,
+                plan.deadline_s,
+            )
+            if reference is not None:
+                results.references.append((case, reference))
+            wanted = [s for s in settings if s.node_target == case.node_target]
+            results.rows += [run(case, setting, reference, plan.deadline_s) for setting in wanted]
+    results.load_after = os.getloadavg()[0]
+    progress("tables", 1.0)
+    return results
+
+
+def write(results: Results, folder: Path) -> None:
+    """Write study.txt and the tables."""
+    write_csv(folder / "settings.csv", results.lines)
+    write_csv(folder / "runs.csv", results.rows)
+    write_csv(folder / "starts.csv", results.growth)
+    write_csv(folder / "perturbations.csv", results.perturbations)
+    write_csv(folder / "references.csv", [_reference_line(c, r) for c, r in results.references])
+    (folder / "study.txt").write_text(results.text, encoding="utf-8")
+
+
+def _reference_line(case: Case, reference: Reference) -> dict[str, object]:
+    good = [s for s in reference.starts if s.certified]
+    rms, ridge = [s.figures.rms_mm for s in good], [s.figures.ridge_mm for s in good]
+    return {
+        "layup": case.layup,
+        "pocket": case.pocket,
+        "node_target": case.node_target,
+        "nodes": len(case.net.nodes_mm),
+        "spacing_mm": case.net.spacing_mm,
+        "area_mm2": case.net.area_mm2,
+        "starts": len(reference.starts),
+        "certified": len(good),
+        "energy_mj": reference.solution.energy_mj,
+        "depth_mj": reference.depth_mj,
+        "rms_mm": reference.figures.rms_mm,
+        "rms_low_mm": min(rms),
+        "rms_high_mm": max(rms),
+        "ridge_mm": reference.figures.ridge_mm,
+        "ridge_low_mm": min(ridge),
+        "ridge_high_mm": max(ridge),
+        "verdict": str(reference.verdict),
+        "verdict_of_all": str(reference.verdict_of_all),
+    }

@@ -1,0 +1,174 @@
+"""Solving a case under a setting, and what it is measured against: the converged reference."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from debulk import solve
+from debulk.study.cases import Case, Figures
+from debulk.verdict import Verdict
+
+DECIDED = (Verdict.CEASE, Verdict.CREASE)
+REFERENCE_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How to solve; the sweep that it belongs to, and its place there."""
+
+    sweep: str
+    label: str
+    method: str
+    starts: int
+    tolerance: float
+    stiffness: float
+    node_target: int
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """What one start of the reference came to."""
+
+    amplitude: float  # of its perturbation, in spacings; 0: the deterministic one
+    certified: bool
+    energy_mj: float
+    figures: Figures
+    iterations: int
+    cpu_ms: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The converged reference of a case: of many starts at a tight tolerance, the certified one of least energy."""
+
+    starts: tuple[Start, ...]
+    solution: solve.Solution
+    figures: Figures
+    verdict: Verdict
+    """Of the least energy alone."""
+    verdict_of_all: Verdict
+    """Of the range over all certified starts."""
+    depth_mj: float
+    """How far the energy falls from the initial net to the reference."""
+
+    def gap(self, energy_mj: float) -> float:
+        """Share of that fall which a solution misses; below 0 where it is better than the reference."""
+        return (energy_mj - self.solution.energy_mj) / self.depth_mj if self.depth_mj > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """A case under a setting, beside its reference."""
+
+    sweep: str
+    label: str
+    layup: int
+    pocket: int
+    nodes: int
+    certified: bool
+    compliant: bool
+    status: str
+    iterations: int
+    evaluations: int
+    net_ms: float
+    cpu_ms: float
+    length_error: float
+    energy_gap: float
+    rms_mm: float
+    ridge_mm: float
+    rms_range_mm: float
+    ridge_range_mm: float
+    rms_error_mm: float
+    ridge_error_mm: float
+    verdict: str
+    reference_verdict: str
+    reference_verdict_of_all: str
+
+    @property
+    def flipped(self) -> bool:
+        """Decided, and the reference decides the other way."""
+        return self.verdict in DECIDED and self.reference_verdict in DECIDED and self.verdict != self.reference_verdict
+
+    @property
+    def overconfident(self) -> bool:
+        """Decided, though the starts of the reference lie on both sides of a limit."""
+        return self.verdict in DECIDED and self.reference_verdict_of_all == Verdict.UNDECIDED
+
+
+def run(case: Case, setting: Setting, reference: Reference | None, deadline_s: float) -> Row:
+    """Solve and post-process; time is the solving thread's on a CPU: waiting for other programs does not count."""
+    began = time.thread_time()
+    solution = solve.minimise(
+        case.sheet,
+        setting.method,
+        starts=setting.starts,
+        tolerance=setting.tolerance,
+        stiffness=setting.stiffness,
+        deadline_s=deadline_s,
+    )
+    figures = case.figures(solution)
+    every = [case.figures(m) for m in solution.minima if m.certified] or [figures]
+    cpu_ms = 1e3 * (time.thread_time() - began)
+    figured = reference.figures if reference else Figures(np.nan, np.nan, np.nan)
+    return Row(
+        sweep=setting.sweep,
+        label=setting.label,
+        layup=case.layup,
+        pocket=case.pocket,
+        nodes=len(case.net.nodes_mm),
+        certified=solution.certified,
+        compliant=solution.certificate.compliant,
+        status=solution.status,
+        iterations=solution.iterations if not solution.minima else sum(m.iterations for m in solution.minima),
+        evaluations=solution.evaluations if not solution.minima else sum(m.evaluations for m in solution.minima),
+        net_ms=case.net_ms,
+        cpu_ms=cpu_ms,
+        length_error=solution.length_error,
+        energy_gap=reference.gap(solution.energy_mj) if reference else np.nan,
+        rms_mm=figures.rms_mm,
+        ridge_mm=figures.ridge_mm,
+        rms_range_mm=_width([f.rms_mm for f in every]),
+        ridge_range_mm=_width([f.ridge_mm for f in every]),
+        rms_error_mm=abs(figures.rms_mm - figured.rms_mm),
+        ridge_error_mm=abs(figures.ridge_mm - figured.ridge_mm),
+        verdict=str(case.judge(solution, figures, every)),
+        reference_verdict=str(reference.verdict) if reference else "",
+        reference_verdict_of_all=str(reference.verdict_of_all) if reference else "",
+    )
+
+
+def converge(case: Case, amplitudes: tuple[float, ...], starts: int, deadline_s: float) -> Reference | None:
+    """Solve from the initial net and from `starts` perturbed ones of each size; None if nothing is certified."""
+    tried: list[Start] = []
+    best: solve.Solution | None = None
+    origins = [(0.0, 0)] + [(amplitude, k) for amplitude in amplitudes for k in range(1, starts + 1)]
+    for amplitude, k in origins:
+        origin = None if amplitude == 0 else case.perturbed(amplitude, k)
+        began = time.thread_time()
+        solution = solve.minimise(
+            case.sheet, "interior_point", origin, seed=k, tolerance=REFERENCE_TOLERANCE, deadline_s=deadline_s
+        )
+        cpu_ms = 1e3 * (time.thread_time() - began)
+        solution = replace(solution, minima=())
+        figures = case.figures(solution)
+        tried.append(Start(amplitude, solution.certified, solution.energy_mj, figures, solution.iterations, cpu_ms))
+        if solution.certified and (best is None or solution.energy_mj < best.energy_mj):
+            best = solution
+    if best is None:
+        return None
+    figures = case.figures(best)
+    return Reference(
+        starts=tuple(tried),
+        solution=best,
+        figures=figures,
+        verdict=case.judge(best, figures, [figures]),
+        verdict_of_all=case.judge(best, figures, [s.figures for s in tried if s.certified]),
+        depth_mj=case.sheet.energy(case.net.nodes_mm) - best.energy_mj,
+    )
+
+
+def _width(values: list[float]) -> float:
+    return max(values) - min(values)

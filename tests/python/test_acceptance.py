@@ -1,0 +1,77 @@
+"""The main job on virtual layups, against their truth (issue: "At the end these hold")."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from debulk import Inspector, scenes
+
+SIZES = [(1280, 960), (5120, 3840)]
+
+
+@pytest.mark.parametrize("pixels", SIZES, ids=["1.2 Mpx", "20 Mpx"])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
+    layup = scenes.layup(seed, pixels)
+    inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    report = inspector.inspect(layup.scan)
+    truth = layup.truth.pockets
+
+    assert [p.id for p in report.pockets] == list(range(1, 15))
+    for found, true in zip(report.pockets, truth, strict=True):
+        assert np.linalg.norm(_centroid(found.outline_mm) - _centroid(true.outline_mm)) < 0.5
+        assert found.touches_ply_edge == true.touches_ply_edge
+        assert found.peak_mm == pytest.approx(true.peak_mm, abs=0.15)
+    # Over all pockets, those with a drop-out at the rim included.
+    area_error = [abs(p.area_mm2 / t.area_mm2 - 1) for p, t in zip(report.pockets, truth, strict=True)]
+    volume_error = [abs(p.volume_mm3 / t.volume_mm3 - 1) for p, t in zip(report.pockets, truth, strict=True)]
+    assert np.median(area_error) < 0.005
+    assert max(area_error) < 0.02
+    assert np.median(volume_error) < 0.01
+
+    # The decoys are named, at their places, with what stood against them.
+    named = [
+        (*map(float, re.findall(r"-?\d+", e.what.split("at")[1])[:2]), e.why)
+        for e in report.left_out
+        if "bump" in e.what
+    ]
+    for decoy in layup.truth.decoys:
+        why = [w for x, y, w in named if np.hypot(x - decoy.centre_mm[0], y - decoy.centre_mm[1]) < 3.0]
+        if decoy.kind == "below CutHeight":
+            assert why == []
+        else:
+            assert len(why) == 1
+            assert ("area" if decoy.kind == "below AreaTol" else "peak") in why[0]
+
+    for p in report.pockets:
+        assert p.solve is not None
+        assert p.solve.certified, (p.id, p.solve.doubt)
+        assert p.solve.kkt_error <= 1e-4
+        assert p.solve.length_error <= 1e-4
+        assert p.solve.penetration_mm <= 1e-3
+        assert 90 <= p.node_count <= 110
+        assert np.all(np.abs(_lengths(p.net.nodes_mm, p.net.edges) / p.spacing_mm - 1) < 1e-9)
+        assert np.all(np.abs(_lengths(p.debulked_mm, p.net.edges) / p.spacing_mm - 1) < 1e-4)
+    assert report.coverage > 0.99
+    assert report.verdict.value == "crease"
+    closing = [p.id for p in report.pockets if p.verdict.value == "cease"]
+    assert 4 <= len(closing) <= 9
+    # Shallow pockets have too little excess length for any ridge, the steepest too much for none.
+    for found, true in zip(report.pockets, truth, strict=True):
+        if true.straight_excess_mm < 0.2:
+            assert found.verdict.value == "cease", found.reason
+        if true.straight_excess_mm > 2.4:
+            assert found.verdict.value == "crease", found.reason
+
+
+def _lengths(nodes, edges):
+    return np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
+
+
+def _centroid(outline):
+    ahead = np.roll(outline, -1, axis=0)
+    cross = outline[:, 0] * ahead[:, 1] - ahead[:, 0] * outline[:, 1]
+    return ((outline + ahead) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
