@@ -76,6 +76,14 @@ trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (a
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
 	$(python) -m debulk.study
 
+.PHONY: bench
+bench: $(stamps)/package ## Build and run the C++ benchmarks; results in build/bench
+	cmake --preset release -DDEBULK_BENCH=ON -DDEBULK_TESTS=OFF -B build/bench-release
+	cmake --build build/bench-release
+	@mkdir -p build/bench
+	@[ -e build/bench/pockets.txt ] || $(python) bench/solve/export_pockets.py build/bench/pockets.txt
+	build/bench-release/bench/solve/bench_solve --benchmark_out=build/bench/solve.json --benchmark_counters_tabular=true
+
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
 	@echo 'debulk: everything is set up'

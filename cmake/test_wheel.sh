@@ -62,7 +62,8 @@ foreign=$(grep -vE '/debulk\.libs/|linux-vdso|ld-linux|lib(c|m|stdc\+\+|gcc_s|z)
 [ -z "$foreign" ] || die "not in the wheel: $foreign"
 
 say "doctor"
-in_root python -c 'import sys; from debulk.doctor import main; sys.exit(main())' | sed -n '/^bundled/,/^licences/p; /^self-test/,$p'
+in_root debulk doctor >"$root/tmp/try/doctor.log" || { cat "$root/tmp/try/doctor.log" >&2; die "the self-test failed"; }
+<"$root/tmp/try/doctor.log" sed -n '/^bundled/,/^licences/p; /^self-test/,$p'
 
 say "a virtual layup, inspected and saved, through the command line"
 status=0

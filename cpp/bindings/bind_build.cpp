@@ -1,14 +1,15 @@
-#include <IpoptConfig.h>
-#include <pcl/pcl_config.h>
 #include <pybind11/stl.h>
 
-#include <boost/version.hpp>
 #include <map>
 #include <string>
 
-#include "bindings/bind.hpp"
-
+#include <IpoptConfig.h>
+#include <nlopt.h>
+#include <pcl/pcl_config.h>
+#include <boost/version.hpp>
 #include <Eigen/Core>
+
+#include "bindings/bind.hpp"
 
 namespace py = pybind11;
 
@@ -20,10 +21,13 @@ std::string joined(int major, int minor, int patch) {
 }
 
 std::map<std::string, std::string> versions() {
+  int major, minor, patch;
+  nlopt_version(&major, &minor, &patch);
   return {{"Eigen", joined(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
           {"PCL", joined(PCL_MAJOR_VERSION, PCL_MINOR_VERSION, PCL_REVISION_VERSION)},
           {"Boost", joined(BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000, BOOST_VERSION % 100)},
           {"Ipopt", IPOPT_VERSION},
+          {"NLopt", joined(major, minor, patch)},
           {"pybind11", joined(PYBIND11_VERSION_MAJOR, PYBIND11_VERSION_MINOR, PYBIND11_VERSION_PATCH)},
 #if defined(__clang__)
           {"compiler", "Clang " __clang_version__}

@@ -1,11 +1,14 @@
 #include <array>
+#include <optional>
 #include <sstream>
 
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
+#include "debulk/cloud/pinhole.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/fit_reference.hpp"
+#include "debulk/surface/front_end.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/median.hpp"
 
@@ -69,6 +72,70 @@ py::tuple map_heights(const Points& scan, const Base& reference, const HeightMap
   const Eigen::Vector2d origin = map.heights.origin;
   const double spacing = map.heights.spacing;
   return py::make_tuple(grid_values(std::move(map.heights)), grid_values(std::move(map.measured)), pair(origin), spacing);
+}
+
+// A read-only view into an object that lives on.
+template <class T>
+py::array_t<T> view_of(const T* values, int rows, int columns, const py::object& owner) {
+  py::array_t<T> out({static_cast<py::ssize_t>(rows), static_cast<py::ssize_t>(columns)}, values, owner);
+  out.attr("flags").attr("writeable") = false;
+  return out;
+}
+
+void bind_front_end(py::module_& m) {
+  m.def("fit_pinhole", [](const Points& points) -> std::optional<std::array<double, 3>> {
+    const CloudView cloud = cloud_view(points, "points");
+    const py::gil_scoped_release release;
+    const std::optional<Pinhole> camera = fit_pinhole(cloud);
+    if (!camera) return std::nullopt;
+    return std::array<double, 3>{camera->f, camera->cx, camera->cy};
+  });
+
+  py::class_<FrontEnd>(m, "FrontEnd")
+      .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape,
+                       const std::optional<std::array<double, 3>>& camera, const Array<double>& pose, const std::array<double, 4>& box,
+                       int neighbours, double std_ratio, double least_ratio, double spacing, double hole_diameter, double jump_ratio,
+                       int median_cells, int threads) {
+             require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
+             View view;
+             view.height = shape[0], view.width = shape[1];
+             if (camera) view.camera = {(*camera)[0], (*camera)[1], (*camera)[2]};
+             view.mold_from_scanner = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(pose.data());
+             const FrontEndOptions front{{neighbours, std_ratio, least_ratio}, spacing, {jump_ratio}, {hole_diameter}, median_cells};
+             const py::gil_scoped_release release;
+             return std::make_unique<FrontEnd>(std::move(reference), Eigen::Vector2d(box[0], box[1]), Eigen::Vector2d(box[2], box[3]), view,
+                                               camera.has_value(), front, threads);
+           }),
+           py::arg("reference"), py::arg("shape"), py::arg("camera").none(true), py::arg("mold_from_scanner"), py::arg("box"),
+           py::kw_only(), py::arg("neighbours"), py::arg("std_ratio"), py::arg("least_ratio"), py::arg("spacing_mm"),
+           py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("median_cells"), py::arg("threads"))
+      .def(
+          "run",
+          [](const py::object& self, const Points& scan, const Stop& stop) {
+            FrontEnd& front = self.cast<FrontEnd&>();
+            const CloudView cloud = cloud_view(scan, "scan");
+            const HeightMap* map = nullptr;
+            {
+              const py::gil_scoped_release release;
+              map = &front.run(cloud, stop);
+            }
+            const Grid<float>& h = map->heights;
+            return py::make_tuple(view_of(h.values.data(), h.ny, h.nx, self), view_of(map->measured.values.data(), h.ny, h.nx, self),
+                                  pair(h.origin), h.spacing);
+          },
+          py::arg("scan"), py::arg("stop"))
+      .def("keep",
+           [](const py::object& self, const std::array<int, 2>& shape) {
+             const std::vector<std::uint8_t>& keep = self.cast<const FrontEnd&>().keep();
+             require(keep.size() == static_cast<std::size_t>(shape[0]) * static_cast<std::size_t>(shape[1]), "keep",
+                     "a scan of the camera's shape before", std::to_string(keep.size()) + " points");
+             return view_of(keep.data(), shape[0], shape[1], self);
+           })
+      .def_property_readonly("fast", &FrontEnd::fast)
+      .def_property_readonly("threshold", [](const FrontEnd& f) { return f.outliers().threshold; })
+      .def_property_readonly("times", [](const FrontEnd& f) {
+        return std::array<double, 4>{f.times().clean, f.times().grid, f.times().fill, f.times().median};
+      });
 }
 
 }  // namespace
@@ -187,6 +254,8 @@ void bind_surface(py::module_& m) {
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("node_spacing_mm"), py::arg("window_mm"), py::arg("robust"),
       py::arg("threads"));
+
+  bind_front_end(m);
 }
 
 }  // namespace debulk

@@ -320,12 +320,12 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
     peaks = surface.median(heights, _PEAK_CELLS, threads=threads)
     between = np.isfinite(filtered.values)
     if report.ply_outline_mm is not None:
-        between &= _inside(report.ply_outline_mm, filtered)
+        between &= inside_outline(report.ply_outline_mm, filtered)
     pockets = []
     for known in report.pockets:
-        inside = _inside(known.outline_mm, filtered)
+        inside = inside_outline(known.outline_mm, filtered)
         foot = known.foot_outline_mm if known.foot_outline_mm is not None else known.outline_mm
-        between &= ~(inside | _inside(foot, filtered))
+        between &= ~(inside | inside_outline(foot, filtered))
         measured, reason, figures = _measure(inside, heights, filtered, peaks, recipe)
         pockets.append(
             PocketComparison(
@@ -395,8 +395,8 @@ def _noise(inside: NDArray[np.bool_], heights: surface.HeightMap) -> float:
     return noise if math.isfinite(noise) else 0.0
 
 
-def _inside(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
-    """(ny, nx) whether the grid's points lie inside the outline, row by row by even-odd crossings."""
+def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
+    """Return (ny, nx) whether the grid's points lie inside the outline, row by row by even-odd crossings."""
     ny, nx = grid.values.shape[:2]
     inside = np.zeros((ny, nx), dtype=np.bool_)
     a = (outline_mm - grid.origin_mm) / grid.spacing_mm  # in cells

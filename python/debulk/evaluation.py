@@ -231,7 +231,8 @@ def _judge(
     recipe: Recipe,
     stop: _core.Stop,
 ) -> verdict.Judgement:
-    refused = solution.explanation if solution.status == "too_few_movable_nodes" else ""
+    up_front = solution.status in ("too_few_movable_nodes", "no_minimum", "not_a_surface")
+    refused = solution.explanation if up_front else ""
     return verdict.judge(
         certified=solution.certified,
         rms_mm=outcome.best.rms_mm,

@@ -164,7 +164,7 @@ class Net(Section):
 class Solve(Section):
     """How the minimum of the energy is found."""
 
-    method: Literal["auto", "interior_point", "ipopt"] = Field(
+    method: Literal["auto", "interior_point", "ipopt", "nlopt"] = Field(
         default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
     )
     starts: int = Field(

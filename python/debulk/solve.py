@@ -26,7 +26,8 @@ class Certificate:
     Attributes
     ----------
     kkt_error
-        Largest component of ∇Π - Jᵀλ - ν over the movable nodes, in units of the nodal vacuum force P A / N. The
+        Largest component of ∇Π - Jᵀλ - ν over the movable nodes, in units of the nodal vacuum force P A / N (or a
+        hundredth of the largest elastic force on a node of the initial net, if that is more: a stiff ply). The
         multipliers λ of the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4.
     length_error
         Largest relative error of a segment's length. Limit 1e-4; up to 1e-3 with a compliance.
@@ -64,7 +65,9 @@ class Solution:
         (N, 3) nodes, mm.
     status
         How the solve ended: converged, nothing_moves, iteration_limit, deadline, cancelled, infeasible,
-        numerical_failure or too_few_movable_nodes. Only the first two can be a success.
+        numerical_failure; or refused up front: too_few_movable_nodes (more lengths to keep than coordinates to keep
+        them with), no_minimum (nothing fixed, and friction does not hold the ply on the mold), not_a_surface (segments
+        off by more than half their length). Only the first two can be a success.
     explanation
         The same as a sentence.
     certificate

@@ -14,14 +14,14 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 namespace base {
-#include "debulk/cloud/window_kernel.hpp"
+#include "debulk/cloud/window_kernel.inl"
 }  // namespace base
 
 #if defined(__x86_64__)
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v3")
 namespace v3 {
-#include "debulk/cloud/window_kernel.hpp"
+#include "debulk/cloud/window_kernel.inl"
 }  // namespace v3
 #pragma GCC pop_options
 
@@ -29,7 +29,7 @@ namespace v3 {
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
 namespace v4 {
-#include "debulk/cloud/window_kernel.hpp"
+#include "debulk/cloud/window_kernel.inl"
 }  // namespace v4
 #pragma GCC pop_options
 #undef DEBULK_ISA_V4

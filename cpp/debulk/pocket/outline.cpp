@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace debulk {
 namespace {
@@ -28,8 +29,12 @@ class Tracer {
       : labels_(labels), heights_(heights), level_(level), ply_(ply), out_(static_cast<std::size_t>(count)), segments_(out_.size()) {}
 
   std::vector<Outline> trace() {
-    for (int j = -1; j < labels_.ny; ++j)
-      for (int i = -1; i < labels_.nx; ++i) visit(i, j);
+    Extent above;
+    for (int j = -1; j < labels_.ny; ++j) {  // only where a label is near
+      const Extent below = extent(j + 1);
+      for (int i = std::min(above.first, below.first) - 1; i <= std::max(above.last, below.last); ++i) visit(i, j);
+      above = below;
+    }
     for (std::size_t k = 0; k < out_.size(); ++k) {
       out_[k].volume *= labels_.spacing * labels_.spacing;
       stitch(segments_[k], out_[k].polygon);
@@ -38,6 +43,19 @@ class Tracer {
   }
 
  private:
+  // Columns between which a row is labelled; none: first > last + 1.
+  struct Extent {
+    int first = std::numeric_limits<int>::max(), last = -1;
+  };
+  Extent extent(int j) const {
+    if (j < 0 || j >= labels_.ny) return {};
+    const std::int32_t* row = &labels_.values[labels_.index(0, j)];
+    int first = 0, last = labels_.nx - 1;
+    while (first <= last && row[first] <= 0) ++first;
+    while (last >= first && row[last] <= 0) --last;
+    return first <= last ? Extent{first, last} : Extent{};
+  }
+
   std::int32_t label(int i, int j) const {
     if (!labels_.contains(i, j)) return 0;
     const std::int32_t l = labels_.at(i, j);

@@ -103,9 +103,11 @@ bool may_bridge(const Grid<float>& heights, const std::vector<std::size_t>& regi
 
 Grid<std::uint8_t> unknown_points(const Grid<float>& heights, const PlyMask& ply, const Grid<std::uint8_t>* within) {
   auto unknown = heights.like<std::uint8_t>();
-  for (int j = 0; j < heights.ny; ++j)
-    for (int i = 0; i < heights.nx; ++i)
-      unknown.at(i, j) = std::isnan(heights.at(i, j)) && ply.on_ply(i, j) && (!within || within->at(i, j));
+  parallel_for(heights.ny, 64, 0, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j)
+      for (int i = 0; i < heights.nx; ++i)
+        unknown.at(i, j) = std::isnan(heights.at(i, j)) && ply.on_ply(i, j) && (!within || within->at(i, j));
+  });
   return unknown;
 }
 
@@ -126,6 +128,9 @@ Grid<std::uint8_t> foreground(Grid<float>& heights, const PlyMask& ply, const Se
 bool near_ply_edge(const Polygon& outline, const SegmentOptions& options, double spacing) {
   if (!options.ply_outline) return false;
   const double tolerance = options.edge_tol_mm > 0 ? options.edge_tol_mm : 2 * spacing;
+  const Box box = bounding_box(outline);  // every point lies within half its diagonal of the middle
+  const double half = (box.high - box.low).norm() / 2;
+  if (distance_to_outline(*options.ply_outline, (box.low + box.high) / 2) > half + tolerance) return false;
   return std::any_of(outline.begin(), outline.end(),
                      [&](const Eigen::Vector2d& p) { return distance_to_outline(*options.ply_outline, p) <= tolerance; });
 }
@@ -174,9 +179,11 @@ Segmentation segment(const Grid<float>& given, const SegmentOptions& options, co
     out.options.ply_outline = checked_polygon(*options.ply_outline, "ply_outline");
     out.ply = PlyMask(*out.options.ply_outline, given);
   }
-  for (int j = 0; j < given.ny; ++j)
-    for (int i = 0; i < given.nx; ++i)
-      if (!std::isfinite(given.at(i, j)) || !out.ply.on_ply(i, j)) out.heights.at(i, j) = std::numeric_limits<float>::quiet_NaN();
+  parallel_for(given.ny, 64, 0, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j)
+      for (int i = 0; i < given.nx; ++i)
+        if (!std::isfinite(given.at(i, j)) || !out.ply.on_ply(i, j)) out.heights.at(i, j) = std::numeric_limits<float>::quiet_NaN();
+  });
 
   int count = 0;
   out.labels = connected_components(foreground(out.heights, out.ply, options), count);

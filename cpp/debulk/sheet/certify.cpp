@@ -229,9 +229,10 @@ Judged certify(const Sheet& sheet, const Points& x, double stiffness) {
   for (const int node : sheet.movable())
     certificate.penetration_mm = std::max(certificate.penetration_mm, -gaps[static_cast<std::size_t>(node)]);
   certificate.compliant = certificate.length_error > Certificate::length_limit;
-  // Rounding of a sum of many terms is no rise.
+  // Rounding of a sum of many terms is no rise, nor is what a barrier leaves.
   const double start = sheet.energy(sheet.start()), now = sheet.energy(x);
-  certificate.energy_gain_mj = now - start > 1e-9 * (std::abs(start) + sheet.force_unit_n() * sheet.net().spacing) ? now - start : 0.0;
+  const double scale = std::abs(start) + static_cast<double>(x.size()) * sheet.force_unit_n() * sheet.net().spacing;
+  certificate.energy_gain_mj = now - start > 1e-8 * scale ? now - start : 0.0;
   if (sheet.movable().empty()) return judged;
 
   const Stationarity at(sheet, x);

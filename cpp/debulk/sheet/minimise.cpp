@@ -11,6 +11,10 @@
 namespace debulk {
 namespace {
 
+// The last retries of a start are made with fibres a factor softer each, down to the softest.
+constexpr int kSofterRetries = 2;
+constexpr double kSofter = 0.1, kSoftest = 1e6;
+
 // SplitMix64 (Steele, Lea, Flood 2014): the same sequence on every machine, unlike the standard library's distributions.
 class Random {
  public:
@@ -46,19 +50,23 @@ Minimum refused(const Sheet& sheet, SolveStatus status, double stiffness) {
 }
 
 // One start: solve, judge, and where the point is a saddle go on from beside it, where the solve failed from a perturbed
-// start. Keeps the certified point, or the last one.
-Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions& options, Eigen::VectorXd start, Random& random) {
+// start, at last with softer fibres (a compliance, for constraints that depend on each other). Keeps the certified point, or
+// the last one.
+Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions& options, const Eigen::VectorXd& start, Random& random) {
   const Method method_to_use = method(options.method);
   const double spacing = sheet.net().spacing;
+  SolveOptions solve = options.solve;
   Minimum minimum;
   Eigen::VectorXd next = start;
   for (int attempt = 0; attempt <= options.retries; ++attempt) {
-    const Outcome outcome = method_to_use(problem, next, options.solve);
+    if (attempt > 0 && attempt > options.retries - kSofterRetries) solve.stiffness = std::max(kSoftest, kSofter * solve.stiffness);
+    const Outcome outcome = method_to_use(problem, next, solve);
     minimum.iterations += outcome.iterations;
     minimum.evaluations += outcome.evaluations;
-    minimum.status = outcome.status;
-    minimum.nodes = problem.to_points(outcome.y);
-    const Judged judged = certify(sheet, minimum.nodes, options.solve.stiffness);
+    const bool sound = outcome.y.allFinite();
+    minimum.status = sound ? outcome.status : SolveStatus::numerical_failure;
+    minimum.nodes = problem.to_points(sound ? outcome.y : next);
+    const Judged judged = certify(sheet, minimum.nodes, solve.stiffness);
     minimum.certificate = judged.certificate;
     minimum.energy_mj = sheet.energy(minimum.nodes);
     if (minimum.certified() || options.solve.stop.now()) break;
@@ -74,11 +82,36 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
   return minimum;
 }
 
+// What cannot be solved, known before trying.
+SolveStatus refusal(const Sheet& sheet) {
+  const Net& net = sheet.net();
+  if (sheet.movable().empty()) return SolveStatus::nothing_moves;
+  for (const double length : sheet.lengths(sheet.start()))
+    if (std::abs(length / net.spacing - 1) > 0.5) return SolveStatus::not_a_surface;
+  std::size_t equations = 0;
+  for (const auto& [i, j] : sheet.segments())
+    equations += net.kinds[static_cast<std::size_t>(i)] != NodeKind::fixed || net.kinds[static_cast<std::size_t>(j)] != NodeKind::fixed;
+  if (equations > 3 * sheet.movable().size()) return SolveStatus::too_few_movable_nodes;
+  if (sheet.movable().size() < net.nodes.size() || sheet.nodal_force_n() <= 0) return SolveStatus::converged;
+  // Nothing is fixed. Sliding as a whole down the mold's mean slope, each node gains P A / N times the descent, each free
+  // one loses mu P A / N times the way.
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+  double free = 0;
+  for (std::size_t i = 0; i < net.nodes.size(); ++i) {
+    slope += sheet.mold().sample(net.nodes[i].head<2>()).gradient;
+    free += net.kinds[i] == NodeKind::free;
+  }
+  const auto count = static_cast<double>(net.nodes.size());
+  slope /= count;
+  const double pull = slope.norm() * count, grip = sheet.ply().friction * free * std::sqrt(1 + slope.squaredNorm());
+  return grip <= 0 || pull >= grip ? SolveStatus::no_minimum : SolveStatus::converged;
+}
+
 // Start k: 0 is the given one (or the sheet's), the others are seeded perturbations of it.
 Minimum from_start(const Sheet& sheet, const MinimiseOptions& options, const Points* start, int k) {
-  if (sheet.movable().empty()) return refused(sheet, SolveStatus::nothing_moves, options.solve.stiffness);
+  const SolveStatus known = refusal(sheet);
+  if (known != SolveStatus::converged) return refused(sheet, known, options.solve.stiffness);
   const GapProblem problem(sheet);
-  if (problem.equalities() > problem.variables()) return refused(sheet, SolveStatus::too_few_movable_nodes, options.solve.stiffness);
   const Eigen::VectorXd first = problem.from_points(start ? *start : sheet.start());
   Random random(options.seed * 1000003u + static_cast<std::uint64_t>(k));
   return run(sheet, problem, options, k == 0 ? first : perturbed(first, options.perturbation, random), random);
@@ -86,7 +119,8 @@ Minimum from_start(const Sheet& sheet, const MinimiseOptions& options, const Poi
 
 // Refused, and so would be every other start.
 bool never_begun(const Minimum& minimum) {
-  return minimum.status == SolveStatus::nothing_moves || minimum.status == SolveStatus::too_few_movable_nodes;
+  return minimum.status == SolveStatus::nothing_moves || minimum.status == SolveStatus::too_few_movable_nodes ||
+         minimum.status == SolveStatus::no_minimum || minimum.status == SolveStatus::not_a_surface;
 }
 
 }  // namespace

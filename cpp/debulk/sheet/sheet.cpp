@@ -12,6 +12,7 @@
 namespace debulk {
 namespace {
 
+constexpr double kElasticShare = 0.01;  // of the elastic forces at the start, from which on these make the unit of force
 constexpr std::array<const char*, 5> kTermNames = {"bending", "shear", "friction", "gravity", "vacuum"};
 
 std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted)(NodeKind)) {
@@ -33,9 +34,6 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
   const double share_mm2 = area_mm2 / static_cast<double>(net_.nodes.size());  // A / N
   nodal_force_ = ply_.pressure_mpa * share_mm2;
   const double weight = share_mm2 * ply_.thickness_mm * ply_.density_kg_m3 * 1e-9 * ply_.gravity_m_s2;  // N
-  const double spring = std::max(ply_.bending_mj(), ply_.shear_mpa * net_.spacing * net_.spacing * ply_.thickness_mm) / net_.spacing;
-  force_unit_ = nodal_force_ > 0 ? nodal_force_ : weight > 0 ? weight : spring > 0 ? spring : 1.0;
-
   segments_ = debulk::segments(net_.neighbours);
   movable_ = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind != NodeKind::fixed; });
   const std::vector<int> free = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind == NodeKind::free; });
@@ -47,10 +45,22 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
   add_term("gravity", weight, std::make_shared<Load>(weight, net_.nodes));
   add_term("vacuum", nodal_force_, std::make_shared<Load>(nodal_force_, net_.nodes));
 
+  force_unit_ = std::max({nodal_force_, weight, kElasticShare * elastic_force()});
+  if (force_unit_ <= 0) force_unit_ = 1;
+
   std::vector<char> held(net_.nodes.size());
   for (std::size_t i = 0; i < held.size(); ++i) held[i] = net_.kinds[i] == NodeKind::fixed;
   movable_hessian_ = BlockMatrix(static_cast<int>(net_.nodes.size()), groups(), held);
   for (NamedTerm& t : terms_) t.places = t.term->places(movable_hessian_);
+}
+
+double Sheet::elastic_force() const {
+  Points gradient(net_.nodes.size(), Eigen::Vector3d::Zero());
+  for (const NamedTerm& t : terms_)
+    if (t.name == "bending" || t.name == "shear") t.term->add_gradient(net_.nodes, gradient);
+  double largest = 0;
+  for (const int node : movable_) largest = std::max(largest, gradient[static_cast<std::size_t>(node)].norm());
+  return largest;
 }
 
 std::vector<std::array<int, 3>> Sheet::groups() const {

@@ -40,7 +40,9 @@ class Sheet {
   const Surface& mold() const { return *mold_; }
   const Ply& ply() const { return ply_; }
   double nodal_force_n() const { return nodal_force_; }  // P A / N; what forces are compared with
-  double force_unit_n() const { return force_unit_; }    // the same, or what else moves the ply where there is no vacuum
+  // The same; or a node's weight, or 1 % of the largest elastic force on a node of the initial net, where that is more (no
+  // vacuum, or a stiff ply that hardly feels it). Residuals, multipliers and stiffness are in this unit.
+  double force_unit_n() const { return force_unit_; }
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
@@ -51,6 +53,7 @@ class Sheet {
   };
   void add_term(const std::string& name, double strength, std::shared_ptr<const Term> term);
   std::vector<std::array<int, 3>> groups() const;
+  double elastic_force() const;  // largest on a movable node at the start, N
   void check_net() const;
   void check_points(const Points& x) const;
 

@@ -8,7 +8,7 @@ namespace debulk {
 // multipliers fitted afresh, length error, penetration, energy against the start's, and the smallest curvature within the
 // active constraints.
 struct Certificate {
-  static constexpr double kkt_limit = 1e-4;     // in units of the nodal force P A / N
+  static constexpr double kkt_limit = 1e-4;     // in units of the nodal force P A / N (sheet.hpp, force_unit_n)
   static constexpr double length_limit = 1e-4;  // in units of the spacing
   static constexpr double compliant_length_limit = 1e-3;
   static constexpr double penetration_limit_mm = 1e-3;

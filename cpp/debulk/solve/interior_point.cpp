@@ -17,6 +17,8 @@ using Eigen::VectorXd;
 constexpr double kMuStart = 0.1, kMuFactor = 0.2, kMuPower = 1.5, kMuTest = 10.0, kTauMin = 0.99, kBoundPush = 1e-2;
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kEtaPhi = 1e-8, kSTheta = 1.1, kSPhi = 2.3;
 constexpr int kCorrections = 4;
+constexpr double kAcceptable = 100;  // times the tolerance
+constexpr int kAcceptableSteps = 15, kPatience = 150;
 // Ours, for saddles: six convexified steps in a row below this barrier are taken for an approach to one.
 constexpr double kSaddleMu = 1e-3, kEscapeStep = 0.05, kEscapeMu = 1e-4;
 constexpr int kSaddleSteps = 6, kEscapes = 10;
@@ -63,16 +65,27 @@ class InteriorPoint {
   }
 
   SolveStatus iterate(int& iterations) {
+    int acceptable = 0, since_best = 0;
+    double best = std::numeric_limits<double>::infinity();
     for (iterations = 0;; ++iterations) {
       const double error = optimality_error(0.0);
       if (error <= options_.tolerance) return SolveStatus::converged;
+      // Where rounding is coarser than the tolerance, as far from the origin, it is taken as met (Ipopt's acceptable level).
+      acceptable = error <= kAcceptable * options_.tolerance ? acceptable + 1 : 0;
+      if (acceptable >= kAcceptableSteps) return SolveStatus::converged;
+      since_best = error < 0.9 * best ? 0 : since_best + 1;
+      best = std::min(best, error);
+      if (since_best >= kPatience) return SolveStatus::numerical_failure;
       if (options_.stop.now()) return options_.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline;
       if (iterations >= options_.max_iterations) return SolveStatus::iteration_limit;
       while (mu_ > options_.tolerance / 10 && optimality_error(mu_) <= kMuTest * mu_) {
         mu_ = std::max(options_.tolerance / 10, std::min(kMuFactor * mu_, std::pow(mu_, kMuPower)));
         filter_.clear();
       }
-      if (!step()) return SolveStatus::numerical_failure;
+      if (!step()) {
+        if (options_.stop.now()) continue;  // given up for the stop, which says so next
+        return SolveStatus::numerical_failure;
+      }
       convexified_ = mu_ <= kSaddleMu && system_.shift() > 0 ? convexified_ + 1 : 0;
       if (convexified_ >= kSaddleSteps && escapes_ < kEscapes) leave_saddle();
     }
@@ -84,7 +97,7 @@ class InteriorPoint {
     VectorXd sigma = VectorXd::Zero(n_);
     for (const int i : bounded_) sigma[i] = now_.z[i] / (now_.y[i] - lower_[i]);
     double at_least = 0;
-    for (int attempt = 0; attempt < 6; ++attempt) {
+    for (int attempt = 0; attempt < 6 && !(attempt > 0 && options_.stop.now()); ++attempt) {
       if (!system_.factor(sigma, options_.stiffness, at_least)) return false;
       VectorXd barrier_gradient = gradient_;
       for (const int i : bounded_) barrier_gradient[i] -= mu_ / (now_.y[i] - lower_[i]);
@@ -106,15 +119,17 @@ class InteriorPoint {
     VectorXd barrier_gradient = gradient_;
     for (const int i : bounded_) barrier_gradient[i] -= mu_ / (now_.y[i] - lower_[i]);
     if (aside.dot(barrier_gradient) > 0) aside = -aside;
-    aside *= kEscapeStep / aside.lpNorm<Eigen::Infinity>();
+    convexified_ = 0;
+    ++escapes_;
+    const double size = aside.lpNorm<Eigen::Infinity>();
+    if (!(size > 0) || !std::isfinite(size)) return;
+    aside *= kEscapeStep / size;
     now_.y += longest_step(aside, kTauMin) * aside;
     mu_ = std::max(mu_, kEscapeMu);
     for (const int i : bounded_) now_.z[i] = std::max(now_.z[i], mu_ / (now_.y[i] - lower_[i]));
     evaluate(now_);
     differentiate();
     filter_.clear();
-    convexified_ = 0;
-    ++escapes_;
   }
 
   bool search(const VectorXd& barrier_gradient, const VectorXd& slope, VectorXd dy, VectorXd dl) {

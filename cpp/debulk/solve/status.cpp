@@ -20,6 +20,10 @@ const char* name(SolveStatus status) {
       return "numerical_failure";
     case SolveStatus::too_few_movable_nodes:
       return "too_few_movable_nodes";
+    case SolveStatus::no_minimum:
+      return "no_minimum";
+    case SolveStatus::not_a_surface:
+      return "not_a_surface";
   }
   return "unknown";
 }
@@ -42,6 +46,10 @@ const char* explanation(SolveStatus status) {
       return "the solve failed numerically";
     case SolveStatus::too_few_movable_nodes:
       return "the net has too few movable nodes for its fibres to be inextensible";
+    case SolveStatus::no_minimum:
+      return "no node is fixed, and friction does not hold the ply on the mold";
+    case SolveStatus::not_a_surface:
+      return "the net is no surface: segments are far from their length, or nodes coincide";
   }
   return "unknown";
 }

@@ -8,6 +8,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/core/runs.hpp"
 #include "debulk/surface/ring_fit.hpp"
 
 namespace debulk {
@@ -26,52 +27,30 @@ struct Hole {
 // The four over edges come first.
 constexpr Cell around[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
 
-constexpr std::uint8_t missing = 0, there = 1, visited = 2;
-
-// Marks what is there, and finds where missing values begin along each row.
-std::vector<std::vector<int>> mark(const Grid<float>& heights, Grid<std::uint8_t>& marks, int threads) {
-  std::vector<std::vector<int>> starts(static_cast<std::size_t>(heights.ny));
-  parallel_for(heights.ny, 32, threads, [&](long begin, long end) {
-    for (int j = static_cast<int>(begin); j < end; ++j) {
-      const float* row = &heights.values[heights.index(0, j)];
-      std::uint8_t* to = &marks.values[marks.index(0, j)];
-      int known = 0;
-      for (int i = 0; i < heights.nx; ++i) known += to[i] = row[i] == row[i];
-      if (known == heights.nx) continue;
-      for (int i = 0; i < heights.nx; ++i)
-        if (to[i] == missing && (i == 0 || to[i - 1] != missing)) starts[static_cast<std::size_t>(j)].push_back(i);
-    }
-  });
-  return starts;
-}
-
-// The missing regions that are to be filled. Every region begins at the start of a run.
-std::vector<Hole> find_holes(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& marks, int threads) {
+// The missing regions that are to be filled, in the order of their first cells.
+std::vector<Hole> find_holes(const Grid<float>& heights, double diameter, const Grid<std::uint8_t>& there, int threads) {
+  const std::vector<Run> runs = find_runs(there, false, threads);
+  const std::vector<int> first = join_runs(runs, 1);
+  std::vector<Hole> regions(runs.size());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const Run& run = runs[k];
+    Hole& region = regions[static_cast<std::size_t>(first[k])];
+    if (static_cast<std::size_t>(first[k]) == k) region = {{}, run.begin, run.end - 1, run.row, run.row};
+    region.left = std::min(region.left, run.begin), region.right = std::max(region.right, run.end - 1);
+    region.high = run.row;
+  }
+  const auto wanted = [&](const Hole& h) {
+    const bool inside = h.left > 0 && h.low > 0 && h.right < heights.nx - 1 && h.high < heights.ny - 1;
+    return inside && h.width() * heights.spacing <= diameter;
+  };
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    Hole& region = regions[static_cast<std::size_t>(first[k])];
+    if (wanted(region))
+      for (int i = runs[k].begin; i < runs[k].end; ++i) region.cells.push_back({i, runs[k].row});
+  }
   std::vector<Hole> holes;
-  const std::vector<std::vector<int>> starts = mark(heights, marks, threads);
-  std::vector<Cell> region;
-  for (int j = 0; j < heights.ny; ++j)
-    for (const int i : starts[static_cast<std::size_t>(j)]) {
-      if (marks.at(i, j) == visited) continue;
-      Hole hole{{}, i, i, j, j};
-      region.assign(1, {i, j});
-      marks.at(i, j) = visited;
-      for (std::size_t next = 0; next < region.size(); ++next) {
-        const Cell at = region[next];
-        hole.left = std::min(hole.left, at.i), hole.right = std::max(hole.right, at.i);
-        hole.low = std::min(hole.low, at.j), hole.high = std::max(hole.high, at.j);
-        for (const Cell& step : around) {
-          const Cell beside{at.i + step.i, at.j + step.j};
-          if (!heights.contains(beside.i, beside.j) || marks.at(beside.i, beside.j) != missing) continue;
-          marks.at(beside.i, beside.j) = visited;
-          region.push_back(beside);
-        }
-      }
-      const bool inside = hole.left > 0 && hole.low > 0 && hole.right < heights.nx - 1 && hole.high < heights.ny - 1;
-      if (!inside || hole.width() * heights.spacing > diameter) continue;
-      hole.cells = region;
-      holes.push_back(std::move(hole));
-    }
+  for (Hole& region : regions)
+    if (!region.cells.empty()) holes.push_back(std::move(region));
   return holes;
 }
 
@@ -186,6 +165,10 @@ void fill_holes(Grid<float>& heights, const FillOptions& options, Grid<std::uint
   options.check();
   measured.nx = heights.nx, measured.ny = heights.ny, measured.origin = heights.origin, measured.spacing = heights.spacing;
   measured.values.resize(heights.size());
+  parallel_for(static_cast<long>(heights.size()), 1 << 17, threads, [&](long begin, long end) {
+    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
+      measured.values[k] = heights.values[k] == heights.values[k];
+  });
   const std::vector<Hole> holes = find_holes(heights, options.diameter, measured, threads);
   std::vector<std::vector<float>> fillings(holes.size());
   parallel_for(static_cast<long>(holes.size()), 16, threads, [&](long begin, long end) {
@@ -193,9 +176,6 @@ void fill_holes(Grid<float>& heights, const FillOptions& options, Grid<std::uint
   });
   for (std::size_t h = 0; h < holes.size(); ++h)  // only now: every ring is of measured values
     for (std::size_t k = 0; k < holes[h].cells.size(); ++k) heights.at(holes[h].cells[k].i, holes[h].cells[k].j) = fillings[h][k];
-  parallel_for(static_cast<long>(measured.size()), 1 << 18, threads, [&](long begin, long end) {
-    for (long k = begin; k < end; ++k) measured.values[static_cast<std::size_t>(k)] &= there;
-  });
 }
 
 Grid<std::uint8_t> fill_holes(Grid<float>& heights, const FillOptions& options, int threads) {

@@ -39,10 +39,13 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
                    bool pinhole, const FrontEndOptions& options, int threads)
     : reference_(std::move(reference)), view_(view), options_(options), threads_(threads) {
   options.check();
+  transform(CloudView{}, view.mold_from_scanner);  // is it rigid?
   const Grid<double>& domain = reference_->heights();
   const Eigen::Vector2d last = domain.position(domain.nx - 1, domain.ny - 1);
   map_.heights = covering_grid(low.cwiseMax(domain.origin), high.cwiseMin(last), options.spacing);
   if (!pinhole) return;
+  require(view.width > 1 && view.height > 1, "shape", "an image of at least 2 by 2 pixels",
+          std::to_string(view.height) + " by " + std::to_string(view.width));
   base_ = ray_base(*reference_, view_, threads);
   gridding_.emplace(*reference_, view_, map_.heights, threads);
 }

@@ -15,14 +15,14 @@ namespace debulk {
 namespace {
 
 namespace base {
-#include "debulk/surface/median_kernel.hpp"
+#include "debulk/surface/median_kernel.inl"
 }  // namespace base
 
 #if defined(__x86_64__)
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v3")
 namespace v3 {
-#include "debulk/surface/median_kernel.hpp"
+#include "debulk/surface/median_kernel.inl"
 }  // namespace v3
 #pragma GCC pop_options
 
@@ -30,7 +30,7 @@ namespace v3 {
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
 namespace v4 {
-#include "debulk/surface/median_kernel.hpp"
+#include "debulk/surface/median_kernel.inl"
 }  // namespace v4
 #pragma GCC pop_options
 #undef DEBULK_ISA_V4

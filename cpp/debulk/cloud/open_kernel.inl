@@ -1,5 +1,5 @@
 // The loops of open_search.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
-#include "debulk/core/wide_ops.hpp"
+#include "debulk/core/wide_ops.inl"
 
 // The four smallest squared distances so far of each lane, and so the four smallest of all, without a branch.
 struct Nearest {

@@ -1,5 +1,5 @@
 // The loop of median.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
-#include "debulk/core/wide_ops.hpp"
+#include "debulk/core/wide_ops.inl"
 
 DEBULK_INLINE void order(Floats& a, Floats& b) {
   const Floats low = lower(a, b), high = higher(a, b);

@@ -1,5 +1,5 @@
 // The loops of image_gridding.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
-#include "debulk/core/wide_ops.hpp"
+#include "debulk/core/wide_ops.inl"
 
 DEBULK_INLINE Floats gather(const float* from, Ints index) {
   Floats v;

@@ -1,0 +1,20 @@
+"""Write a virtual layup for bench_front: make_scene.py DIRECTORY [WIDTH HEIGHT]..., default 5120 x 3840."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import debulk.scenes
+
+folder = Path(sys.argv[1])
+folder.mkdir(parents=True, exist_ok=True)
+numbers = [int(n) for n in sys.argv[2:]] or [5120, 3840]
+for width, height in zip(numbers[::2], numbers[1::2], strict=True):
+    layup = debulk.scenes.layup(seed=0, pixels=(width, height))
+    stem = folder / f"{width}x{height}"
+    layup.scan.tofile(f"{stem}.scan")
+    layup.reference.tofile(f"{stem}.reference")
+    np.savetxt(f"{stem}.view", np.concatenate([layup.mold_from_scanner.ravel(), layup.camera]))
+    np.savetxt(f"{stem}.outline", layup.ply_outline)
+    print(stem)

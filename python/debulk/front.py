@@ -1,0 +1,176 @@
+"""The front end of a cell: from one scan after the other to height maps above one reference, prepared once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+from debulk.cloud import _as_cloud, _whole
+from debulk.surface import HeightMap, Reference
+
+__all__ = ["FrontEnd", "fit_camera"]
+
+InputError = _core.InputError
+
+
+def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
+    """Fit a pinhole camera to an organised cloud.
+
+    Parameters
+    ----------
+    points
+        (H, W, 3) in the scanner's frame, whose origin is the camera's centre and whose z is its axis.
+
+    Returns
+    -------
+    tuple[float, float, float] | None
+        f, cx, cy in pixels: pixel (row i, column j) looks along ((j - cx) / f, (i - cy) / f, 1). None for a cloud that
+        is not a pinhole's: unorganised, or points more than 0.1 px off their pixels.
+
+    Examples
+    --------
+    >>> column, row = np.meshgrid(np.arange(40.0), np.arange(30.0))
+    >>> points = 500.0 * np.dstack([(column - 19.5) / 80, (row - 14.5) / 80, np.ones_like(row)])
+    >>> [round(value, 3) for value in fit_camera(points)]
+    [80.0, 19.5, 14.5]
+    """
+    camera: tuple[float, float, float] | None = _core.fit_pinhole(_as_cloud(points, "points"))
+    return None if camera is None else (camera[0], camera[1], camera[2])
+
+
+class FrontEnd:
+    """Scans to height maps: outliers removed, heights above the reference on a grid, holes filled, median.
+
+    The same steps as `debulk.cloud.transform`, `debulk.cloud.remove_outliers`, `debulk.surface.height_map` and
+    `debulk.surface.median`, many times faster for the organised scans of a pinhole camera: exact neighbours are found
+    in the image, heights are measured along the rays and the sideways shift of raised points is undone on the grid.
+    Whatever depends on the reference and the camera alone is prepared here, and memory is kept from scan to scan. Any
+    other cloud takes the general way, with the same decisions. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    reference
+        The smooth reference surface, mold frame.
+    shape
+        (height, width) of the scans in pixels.
+    camera
+        (f, cx, cy) in pixels, of a pinhole at the origin of the scanner's frame that looks along +z (see `fit_camera`).
+        None: every scan takes the general way.
+    mold_from_scanner
+        (4, 4) rigid motion, x_mold = T x_scanner. None: scans are in the mold's frame already.
+    spacing_mm
+        Of the height map.
+    box_mm
+        (2, 2) lowest and highest mold XY that the map is to cover, cut to the reference's; None: all of that.
+    neighbours, std_ratio, least_ratio
+        As in `debulk.cloud.remove_outliers`. The fast way needs four neighbours.
+    hole_diameter_mm, jump_ratio
+        As in `debulk.surface.height_map`.
+    median_cells
+        1 (none), 3 or 5.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+
+    Raises
+    ------
+    InputError
+        Names the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> x, y = np.meshgrid(np.arange(-40.0, 41.0, 10.0), np.arange(-30.0, 31.0, 10.0))
+    >>> flat = Reference(np.full_like(x, 500.0), (-40.0, -30.0), 10.0)
+    >>> column, row = np.meshgrid(np.arange(120.0), np.arange(90.0))
+    >>> scan = 502.0 * np.dstack([(column - 59.5) / 800, (row - 44.5) / 800, np.ones_like(row)])
+    >>> front = FrontEnd(flat, (90, 120), (800.0, 59.5, 44.5), spacing_mm=1.0)
+    >>> heights = front.inspect(scan)
+    >>> front.fast, round(float(np.nanmedian(heights.values)), 4)
+    (True, 2.0)
+    """
+
+    def __init__(
+        self,
+        reference: Reference,
+        shape: tuple[int, int],
+        camera: tuple[float, float, float] | None,
+        mold_from_scanner: ArrayLike | None = None,
+        *,
+        spacing_mm: float = 0.5,
+        box_mm: ArrayLike | None = None,
+        neighbours: int = 4,
+        std_ratio: float = 1.0,
+        least_ratio: float = 0.0,
+        hole_diameter_mm: float = 20.0,
+        jump_ratio: float = 6.0,
+        median_cells: int = 3,
+        threads: int = 0,
+    ) -> None:
+        if not isinstance(reference, _core.Reference):
+            raise InputError(f"reference: expected a debulk.surface.Reference, but got a {type(reference).__name__}")
+        pose = np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64)
+        box = np.array([[-1e9, -1e9], [1e9, 1e9]]) if box_mm is None else np.asarray(box_mm, dtype=np.float64)
+        if box.shape != (2, 2):
+            raise InputError(f"box_mm: expected an array of shape (2, 2), but got {box.shape}")
+        self.shape = (_whole(shape[0], "shape"), _whole(shape[1], "shape"))
+        self._core: Any = _core.FrontEnd(
+            reference,
+            self.shape,
+            None if camera is None else (float(camera[0]), float(camera[1]), float(camera[2])),
+            pose,
+            tuple(box.reshape(4).tolist()),
+            neighbours=_whole(neighbours, "neighbours"),
+            std_ratio=float(std_ratio),
+            least_ratio=float(least_ratio),
+            spacing_mm=float(spacing_mm),
+            hole_diameter_mm=float(hole_diameter_mm),
+            jump_ratio=float(jump_ratio),
+            median_cells=_whole(median_cells, "median_cells"),
+            threads=threads,
+        )
+
+    def inspect(self, scan: ArrayLike, stop: _core.Stop | None = None, *, copy: bool = True) -> HeightMap:
+        """Height map of a scan.
+
+        Parameters
+        ----------
+        scan
+            (H, W, 3) or (N, 3), scanner frame, mm, NaN = nothing seen. C-contiguous float32 is not copied.
+        stop
+            Raised from another thread, ends a general search with a RuntimeError.
+        copy
+            False: the map's arrays are views that the next call overwrites.
+
+        Raises
+        ------
+        InputError
+            For a bad cloud.
+        """
+        values, measured, origin, spacing = self._core.run(_as_cloud(scan, "scan"), stop or _core.Stop())
+        if copy:
+            values, measured = values.copy(), measured.copy()
+        return HeightMap(values, origin, spacing, measured.view(np.bool_))
+
+    @property
+    def fast(self) -> bool:
+        """Whether the last scan took the fast way."""
+        return bool(self._core.fast)
+
+    @property
+    def keep(self) -> NDArray[np.bool_]:
+        """(H, W): False for the last scan's outliers and missing points, if it had the camera's shape."""
+        keep: NDArray[np.uint8] = self._core.keep(self.shape)
+        return keep.view(np.bool_)
+
+    @property
+    def outlier_threshold_mm(self) -> float:
+        """Mean distance to the neighbours above which the last scan's points went."""
+        return float(self._core.threshold)
+
+    @property
+    def times_ms(self) -> dict[str, float]:
+        """How long the last scan took, stage by stage."""
+        return dict(zip(("clean", "grid", "fill", "median"), self._core.times, strict=True))

@@ -1,0 +1,141 @@
+#include "debulk/sheet/minimise.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "support/shapes.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr double kSpacing = 5.0;
+
+// A ridge along y on a plane, its border fixed: fibres bent in the xz plane, and straight ones along y.
+Net ridge_net(int columns, int rows, double angle) {
+  Net net = test::flat_net(columns, rows, kSpacing);
+  for (int j = 0; j < rows; ++j) {
+    Eigen::Vector3d at(0, j * kSpacing, 0);
+    for (int i = 0; i < columns; ++i) {
+      net.nodes[static_cast<std::size_t>(j * columns + i)] = at;
+      const double turn = angle * std::cos(M_PI * (i + 0.5) / (columns - 1));
+      at += kSpacing * Eigen::Vector3d(std::cos(turn), 0, std::sin(turn));
+    }
+  }
+  return net;
+}
+
+Sheet ridge(double angle, const Ply& ply = Ply()) {
+  return Sheet(ridge_net(9, 7, angle), 900.0, ply, std::make_shared<test::Plane>());
+}
+
+TEST(MinimiseAll, GivesTheSameBitsOnAnyNumberOfThreads) {
+  std::vector<Sheet> sheets;
+  for (const double angle : {0.1, 0.3, 0.5, 0.7, 0.9}) sheets.push_back(ridge(angle));
+  std::vector<const Sheet*> all;
+  for (const Sheet& sheet : sheets) all.push_back(&sheet);
+  MinimiseOptions options;
+  options.starts = 2;
+  for (const int threads : {1, 2, 4}) {
+    const auto minima = minimise_all(all, options, threads);
+    ASSERT_EQ(minima.size(), sheets.size());
+    for (std::size_t s = 0; s < sheets.size(); ++s) {
+      const std::vector<Minimum> alone = minimise(sheets[s], options);
+      ASSERT_EQ(minima[s].size(), alone.size());
+      for (std::size_t k = 0; k < alone.size(); ++k) {
+        EXPECT_EQ(minima[s][k].nodes, alone[k].nodes);
+        EXPECT_EQ(minima[s][k].iterations, alone[k].iterations);
+        EXPECT_TRUE(alone[k].certified()) << alone[k].certificate.failure();
+      }
+    }
+  }
+}
+
+// A mold that raises a flag when it has been asked often enough: a stop in the middle of a solve, without a clock.
+struct Impatient : test::Plane {
+  explicit Impatient(long most) : left(most) {}
+  SurfaceSample sample(const Eigen::Vector2d& p) const override {
+    if (--left == 0) stop.cancel();
+    return Plane::sample(p);
+  }
+  mutable long left;
+  Stop stop;
+};
+
+TEST(Minimise, StopsWithinAnIterationAndSaysSo) {
+  for (const char* name : {"interior_point", "ipopt", "nlopt"})
+    for (const long most : {80L, 200L, 300L}) {
+      const auto mold = std::make_shared<Impatient>(most);
+      const Sheet sheet(ridge_net(9, 7, 0.5), 900.0, Ply(), mold);
+      MinimiseOptions options;
+      options.method = name;
+      options.starts = 3;
+      options.solve.stop = mold->stop;
+      const std::vector<Minimum> minima = minimise(sheet, options);
+      EXPECT_EQ(minima.size(), 1u) << name;
+      EXPECT_EQ(minima[0].status, SolveStatus::cancelled) << name;
+      EXPECT_FALSE(minima[0].certified()) << name;
+      for (const Eigen::Vector3d& p : minima[0].nodes) EXPECT_TRUE(p.allFinite());
+    }
+}
+
+TEST(Minimise, KeepsWhatWasCertifiedBeforeTheStop) {
+  const Sheet quick = ridge(0.5);
+  const Minimum whole = minimise(quick, MinimiseOptions())[0];
+  ASSERT_TRUE(whole.certified());
+  // The first start ends; the flag goes up during a later one.
+  const auto mold = std::make_shared<Impatient>(static_cast<long>(quick.movable().size()) * (whole.evaluations + 12));
+  const Sheet sheet(ridge_net(9, 7, 0.5), 900.0, Ply(), mold);
+  MinimiseOptions options;
+  options.starts = 1000;
+  options.solve.stop = mold->stop;
+  const std::vector<Minimum> minima = minimise(sheet, options);
+  EXPECT_LT(minima.size(), 10u);
+  EXPECT_TRUE(best(minima).certified());
+  EXPECT_LE(best(minima).energy_mj, whole.energy_mj + 1e-9);
+}
+
+TEST(Minimise, RefusesWhatCannotBeSolvedUpFront) {
+  Net held = ridge_net(9, 7, 0.5);
+  int movable = 0;
+  for (NodeKind& kind : held.kinds)
+    if (kind == NodeKind::inner && ++movable > 2) kind = NodeKind::fixed;
+  const auto status = [](const Net& net, const Ply& ply = Ply(), double slope = 0) {
+    const Sheet sheet(net, 900.0, ply, std::make_shared<test::Plane>(slope, 0));
+    const std::vector<Minimum> minima = minimise(sheet, MinimiseOptions());
+    EXPECT_EQ(minima.size(), 1u);
+    EXPECT_EQ(minima[0].iterations, 0);
+    return minima[0].status;
+  };
+  EXPECT_EQ(status(held), SolveStatus::too_few_movable_nodes);
+
+  Net free = test::flat_net(9, 7, kSpacing, false);
+  for (std::size_t i = 0; i < free.nodes.size(); ++i) free.kinds[i] = NodeKind::free;
+  Ply slippery;
+  slippery.friction = 0;
+  EXPECT_EQ(status(free, slippery), SolveStatus::no_minimum);
+  EXPECT_EQ(status(free, Ply(), 0.5), SolveStatus::no_minimum);  // steeper than its friction of 0.4
+
+  Net twice = ridge_net(9, 7, 0.5);
+  twice.nodes[20] = twice.nodes[21];
+  EXPECT_EQ(status(twice), SolveStatus::not_a_surface);
+}
+
+TEST(Minimise, FibresPinnedAtBothEndsAtTheirChordAreSolved) {
+  const Sheet sheet(test::flat_net(9, 9, kSpacing), 1000.0, Ply(), std::make_shared<test::Plane>());
+  const std::vector<Minimum> minima = minimise(sheet, MinimiseOptions());
+  EXPECT_TRUE(minima[0].certified()) << minima[0].certificate.failure();
+  EXPECT_LE(minima[0].certificate.length_error, 1e-3);
+}
+
+TEST(Minimise, AStiffPlyThatHardlyFeelsTheVacuumIsCertified) {
+  Ply stiff;
+  stiff.young_mpa = 3.6e6;
+  stiff.shear_mpa = 4e5;
+  stiff.pressure_mpa = 1e-3;
+  const std::vector<Minimum> minima = minimise(ridge(0.5, stiff), MinimiseOptions());
+  EXPECT_TRUE(minima[0].certified()) << name(minima[0].status) << minima[0].certificate.failure();
+}
+
+}  // namespace
+}  // namespace debulk

@@ -1,0 +1,62 @@
+"""A solve in one file: the same again."""
+
+import numpy as np
+import pytest
+
+from debulk import InputError, replay, sheet, solve, surface
+
+
+@pytest.fixture
+def model():
+    """A ridge of three by five nodes on a mold much larger than it."""
+    x = np.arange(-200.0, 201.0, 5.0)
+    xx, yy = np.meshgrid(x, x)
+    reference = surface.Reference((xx**2 + yy**2) / 4000, (-200.0, -200.0), 5.0)
+    turns = np.radians([40.0, 10.0, -20.0, -40.0])
+    along = np.concatenate([[[0.0, 0.0]], np.cumsum(5 * np.column_stack([np.cos(turns), np.sin(turns)]), axis=0)])
+    nodes = np.array([(a, 5.0 * j, z + 0.5) for j in range(3) for a, z in along])
+    number = np.arange(15).reshape(3, 5)
+    padded = np.pad(number, 1, constant_values=-1)
+    neighbours = np.stack([padded[1:-1, 2:], padded[1:-1, :-2], padded[2:, 1:-1], padded[:-2, 1:-1]], -1).reshape(-1, 4)
+    kinds = np.where(np.isin(number % 5, (0, 4)), 1, 0).ravel()
+    return sheet.Sheet(nodes, neighbours, kinds, 5.0, 300.0, reference)
+
+
+def test_a_dumped_solve_is_done_again(model, tmp_path):
+    solution = solve.minimise(model, starts=2, seed=3)
+    replay.dump(tmp_path / "a.json", model, solution, starts=2, seed=3)
+    again, options = replay.load(tmp_path / "a.json")
+    assert options == {"starts": 2, "seed": 3}
+    assert again.reference.heights_mm.size < model.reference.heights_mm.size
+    assert again.ply == model.ply
+    np.testing.assert_allclose(again.gaps(again.start_mm), model.gaps(model.start_mm), atol=1e-9)
+    repeated = replay.replay(tmp_path / "a.json")
+    assert len(repeated.minima) == 2
+    assert repeated.status == solution.status
+    assert repeated.energy_mj == pytest.approx(solution.energy_mj, rel=1e-7)
+
+
+def test_the_command_says_then_and_now(model, tmp_path, capsys):
+    solution = solve.minimise(model)
+    replay.dump(tmp_path / "a.json", model, solution)
+    assert replay.main([str(tmp_path / "a.json")]) == (0 if solution.certified else 1)
+    text = capsys.readouterr().out
+    assert "then: {'status': 'converged'" in text
+    assert "now:" in text
+
+
+def test_other_files_and_options_are_refused(model, tmp_path):
+    (tmp_path / "b.json").write_text('{"format": "other"}')
+    with pytest.raises(InputError, match=r"debulk\.replay\.dump"):
+        replay.load(tmp_path / "b.json")
+    with pytest.raises(InputError, match="speed"):
+        replay.dump(tmp_path / "c.json", model, speed=3)
+
+
+def test_many_at_once_are_as_one_by_one(model):
+    models = [model, model, model]
+    together = [solve.minimise_all(models, starts=2, threads=threads) for threads in (1, 2, 4)]
+    alone = solve.minimise(model, starts=2)
+    for solutions in together:
+        assert [s.nodes_mm.tobytes() for s in solutions] == [alone.nodes_mm.tobytes()] * 3
+        assert all(len(s.minima) == 2 for s in solutions)

@@ -1,0 +1,67 @@
+"""What is drawn is tested without Open3D; that it can be drawn, only where the extra is installed."""
+
+import importlib.util
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import debulk
+from debulk.view import shapes, view
+
+HAS_OPEN3D = importlib.util.find_spec("open3d") is not None
+
+
+def test_all_pockets(report):
+    made = shapes(report, magnify=10.0)
+    values = report.height_map.values
+    assert made.points[:, 2].max() == pytest.approx(10 * np.nanmax(values), rel=0.05)
+    assert len(made.points) == len(made.point_rgb) <= 400_000
+    assert 0 <= made.point_rgb.min() <= made.point_rgb.max() <= 1
+    edges = sum(len(p.outline_mm) + (0 if p.net is None else 2 * len(p.net.edges)) for p in report.pockets)
+    assert made.segments.shape == (edges, 2)
+    assert made.segment_rgb.shape == (edges, 3)
+    assert made.segments.min() == 0
+    assert made.segments.max() == len(made.corners) - 1
+
+
+def test_one_pocket_keeps_its_lengths(report):
+    p = report.pockets[1]
+    made = shapes(report, pocket=2, magnify=1.0)
+    first = len(p.outline_mm)
+    a, b = (made.corners[made.segments[first : first + len(p.net.edges), k]] for k in (0, 1))
+    i, j = p.net.edges.T
+    assert np.allclose((a - b)[:, :2], (p.net.nodes_mm[i] - p.net.nodes_mm[j])[:, :2])
+    assert np.allclose(made.corners[first : first + len(p.net.nodes_mm), 2], p.initial_gap_mm)
+    assert (np.abs(made.points[:, :2] - p.outline_mm.mean(axis=0)) < 300).all()
+
+
+@pytest.mark.parametrize(("more", "words"), [({"pocket": 99}, "pocket"), ({"magnify": 0.0}, "magnify")])
+def test_bad_arguments(report, more, words):
+    with pytest.raises(debulk.InputError, match=words):
+        shapes(report, **more)
+
+
+def test_nothing_to_draw():
+    with pytest.raises(debulk.InputError, match="neither"):
+        shapes(debulk.Report(verdict=debulk.Verdict.CEASE, reason="", pockets=()))
+
+
+def test_the_missing_extra_is_named_with_its_command(report, monkeypatch):
+    monkeypatch.setitem(sys.modules, "open3d", None)
+    with pytest.raises(debulk.InputError, match=r"pip install 'debulk\[view\]'"):
+        view(report, "net.png")
+
+
+def test_the_package_does_not_load_open3d():
+    script = "import sys, debulk.view; sys.exit('open3d' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
+
+
+@pytest.mark.skipif(not HAS_OPEN3D, reason="the extra view is not installed")
+def test_a_picture(report, tmp_path):
+    view(report, tmp_path / "net.png", size=(320, 200))
+    assert (tmp_path / "net.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(debulk.InputError, match=r"\.png"):
+        view(report, tmp_path / "net.gif")
