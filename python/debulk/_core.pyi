@@ -22,6 +22,35 @@ class _Made(metaclass=_Bound):
 
     def __init__(self, *args: Never, **kwargs: Never) -> None: ...
 
+class FrontEnd:
+    def __init__(
+        self,
+        reference: Reference,
+        shape: tuple[int, int],
+        camera: tuple[float, float, float] | None,
+        mold_from_scanner: ArrayLike,
+        box: tuple[float, ...],
+        *,
+        neighbours: int,
+        std_ratio: float,
+        least_ratio: float,
+        spacing_mm: float,
+        hole_diameter_mm: float,
+        jump_ratio: float,
+        median_cells: int,
+        threads: int,
+    ) -> None: ...
+    def keep(self, shape: tuple[int, int]) -> NDArray[np.uint8]: ...
+    def run(
+        self, scan: ArrayLike, stop: Stop
+    ) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.float64], float]: ...
+    @property
+    def fast(self) -> bool: ...
+    @property
+    def threshold(self) -> float: ...
+    @property
+    def times(self) -> tuple[float, float, float, float]: ...
+
 class Certificate(_Made):
     @property
     def certified(self) -> bool: ...
@@ -390,6 +419,7 @@ def fill_holes(
 def find_feet(
     segmentation: Segmentation, *, thickness_mm: float, mold_tol_mm: float, smooth_mm: float, noise_mm: float | None
 ) -> FootMap: ...
+def fit_pinhole(points: ArrayLike, /) -> tuple[float, float, float] | None: ...
 def fit_reference(
     values: ArrayLike,
     origin_mm: ArrayLike,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, cloud, pocket, surface
+from debulk import _core, cloud, front, pocket, surface
 from debulk.evaluation import Evaluation, criteria, evaluate
 from debulk.grid import Grid
 from debulk.inspector_file import Prepared
@@ -60,8 +60,9 @@ class Inspector:
         (4, 4) rigid motion from the scanner's frame, in which scan and reference are, to the mold's: x_mold = T x.
         None: they are in the mold's frame already.
     camera
-        (f, cx, cy) in pixels. Not needed: scan and reference are compared at equal x and y, where the sideways shift
-        of raised points in the image plays no part. Checked and kept for the report.
+        (f, cx, cy) in pixels, of an organised cloud in the scanner's frame. None: fitted to the reference. With it the
+        height map takes the fast way; without a pinhole camera (a residual above 0.1 px, an unorganised cloud, a scan
+        of another shape than the reference) the general one, with the same decisions.
     mask
         (H, W) bool, True where the image shows a clamp or a tool: these points of an organised scan are not used.
 
@@ -103,16 +104,21 @@ class Inspector:
         self._lock = threading.Lock()
         self._running: set[_core.Stop] = set()
 
+        self._front: front.FrontEnd | None = None
+        self._front_lock = threading.Lock()  # it keeps its buffers: one scan at a time
         self.prepared = reference if isinstance(reference, Prepared) else self._prepare(reference)
         self.grid_spacing_mm = self.prepared.grid_spacing_mm
         self.reference = self.prepared.reference
 
     def _prepare(self, reference: ArrayLike) -> Prepared:
         clean, threads = self.recipe.clean, self.recipe.run.threads
-        points = self._clean(self._in_mold_frame(reference, "reference"), _core.Stop())
+        seen = self._checked(reference, "reference")
+        points = self._clean(self._in_mold_frame(seen), _core.Stop())
         spacing = clean.grid_spacing_mm or max(cloud.median_pitch(points, threads=threads), 0.5)
         heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads)
-        return Prepared(surface.fit_reference(heights, threads=threads), heights, spacing)
+        camera = front.fit_camera(seen) if self.camera is None and seen.ndim == 3 else self.camera
+        image = None if camera is None or seen.ndim != 3 else (*seen.shape[:2], *map(float, camera))
+        return Prepared(surface.fit_reference(heights, threads=threads), heights, spacing, image)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
@@ -194,10 +200,9 @@ class Inspector:
 
     def _inspect(self, scan: ArrayLike, cycle: _Cycle) -> Report:
         """Walk through the steps."""
-        with cycle.stage("clean", 0.0):
-            points = _watched(cycle.stop, lambda: self._clean(self._in_mold_frame(scan, "scan"), cycle.stop))
-        with cycle.stage("height map", 0.2):
-            height_map = self._height_map(points)
+        with cycle.stage("height map", 0.0):
+            height_map, parts_ms = _watched(cycle.stop, lambda: self._height_map(scan, cycle.stop))
+        cycle.split("height map", parts_ms)
         with cycle.stage("pockets", 0.35):
             segmentation, feet = self._segment(height_map)
         with cycle.stage("debulk", 0.45):
@@ -227,8 +232,10 @@ class Inspector:
         stop = _core.Stop()
         try:
             with self._cancellable(stop):
-                points = self._clean(self._in_mold_frame(debulked_scan, "debulked_scan"), stop)
-                heights = self._heights(points, 0.0)  # what was not seen is not measured
+                points = self._clean(self._in_mold_frame(self._checked(debulked_scan, "debulked_scan")), stop)
+                heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
+                    points, self.reference, self.grid_spacing_mm, hole_diameter_mm=0.0, threads=self.recipe.run.threads
+                )
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
         return compared(report, heights, self.recipe)
@@ -249,17 +256,21 @@ class Inspector:
             with self._lock:
                 self._running.discard(stop)
 
-    def _in_mold_frame(self, points: ArrayLike, name: str) -> NDArray[np.float32]:
+    def _checked(self, points: ArrayLike, name: str) -> NDArray[np.float32]:
+        """Points as float32, without what the mask hides."""
         checked = cloud.checked(points, name)
-        if self.mask is not None:
-            if checked.shape[:2] != self.mask.shape:
-                raise InputError(
-                    f"mask: expected the shape of the {name}'s image, {checked.shape[:2]}, but got {self.mask.shape}"
-                )
-            checked = np.where(self.mask[..., None], np.float32(np.nan), checked)
-        if self.mold_from_scanner is None:
+        if self.mask is None:
             return checked
-        return cloud.transform(checked, self.mold_from_scanner, threads=self.recipe.run.threads)
+        if checked.shape[:2] != self.mask.shape:
+            raise InputError(
+                f"mask: expected the shape of the {name}'s image, {checked.shape[:2]}, but got {self.mask.shape}"
+            )
+        return np.where(self.mask[..., None], np.float32(np.nan), checked)
+
+    def _in_mold_frame(self, points: NDArray[np.float32]) -> NDArray[np.float32]:
+        if self.mold_from_scanner is None:
+            return points
+        return cloud.transform(points, self.mold_from_scanner, threads=self.recipe.run.threads)
 
     def _clean(self, points: NDArray[np.float32], stop: _core.Stop) -> NDArray[np.float32]:
         clean = self.recipe.clean
@@ -273,17 +284,33 @@ class Inspector:
         )
         return np.where(keep[..., None], points, np.float32(np.nan))
 
-    def _height_map(self, points: NDArray[np.float32]) -> surface.HeightMap:
-        cells, threads = self.recipe.clean.median_cells, self.recipe.run.threads
-        heights = self._heights(points, self.recipe.clean.max_hole_mm)
-        return heights if cells == 1 else surface.median(heights, cells, threads=threads)
+    def _height_map(self, scan: ArrayLike, stop: _core.Stop) -> tuple[surface.HeightMap, dict[str, float]]:
+        """Outliers removed, heights above the reference, holes filled in, spikes, median; and times in ms."""
+        points = self._checked(scan, "scan")
+        with self._front_lock:
+            if self._front is None:
+                self._front = self._front_end()
+            heights, times_ms = self._front.inspect(points, stop), self._front.times_ms
+        clean, threads = self.recipe.clean, self.recipe.run.threads
+        if clean.spike_mm > 0:
+            heights = surface.without_spikes(heights, clean.spike_mm, threads=threads)
+        if clean.median_cells > 1:
+            heights = surface.median(heights, clean.median_cells, threads=threads)
+        return heights, {name: times_ms[name] for name in ("clean", "grid", "fill")}
 
-    def _heights(self, points: NDArray[np.float32], max_hole_mm: float) -> surface.HeightMap:
-        return surface.height_map(
-            points,
+    def _front_end(self) -> front.FrontEnd:
+        clean, image = self.recipe.clean, self.prepared.image
+        return front.FrontEnd(
             self.reference,
-            self.grid_spacing_mm,
-            hole_diameter_mm=max_hole_mm,
+            (2, 2) if image is None else image[:2],
+            None if image is None else image[2:],
+            self.mold_from_scanner,
+            spacing_mm=self.grid_spacing_mm,
+            neighbours=clean.neighbours,
+            std_ratio=clean.std_ratio,
+            least_ratio=clean.least_ratio,
+            hole_diameter_mm=clean.max_hole_mm,
+            median_cells=1,  # after the spikes, which a small median would spread
             threads=self.recipe.run.threads,
         )
 
@@ -440,6 +467,11 @@ class _Cycle:
         began = time.perf_counter()
         yield
         self._stages[name] = 1e3 * (time.perf_counter() - began)
+
+    def split(self, name: str, parts_ms: dict[str, float]) -> None:
+        """Name the parts of a stage; what they leave of its time stays its own."""
+        rest = self._stages.pop(name) - sum(parts_ms.values())
+        self._stages |= {**parts_ms, name: max(0.0, rest)}
 
     def report(self, name: str, done: float) -> None:
         if self._progress is not None:

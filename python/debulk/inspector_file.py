@@ -34,6 +34,7 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "fibre_angles_grid?": _GRID,
     "mold_from_scanner?": ("f", (4, 4)),
     "camera?": ("f", (3,)),
+    "image?": ("f", (5,)),
     "mask?": ("b", (None, None)),
 }
 _SPARE_BYTES = 1 << 16  # headers of the archive
@@ -41,11 +42,22 @@ _SPARE_BYTES = 1 << 16  # headers of the archive
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What an inspector keeps of its reference cloud: the surface, the heights it was fitted to, the grid's spacing."""
+    """What an inspector keeps of its reference cloud.
+
+    Attributes
+    ----------
+    reference, seen
+        The smooth surface, and the heights that it was fitted to.
+    grid_spacing_mm
+        Of the height map.
+    image
+        (height, width, f, cx, cy) in pixels, where the cloud was a pinhole camera's; else None.
+    """
 
     reference: Reference
     seen: Grid
     grid_spacing_mm: float
+    image: tuple[int, int, float, float, float] | None = None
 
 
 def write(inspector: Inspector, path: Path) -> None:
@@ -64,6 +76,7 @@ def write(inspector: Inspector, path: Path) -> None:
         "ply_outline": inspector.ply_outline,
         "mold_from_scanner": inspector.mold_from_scanner,
         "camera": inspector.camera,
+        "image": None if prepared.image is None else np.array(prepared.image, dtype=np.float64),
         "mask": inspector.mask,
     }
     if isinstance(angles, Grid):
@@ -86,7 +99,10 @@ def read(path: Path) -> dict[str, Any]:
     try:
         x, y, spacing = a["reference_grid"].tolist()
         prepared = Prepared(
-            Reference(a["reference"], (x, y), spacing), _on_grid(a, "seen"), float(a["grid_spacing_mm"])
+            Reference(a["reference"], (x, y), spacing),
+            _on_grid(a, "seen"),
+            float(a["grid_spacing_mm"]),
+            _image(path, a.get("image")),
         )
     except InputError as error:
         _fail(path, str(error))
@@ -102,6 +118,15 @@ def read(path: Path) -> dict[str, Any]:
         "camera": None if camera is None else tuple(camera.tolist()),
         "mask": a.get("mask"),
     }
+
+
+def _image(path: Path, values: NDArray[Any] | None) -> tuple[int, int, float, float, float] | None:
+    if values is None:
+        return None
+    height, width, f, cx, cy = values.tolist()
+    if not (np.isfinite(values).all() and 2 <= height < 1 << 16 and 2 <= width < 1 << 16 and f > 0):
+        _fail(path, f"image is {values.tolist()}")
+    return int(height), int(width), f, cx, cy
 
 
 def _arrays(path: Path) -> dict[str, NDArray[Any]]:

@@ -122,6 +122,11 @@ class Clean(Section):
         le=100,
         description="and exceeds this many means, sparing the flanks of pockets in a clean scan; 0: plain pcdenoise",
     )
+    spike_mm: float = Field(
+        default=0.5,
+        ge=0,
+        description="a cell this far off the median of those two away takes that median; 0: none does",
+    )
     median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
     grid_spacing_mm: float | None = Field(
         default=None,

@@ -248,6 +248,33 @@ def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
     return replace(grid, values=_core.median(_heights(grid, "grid"), int(size), threads))
 
 
+def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) -> GridT:
+    """Take out spikes that are no ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median.
+
+    Parameters
+    ----------
+    grid
+        A `HeightMap` or `Grid` with (ny, nx) values.
+    tolerance_mm
+        A cell further than this from the median of itself and the eight cells two away takes that median.
+    threads
+        0: as many as the process may use.
+
+    Examples
+    --------
+    >>> values = np.zeros((9, 9), dtype=np.float32)
+    >>> values[4, 4:6] = 2.0
+    >>> float(without_spikes(Grid(values, np.zeros(2), 1.0)).values.max())
+    0.0
+    """
+    values = _heights(grid, "grid")
+    middle = np.empty_like(values)
+    for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):  # cells two apart are neighbours on a grid of every other one
+        part = np.ascontiguousarray(values[row::2, column::2])
+        middle[row::2, column::2] = _core.median(part, 3, threads)
+    return replace(grid, values=np.where(np.abs(values - middle) > tolerance_mm, middle, values))
+
+
 def fit_reference(
     heights: Grid,
     spacing_mm: float = 4.0,
