@@ -147,7 +147,7 @@ def recipe() -> None:
         print(Recipe().to_toml(), end="")
 
 
-for command in (cli_tools.compare, cli_tools.study, cli_tools.replay, cli_tools.doctor):
+for command in (cli_tools.compare, cli_tools.view, cli_tools.study, cli_tools.replay, cli_tools.doctor):
     app.command()(command)
 
 

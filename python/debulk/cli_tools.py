@@ -41,6 +41,21 @@ def compare(
             print(f"written: {path}")
 
 
+def view(
+    report: Annotated[Path, typer.Argument(help="Report of an inspection, .json.")],
+    pocket: Annotated[int | None, typer.Option(help="Only this pocket.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="A .png instead of a window.")] = None,
+) -> None:
+    """Show the pockets in 3-D, in a window or a picture; needs the extra "view" (Open3D)."""
+    with outcome():
+        from debulk import view as views
+        from debulk.report import Report
+
+        views.view(Report.load(report), output, pocket=pocket)
+        if output is not None:
+            print(f"written: {output}")
+
+
 def study(
     what: Annotated[Literal["solver"], typer.Argument(help="What is studied.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for tables and pictures.")] = Path("study"),

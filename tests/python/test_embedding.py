@@ -159,7 +159,7 @@ def test_cancel_stops_every_thread_that_inspects(layup):
             run.result(LONG_S)
 
 
-@pytest.mark.parametrize("stage", ["clean", "debulk"])
+@pytest.mark.parametrize("stage", ["height map", "debulk"])
 def test_ctrl_c_ends_the_inspection(layup, stage):
     inspector = make(layup, ENDLESS)
     before = threading.active_count()

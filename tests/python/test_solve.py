@@ -9,18 +9,21 @@ from scipy.optimize import lsq_linear
 from debulk import InputError, net, scenes, sheet, solve, surface
 
 
-def bell_pocket(height=6.0, radius=40.0, seed=0):
+def bell_pocket(height=6.0, radius=40.0, seed=0, away=0.0):
     """A net on a bell over a gently curved mold, as the pipeline would lay it."""
     x = np.arange(-90.0, 91.0, 2.0)
     xx, yy = np.meshgrid(x, x)
     mold = xx**2 / 8000 + yy**2 / 6000
     r = np.hypot(xx, yy)
     bell = np.where(r < radius, height * np.cos(np.pi * r / (2 * radius)) ** 2, 0.0)
-    reference = surface.Reference(mold, (-90.0, -90.0), 2.0)
-    ply = surface.Reference(mold + bell, (-90.0, -90.0), 2.0)
+    origin = (away - 90.0, 0.5 * away - 90.0)
+    reference = surface.Reference(mold + away, origin, 2.0)
+    ply = surface.Reference(mold + bell + away, origin, 2.0)
     angle = np.linspace(0, 2 * np.pi, 80, endpoint=False)
-    outline = 0.93 * radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    laid = net.fibre_net(ply, reference, (0.3, -0.2), (10.0 + seed, 100.0 + seed), outline_mm=outline)
+    outline = 0.93 * radius * np.column_stack([np.cos(angle), np.sin(angle)]) + (away, 0.5 * away)
+    laid = net.fibre_net(
+        ply, reference, (away + 0.3, 0.5 * away - 0.2), (10.0 + seed, 100.0 + seed), outline_mm=outline
+    )
     model = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference)
     return laid, model, reference
 
@@ -136,6 +139,17 @@ def test_both_methods_find_minima_of_like_energy():
         assert own.certified
         assert ipopt.certified
         assert own.energy_mj == pytest.approx(ipopt.energy_mj, rel=0.05)
+
+
+def test_ten_kilometres_from_the_origin():
+    _, here, _ = bell_pocket()
+    laid, there, _ = bell_pocket(away=1e7)
+    solution = solve.minimise(there, starts=2)
+    assert solution.certified, solution.certificate.failure
+    assert solution.energy_mj == pytest.approx(
+        solve.minimise(here, starts=2).energy_mj, rel=0.1
+    )  # another net, a hair away
+    assert solution.nodes_mm[laid.kinds == 1].tobytes() == laid.nodes_mm[laid.kinds == 1].tobytes()
 
 
 def test_a_deadline_stops_the_solve():

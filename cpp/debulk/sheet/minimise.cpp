@@ -15,6 +15,8 @@ namespace {
 constexpr int kSofterRetries = 2;
 constexpr double kSofter = 0.1, kSoftest = 1e6;
 
+constexpr double kFar = 1e3;  // spacings; a layup of a metre or two lies well within
+
 // SplitMix64 (Steele, Lea, Flood 2014): the same sequence on every machine, unlike the standard library's distributions.
 class Random {
  public:
@@ -111,6 +113,19 @@ SolveStatus refusal(const Sheet& sheet) {
 Minimum from_start(const Sheet& sheet, const MinimiseOptions& options, const Points* start, int k) {
   const SolveStatus known = refusal(sheet);
   if (known != SolveStatus::converged) return refused(sheet, known, options.solve.stiffness);
+  if (const Eigen::Vector3d far = sheet.start().front(); far.lpNorm<Eigen::Infinity>() > kFar * sheet.net().spacing) {
+    // So far from the origin, differences of coordinates lack the digits that stiff fibres need: solve near it. The
+    // certificate is that of the nodes as they are returned.
+    Points near_start = start ? *start : sheet.start();
+    for (Eigen::Vector3d& node : near_start) node -= far;
+    Minimum minimum = from_start(sheet.moved(-far), options, &near_start, k);
+    for (Eigen::Vector3d& node : minimum.nodes) node += far;
+    for (std::size_t i = 0; i < minimum.nodes.size(); ++i)
+      if (sheet.net().kinds[i] == NodeKind::fixed) minimum.nodes[i] = sheet.start()[i];
+    minimum.certificate = certify(sheet, minimum.nodes, options.solve.stiffness).certificate;
+    minimum.energy_mj = sheet.energy(minimum.nodes);
+    return minimum;
+  }
   const GapProblem problem(sheet);
   const Eigen::VectorXd first = problem.from_points(start ? *start : sheet.start());
   Random random(options.seed * 1000003u + static_cast<std::uint64_t>(k));

@@ -8,6 +8,7 @@
 #include "debulk/sheet/friction.hpp"
 #include "debulk/sheet/load.hpp"
 #include "debulk/sheet/shear.hpp"
+#include "debulk/surface/moved.hpp"
 
 namespace debulk {
 namespace {
@@ -25,7 +26,7 @@ std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted
 }  // namespace
 
 Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Surface> mold)
-    : net_(std::move(net)), ply_(ply), mold_(std::move(mold)) {
+    : net_(std::move(net)), area_(area_mm2), ply_(ply), mold_(std::move(mold)) {
   check_net();
   ply_.check();
   require(std::isfinite(area_mm2) && area_mm2 > 0, "area_mm2", "a positive area in mm2", area_mm2);
@@ -61,6 +62,12 @@ double Sheet::elastic_force() const {
   double largest = 0;
   for (const int node : movable_) largest = std::max(largest, gradient[static_cast<std::size_t>(node)].norm());
   return largest;
+}
+
+Sheet Sheet::moved(const Eigen::Vector3d& by) const {
+  Net net = net_;
+  for (Eigen::Vector3d& node : net.nodes) node += by;
+  return Sheet(std::move(net), area_, ply_, debulk::moved(mold_, by));
 }
 
 std::vector<std::array<int, 3>> Sheet::groups() const {

@@ -21,6 +21,9 @@ class Sheet {
   // net: the initial configuration; its `inside` is not used. area_mm2: of the ply inside the perimeter.
   Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Surface> mold);
 
+  // The same sheet and mold elsewhere: every node (and the mold) moved by the same vector.
+  Sheet moved(const Eigen::Vector3d& by) const;
+
   double energy(const Points& x) const;                                      // mJ
   std::vector<std::pair<std::string, double>> terms(const Points& x) const;  // all five, mJ; loads as work; those left out are 0
   Points gradient(const Points& x) const;                                    // mJ/mm, all nodes
@@ -58,6 +61,7 @@ class Sheet {
   void check_points(const Points& x) const;
 
   Net net_;
+  double area_;
   Ply ply_;
   std::shared_ptr<const Surface> mold_;
   double nodal_force_, force_unit_;
