@@ -22,7 +22,7 @@ class _Made(metaclass=_Bound):
 
     def __init__(self, *args: Never, **kwargs: Never) -> None: ...
 
-class FrontEnd:
+class FrontEnd(metaclass=_Bound):
     def __init__(
         self,
         reference: Reference,
