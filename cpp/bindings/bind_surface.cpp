@@ -11,6 +11,7 @@
 #include "debulk/surface/front_end.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/median.hpp"
+#include "debulk/surface/spikes.hpp"
 
 namespace debulk {
 namespace {
@@ -224,6 +225,19 @@ void bind_surface(py::module_& m) {
         return grid_values(std::move(out));
       },
       py::arg("values"), py::arg("size"), py::arg("threads"));
+
+  m.def(
+      "without_spikes",
+      [](const Array<float>& values, double tolerance, int threads) {
+        const Grid<float> grid = to_grid(values, {0, 0}, 1.0, "grid");
+        Grid<float> out;
+        {
+          py::gil_scoped_release release;
+          without_spikes(grid, tolerance, out, threads);
+        }
+        return grid_values(std::move(out));
+      },
+      py::arg("values"), py::arg("tolerance_mm"), py::arg("threads"));
 
   m.def(
       "fill_holes",

@@ -62,12 +62,16 @@ def evaluate(
     fibre_angles_deg: Floats | Grid,
     recipe: Recipe,
     stop: _core.Stop,
+    number: int | None = None,
 ) -> Evaluation:
-    """Evaluate pocket number `index` (from 0) of a segmentation: patch, net, minimum, ridges, verdict."""
+    """Evaluate pocket number `index` (from 0) of a segmentation: patch, net, minimum, ridges, verdict.
+
+    Its report gets the id `number`, its own unless that is given.
+    """
     found, foot = segmentation.pockets[index], feet.feet[index]
     watch = _Stopwatch()
     seen = PocketReport(  # what is known before the ply is modelled
-        id=found.id,
+        id=found.id if number is None else number,
         verdict=verdict.Verdict.INVALID,
         reason="",
         outline_mm=found.outline_mm,

@@ -1,0 +1,33 @@
+// The loop of spikes.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
+#include "debulk/core/wide_ops.inl"
+
+DEBULK_INLINE void order(Floats& a, Floats& b) {
+  const Floats low = lower(a, b), high = higher(a, b);
+  a = low, b = high;
+}
+DEBULK_INLINE Floats middle(Floats a, Floats b, Floats c) {
+  return higher(lower(a, b), lower(higher(a, b), c));
+}
+
+// From column 2 on, sixteen at once as far as they go; returns the column behind. `incomplete` gets the columns whose
+// window misses a value, but not those that miss a value themselves.
+int run(const float* above, const float* row, const float* below, int nx, float tolerance, float* out, int* incomplete, int& count) {
+  int i = 2;
+  for (; i + lanes <= nx - 2; i += lanes) {
+    Floats low[3], mid[3], high[3], all_there = {};
+    for (int c = 0; c < 3; ++c) {
+      low[c] = load(above + i - 2 + 2 * c), mid[c] = load(row + i - 2 + 2 * c), high[c] = load(below + i - 2 + 2 * c);
+      all_there += (low[c] - low[c]) + (mid[c] - mid[c]) + (high[c] - high[c]);
+      order(low[c], mid[c]), order(mid[c], high[c]), order(low[c], mid[c]);
+    }
+    const Floats lowest_high = lower(lower(high[0], high[1]), high[2]), highest_low = higher(higher(low[0], low[1]), low[2]);
+    const Floats centre = load(row + i), found = middle(highest_low, middle(mid[0], mid[1], mid[2]), lowest_high);
+    const Ints there = all_there == all_there;
+    store(out + i, there & (absolute(centre - found) > all(tolerance)) ? found : centre);
+    const Ints again = ~there & (centre == centre);
+    if (!any(again)) continue;
+    for (int k = 0; k < lanes; ++k)
+      if (again[k]) incomplete[count++] = i + k;
+  }
+  return i;
+}
