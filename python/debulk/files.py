@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
-from debulk.formats import npy, pcd, ply
+from debulk.formats import mask, npy, pcd, ply
 from debulk.formats.source import CHUNK_POINTS, Source, open_source
 
 Unit = Literal["mm", "m"]
@@ -165,6 +165,43 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
             f"{path}: expected at least 3 corners round an area, got {len(outline)} round {area_mm2:g} mm²"
         )
     return np.column_stack([x, y])
+
+
+def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
+    """Read a mask of the scanner's image, drawn over what is not the ply: clamps, tools.
+
+    Parameters
+    ----------
+    path
+        A .png of 1 to 16 bits, grey, coloured or with a palette, masked where it is not black (transparency is not
+        looked at), or a .npy of (H, W) bool or uint8, masked where it is not zero.
+
+    Returns
+    -------
+    (H, W) bool, true where the image is masked: row and column of an organised cloud's points.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is damaged, or is not what it claims to be; sizes are checked before memory is
+        taken.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "clamps.npy"
+    >>> np.save(path, np.eye(2, 3, dtype=bool))
+    >>> load_mask(path)
+    array([[ True, False, False],
+           [False,  True, False]])
+    """
+    path = Path(path)
+    readers = {".png": mask.read_mask_png, ".npy": mask.read_mask_npy}
+    extension = path.suffix.lower()
+    if extension not in readers:
+        raise InputError(f"{path}: expected a mask ending in {', '.join(readers)}, got {extension or 'no ending'!r}")
+    with open_source(path) as source:
+        return readers[extension](source)
 
 
 @contextmanager

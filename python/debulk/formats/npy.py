@@ -17,12 +17,12 @@ from debulk.formats.source import Source
 
 _REMEDY = "save it with numpy.save as (H, W, 3) or (N, 3) float32"
 _NAMES = ("points", "cloud", "scan", "xyz", "arr_0")
-_MAX_DEFLATE_RATIO = 1100  # deflate cannot do better than 1032
+MAX_DEFLATE_RATIO = 1100  # deflate cannot do better than 1032
 
 
 def read_npy(source: Source) -> NDArray[np.float32]:
     """Read the array of a .npy file."""
-    shape, fortran, dtype = _header(source, source.file, 0)
+    shape, fortran, dtype = read_header(source, source.file, 0)
     offset = source.file.tell()
     _check_kind(source, offset, shape, dtype)
     source.check_size(offset, math.prod(shape) // 3, 3 * dtype.itemsize, exact=True)
@@ -45,10 +45,10 @@ def read_npz(source: Source) -> NDArray[np.float32]:
                 source.fail(0, f"expected one array, or one called points, got {listed or 'none'}", _REMEDY)
             info = members[name]
             offset = info.header_offset
-            if info.file_size > max(info.compress_size, 1) * _MAX_DEFLATE_RATIO or info.compress_size > source.size:
+            if info.file_size > max(info.compress_size, 1) * MAX_DEFLATE_RATIO or info.compress_size > source.size:
                 source.fail(offset, f"array {name!r}: the archive's sizes are impossible")
             with archive.open(info) as member:
-                shape, fortran, dtype = _header(source, member, offset)  # type: ignore[arg-type]
+                shape, fortran, dtype = read_header(source, member, offset)  # type: ignore[arg-type]
                 _check_kind(source, offset, shape, dtype)
                 need = math.prod(shape) * dtype.itemsize
                 have = info.file_size - member.tell()
@@ -76,7 +76,8 @@ def write_npz(path: Path, points: NDArray[np.float32]) -> None:
         np.savez(file, points=points)
 
 
-def _header(source: Source, file: BinaryIO, offset: int) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+def read_header(source: Source, file: BinaryIO, offset: int) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, whether it is in Fortran's order, and dtype; the file stands where the data starts."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # of headers that only Python 2 wrote

@@ -44,21 +44,21 @@ class Source:
         except UnicodeDecodeError:
             return self.fail(offset, "the header is not plain text")
 
-    def check_size(self, offset: int, count: int, item_bytes: int, *, exact: bool) -> None:
+    def check_size(self, offset: int, count: int, item_bytes: int, *, exact: bool, what: str = "points") -> None:
         """Compare the size that the header promises with the size that the file has, before anything is allocated."""
         if count < 1:
-            self.fail(offset, "no points in the file")
+            self.fail(offset, f"no {what} in the file")
         need, have = count * item_bytes, self.size - offset
         if have < need:
             self.fail(
                 self.size,
-                f"the file ends, but its header promises {count} points of {item_bytes} bytes: {need - have} lack",
+                f"the file ends, but its header promises {count} {what} of {item_bytes} bytes: {need - have} lack",
                 "the file was cut off or its header is wrong: copy or export it again",
             )
         if exact and have > need:
             self.fail(
                 offset + need,
-                f"{have - need} bytes follow the {count} points of {item_bytes} bytes that the header promises",
+                f"{have - need} bytes follow the {count} {what} of {item_bytes} bytes that the header promises",
                 f"the header does not fit the data: {EXPORT_AGAIN}",
             )
 
@@ -103,13 +103,21 @@ class Source:
 def open_source(path: Path) -> Iterator[Source]:
     """Open a regular file; whatever the system says against it becomes one InputError."""
     try:
-        with path.open("rb") as file:
+        # Not blocking: a pipe that nobody writes to would hold the open until someone does.
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
-                raise InputError(f"{path}: expected a file, got something else")
+                raise InputError(f"{path}: expected a file, got {_what(status.st_mode)}")
             yield Source(path, file, status.st_size)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except MemoryError:
+        raise InputError(f"{path}: does not fit into this machine's memory; export fewer points") from None
+
+
+def _what(mode: int) -> str:
+    kinds = {"a folder": stat.S_ISDIR, "a pipe": stat.S_ISFIFO, "a socket": stat.S_ISSOCK}
+    return next((name for name, is_kind in kinds.items() if is_kind(mode)), "a device")
 
 
 def whole_number(source: Source, offset: int, text: str, what: str) -> int:
