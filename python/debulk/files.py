@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -27,6 +28,7 @@ _READERS: dict[str, Callable[[Source, float], Points]] = {
 }  # fmt: skip
 _WRITERS: dict[str, Callable[[Path, NDArray[np.float32]], None]] = {
     ".npy": npy.write_npy, ".npz": npy.write_npz, ".ply": ply.write_ply, ".pcd": pcd.write_pcd,
+    **{extension: partial(text.write_text, extension=extension) for extension in TEXT},
 }  # fmt: skip
 _FAR_MM = 1e7  # ten kilometres: no scanner sees so far, so the file or its unit is wrong
 _LEAST_SIZE_MM = 10.0  # a cloud in metres, given as mm, is smaller
@@ -86,7 +88,8 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     Parameters
     ----------
     path
-        Ends in .npy, .npz, .ply or .pcd. An existing file is replaced only when the new one is complete.
+        Ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv or .txt. An existing file is
+        replaced only when the new one is complete.
     points
         (H, W, 3) or (N, 3), mm. A single row (1, W, 3) comes back from .pcd as (W, 3).
 
@@ -101,6 +104,8 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
         raise InputError(f"{path}: expected a file ending in {', '.join(_WRITERS)}")
     if values.dtype.kind != "f" or values.ndim not in (2, 3) or values.shape[-1] != 3 or values.size == 0:
         raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, got {values.shape} {values.dtype}")
+    if values.ndim == 3 and path.suffix.lower() in TEXT:
+        raise InputError(f"{path}: text has no rows of an image; give points.reshape(-1, 3), or another ending")
     with replacing(path) as temporary:
         _WRITERS[path.suffix.lower()](temporary, np.ascontiguousarray(values, dtype=np.float32))
 

@@ -67,6 +67,15 @@ def test_shape_and_nan_come_back(tmp_path, kind, shape):
     assert [path.name for path in tmp_path.iterdir()] == [f"a.{kind}"]
 
 
+@pytest.mark.parametrize("kind", ["xyz", "csv", "txt", "CSV"])
+def test_text_comes_back_to_the_bit(tmp_path, kind):
+    points = cloud(40_000)
+    points[7] = np.float32(1e-30), np.nextafter(np.float32(1), np.float32(2)), -0.0
+    files.save_cloud(tmp_path / f"a.{kind}", points)
+    assert same_bits(files.load_cloud(tmp_path / f"a.{kind}"), points)
+    assert "give points.reshape(-1, 3)" in error_of(files.save_cloud, tmp_path / f"b.{kind}", cloud(3, 4))
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_metres_become_millimetres(tmp_path, kind):
     files.save_cloud(tmp_path / f"a.{kind}", TWO)
@@ -285,7 +294,7 @@ def test_what_is_no_file_is_refused(tmp_path):
 def test_saving_refuses_what_loading_would(tmp_path):
     assert "(H, W, 3)" in error_of(files.save_cloud, tmp_path / "a.npy", np.zeros((3, 4)))
     assert "(H, W, 3)" in error_of(files.save_cloud, tmp_path / "a.npy", [[1, 2, 3]])
-    assert "ending" in error_of(files.save_cloud, tmp_path / "a.txt", TWO)
+    assert "ending" in error_of(files.save_cloud, tmp_path / "a.las", TWO)
     assert "cannot be written" in error_of(files.save_cloud, tmp_path / "none" / "a.ply", TWO)
     assert list(tmp_path.iterdir()) == []
 

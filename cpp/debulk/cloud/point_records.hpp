@@ -15,7 +15,8 @@ struct RecordLayout {
   std::array<int, 3> widths{4, 4, 4};    // 4: float, 8: double
   bool big_endian = false;
 
-  bool packed() const;  // exactly what a cloud is in memory
+  bool all_floats() const;
+  bool packed() const;  // what a cloud is in memory, but for the order of bytes
   void check() const;
 };
 

@@ -12,7 +12,6 @@
 namespace debulk {
 namespace {
 
-constexpr long long block_bytes = 1 << 20;
 constexpr long long longest_line = 1 << 16;
 
 bool is_blank(char c) {
@@ -42,9 +41,11 @@ void TextLayout::check() const {
   for (const int column : xyz) require(column >= 0 && column < columns, "xyz", "a column of the line", column);
 }
 
-TextPoints::TextPoints(int file, long long begin, long long end, long first_line, const TextLayout& layout, int threads)
-    : file_(file), begin_(begin), end_(end), first_line_(first_line), layout_(layout), threads_(threads) {
+TextPoints::TextPoints(int file, long long begin, long long end, long first_line, const TextLayout& layout, int threads,
+                       long long block_bytes)
+    : file_(file), begin_(begin), end_(end), first_line_(first_line), layout_(layout), threads_(threads), block_bytes_(block_bytes) {
   layout.check();
+  require(block_bytes > 0, "block_bytes", "a positive number of bytes", block_bytes);
   require(begin >= 0 && begin <= end, "begin", "at least 0 and at most the end", begin);
   blocks_.resize(static_cast<std::size_t>((end - begin + block_bytes - 1) / block_bytes));
   parallel_for(static_cast<long>(blocks_.size()), 1, threads, [&](long k, long) {
@@ -70,7 +71,7 @@ TextPoints::TextPoints(int file, long long begin, long long end, long first_line
 TextPoints::Text TextPoints::block_text(long long first) const {
   // One byte before the block tells whether a line starts with it.
   const long long before = first > 0 ? 1 : 0, from = begin_ + first - before;
-  const long long own_end = std::min(end_, begin_ + first + block_bytes);
+  const long long own_end = std::min(end_, begin_ + first + block_bytes_);
   Text text;
   text.offset = from;
   text.bytes.resize(static_cast<std::size_t>(own_end - from));
@@ -159,7 +160,7 @@ PointSummary TextPoints::read(long rows, double factor, float* out) const {
     const long next = k + 1 < static_cast<long>(blocks_.size()) ? blocks_[static_cast<std::size_t>(k) + 1].rows : rows_;
     const long last_row = std::min(rows, next);
     if (block.rows >= last_row) return;
-    const Text text = block_text(k * block_bytes);
+    const Text text = block_text(k * block_bytes_);
     const char* const last = text.lines.data() + text.lines.size();
     long number = first_line_ + block.lines, row = block.rows;
     for (const char* at = text.lines.data(); at < last && row < last_row; ++number) {

@@ -24,7 +24,8 @@ struct TextLayout {
 class TextPoints {
  public:
   // Bytes [begin, end) of the file, the first of which stands in line `first_line` (counted from 1).
-  TextPoints(int file, long long begin, long long end, long first_line, const TextLayout& layout, int threads = 0);
+  TextPoints(int file, long long begin, long long end, long first_line, const TextLayout& layout, int threads = 0,
+             long long block_bytes = 1 << 20);
 
   long rows() const { return rows_; }
 
@@ -50,6 +51,7 @@ class TextPoints {
   long first_line_;
   TextLayout layout_;
   int threads_;
+  long long block_bytes_;
   std::vector<Block> blocks_;
   long rows_ = 0;
 };

@@ -18,6 +18,7 @@ from debulk.formats.source import MAX_COLUMNS, MAX_HEADER_BYTES, Points, Source
 _SEPARATORS = (";", ",", " ")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf|infinity)", re.IGNORECASE)
 _NAME = re.compile(r"(?:points?[:_])?([xyz012])(?:[\s_]*[\[(]?(mm|m)[\])]?)?", re.IGNORECASE)
+_LINES_AT_ONCE = 1 << 14
 _REMEDY = "export it as lines of x y z with decimal points"
 
 
@@ -42,14 +43,16 @@ def read_text(source: Source, factor: float) -> Points:
     return source.text_points(first.offset, len(words), xyz, factor, separator=separator, comments=True)
 
 
-def write_text(path: Path, points: NDArray[np.float32]) -> None:
-    """Write lines of x y z, parted by commas in a .csv, else by blanks; float32 comes back to the bit."""
-    separator = "," if path.suffix.lower() == ".csv" else " "
+def write_text(path: Path, points: NDArray[np.float32], extension: str) -> None:
+    """Write lines of x y z, parted by commas under a line of names in a .csv, else by blanks."""
+    separator = "," if extension == ".csv" else " "
+    line = separator.join(["%.9g"] * 3) + "\n"  # nine digits bring a float32 back to the bit
     with path.open("w", encoding="ascii") as file:
-        if separator == ",":
+        if extension == ".csv":
             file.write("x,y,z\n")
-        for row in points.reshape(-1, 3):
-            file.write(separator.join(map(str, row)) + "\n")
+        for first in range(0, len(points), _LINES_AT_ONCE):
+            part = points[first : first + _LINES_AT_ONCE].ravel().tolist()
+            file.write(line * (len(part) // 3) % tuple(part))
 
 
 def _head(source: Source, begin: int) -> tuple[_Line | None, _Line]:

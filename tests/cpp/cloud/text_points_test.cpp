@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <random>
 #include <string>
@@ -34,17 +35,18 @@ class TemporaryFile {
   long size_;
 };
 
-std::vector<float> read(const std::string& text, const TextLayout& layout = {}, int threads = 1, double factor = 1) {
+std::vector<float> read(const std::string& text, const TextLayout& layout = {}, int threads = 1, double factor = 1,
+                        long long block_bytes = 1 << 20) {
   const TemporaryFile file(text);
-  const TextPoints points(file.number(), 0, file.size(), 1, layout, threads);
+  const TextPoints points(file.number(), 0, file.size(), 1, layout, threads, block_bytes);
   std::vector<float> out(static_cast<std::size_t>(3 * points.rows()));
   points.read(points.rows(), factor, out.data());
   return out;
 }
 
-std::string fault(const std::string& text, const TextLayout& layout = {}, int threads = 1) {
+std::string fault(const std::string& text, const TextLayout& layout = {}, int threads = 1, long long block_bytes = 1 << 20) {
   try {
-    read(text, layout, threads);
+    read(text, layout, threads, 1, block_bytes);
   } catch (const FileFault& error) {
     return std::to_string(error.byte()) + ": " + error.what();
   }
@@ -110,6 +112,35 @@ TEST(TextPoints, BlocksAndThreadsChangeNothing) {
   const std::string wrong = many(200000, 150000);
   EXPECT_NE(fault(wrong).find("expected a number for y"), std::string::npos);
   EXPECT_EQ(fault(wrong), fault(wrong, {}, 3));
+}
+
+// Also for `make asan`. DEBULK_FUZZ_ROUNDS asks for more rounds.
+TEST(TextPoints, BlocksOfAnySizeSayTheSameOfAnyText) {
+  const char* const asked = std::getenv("DEBULK_FUZZ_ROUNDS");
+  const long rounds = asked ? std::atol(asked) : 500;
+  const std::string alphabet = "0123456789.,;-+eE \t\r\n\n#/naif\"x";
+  std::mt19937 random(5);
+  const auto any = [&](std::size_t below) { return random() % below; };
+  for (long round = 0; round < rounds; ++round) {
+    const TextLayout layout{static_cast<int>(3 + any(2)), {2, 0, 1}, " ,;"[any(3)], any(2) == 0};
+    std::string text;
+    for (std::size_t line = any(12); line > 0; --line) {
+      for (int column = 0; column < layout.columns; ++column)
+        text += (column ? std::string(1, layout.separator) : "") + std::to_string(any(99)) + ".5";
+      text += any(9) ? "\n" : " \r\n\n";
+    }
+    for (std::size_t change = any(3); change > 0 && !text.empty(); --change)
+      text[any(text.size())] = any(8) ? alphabet[any(alphabet.size())] : static_cast<char>(any(256));
+    if (any(4) == 0) text.resize(any(text.size() + 1));
+    const std::string whole = fault(text, layout);
+    for (const long long block_bytes : {1LL, 7LL, 64LL}) {
+      ASSERT_EQ(fault(text, layout, 1, block_bytes), whole) << text;
+      if (!whole.empty()) continue;
+      const Floats one = read(text, layout), other = read(text, layout, 1, 1, block_bytes);
+      ASSERT_EQ(one.size(), other.size());
+      ASSERT_TRUE(one.empty() || std::memcmp(one.data(), other.data(), one.size() * sizeof(float)) == 0) << text;
+    }
+  }
 }
 
 TEST(TextPoints, RefusesLinesWithoutEnd) {
