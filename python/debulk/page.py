@@ -57,6 +57,7 @@ class Chart(NamedTuple):
     limit_percent: float | None = None
     limit_text: str = ""
     note: str = ""
+    wide: bool = False
 
 
 class Row(NamedTuple):
@@ -167,10 +168,13 @@ def bar_chart(title: str, rows: list[Row], limit: float | None, digits: int, not
         percent = 0.0 if row.value is None else 100 * row.value / full
         measured = None if row.measured is None else 100 * row.measured / full
         text, sign = number(row.value, digits), LOOKS[row.verdict].sign
+        if row.measured is not None:
+            text += f" ◆ {number(row.measured, digits)}"
         return Bar(str(row.id), text, percent, row.verdict.value, sign, low, high, measured)
 
-    bars = [bar(row) for row in rows]
-    return Chart(title, bars, 100 * limit / full if limit else None, f"limit {limit:.2f} mm" if limit else "", note)
+    bars, at = [bar(row) for row in rows], 100 * limit / full if limit else None
+    wide = any(row.measured is not None for row in rows)
+    return Chart(title, bars, at, f"limit {limit:.2f} mm" if limit else "", note, wide)
 
 
 def total_ms(report: Report) -> float:

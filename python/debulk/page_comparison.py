@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from debulk.comparison import Comparison
 
 _SIZE = 360.0  # of the scatter plot
-_LEFT, _BOTTOM, _SPARE = 44.0, 40.0, 12.0
+_LEFT, _BOTTOM, _TOP = 44.0, 40.0, 22.0
 
 
 class Scatter(NamedTuple):
@@ -59,7 +59,7 @@ def page(comparison: Comparison) -> str:
                 ],
                 comparison.max_rms_mm,
                 3,
-                "bar: predicted, its figure at the right; thin line: range over the starts; ◆ measured",
+                "bar: predicted; thin line: range over the starts; ◆ measured",
             ),
             bar_chart(
                 "Ridge height, mm",
@@ -84,7 +84,7 @@ def _scatter(comparison: Comparison) -> Scatter | None:
         return None
     limit = comparison.max_rms_mm
     full = 1.06 * max([1.5 * limit, *(max(a, b, r[1] if r else 0.0) for _, a, b, r in points)])
-    scale = (_SIZE - _LEFT - _SPARE) / full
+    scale = (_SIZE - _BOTTOM - _TOP) / full
 
     def x(value: float) -> float:
         return _LEFT + scale * value
@@ -103,10 +103,42 @@ def _scatter(comparison: Comparison) -> Scatter | None:
         parts.append(f'<text x="{x(k * step):.1f}" y="{bottom + 16:.1f}" text-anchor="middle">{k * step:g}</text>')
         parts.append(f'<text x="{left - 5:.1f}" y="{y(k * step) + 4:.1f}" text-anchor="end">{k * step:g}</text>')
     parts.append(f'<text x="{x(full):.1f}" y="{_SIZE - 6:.1f}" text-anchor="end">predicted RMS, mm</text>')
-    parts.append(f'<text x="{left + 6:.1f}" y="{top + 10:.1f}">measured RMS, mm</text>')
+    parts.append(f'<text x="2" y="{top - 7:.1f}">measured RMS, mm</text>')
+    spots = []
     for p, predicted, measured, span in points:
         if span is not None and span[1] > span[0]:
             parts.append(f'<path class="span" d="M{x(span[0]):.1f} {y(measured):.1f}H{x(span[1]):.1f}"/>')
         parts.append(f'<circle class="{p.measured.value}" cx="{x(predicted):.1f}" cy="{y(measured):.1f}" r="4.5"/>')
-        parts.append(f'<text class="name" x="{x(predicted) + 6:.1f}" y="{y(measured) - 5:.1f}">{p.id}</text>')
+        spots.append((x(predicted), y(measured), str(p.id)))
+    parts += [
+        f'<text class="name" x="{u:.1f}" y="{v:.1f}">{text}</text>' for u, v, text in _names(spots, x(full))
+    ]
     return Scatter(_SIZE, "".join(parts))
+
+
+def _names(spots: list[tuple[float, float, str]], right: float) -> list[tuple[float, float, str]]:
+    """Put the points' numbers beside them, those that lie on one another in one label, and no label on another."""
+    groups: list[tuple[float, float, list[str]]] = []
+    for u, v, name in spots:
+        near = next((names for a, b, names in groups if abs(a - u) < 7 and abs(b - v) < 7), None)
+        if near is None:
+            groups.append((u, v, [name]))
+        else:
+            near.append(name)
+    taken = [(u - 5, v - 5, u + 5, v + 5) for u, v, _ in groups]
+    labels = []
+    for u, v, names in groups:
+        text = ", ".join(names)
+        width = 7.6 * len(text)
+        places = [(u + 7, v + 4), (u - 7 - width, v + 4), (u + 4, v - 8), (u + 4, v + 16), (u - width, v - 8)]
+        boxes = [(a, b - 10, a + width, b + 1) for a, b in places]
+
+        def cost(k: int, boxes: list[tuple[float, float, float, float]] = boxes) -> float:
+            a, b, c, d = boxes[k]
+            hit = sum(max(0.0, min(c, r) - max(a, p)) * max(0.0, min(d, s) - max(b, q)) for p, q, r, s in taken)
+            return hit + 100.0 * (max(0.0, c - right) + max(0.0, _LEFT - a)) + 0.01 * k
+
+        best = min(range(len(places)), key=cost)
+        taken.append(boxes[best])
+        labels.append((*places[best], text))
+    return labels
