@@ -116,7 +116,7 @@ class RegionFront:
             thickness_mm=recipe.material.thickness_mm,
             mold_tol_mm=patch.mold_tol_mm,
             smooth_mm=patch.smooth_mm,
-            largest_share=0.6,
+            largest_share=0.8,
             threads=recipe.run.threads,
         )
 
@@ -175,10 +175,16 @@ class RegionFront:
                 f"row or column, or lie between them: {(rows - 1) * pixel_mm:.2g} by {(columns - 1) * pixel_mm:.2g} mm at "
                 f"most, below {eye_mm2 / 100:.2g} cm² (limit {wanted.area_tol_mm2 / 100:g} cm²)",
             ),
-            LeftOut(
-                what="most of the scan in the threshold of the outlier filter",
-                why=f"it is told from a sample of {points} points",
-                bound=f"{threshold:.3f} mm, 3 standard errors are {3 * error:.2g} mm",
+            *(
+                [
+                    LeftOut(
+                        what="most of the scan in the threshold of the outlier filter",
+                        why=f"it is told from a sample of {points} points",
+                        bound=f"{threshold:.3f} mm, 3 standard errors are {3 * error:.2g} mm",
+                    )
+                ]
+                if error > 0
+                else []
             ),
         )
 

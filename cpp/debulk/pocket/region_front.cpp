@@ -1,4 +1,3 @@
-#define DEBULK_CPU_LAPS
 #include "debulk/pocket/region_front.hpp"
 
 #include <algorithm>

@@ -19,7 +19,7 @@ struct RegionOptions {
   double spike_mm = 0.5;  // 0: none taken out
   SegmentOptions segment;
   FootOptions feet;
-  double largest_share = 0.6;  // of the image in regions: above it, the whole scan is cheaper
+  double largest_share = 0.8;  // of the image in regions: above it, the whole scan is cheaper
 
   void check() const;
 };

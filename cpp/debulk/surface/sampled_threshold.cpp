@@ -12,7 +12,8 @@ namespace {
 
 constexpr int block_width = 256, block_height = 192;  // pixels
 constexpr int border = 24;                            // pixels in which open points do not count
-constexpr double share = 0.05, fewest = 200000;
+constexpr double share = 0.05;
+constexpr std::size_t small = std::size_t{1} << 21;  // pixels; of such an image every point is looked at
 
 struct Sums {
   double n = 0, sum = 0, squares = 0;
@@ -23,6 +24,33 @@ double threshold_of(const Sums& s, const OutlierOptions& options, double* mean =
   const double m = s.sum / s.n, d = std::sqrt(std::max(0.0, (s.squares - s.sum * m) / (s.n - 1)));
   if (mean) *mean = m, *deviation = d;
   return std::max(m + options.std_ratio * d, options.least_ratio * m);
+}
+
+// The points of the outermost pixels that the pixel window decided, from their five neighbours: as the window pass does.
+Sums rim_of(const CloudView& part, const PinholeOutliers& outliers) {
+  std::vector<std::uint8_t> open(part.size(), 0);
+  for (long k = 0; k < outliers.open(); ++k) open[outliers.open_pixel(k)] = 1;
+  Sums out;
+  const auto add = [&](int column, int row) {
+    const std::size_t at = static_cast<std::size_t>(row) * static_cast<std::size_t>(part.width) + static_cast<std::size_t>(column);
+    if (open[at] || !part.seen(at)) return;
+    std::vector<double> squares;
+    for (int j = std::max(0, row - 1); j <= std::min(part.height - 1, row + 1); ++j)
+      for (int i = std::max(0, column - 1); i <= std::min(part.width - 1, column + 1); ++i) {
+        const std::size_t other = static_cast<std::size_t>(j) * static_cast<std::size_t>(part.width) + static_cast<std::size_t>(i);
+        if (other == at || !part.seen(other)) continue;
+        const float *a = part.point(at), *b = part.point(other);
+        squares.push_back((Eigen::Vector3d(a[0], a[1], a[2]) - Eigen::Vector3d(b[0], b[1], b[2])).squaredNorm());
+      }
+    if (squares.size() < 4) return;
+    std::sort(squares.begin(), squares.end());
+    double d = 0;
+    for (std::size_t k = 0; k < 4; ++k) d += std::sqrt(squares[k]) / 4;
+    out.n += 1, out.sum += d, out.squares += d * d;
+  };
+  for (int i = 0; i < part.width; ++i) add(i, 0), add(i, part.height - 1);
+  for (int j = 1; j + 1 < part.height; ++j) add(0, j), add(part.width - 1, j);
+  return out;
 }
 
 }  // namespace
@@ -45,8 +73,18 @@ void CloudPart::copy(const CloudView& cloud, const std::uint8_t* masked) {
 SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* masked, const Pinhole& camera, const OutlierOptions& options,
                                   int threads, const Stop& stop) {
   SampledThreshold out;
+  if (cloud.size() <= small) {
+    CloudPart part;
+    part.width = cloud.width, part.height = cloud.height;
+    PinholeOutliers outliers;
+    if (masked) part.copy(cloud, masked);
+    out.pinhole = outliers.run(masked ? part.view() : cloud, camera, options, nullptr, threads);
+    const Outliers& found = outliers.summary();
+    out.mean = found.mean, out.deviation = found.deviation, out.value = found.threshold, out.points = found.seen;
+    return out;
+  }
   if (cloud.width < block_width || cloud.height < block_height) return out;
-  const double pixels = static_cast<double>(cloud.size()), wanted = std::min(std::max(share * pixels, fewest), 0.5 * pixels);
+  const double pixels = static_cast<double>(cloud.size()), wanted = std::max(share * pixels, 0.5 * small);
   const double blocks = std::max(1.0, wanted / (block_width * block_height));
   const double aspect = static_cast<double>(cloud.width) / cloud.height * block_height / block_width;
   const int across = std::max(1, static_cast<int>(std::lround(std::sqrt(blocks * aspect))));
@@ -92,7 +130,10 @@ SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* ma
         if (column < border || row < border || column >= part.width - border || row >= part.height - border) continue;
         inner.n += 1, inner.sum += d, inner.squares += d * d;
       }
-      constexpr double weight = static_cast<double>(block_width * block_height) / ((block_width - 2 * border) * (block_height - 2 * border));
+      const Sums rim = rim_of(part.view(), outliers);
+      s = {s.n - rim.n, s.sum - rim.sum, s.squares - rim.squares};
+      constexpr double weight =
+          static_cast<double>((block_width - 2) * (block_height - 2)) / ((block_width - 2 * border) * (block_height - 2 * border));
       sums[k] = {s.n - open.n + weight * inner.n, s.sum - open.sum + weight * inner.sum, s.squares - open.squares + weight * inner.squares};
     }
   });

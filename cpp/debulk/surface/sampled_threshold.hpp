@@ -28,9 +28,10 @@ struct SampledThreshold {
   bool pinhole = false;            // false: not a pinhole's cloud, and nothing is told
 };
 
-// Samples blocks of pixels, spread evenly over the image with a jitter: a twentieth of it or 200 000 pixels at least. Flying
-// points near a block's border, whose neighbours may be outside, are counted as those farther in; sheet points at the very
-// border make the mean about 0.2 % too large.
+// Samples blocks of pixels, spread evenly over the image with a jitter: a twentieth of it or a million at least; all of an
+// image of up to two million. What a
+// block's border does is left out: its outermost points do not count, nor flying ones near it, whose neighbours may be
+// outside; those farther in stand for them.
 SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* masked, const Pinhole& camera, const OutlierOptions& options,
                                   int threads, const Stop& stop);
 
