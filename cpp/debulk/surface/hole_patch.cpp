@@ -115,8 +115,7 @@ void HolePatch::harmonic(const Grid<float>& heights, const Hole& hole, const Rin
 void HolePatch::fill(const Grid<float>& heights, const Hole& hole, float* out) {
   surround(heights, hole);
   inside_.clear();
-  for (int k = 0; k < hole.count; ++k)
-    inside_.push_back({static_cast<double>(hole.cells[k].i), static_cast<double>(hole.cells[k].j), 0});
+  for (int k = 0; k < hole.count; ++k) inside_.push_back({static_cast<double>(hole.cells[k].i), static_cast<double>(hole.cells[k].j), 0});
   const RingFit trend(ring_, inside_, hole.width() <= 3 ? 2 : 4);
   harmonic(heights, hole, trend);
   for (std::size_t k = 0; k < inside_.size(); ++k) out[k] = static_cast<float>(trend(inside_[k].x, inside_[k].y) + rest_[k]);
