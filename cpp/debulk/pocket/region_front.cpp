@@ -511,19 +511,19 @@ void RegionFront::account_for_holes() {
   }
   const std::vector<Run> runs = find_runs(known, false, threads_);
   const std::vector<int> first = join_runs(runs, 1);
-  struct Hole {
+  struct Gap {
     int left = std::numeric_limits<int>::max(), right = -1, low = std::numeric_limits<int>::max(), high = -1;
     double area = 0;
   };
-  std::vector<Hole> holes(runs.size());
+  std::vector<Gap> gaps(runs.size());
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    Hole& hole = holes[static_cast<std::size_t>(first[k])];
+    Gap& hole = gaps[static_cast<std::size_t>(first[k])];
     hole.left = std::min(hole.left, runs[k].begin), hole.right = std::max(hole.right, runs[k].end - 1);
     hole.low = std::min(hole.low, runs[k].row), hole.high = std::max(hole.high, runs[k].row);
     for (int i = runs[k].begin; i < runs[k].end; ++i) hole.area += cell_mm2_[known.index(i, runs[k].row)];
   }
   double missing = 0;
-  for (const Hole& hole : holes) {
+  for (const Gap& hole : gaps) {
     if (hole.right < 0) continue;
     const bool at_border = hole.left == 0 || hole.low == 0 || hole.right == known.nx - 1 || hole.high == known.ny - 1;
     const double across = (hole.right - hole.left + 1) * MeshPass::cell_columns * mesh_.pixel_mm;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -123,40 +124,15 @@ class IncompleteWindows {
   std::vector<RowMoments> moments_;
 };
 
-namespace base {
-#include "debulk/pocket/smooth_kernel.inl"
-}  // namespace base
-
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v3")
-namespace v3 {
-#include "debulk/pocket/smooth_kernel.inl"
-}  // namespace v3
-#pragma GCC pop_options
-
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v4")
-namespace v4 {
-#include "debulk/pocket/smooth_kernel.inl"
-}  // namespace v4
-#pragma GCC pop_options
-#endif
+#define DEBULK_KERNEL "debulk/pocket/smooth_kernel.inl"
+#include "debulk/core/each_isa.inl"
 
 void row_sums(const double* values, const int* known, const double* squares, int half, int count, double* s0, double* s2, int* number) {
-#if defined(__x86_64__)
-  if (best_isa() == Isa::v4) return v4::row_sums(values, known, squares, half, count, s0, s2, number);
-  if (best_isa() == Isa::v3) return v3::row_sums(values, known, squares, half, count, s0, s2, number);
-#endif
-  base::row_sums(values, known, squares, half, count, s0, s2, number);
+  return DEBULK_ON(best_isa(), row_sums(values, known, squares, half, count, s0, s2, number));
 }
 
 void add_row(const double* s0, const double* s2, const int* number, double c0, double c2, int count, double* value, int* total) {
-#if defined(__x86_64__)
-  if (best_isa() == Isa::v4) return v4::add_row(s0, s2, number, c0, c2, count, value, total);
-  if (best_isa() == Isa::v3) return v3::add_row(s0, s2, number, c0, c2, count, value, total);
-#endif
-  base::add_row(s0, s2, number, c0, c2, count, value, total);
+  return DEBULK_ON(best_isa(), add_row(s0, s2, number, c0, c2, count, value, total));
 }
 
 }  // namespace

@@ -21,36 +21,14 @@ struct ImageTables {
   float f, cx, cy, up[3];  // up: the mold's z in the scanner's frame
   const float *heights, *tiles;
   int width, height, tile_pitch;
+  int left, top;  // of a part in the whole image, in whose pixels the camera is
 };
 
-namespace base {
-#include "debulk/surface/image_kernel.inl"
-}  // namespace base
-
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v3")
-namespace v3 {
-#include "debulk/surface/image_kernel.inl"
-}  // namespace v3
-#pragma GCC pop_options
-
-#define DEBULK_ISA_V4
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v4")
-namespace v4 {
-#include "debulk/surface/image_kernel.inl"
-}  // namespace v4
-#pragma GCC pop_options
-#undef DEBULK_ISA_V4
-#endif
+#define DEBULK_KERNEL "debulk/surface/image_kernel.inl"
+#include "debulk/core/each_isa.inl"
 
 void grid_row(Isa isa, const ImageTables& tables, int row, float* out) {
-#if defined(__x86_64__)
-  if (isa == Isa::v4) return v4::run(tables, row, out);
-  if (isa == Isa::v3) return v3::run(tables, row, out);
-#endif
-  base::run(tables, row, out);
+  return DEBULK_ON(isa, run(tables, row, out));
 }
 
 }  // namespace
@@ -124,14 +102,16 @@ void ImageGridding::run(const PinholeOutliers& image, const Part& part, Grid<flo
                            grid.nx,
                            across_,
                            static_cast<float>(view_.camera.f),
-                           static_cast<float>(view_.camera.cx - part.column),
-                           static_cast<float>(view_.camera.cy - part.row),
+                           static_cast<float>(view_.camera.cx),
+                           static_cast<float>(view_.camera.cy),
                            {up.x(), up.y(), up.z()},
                            image.heights().data(),
                            image.tiles().mean_height.data(),
                            part.width,
                            part.height,
-                           image.tiles().pitch};
+                           image.tiles().pitch,
+                           part.column,
+                           part.row};
   parallel_for(grid.ny, 32, threads, [&](long begin, long end) {
     for (long j = begin; j < end; ++j) grid_row(isa, tables, static_cast<int>(j), &grid.values[grid.index(0, static_cast<int>(j))]);
   });

@@ -1,5 +1,4 @@
-// The loop of mesh_pass.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
-#include "debulk/core/wide_ops.inl"
+// The loop of mesh_pass.cpp: included there once for each Isa (see core/each_isa.inl).
 
 // One row of the mesh; `b` has room for 16 values before and behind the row.
 void run(const MeshRow& in, MeshBuffers& b, MeshRowSums& out) {

@@ -35,34 +35,11 @@ struct MeshRowSums {
   float across = 0;  // mm, along x
 };
 
-namespace base {
-#include "debulk/surface/mesh_kernel.inl"
-}  // namespace base
-
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v3")
-namespace v3 {
-#include "debulk/surface/mesh_kernel.inl"
-}  // namespace v3
-#pragma GCC pop_options
-
-#define DEBULK_ISA_V4
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v4")
-namespace v4 {
-#include "debulk/surface/mesh_kernel.inl"
-}  // namespace v4
-#pragma GCC pop_options
-#undef DEBULK_ISA_V4
-#endif
+#define DEBULK_KERNEL "debulk/surface/mesh_kernel.inl"
+#include "debulk/core/each_isa.inl"
 
 void read_row(Isa isa, const MeshRow& row, MeshBuffers& buffers, MeshRowSums& out) {
-#if defined(__x86_64__)
-  if (isa == Isa::v4) return v4::run(row, buffers, out);
-  if (isa == Isa::v3) return v3::run(row, buffers, out);
-#endif
-  base::run(row, buffers, out);
+  return DEBULK_ON(isa, run(row, buffers, out));
 }
 
 // Single pixels.
