@@ -117,7 +117,9 @@ class Inspector:
         clean, threads = self.recipe.clean, self.recipe.run.threads
         seen = self._checked(reference, "reference")
         points = self._clean(self._in_mold_frame(seen), _core.Stop())
-        spacing = clean.grid_spacing_mm or max(cloud.median_pitch(points, threads=threads), 0.5)
+        spacing = clean.grid_spacing_mm
+        if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
+            spacing = max(round(1024 * cloud.median_pitch(points, threads=threads)) / 1024, 0.5)
         heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads)
         camera = front.fit_camera(seen) if self.camera is None and seen.ndim == 3 else self.camera
         image = None if camera is None or seen.ndim != 3 else (*seen.shape[:2], *map(float, camera))

@@ -17,7 +17,7 @@ namespace debulk {
 namespace {
 
 constexpr long kRowsPerChunk = 32;
-constexpr std::size_t kSamples = 500000;  // of the noise: more do not tell more
+constexpr std::size_t kSamples = 100000;  // of the noise: more do not tell more
 
 // Sums over the known points of one row's window: of x^a, and of x^a times the height.
 struct RowMoments {

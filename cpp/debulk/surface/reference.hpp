@@ -16,6 +16,7 @@ class Reference : public Surface {
   explicit Reference(const Grid<double>& heights);
 
   SurfaceSample sample(const Eigen::Vector2d& xy) const override;
+  void heights_on(Grid<double>& grid, int threads = 0) const override;
   bool inside(const Eigen::Vector2d& xy) const;
   const Grid<double>& heights() const { return heights_; }
 
