@@ -283,6 +283,7 @@ def compare(
     reference: ArrayLike,
     recipe: Recipe | None = None,
     mold_from_scanner: ArrayLike | None = None,
+    mask: ArrayLike | None = None,
 ) -> Comparison:
     """Hold a report against a scan of the same ply after debulking.
 
@@ -297,6 +298,8 @@ def compare(
     mold_from_scanner
         (4, 4), x_mold = T x_scanner, of both clouds; None: they are in the mold's frame already. The outlines of the
         report are in the mold's frame: the mold must not have moved in it.
+    mask
+        (H, W) bool, True where the image of either cloud shows a clamp or a tool.
 
     Returns
     -------
@@ -325,7 +328,7 @@ def compare(
         from debulk.recipe import Recipe
 
         recipe = Recipe(**report.recipe)
-    return Inspector(recipe, reference, mold_from_scanner=mold_from_scanner).compare(report, debulked_scan)
+    return Inspector(recipe, reference, mold_from_scanner=mold_from_scanner, mask=mask).compare(report, debulked_scan)
 
 
 def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
