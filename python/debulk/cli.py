@@ -1,8 +1,8 @@
 """The command line.
 
-Exit codes of `inspect`: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan. The other commands end with 0 or 2,
-`demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified. Of all: 70 is a fault of
-debulk's, 130 an interrupt, 141 a pipe that nobody reads.
+Exit codes of `inspect`: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan. The other commands end with 0 or
+2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified. Of all: 70 is a fault
+of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
 """
 
 from __future__ import annotations

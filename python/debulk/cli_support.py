@@ -9,7 +9,6 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import typer
 
@@ -70,7 +69,7 @@ def shown_progress() -> Iterator[Progress]:
 
 
 def show(text: Callable[[int | None], str], verdict: Verdict | None = None) -> None:
-    """Print a table, fitted to a terminal's width and in its colours, elsewhere a pocket a line; the verdict comes last."""
+    """Print a table, fitted to a terminal's width and coloured; the verdict comes last. Elsewhere: a pocket a line."""
     from rich.console import Console
     from rich.text import Text
 

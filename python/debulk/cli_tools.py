@@ -62,6 +62,8 @@ def view(
         from debulk import view as views
         from debulk.report import Report
 
+        if output is not None:
+            check_writable(output)
         views.view(Report.load(report), output, pocket=pocket)
         if output is not None:
             print(f"written: {output}")

@@ -420,6 +420,8 @@ def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bo
     """Return (ny, nx) whether the grid's points lie inside the outline, row by row by even-odd crossings."""
     ny, nx = grid.values.shape[:2]
     inside = np.zeros((ny, nx), dtype=np.bool_)
+    if len(outline_mm) < 3:
+        return inside
     a = (outline_mm - grid.origin_mm) / grid.spacing_mm  # in cells
     b = np.roll(a, -1, axis=0)
     first, last = math.ceil(max(0.0, a[:, 1].min())), math.floor(min(ny - 1.0, a[:, 1].max()))

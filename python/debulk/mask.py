@@ -22,8 +22,8 @@ def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
     Parameters
     ----------
     path
-        A .png, .bmp, .pgm or .tif image, white where the ply is hidden and black elsewhere, of the scan's own size; or a
-        .npy of bool, or of uint8 as such an image.
+        A .png, .bmp, .pgm or .tif image, white where the ply is hidden and black elsewhere, of the scan's own size; or
+        a .npy of bool, or of uint8 as such an image.
 
     Returns
     -------
@@ -53,11 +53,12 @@ def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
         data = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    values = _array(path, data) if kind == ".npy" else _image(path, data)
-    return values if values.dtype == np.bool_ else values > 127
+    if kind == ".npy":
+        return _array(path, data)
+    return np.asarray(_image(path, data) > 127)
 
 
-def _array(path: Path, data: bytes) -> NDArray[np.bool_] | NDArray[np.uint8]:
+def _array(path: Path, data: bytes) -> NDArray[np.bool_]:
     import io
 
     try:
@@ -67,7 +68,7 @@ def _array(path: Path, data: bytes) -> NDArray[np.bool_] | NDArray[np.uint8]:
     if not isinstance(values, np.ndarray) or values.ndim != 2 or values.dtype not in (np.bool_, np.uint8):
         found = f"{values.dtype} of shape {values.shape}" if isinstance(values, np.ndarray) else "an archive"
         raise InputError(f"{path}: expected (H, W) of bool or uint8, got {found}")
-    return values
+    return np.asarray(values if values.dtype == np.bool_ else values > 127)
 
 
 def _image(path: Path, data: bytes) -> NDArray[np.uint8]:
@@ -78,5 +79,7 @@ def _image(path: Path, data: bytes) -> NDArray[np.uint8]:
     except cv2.error as error:
         raise InputError(f"{path}: not an image that can be read: {error.err}") from None
     if values is None:
-        raise InputError(f"{path}: not an image that can be read: damaged, cut off, or of another kind than its name says")
+        raise InputError(
+            f"{path}: not an image that can be read: damaged, cut off, or of another kind than its name says"
+        )
     return np.asarray(values, dtype=np.uint8)

@@ -56,7 +56,8 @@ BASIC = ("inspect", "scan.pcd", "--reference", "ref.ply")
 def test_inspect_hands_everything_on(cell):
     result = run(
         *BASIC, "--recipe", "cell.toml", "--pose", "pose.txt", "--outline", "outline.csv", "--angles=-45,45",
-        "--deadline", "2.5", "--camera", "900,2,1.5", "--mask", "mask.npy", "-o", "a.html", "-o", "b.json", "-o", "c.csv",
+        "--deadline", "2.5", "--camera", "900,2,1.5", "--mask", "mask.npy",
+        "-o", "a.html", "-o", "b.json", "-o", "c.csv",
     )  # fmt: skip
     assert result.exit_code == 3, result.output
     seen = FakeInspector.seen
