@@ -465,6 +465,7 @@ def minimise(
     method: str,
     start: ArrayLike | None,
     starts: int,
+    first_start: int,
     seed: int,
     tolerance: float,
     max_iterations: int,

@@ -44,8 +44,8 @@ def test_every_setting_is_described_and_every_dimension_named():
     plain = {
         "friction", "bulk_factor", "vacuum", "neighbours", "std_ratio", "least_ratio", "median_cells", "mode",
         "node_target", "paths",
-        "method", "starts", "seed", "tolerance", "max_iterations", "stiffness", "min_coverage", "min_pocket_coverage",
-        "threads",
+        "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
+        "min_coverage", "min_pocket_coverage", "threads",
     }  # fmt: skip
     for section in Recipe.model_fields:
         for name, entry in type(getattr(Recipe(), section)).model_fields.items():

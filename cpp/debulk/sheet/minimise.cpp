@@ -144,6 +144,7 @@ void MinimiseOptions::check() const {
   (void)debulk::method(method);
   solve.check();
   require(starts >= 1, "starts", "1 or more", starts);
+  require(first_start >= 0 && first_start < starts, "first_start", "0 to the number of starts less one", first_start);
   require(std::isfinite(perturbation) && perturbation >= 0 && perturbation < 1, "perturbation", "a share of the spacing in [0, 1)",
           perturbation);
   require(retries >= 0, "retries", "0 or more", retries);
@@ -153,8 +154,8 @@ std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options
   options.check();
   if (start) sheet.energy(*start);  // checks it
   std::vector<Minimum> minima;
-  for (int k = 0; k < options.starts; ++k) {
-    if (k > 0 && (options.solve.stop.now() || never_begun(minima[0]))) break;
+  for (int k = options.first_start; k < options.starts; ++k) {
+    if (!minima.empty() && (options.solve.stop.now() || never_begun(minima[0]))) break;
     minima.push_back(from_start(sheet, options, start, k));
   }
   return minima;
@@ -162,14 +163,14 @@ std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options
 
 std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& sheets, const MinimiseOptions& options, int threads) {
   options.check();
-  const auto starts = static_cast<std::size_t>(options.starts);
+  const auto starts = static_cast<std::size_t>(options.starts - options.first_start);
   std::vector<std::vector<Minimum>> minima(sheets.size(), std::vector<Minimum>(starts));
   std::vector<std::vector<char>> begun(sheets.size(), std::vector<char>(starts, 0));
   // Every sheet's first start before any second one: a deadline cuts the others.
   parallel_for(static_cast<long>(sheets.size() * starts), 1, threads, [&](long first, long) {
     const std::size_t sheet = static_cast<std::size_t>(first) % sheets.size(), k = static_cast<std::size_t>(first) / sheets.size();
     if (k > 0 && options.solve.stop.now()) return;
-    minima[sheet][k] = from_start(*sheets[sheet], options, nullptr, static_cast<int>(k));
+    minima[sheet][k] = from_start(*sheets[sheet], options, nullptr, options.first_start + static_cast<int>(k));
     begun[sheet][k] = 1;
   });
   for (std::size_t s = 0; s < sheets.size(); ++s) {
