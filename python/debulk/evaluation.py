@@ -129,7 +129,8 @@ def criteria(recipe: Recipe) -> verdict.Criteria:
         max_ridge_height_mm=limits.max_ridge_mm,
         min_coverage=limits.min_coverage,
         min_pocket_coverage=limits.min_pocket_coverage,
-        tie_margin_mm=limits.tie_margin_mm,
+        rms_margin_mm=limits.rms_margin_mm,
+        ridge_margin_mm=limits.ridge_margin_mm,
         compliance_margin_mm=limits.compliance_margin_mm,
     )
 

@@ -179,7 +179,7 @@ class Solve(Section):
         description="starting points of every pocket: the net as laid, and seeded perturbations of it",
     )
     most_starts: int = Field(
-        default=16,
+        default=8,
         ge=1,
         le=1000,
         description="the same at most: a pocket gets further ones, one by one, while its verdict may well turn",
@@ -225,8 +225,15 @@ class VerdictLimits(Section):
     max_ridge_mm: float = Field(default=0.60, gt=0, description="largest height of a ridge or a bridge (provisional)")
     min_coverage: float = Field(default=0.98, ge=0, le=1, description="least share of the ply that the scan must show")
     min_pocket_coverage: float = Field(default=0.80, ge=0, le=1, description="the same of a pocket's own area")
-    tie_margin_mm: float = Field(default=0.005, ge=0, description="a figure nearer to its limit decides nothing")
-    compliance_margin_mm: float = Field(default=0.05, ge=0, description="the same where fibres needed a compliance")
+    rms_margin_mm: float = Field(
+        default=0.01,
+        ge=0,
+        description="an RMS nearer to its limit decides nothing: a few starts leave so much unknown (bench/study)",
+    )
+    ridge_margin_mm: float = Field(default=0.05, ge=0, description="the same of a ridge or a bridge")
+    compliance_margin_mm: float = Field(
+        default=0.05, ge=0, description="the same of any figure where fibres needed a compliance"
+    )
 
 
 class Run(Section):

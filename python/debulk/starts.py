@@ -107,19 +107,19 @@ def close(every: Sequence[Figures], recipe: Recipe) -> bool:
     if not every:
         return False
     limits, windows = recipe.verdict, recipe.solve
-    figures = [  # least and most, limit, window
-        (*_range([p.ridge_height_mm for p in every]), limits.max_ridge_mm, windows.close_ridge_mm),
-        (*_range([p.rms_mm for p in every]), limits.max_rms_mm, windows.close_rms_mm),
+    ridges = (limits.max_ridge_mm, limits.ridge_margin_mm, windows.close_ridge_mm)
+    figures = [  # least and most, limit, margin, window
+        (*_range([p.ridge_height_mm for p in every]), *ridges),
+        (*_range([p.rms_mm for p in every]), limits.max_rms_mm, limits.rms_margin_mm, windows.close_rms_mm),
     ]
     if any(p.bridge_height_mm > 0 for p in every):
-        figures.append((*_range([p.bridge_height_mm for p in every]), limits.max_ridge_mm, windows.close_ridge_mm))
-    tie = limits.tie_margin_mm
-    crease = any(low > limit + tie for low, _, limit, _ in figures)
-    cease = all(high <= limit - tie for _, high, limit, _ in figures)
+        figures.append((*_range([p.bridge_height_mm for p in every]), *ridges))
+    crease = any(low > limit + margin for low, _, limit, margin, _ in figures)
+    cease = all(high <= limit - margin for _, high, limit, margin, _ in figures)
     if not crease and not cease:
         return False
-    far_above = any(low > limit + window for low, _, limit, window in figures)
-    far_below = all(high <= limit - window for _, high, limit, window in figures)
+    far_above = any(low > limit + window for low, _, limit, _, window in figures)
+    far_below = all(high <= limit - window for _, high, limit, _, window in figures)
     return not far_above and not far_below
 
 

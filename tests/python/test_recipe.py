@@ -36,7 +36,7 @@ def test_the_same_defaults_stand_in_the_core():
     limits, core = Recipe().verdict, Criteria()
     assert limits.max_rms_mm == core.max_rms_mm
     assert limits.max_ridge_mm == core.max_ridge_height_mm
-    for name in ("min_coverage", "min_pocket_coverage", "tie_margin_mm", "compliance_margin_mm"):
+    for name in ("min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm", "compliance_margin_mm"):
         assert getattr(limits, name) == getattr(core, name)
 
 

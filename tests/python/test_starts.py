@@ -31,9 +31,10 @@ def figures(rms=0.26, ridge=0.0, bridge=0.0):
         ([figures(rms=0.31, ridge=0.9)], False),
         ([figures(rms=0.29, ridge=0.9)], False),
         ([figures(rms=0.31, ridge=0.7)], True),  # it creases by either, by far by none
-        ([figures(rms=0.35), figures(rms=0.31)], True),
+        ([figures(rms=0.35), figures(rms=0.32)], True),
         ([figures(rms=0.25, ridge=0.55), figures(rms=0.25, ridge=0.65)], False),  # on both sides: so it remains
         ([figures(rms=0.301)], False),  # as near as a tie: the same
+        ([figures(rms=0.25, ridge=0.56)], False),
         ([figures(rms=0.32, ridge=0.55), figures(rms=0.32, ridge=0.65)], True),  # one on both sides, one above
     ],
 )

@@ -15,6 +15,8 @@ namespace {
 constexpr int kSofterRetries = 2;
 constexpr double kSofter = 0.1, kSoftest = 1e6;
 
+constexpr double kRetryPerturbation = 0.02;  // spacings
+
 constexpr double kFar = 1e3;  // spacings; a layup of a metre or two lies well within
 
 // SplitMix64 (Steele, Lea, Flood 2014): the same sequence on every machine, unlike the standard library's distributions.
@@ -78,7 +80,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
       next = problem.from_points(beside);
       for (long k = 2; k < next.size(); k += 3) next[k] = std::max(0.0, next[k]);
     } else {
-      next = perturbed(start, options.perturbation, random);
+      next = perturbed(start, kRetryPerturbation, random);
     }
   }
   return minimum;
