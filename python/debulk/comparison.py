@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import pocket, surface
 from debulk._core import InputError
 from debulk.grid import Grid
-from debulk.report import PointsXY, Record, Report
+from debulk.report import PointsXY, Record, Report, check_report_path
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -104,6 +104,8 @@ class PocketComparison(Record):
         Why the measured outcome is what it is.
     predicted_rms_mm, measured_rms_mm
         Of the heights of the ply above the mold inside the original outline, noise and consolidated thickness included.
+    predicted_rms_range_mm
+        Lowest and highest over the solver's starts.
     predicted_ridge_mm, measured_peak_mm
         Highest ridge of the prediction; largest height inside the outline after a median over 5 by 5 cells, which
         lowers a ridge less than about four cells wide.
@@ -119,6 +121,7 @@ class PocketComparison(Record):
     measured: Verdict
     reason: str
     predicted_rms_mm: float | None = None
+    predicted_rms_range_mm: tuple[float, float] | None = None
     measured_rms_mm: float | None = None
     predicted_ridge_mm: float | None = None
     measured_peak_mm: float | None = None
@@ -217,22 +220,36 @@ class Comparison(Record):
         return f"Comparison({len(self.pockets)} pockets, {self.agreement})"
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the comparison: .json (all of it, :meth:`load` reads it back) or .csv (a line for each pocket).
+        """Write the comparison.
+
+        Parameters
+        ----------
+        path
+            Ends in .json (all of it, :meth:`load` reads it back), .csv (a line for each pocket) or .html (one page that
+            needs nothing else).
 
         Raises
         ------
         InputError
             If the ending is another, or the file cannot be written.
         """
-        from debulk.comparison_text import csv_text
         from debulk.files import replacing
-        from debulk.report_json import dumps_record
 
         path = Path(path)
-        kind = path.suffix.lower()
-        if kind not in (".json", ".csv"):
-            raise InputError(f"{path}: expected a file ending in .json or .csv")
-        text = csv_text(self) if kind == ".csv" else dumps_record(self, FORMAT)
+        check_report_path(path)
+        match path.suffix.lower():
+            case ".json":
+                from debulk.report_json import dumps_record
+
+                text = dumps_record(self, FORMAT)
+            case ".csv":
+                from debulk.comparison_text import csv_text
+
+                text = csv_text(self)
+            case _:
+                from debulk.page_comparison import page
+
+                text = page(self)
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
 
@@ -335,6 +352,7 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
                 measured=measured,
                 reason=reason,
                 predicted_rms_mm=known.rms_mm,
+                predicted_rms_range_mm=known.rms_range_mm,
                 predicted_ridge_mm=known.ridge_height_mm,
                 **figures,
             )

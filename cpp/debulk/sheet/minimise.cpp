@@ -15,8 +15,6 @@ namespace {
 constexpr int kSofterRetries = 2;
 constexpr double kSofter = 0.1, kSoftest = 1e6;
 
-constexpr double kRetryPerturbation = 0.02;  // spacings
-
 constexpr double kFar = 1e3;  // spacings; a layup of a metre or two lies well within
 
 // SplitMix64 (Steele, Lea, Flood 2014): the same sequence on every machine, unlike the standard library's distributions.
@@ -52,6 +50,8 @@ Minimum refused(const Sheet& sheet, SolveStatus status, double stiffness) {
   out.energy_mj = sheet.energy(out.nodes);
   return out;
 }
+
+constexpr double kRetryPerturbation = 0.02;  // spacings
 
 // One start: solve, judge, and where the point is a saddle go on from beside it, where the solve failed from a perturbed
 // start, at last with softer fibres (a compliance, for constraints that depend on each other). Keeps the certified point, or
