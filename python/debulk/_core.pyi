@@ -75,7 +75,8 @@ class Criteria(metaclass=_Bound):
     max_rms_mm: float
     min_coverage: float
     min_pocket_coverage: float
-    tie_margin_mm: float
+    ridge_margin_mm: float
+    rms_margin_mm: float
     def __init__(self) -> None: ...
     def check(self) -> None: ...
 
@@ -536,6 +537,7 @@ def minimise(
     method: str,
     start: ArrayLike | None,
     starts: int,
+    first_start: int,
     seed: int,
     tolerance: float,
     max_iterations: int,
