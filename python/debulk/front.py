@@ -46,7 +46,7 @@ class FrontEnd:
 
     The same steps as `debulk.cloud.transform`, `debulk.cloud.remove_outliers`, `debulk.surface.height_map`,
     `debulk.surface.without_spikes` and `debulk.surface.median`, many times faster for the organised scans of a pinhole
-    camera: exact neighbours are found in the image, heights are measured along the rays and the sideways shift of raised
+    camera: exact neighbours are found in the image, heights are measured along the rays and the shift of raised
     points is undone on the grid.
     Whatever depends on the reference and the camera alone is prepared here, and memory is kept from scan to scan. Any
     other cloud takes the general way, with the same decisions. One object serves one thread at a time.
