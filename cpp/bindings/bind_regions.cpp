@@ -33,8 +33,7 @@ void bind_regions(py::module_& m) {
              view.camera = {camera[0], camera[1], camera[2]};
              view.mold_from_scanner = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(pose.data());
              RegionOptions options;
-             options.front = {{neighbours, std_ratio, least_ratio}, spacing, {}, {hole_diameter}, median_cells};
-             options.spike_mm = spike;
+             options.front = {{neighbours, std_ratio, least_ratio}, spacing, {}, {hole_diameter}, spike, median_cells};
              options.segment.cut_height_mm = cut_height;
              options.segment.area_tol_mm2 = area_tol;
              options.segment.peak_tol_mm = peak_tol;

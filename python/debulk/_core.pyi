@@ -37,6 +37,7 @@ class FrontEnd(metaclass=_Bound):
         spacing_mm: float,
         hole_diameter_mm: float,
         jump_ratio: float,
+        spike_mm: float,
         median_cells: int,
         threads: int,
     ) -> None: ...
@@ -49,7 +50,7 @@ class FrontEnd(metaclass=_Bound):
     @property
     def threshold(self) -> float: ...
     @property
-    def times(self) -> tuple[float, float, float, float]: ...
+    def times(self) -> list[float]: ...
 
 class Certificate(_Made):
     @property

@@ -318,13 +318,7 @@ class Inspector:
         with self._front_lock:
             if self._front is None:
                 self._front = self._front_end()
-            heights, times_ms = self._front.inspect(points, stop), self._front.times_ms
-        clean, threads = self.recipe.clean, self.recipe.run.threads
-        if clean.spike_mm > 0:
-            heights = surface.without_spikes(heights, clean.spike_mm, threads=threads)
-        if clean.median_cells > 1:
-            heights = surface.median(heights, clean.median_cells, threads=threads)
-        return heights, {name: times_ms[name] for name in ("clean", "grid", "fill")}
+            return self._front.inspect(points, stop), self._front.times_ms
 
     def _front_end(self) -> front.FrontEnd:
         clean, image = self.recipe.clean, self.prepared.image
@@ -338,7 +332,8 @@ class Inspector:
             std_ratio=clean.std_ratio,
             least_ratio=clean.least_ratio,
             hole_diameter_mm=clean.max_hole_mm,
-            median_cells=1,  # after the spikes, which a small median would spread
+            spike_mm=clean.spike_mm,
+            median_cells=clean.median_cells,
             threads=self.recipe.run.threads,
         )
 

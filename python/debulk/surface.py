@@ -267,7 +267,8 @@ def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) 
     >>> float(without_spikes(Grid(values, np.zeros(2), 1.0)).values.max())
     0.0
     """
-    return replace(grid, values=_core.without_spikes(_heights(grid, "grid"), float(tolerance_mm), threads))
+    tolerance = _positive(tolerance_mm, "tolerance_mm")
+    return replace(grid, values=_core.without_spikes(_heights(grid, "grid"), tolerance, threads))
 
 
 def fit_reference(

@@ -13,7 +13,6 @@
 #include "debulk/core/runs.hpp"
 #include "debulk/pocket/smooth.hpp"
 #include "debulk/surface/median.hpp"
-#include "debulk/surface/spikes.hpp"
 
 namespace debulk {
 namespace {
@@ -92,6 +91,7 @@ struct RegionFront::Scratch {
   PinholeOutliers image;
   RayBase base;
   Grid<float> other;
+  HoleFilling filling;
 };
 
 struct RegionFront::Work {
@@ -107,7 +107,6 @@ void RegionOptions::check() const {
   front.check();
   segment.check();
   feet.check();
-  require(std::isfinite(spike_mm) && spike_mm >= 0, "spike_mm", "a height in mm, or 0 to leave spikes", spike_mm);
 }
 
 RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
@@ -299,12 +298,12 @@ bool RegionFront::make_exact(const Window& strip, Work& work, const CloudView& s
   PinholeOutliers& image = scratch->image;
   image.fixed = threshold_.value;
   image.tolerance = 0.01;
-  const bool fits = image.run(part.view(), part.camera(view_.camera), options_.front.outliers, &base, threads);
+  const bool fits = image.run(part.view(), part.camera(view_.camera), options_.front.outliers, &base, threads, stop);
   if (fits) {
     Grid<float>& exact = scratch->other;
     exact.nx = strip.i1 - strip.i0, exact.ny = strip.j1 - strip.j0, exact.spacing = frame_.spacing;
     exact.values.resize(static_cast<std::size_t>(exact.nx) * static_cast<std::size_t>(exact.ny));
-    gridding_->run(image, {part.column, part.row, part.width, part.height}, exact, strip.i0, strip.j0, image.isa, threads);
+    gridding_->run(image, {part.column, part.row, part.width, part.height}, exact, strip.i0, strip.j0, image.isa, threads, stop);
     for (int j = 0; j < exact.ny; ++j)
       std::copy_n(&exact.at(0, j), exact.nx, &work.map.heights.at(strip.i0 - work.window.i0, strip.j0 - work.window.j0 + j));
   }
@@ -319,14 +318,13 @@ void RegionFront::filter(Work& work, int threads, const Stop& stop) {
   std::unique_ptr<Scratch> scratch = borrow();
   Grid<float>& heights = work.map.heights;
   check();
-  fill_holes(heights, options_.front.fill, work.map.measured, threads);
-  check();
-  if (options_.spike_mm > 0) {
-    without_spikes(heights, options_.spike_mm, scratch->other, threads);
+  scratch->filling.run(heights, options_.front.fill, work.map.measured, threads, stop);
+  if (options_.front.spike > 0) {
+    without_spikes(heights, options_.front.spike, scratch->other, threads, stop);
     heights.values.swap(scratch->other.values);
   }
   if (options_.front.median > 1) {
-    median(heights, options_.front.median, scratch->other, threads);
+    median(heights, options_.front.median, scratch->other, threads, stop);
     heights.values.swap(scratch->other.values);
   }
   give_back(std::move(scratch));

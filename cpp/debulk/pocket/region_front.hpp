@@ -16,7 +16,6 @@ namespace debulk {
 
 struct RegionOptions {
   FrontEndOptions front;
-  double spike_mm = 0.5;  // 0: none taken out
   SegmentOptions segment;
   FootOptions feet;
   double largest_share = 0.8;  // of the image in regions: above it, the whole scan is cheaper

@@ -88,11 +88,12 @@ ImageGridding::ImageGridding(const Reference& reference, const View& view, const
   });
 }
 
-void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa, int threads) const {
-  run(image, {0, 0, view_.width, view_.height}, grid, 0, 0, isa, threads);
+void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa, int threads, const Stop& stop) const {
+  run(image, {0, 0, view_.width, view_.height}, grid, 0, 0, isa, threads, stop);
 }
 
-void ImageGridding::run(const PinholeOutliers& image, const Part& part, Grid<float>& grid, int i0, int j0, Isa isa, int threads) const {
+void ImageGridding::run(const PinholeOutliers& image, const Part& part, Grid<float>& grid, int i0, int j0, Isa isa, int threads,
+                        const Stop& stop) const {
   require(i0 % stretch_nodes == 0, "i0", "a multiple of 16", i0);
   const Eigen::Vector3f up = view_.rotation().row(2).transpose().cast<float>();
   const std::size_t first = static_cast<std::size_t>(j0) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(i0 / stretch_nodes);
@@ -112,7 +113,7 @@ void ImageGridding::run(const PinholeOutliers& image, const Part& part, Grid<flo
                            image.tiles().pitch,
                            part.column,
                            part.row};
-  parallel_for(grid.ny, 32, threads, [&](long begin, long end) {
+  parallel_for(grid.ny, 32, threads, stop, [&](long begin, long end) {
     for (long j = begin; j < end; ++j) grid_row(isa, tables, static_cast<int>(j), &grid.values[grid.index(0, static_cast<int>(j))]);
   });
 }

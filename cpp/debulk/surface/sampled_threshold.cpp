@@ -78,7 +78,7 @@ SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* ma
     part.width = cloud.width, part.height = cloud.height;
     PinholeOutliers outliers;
     if (masked) part.copy(cloud, masked);
-    out.pinhole = outliers.run(masked ? part.view() : cloud, camera, options, nullptr, threads);
+    out.pinhole = outliers.run(masked ? part.view() : cloud, camera, options, nullptr, threads, stop);
     const Outliers& found = outliers.summary();
     out.mean = found.mean, out.deviation = found.deviation, out.value = found.threshold, out.points = found.seen;
     return out;
@@ -112,7 +112,7 @@ SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* ma
       part.width = block_width, part.height = block_height;
       part.copy(cloud, masked);
       const auto k = static_cast<std::size_t>(b);
-      right[k] = outliers.run(part.view(), part.camera(camera), options, nullptr, 1);
+      right[k] = outliers.run(part.view(), part.camera(camera), options, nullptr, 1, stop);
       if (!right[k]) continue;
       const Outliers& found = outliers.summary();
       if (found.seen < 2) continue;
