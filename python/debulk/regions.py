@@ -55,8 +55,8 @@ class RegionFront:
 
     A coarse pass over some rows and columns of pixels finds what stands up; windows round that are processed exactly
     as the whole scan would be: outliers, heights, holes, spikes, median, segmentation, feet. It takes the scans of a
-    pinhole camera; others are for `debulk.front.FrontEnd`. Memory is kept from scan to scan. One object serves one thread at a
-    time.
+    pinhole camera; others are for `debulk.front.FrontEnd`. Memory is kept from scan to scan. One object serves one
+    thread at a time.
 
     Parameters
     ----------
