@@ -86,7 +86,7 @@ class InteriorPoint {
         if (options_.stop.now()) continue;  // given up for the stop, which says so next
         return SolveStatus::numerical_failure;
       }
-      convexified_ = mu_ <= kSaddleMu && system_.shift() > 0 ? convexified_ + 1 : 0;
+      convexified_ = mu_ <= kSaddleMu && system_.convexified() ? convexified_ + 1 : 0;
       if (convexified_ >= kSaddleSteps && escapes_ < kEscapes) leave_saddle();
     }
   }
@@ -94,8 +94,7 @@ class InteriorPoint {
   // One Newton step with its line search; where none is acceptable, once more with a stronger convexification.
   bool step() {
     system_.assemble(now_.y, now_.lambda);
-    VectorXd sigma = VectorXd::Zero(n_);
-    for (const int i : bounded_) sigma[i] = now_.z[i] / (now_.y[i] - lower_[i]);
+    const VectorXd sigma = bound_curvature();
     double at_least = 0;
     for (int attempt = 0; attempt < 6 && !(attempt > 0 && options_.stop.now()); ++attempt) {
       if (!system_.factor(sigma, options_.stiffness, at_least)) return false;
@@ -112,10 +111,17 @@ class InteriorPoint {
     return false;
   }
 
+  VectorXd bound_curvature() const {
+    VectorXd sigma = VectorXd::Zero(n_);
+    for (const int i : bounded_) sigma[i] = now_.z[i] / (now_.y[i] - lower_[i]);
+    return sigma;
+  }
+
   // Step after step that needs convexifying, late in the solve, leads to a saddle. Step off along the direction of most
   // negative curvature, downhill, and let the barrier grow again so that contacts may open.
   void leave_saddle() {
-    VectorXd aside = system_.softest_direction();
+    system_.assemble(now_.y, now_.lambda);
+    VectorXd aside = system_.softest_direction(bound_curvature());
     VectorXd barrier_gradient = gradient_;
     for (const int i : bounded_) barrier_gradient[i] -= mu_ / (now_.y[i] - lower_[i]);
     if (aside.dot(barrier_gradient) > 0) aside = -aside;
