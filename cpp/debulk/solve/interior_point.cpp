@@ -19,7 +19,12 @@ constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kEtaPhi = 1e-8, kSTheta =
 constexpr int kCorrections = 4;
 constexpr double kAcceptable = 100;  // times the tolerance
 constexpr int kAcceptableSteps = 15, kPatience = 150;
-// Ours, for saddles: six convexified steps in a row below this barrier are taken for an approach to one.
+constexpr double kDescent = 1e-2;  // of the energy, at least 1: what counts as progress
+// Ours. Where a step would go far, as a net without stiffness does, it is damped, and cut if that does not help: in units of
+// the variables, spacings.
+constexpr double kLongest = 1.0, kDamping = 1e-3;
+constexpr int kDampings = 4;
+// Also ours, for saddles: six convexified steps in a row below this barrier are taken for an approach to one.
 constexpr double kSaddleMu = 1e-3, kEscapeStep = 0.05, kEscapeMu = 1e-4;
 constexpr int kSaddleSteps = 6, kEscapes = 10;
 
@@ -49,7 +54,7 @@ class InteriorPoint {
 
  private:
   void begin(const VectorXd& start) {
-    now_.y = start;
+    start_ = now_.y = start;
     for (const int i : bounded_) now_.y[i] = std::max(now_.y[i], lower_[i] + kBoundPush);
     now_.z = VectorXd::Zero(n_);
     for (const int i : bounded_) now_.z[i] = 1.0;
@@ -66,16 +71,20 @@ class InteriorPoint {
 
   SolveStatus iterate(int& iterations) {
     int acceptable = 0, since_best = 0;
-    double best = std::numeric_limits<double>::infinity();
+    double best = std::numeric_limits<double>::infinity(), lowest = std::numeric_limits<double>::max();
     for (iterations = 0;; ++iterations) {
       const double error = optimality_error(0.0);
       if (error <= options_.tolerance) return SolveStatus::converged;
       // Where rounding is coarser than the tolerance, as far from the origin, it is taken as met (Ipopt's acceptable level).
       acceptable = error <= kAcceptable * options_.tolerance ? acceptable + 1 : 0;
       if (acceptable >= kAcceptableSteps) return SolveStatus::converged;
-      since_best = error < 0.9 * best ? 0 : since_best + 1;
+      // A long way downhill is progress, too.
+      const double height = now_.f + now_.lambda.squaredNorm() / (2 * options_.stiffness);
+      since_best = error < 0.9 * best || height < lowest - kDescent * std::max(1.0, std::abs(lowest)) ? 0 : since_best + 1;
       best = std::min(best, error);
+      if (since_best == 0) lowest = std::min(lowest, height);
       if (since_best >= kPatience) return SolveStatus::numerical_failure;
+      if ((now_.y - start_).lpNorm<Eigen::Infinity>() > problem_.reach()) return SolveStatus::no_minimum;
       if (options_.stop.now()) return options_.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline;
       if (iterations >= options_.max_iterations) return SolveStatus::iteration_limit;
       while (mu_ > options_.tolerance / 10 && optimality_error(mu_) <= kMuTest * mu_) {
@@ -104,6 +113,10 @@ class InteriorPoint {
       const VectorXd deficit = -(now_.c - now_.lambda / options_.stiffness);
       VectorXd dy, dl;
       system_.solve(slope, deficit, dy, dl);
+      for (int again = 0; again < kDampings && dy.lpNorm<Eigen::Infinity>() > kLongest; ++again) {
+        if (!system_.factor(sigma, options_.stiffness, std::max(kDamping, 8 * system_.shift()))) return false;
+        system_.solve(slope, deficit, dy, dl);
+      }
       if (dy.allFinite() && dl.allFinite() && search(barrier_gradient, slope, dy, dl)) return true;
       at_least = std::max(10 * system_.last_shift(), 1e-4);
       filter_.clear();
@@ -142,7 +155,7 @@ class InteriorPoint {
     const double tau = std::max(kTauMin, 1 - mu_);
     const double theta = infeasibility(now_), phi = barrier(now_);
     const double descent = barrier_gradient.dot(dy) + now_.lambda.dot(dl) / options_.stiffness;
-    const double longest = longest_step(dy, tau);
+    const double longest = std::min(longest_step(dy, tau), kLongest / std::max(kLongest, dy.lpNorm<Eigen::Infinity>()));
     const double rounding = 10 * std::numeric_limits<double>::epsilon() * std::abs(phi);
     double shortest = kGammaTheta;
     if (descent < 0) {
@@ -259,7 +272,7 @@ class InteriorPoint {
   const Problem& problem_;
   SolveOptions options_;
   int n_, m_;
-  VectorXd lower_;
+  VectorXd start_, lower_;
   std::vector<int> bounded_;
   NewtonSystem system_;
   Iterate now_;

@@ -27,6 +27,7 @@ class NewtonSystem {
   bool factor(const Eigen::VectorXd& sigma, double stiffness, double least_shift);
   void solve(const Eigen::VectorXd& slope, const Eigen::VectorXd& deficit, Eigen::VectorXd& dy, Eigen::VectorXd& dl);
   bool convexified() const { return convexified_; }  // the last factor() was not of W + S as they are
+  double shift() const { return shift_; }            // d of the last factor()
   double last_shift() const { return last_shift_; }  // the last d that was not 0
   // The unit vector of least curvature of W + S within the constraints, by inverse iteration. Overwrites the factor.
   Eigen::VectorXd softest_direction(const Eigen::VectorXd& sigma);
