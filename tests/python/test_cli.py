@@ -1,4 +1,5 @@
 import dataclasses
+import re
 import subprocess
 import sys
 import types
@@ -35,11 +36,13 @@ def cell(tmp_path, report, monkeypatch):
     """Return a folder with a scan and a reference, and the inspection replaced."""
     monkeypatch.setitem(sys.modules, "debulk.inspector", types.SimpleNamespace(Inspector=FakeInspector))
     monkeypatch.setattr(FakeInspector, "answer", report, raising=False)
-    files.save_cloud(tmp_path / "scan.pcd", np.full((4, 5, 3), 2.0))
-    files.save_cloud(tmp_path / "ref.ply", np.full((4, 5, 3), 1.0))
+    points = np.arange(60.0).reshape(4, 5, 3)
+    files.save_cloud(tmp_path / "scan.pcd", points + 2)
+    files.save_cloud(tmp_path / "ref.ply", points + 1)
     (tmp_path / "cell.toml").write_text("[net]\nnode_target = 60\n")
     (tmp_path / "pose.txt").write_text("1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n")
     (tmp_path / "outline.csv").write_text("0,0\n100,0\n100,100\n")
+    np.save(tmp_path / "mask.npy", np.arange(20).reshape(4, 5) == 7)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -54,13 +57,15 @@ BASIC = ("inspect", "scan.pcd", "--reference", "ref.ply")
 def test_inspect_hands_everything_on(cell):
     result = run(
         *BASIC, "--recipe", "cell.toml", "--pose", "pose.txt", "--outline", "outline.csv", "--angles=-45,45",
-        "--deadline", "2.5", "-o", "a.html", "-o", "b.json", "-o", "c.csv",
+        "--deadline", "2.5", "--camera", "900,2,1.5", "--mask", "mask.npy",
+        "-o", "a.html", "-o", "b.json", "-o", "c.csv",
     )  # fmt: skip
     assert result.exit_code == 3, result.output
     seen = FakeInspector.seen
     assert seen["recipe"] == Recipe(net={"node_target": 60})
     assert seen["scan"].shape == seen["reference"].shape == (4, 5, 3)
     assert (seen["scan"][0, 0, 0], seen["reference"][0, 0, 0]) == (2.0, 1.0)
+    assert seen["camera"] == (900.0, 2.0, 1.5) and seen["mask"].sum() == 1
     assert seen["fibre_angles_deg"] == (-45.0, 45.0) and seen["deadline_s"] == 2.5
     np.testing.assert_array_equal(seen["mold_from_scanner"][:3, 3], [5, 6, 7])
     assert seen["ply_outline"].shape == (3, 2)
@@ -98,6 +103,11 @@ def test_the_exit_code_tells_the_verdict(cell, report, monkeypatch, verdict, cod
         (("--angles", "0,180"), "1 degree apart"),
         (("--angles", "nan,0"), "1 degree apart"),
         (("--angles", "inf,0"), "1 degree apart"),
+        (("--camera", "900,2"), "--camera: expected f,cx,cy"),
+        (("--camera=-900,2,1",), "--camera: expected f,cx,cy"),
+        (("--camera", "nan,2,1"), "--camera: expected f,cx,cy"),
+        (("--mask", "scan.pcd"), "scan.pcd: expected a mask ending in"),
+        (("--mask", "none.png"), "none.png: cannot be read"),
         (("--deadline", "0"), "--deadline"),
         (("--deadline", "nan"), "--deadline"),
         (("-o", "x.pdf"), "x.pdf: expected a file ending in .json, .csv or .html"),
@@ -152,7 +162,7 @@ def test_missing_arguments_are_bad_input(cell):
 
 def scene(**_options):
     square = np.array([[0, 0], [50, 0], [50, 40], [0, 40]], dtype=float)
-    points = np.zeros((3, 4, 3), np.float32)
+    points = np.arange(36, dtype=np.float32).reshape(3, 4, 3)
     return types.SimpleNamespace(
         scan=points, reference=points, mold_from_scanner=np.eye(4), camera=(1000.0, 2.0, 1.5), ply_outline=square
     )
@@ -205,15 +215,28 @@ def test_version():
     assert (result.exit_code, result.stdout) == (0, f"debulk {__version__}\n")
 
 
-def test_the_table_on_a_terminal(report, monkeypatch, capsys):
+@pytest.mark.parametrize("width", [80, 120, 250])
+def test_the_table_on_a_terminal(report, monkeypatch, capsys, width):
     import debulk.cli as cli
 
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("COLUMNS", "250")
+    monkeypatch.setenv("COLUMNS", str(width))
     cli._print_table(report)
     text = capsys.readouterr().out
-    assert "<script>alert('x')</script>" in text and "\x1b[" in text
-    assert text.count("left out:") == len(report.left_out)
+    assert "\x1b[" in text
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", text)
+    assert max(map(len, plain.splitlines())) <= width
+    assert "<script>alert('x')</script>" in " ".join(plain.split())
+    assert plain.count("left out:") == len(report.left_out)
+    assert plain.rstrip().rpartition("\n")[2].startswith("INVALID: pocket 6") or width == 80
+    lines = [line for line in plain.splitlines() if re.match(r" ?\d+  ", line)]
+    assert len(lines) == len(report.pockets)
+    assert all(len(line.split()) >= 9 for line in lines)  # no figure is broken over lines
+
+
+def test_a_table_that_nobody_watches_has_a_line_a_pocket(report):
+    lines = report.table().splitlines()
+    assert sum(line.lstrip()[0].isdigit() for line in lines) == len(report.pockets)
 
 
 def test_the_package_imports_nothing_heavy():
