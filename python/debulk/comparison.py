@@ -283,6 +283,7 @@ def compare(
     reference: ArrayLike,
     recipe: Recipe | None = None,
     mold_from_scanner: ArrayLike | None = None,
+    mask: ArrayLike | None = None,
 ) -> Comparison:
     """Hold a report against a scan of the same ply after debulking.
 
@@ -297,6 +298,8 @@ def compare(
     mold_from_scanner
         (4, 4), x_mold = T x_scanner, of both clouds; None: they are in the mold's frame already. The outlines of the
         report are in the mold's frame: the mold must not have moved in it.
+    mask
+        (H, W) bool, True where the image of either cloud shows a clamp or a tool.
 
     Returns
     -------
@@ -325,7 +328,7 @@ def compare(
         from debulk.recipe import Recipe
 
         recipe = Recipe(**report.recipe)
-    return Inspector(recipe, reference, mold_from_scanner=mold_from_scanner).compare(report, debulked_scan)
+    return Inspector(recipe, reference, mold_from_scanner=mold_from_scanner, mask=mask).compare(report, debulked_scan)
 
 
 def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
@@ -417,6 +420,8 @@ def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bo
     """Return (ny, nx) whether the grid's points lie inside the outline, row by row by even-odd crossings."""
     ny, nx = grid.values.shape[:2]
     inside = np.zeros((ny, nx), dtype=np.bool_)
+    if len(outline_mm) < 3:
+        return inside
     a = (outline_mm - grid.origin_mm) / grid.spacing_mm  # in cells
     b = np.roll(a, -1, axis=0)
     first, last = math.ceil(max(0.0, a[:, 1].min())), math.floor(min(ny - 1.0, a[:, 1].max()))

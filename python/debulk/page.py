@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs nothing else: no network, every text escaped, one script that turns the nets."""
+"""The report as one HTML page that needs nothing else: no network, all text escaped, one script that turns the nets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from debulk.report import Verdict
 from debulk.report_text import number
 
 if TYPE_CHECKING:
-    from debulk.report import PocketReport, Report
+    from debulk.report import Report
 
 # With the picture of the heights, and 2 kB of text a pocket, the page stays below 5 MB.
 _MAX_STILL_BYTES = 1_600_000  # of all drawings
@@ -188,7 +188,7 @@ def _drawings(report: Report) -> dict[int, Drawings]:
     stills, data = _MAX_STILL_BYTES, _MAX_DATA_BYTES
     made = {}
     for pocket in sorted(report.pockets, key=lambda p: (severity[p.verdict], p.id)):
-        if pocket.net is None or stills < 0 and data < 0:
+        if pocket.net is None or (stills < 0 and data < 0):
             continue
         profile = page_profile.profile(pocket, report.recipe)
         net = page_net.net_views(pocket, profile.nodes if profile else None)

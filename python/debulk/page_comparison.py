@@ -110,9 +110,7 @@ def _scatter(comparison: Comparison) -> Scatter | None:
             parts.append(f'<path class="span" d="M{x(span[0]):.1f} {y(measured):.1f}H{x(span[1]):.1f}"/>')
         parts.append(f'<circle class="{p.measured.value}" cx="{x(predicted):.1f}" cy="{y(measured):.1f}" r="4.5"/>')
         spots.append((x(predicted), y(measured), str(p.id)))
-    parts += [
-        f'<text class="name" x="{u:.1f}" y="{v:.1f}">{text}</text>' for u, v, text in _names(spots, x(full))
-    ]
+    parts += [f'<text class="name" x="{u:.1f}" y="{v:.1f}">{text}</text>' for u, v, text in _names(spots, x(full))]
     return Scatter(_SIZE, "".join(parts))
 
 

@@ -69,9 +69,7 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
     every = np.concatenate(flat)
     centre = 0.5 * (every.min(axis=0) + every.max(axis=0))
     # What the script gets is what is drawn here: rounded alike, and small.
-    solids = [
-        np.column_stack([xy - centre, gap]).round(2) + 0.0 for xy, (_, _, gap) in zip(flat, states, strict=True)
-    ]
+    solids = [np.column_stack([xy - centre, gap]).round(2) + 0.0 for xy, (_, _, gap) in zip(flat, states, strict=True)]
     radius = max(float(np.hypot(s[:, 0], s[:, 1]).max()) for s in solids) or 1.0
     top = max(float(s[:, 2].max()) for s in solids)
     exaggeration = next((f for f in reversed(_EXAGGERATIONS) if f * top <= 0.6 * radius), 1)
@@ -150,14 +148,14 @@ def _cells(net: PocketNet) -> NDArray[np.int64]:
 
 def _loose(net: PocketNet, cells: NDArray[np.int64]) -> NDArray[np.int64]:
     """(K, 2) segments that border no full cell."""
-    sides = {frozenset((int(a), int(b))) for a, b in zip(cells.ravel(), np.roll(cells, -1, axis=1).ravel(), strict=True)}
+    sides = {
+        frozenset((int(a), int(b))) for a, b in zip(cells.ravel(), np.roll(cells, -1, axis=1).ravel(), strict=True)
+    }
     loose = [edge for edge in net.edges.tolist() if frozenset(edge) not in sides]
     return np.array(loose, dtype=np.int64).reshape(-1, 2)
 
 
-def _markup(
-    solid: Floats, shape: _Shape, loose: NDArray[np.int64], frame: _Frame, exaggeration: int
-) -> str:
+def _markup(solid: Floats, shape: _Shape, loose: NDArray[np.int64], frame: _Frame, exaggeration: int) -> str:
     """From the back to the front: cells, segments without cells, nodes; over all of it the section."""
     palette, cells = colours(COLOURS), shape.cells
     sine, cosine = np.sin(_ELEVATION), np.cos(_ELEVATION)

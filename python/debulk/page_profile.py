@@ -71,7 +71,7 @@ def profile(pocket: PocketReport, recipe: dict[str, Any]) -> Profile | None:
     order = np.argsort(along, kind="stable")
 
     def on_mold(u: Floats) -> Floats:
-        return np.interp(u, along[order], mold[order])
+        return np.asarray(np.interp(u, along[order], mold[order]), dtype=np.float64)
 
     tops = [on_mold(u_before) + before] + ([] if after is None else [mold + after[nodes]])
     lowest, highest = float(mold.min()), max(float(top.max()) for top in tops)
@@ -111,7 +111,8 @@ def _fibre(net: PocketNet, node: int, fibre: int) -> list[int]:
     ahead, back = 2 * fibre, 2 * fibre + 1
     ends: list[list[int]] = []
     for side in (back, ahead):
-        reached, at = [], int(net.neighbours[node, side])
+        reached: list[int] = []
+        at = int(net.neighbours[node, side])
         while at >= 0 and at != node and len(reached) < len(net.nodes_mm):
             reached.append(at)
             at = int(net.neighbours[at, side])
@@ -163,7 +164,7 @@ def _axes(frame: _Frame, length: float, highest: float) -> str:
         parts.append(f'<path class="axis" d="M{x:.1f} {HEIGHT - _BOTTOM:.1f}v4"/>')
         parts.append(f'<text x="{x:.1f}" y="{HEIGHT - 18}" text-anchor="middle">{k * step:g}</text>')
     parts.append(f'<text x="{WIDTH - _RIGHT}" y="{HEIGHT - 4}" text-anchor="end">along the fibre, mm</text>')
-    parts.append(f'<text x="2" y="12">height, mm</text>')
+    parts.append('<text x="2" y="12">height, mm</text>')
     step = nice(max(highest - frame.lowest, 0.1) / 5)
     for k in range(int(np.ceil(frame.lowest / step)), int(highest / step + 1e-9) + 1):
         y = frame.y(k * step)

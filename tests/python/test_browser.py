@@ -25,9 +25,18 @@ from debulk.report import Report, Verdict
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = (
-    "--headless=new --remote-debugging-pipe --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run "
-    "--disable-background-networking --disable-component-update --disable-sync --disable-quic --hide-scrollbars"
-).split()
+    "--headless=new",
+    "--remote-debugging-pipe",
+    "--no-sandbox",  # as root it starts only so
+    "--disable-gpu",
+    "--disable-dev-shm-usage",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-quic",
+    "--hide-scrollbars",
+)
 PATIENCE_S = 60.0
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt-get install chromium")
 
@@ -339,7 +348,7 @@ def test_keys_and_buttons_turn_and_bring_back(browser, pages):
 
 def test_a_finger_turns_too(browser, pages):
     browser.open(pages / "report.html", width=360, phone=True)
-    x, y, width, height = net_box(browser, 1)
+    x, y, _, height = net_box(browser, 1)
     before = markups(browser, 1)
     browser("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": x + 60, "y": y + height / 2}])
     for k in range(1, 9):

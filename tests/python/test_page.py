@@ -240,7 +240,9 @@ def test_heights_of_the_section_are_to_the_scale_that_is_said(report):
     pocket = report.pockets[2]
     drawn = profile(pocket, report.recipe)
     curves = re.findall(r'class="(before|net-after)" d="([^"]+)"', drawn.markup)
-    before, after = (np.array(re.findall(r"(\S+) (\S+)", d.replace("M", "").replace("L", "\n")), float) for _, d in curves)
+    before, after = (
+        np.array(re.findall(r"(\S+) (\S+)", d.replace("M", "").replace("L", "\n")), float) for _, d in curves
+    )
     gaps = pocket.initial_gap_mm[drawn.nodes] - pocket.debulked_gap_mm[drawn.nodes]
     points = pocket.net.nodes_mm[drawn.nodes]
     scale = np.ptp(before[:, 0]) / np.hypot(*(points[-1] - points[0])[:2])
