@@ -1,27 +1,34 @@
 """The command line.
 
-Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan; 70 is a fault of debulk's, 130 an
-interrupt, 141 a pipe that nobody reads.
+Exit codes of `inspect`: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan. The other commands end with 0 or
+2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified. Of all: 70 is a fault
+of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from debulk import InputError, __version__, cli_tools
-from debulk.cli_support import EXIT_CODES, check_writable, outcome, shown_progress
+from debulk.cli_support import EXIT_CODES, check_writable, outcome, show, shown_progress
+from debulk.mask import load_mask
 from debulk.report import Report, Verdict, check_report_path
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
+_EXIT_CODES = (
+    "Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan; 70 a fault of debulk's, 130 interrupted."
+)
+
 app = typer.Typer(
     help="Will it crease or cease? Predicts which air pockets under a draped prepreg ply survive vacuum debulking.",
-    epilog="Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan.",
+    epilog=_EXIT_CODES,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -42,7 +49,7 @@ def _options(
         raise typer.Exit
 
 
-@app.command()
+@app.command(epilog=_EXIT_CODES)
 def inspect(
     scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
@@ -50,6 +57,12 @@ def inspect(
     pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
     outline: Annotated[Path | None, typer.Option(help="The ply's outline, CSV x,y in the mold frame.")] = None,
     angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90",
+    camera: Annotated[
+        str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
+    ] = None,
+    mask: Annotated[
+        Path | None, typer.Option(help="Image as large as the scan's, or .npy; white: a clamp or tool hides the ply.")
+    ] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
     output: Annotated[
@@ -62,6 +75,7 @@ def inspect(
         for path in outputs:
             _check_writable(path)
         fibre_angles = _angles(angles)
+        pinhole = None if camera is None else _camera(camera)
         if deadline is not None and not 0 < deadline < float("inf"):
             raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
 
@@ -71,6 +85,7 @@ def inspect(
         settings = Recipe() if recipe is None else Recipe.load(recipe)
         transform = None if pose is None else files.load_pose(pose, unit)
         ply_outline = None if outline is None else files.load_outline(outline, unit)
+        hidden = None if mask is None else load_mask(mask)
         with shown_progress() as progress:
             progress("reading", 0.0)
             reference_cloud = files.load_cloud(reference, unit)
@@ -86,6 +101,8 @@ def inspect(
                 ply_outline=ply_outline,
                 fibre_angles_deg=fibre_angles,
                 mold_from_scanner=transform,
+                camera=pinhole,
+                mask=hidden,
             )
             report = inspector.inspect(scan_cloud, deadline_s=deadline, progress=progress)
         report = dataclasses.replace(report, source={"scan": scan.name, "reference": reference.name, **report.source})
@@ -161,29 +178,9 @@ def _leave(report: Report, outputs: list[Path]) -> None:
 
 
 def _print_table(report: Report) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+    from debulk.report_text import table
 
-    from debulk.report_text import HEADINGS, figures
-
-    console = Console()
-    if not console.is_terminal:
-        print(report.table())
-        return
-    styles = {Verdict.CEASE: "green", Verdict.CREASE: "red", Verdict.UNDECIDED: "yellow", Verdict.INVALID: "magenta"}
-    table = Table(box=None, pad_edge=False)
-    for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading in ("verdict", "reason") else "right")
-    for pocket in report.pockets:
-        cells = [Text(cell) for cell in figures(pocket)]  # Text: a reason's brackets are no markup
-        cells[HEADINGS.index("verdict")].stylize(f"bold {styles[pocket.verdict]}")
-        table.add_row(*cells)
-    if report.pockets:
-        console.print(table)
-    for line in report.table().splitlines()[1 + (len(report.pockets) + 1 if report.pockets else 0) :]:
-        console.print(Text(line, style="dim"))
-    console.print(Text(f"{report.verdict.name}: {report.reason}", style=f"bold {styles[report.verdict]}"))
+    show(lambda width: table(report, width), report.verdict)
 
 
 def _keep_files(folder: Path, scene: Any, recipe: Recipe) -> None:
@@ -218,6 +215,16 @@ def _angles(text: str) -> tuple[float, float]:
     if not 1.0 <= abs(first - second) % 180 <= 179.0:
         raise InputError(f"--angles: expected two directions at least 1 degree apart, got {text!r}")
     return first, second
+
+
+def _camera(text: str) -> tuple[float, float, float]:
+    try:
+        f, cx, cy = (float(word) for word in text.split(","))
+    except ValueError:
+        f = cx = cy = math.nan
+    if not (f > 0 and math.isfinite(f + cx + cy)):
+        raise InputError(f"--camera: expected f,cx,cy in pixels like 5200,2560,1920, f positive, got {text!r}")
+    return f, cx, cy
 
 
 def _pixels(text: str) -> tuple[int, int]:

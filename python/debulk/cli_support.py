@@ -9,7 +9,6 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import typer
 
@@ -61,14 +60,35 @@ def shown_progress() -> Iterator[Progress]:
         TimeElapsedColumn(),
     )
     with Bars(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
-        tasks: dict[str, Any] = {}
+        task = bars.add_task("", total=1.0)
 
         def report_progress(stage: str, fraction: float) -> None:
-            if stage not in tasks:
-                tasks[stage] = bars.add_task(stage, total=1.0)
-            bars.update(tasks[stage], completed=min(max(fraction, 0.0), 1.0))
+            bars.update(task, description=stage, completed=min(max(fraction, 0.0), 1.0))
 
         yield report_progress
+
+
+def show(text: Callable[[int | None], str], verdict: Verdict | None = None) -> None:
+    """Print a table, fitted to a terminal's width and coloured; the verdict comes last. Elsewhere: a pocket a line."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        print(text(None))
+        return
+    styles = {v.name: f"bold {style}" for v, style in _STYLES.items()}
+    lines = [Text(line) for line in text(console.width).splitlines()]  # Text: a reason's brackets are no markup
+    for line in lines:
+        for name, style in styles.items():
+            line.highlight_words([name], style)
+    if verdict is not None:
+        lines.append(lines.pop(0))  # where the eye is when the command has ended
+    for line in lines:
+        console.print(line)
+
+
+_STYLES = {Verdict.CEASE: "green", Verdict.CREASE: "red", Verdict.UNDECIDED: "yellow", Verdict.INVALID: "magenta"}
 
 
 def check_writable(path: Path) -> None:

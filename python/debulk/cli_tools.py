@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from debulk import InputError
-from debulk.cli_support import check_writable, outcome, shown_progress
+from debulk.cli_support import check_writable, outcome, show, shown_progress
 
 
 def compare(
@@ -18,26 +18,37 @@ def compare(
     ],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before the ply was draped.")],
     pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
+    recipe: Annotated[Path | None, typer.Option(help="Settings; unset: those of the report.")] = None,
+    mask: Annotated[
+        Path | None, typer.Option(help="Image as large as the scan's, or .npy; white: a clamp or tool hides the ply.")
+    ] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
-    output: Annotated[list[Path] | None, typer.Option("-o", "--output", help=".json or .csv; repeatable.")] = None,
+    output: Annotated[
+        list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
+    ] = None,
 ) -> None:
     """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate."""
     with outcome():
-        for path in output or []:
-            check_writable(path)
-
         from debulk import comparison, files
-        from debulk.report import Report
+        from debulk.comparison_text import table
+        from debulk.mask import load_mask
+        from debulk.recipe import Recipe
+        from debulk.report import Report, check_report_path
 
+        for path in output or []:
+            check_report_path(path)
+            check_writable(path)
+        settings = None if recipe is None else Recipe.load(recipe)
+        hidden = None if mask is None else load_mask(mask)
         with shown_progress() as progress:
             progress("reading", 0.0)
             before = Report.load(report)
             clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
             transform = None if pose is None else files.load_pose(pose, unit)
             progress("comparing", 0.0)
-            found = comparison.compare(before, *clouds, mold_from_scanner=transform)
+            found = comparison.compare(before, *clouds, settings, transform, hidden)
             progress("comparing", 1.0)
-        print(found)
+        show(lambda width: table(found, width))
         for path in output or []:
             found.save(path)
             print(f"written: {path}")
@@ -46,13 +57,15 @@ def compare(
 def view(
     report: Annotated[Path, typer.Argument(help="Report of an inspection, .json.")],
     pocket: Annotated[int | None, typer.Option(help="Only this pocket.")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="A .png instead of a window.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", "--png", help="A .png instead of a window.")] = None,
 ) -> None:
     """Show the pockets in 3-D, in a window or a picture; needs the extra "view" (Open3D)."""
     with outcome():
         from debulk import view as views
         from debulk.report import Report
 
+        if output is not None:
+            check_writable(output)
         views.view(Report.load(report), output, pocket=pocket)
         if output is not None:
             print(f"written: {output}")

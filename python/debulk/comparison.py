@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import pocket, surface
 from debulk._core import InputError
 from debulk.grid import Grid
-from debulk.report import PointsXY, Record, Report
+from debulk.report import PointsXY, Record, Report, check_report_path
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -104,6 +104,8 @@ class PocketComparison(Record):
         Why the measured outcome is what it is.
     predicted_rms_mm, measured_rms_mm
         Of the heights of the ply above the mold inside the original outline, noise and consolidated thickness included.
+    predicted_rms_range_mm
+        Lowest and highest over the solver's starts.
     predicted_ridge_mm, measured_peak_mm
         Highest ridge of the prediction; largest height inside the outline after a median over 5 by 5 cells, which
         lowers a ridge less than about four cells wide.
@@ -119,6 +121,7 @@ class PocketComparison(Record):
     measured: Verdict
     reason: str
     predicted_rms_mm: float | None = None
+    predicted_rms_range_mm: tuple[float, float] | None = None
     measured_rms_mm: float | None = None
     predicted_ridge_mm: float | None = None
     measured_peak_mm: float | None = None
@@ -217,22 +220,36 @@ class Comparison(Record):
         return f"Comparison({len(self.pockets)} pockets, {self.agreement})"
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the comparison: .json (all of it, :meth:`load` reads it back) or .csv (a line for each pocket).
+        """Write the comparison.
+
+        Parameters
+        ----------
+        path
+            Ends in .json (all of it, :meth:`load` reads it back), .csv (a line for each pocket) or .html (one page that
+            needs nothing else).
 
         Raises
         ------
         InputError
             If the ending is another, or the file cannot be written.
         """
-        from debulk.comparison_text import csv_text
         from debulk.files import replacing
-        from debulk.report_json import dumps_record
 
         path = Path(path)
-        kind = path.suffix.lower()
-        if kind not in (".json", ".csv"):
-            raise InputError(f"{path}: expected a file ending in .json or .csv")
-        text = csv_text(self) if kind == ".csv" else dumps_record(self, FORMAT)
+        check_report_path(path)
+        match path.suffix.lower():
+            case ".json":
+                from debulk.report_json import dumps_record
+
+                text = dumps_record(self, FORMAT)
+            case ".csv":
+                from debulk.comparison_text import csv_text
+
+                text = csv_text(self)
+            case _:
+                from debulk.page_comparison import page
+
+                text = page(self)
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
 
@@ -266,6 +283,7 @@ def compare(
     reference: ArrayLike,
     recipe: Recipe | None = None,
     mold_from_scanner: ArrayLike | None = None,
+    mask: ArrayLike | None = None,
 ) -> Comparison:
     """Hold a report against a scan of the same ply after debulking.
 
@@ -280,6 +298,8 @@ def compare(
     mold_from_scanner
         (4, 4), x_mold = T x_scanner, of both clouds; None: they are in the mold's frame already. The outlines of the
         report are in the mold's frame: the mold must not have moved in it.
+    mask
+        (H, W) bool, True where the image of either cloud shows a clamp or a tool.
 
     Returns
     -------
@@ -308,7 +328,7 @@ def compare(
         from debulk.recipe import Recipe
 
         recipe = Recipe(**report.recipe)
-    return Inspector(recipe, reference, mold_from_scanner=mold_from_scanner).compare(report, debulked_scan)
+    return Inspector(recipe, reference, mold_from_scanner=mold_from_scanner, mask=mask).compare(report, debulked_scan)
 
 
 def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
@@ -335,6 +355,7 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
                 measured=measured,
                 reason=reason,
                 predicted_rms_mm=known.rms_mm,
+                predicted_rms_range_mm=known.rms_range_mm,
                 predicted_ridge_mm=known.ridge_height_mm,
                 **figures,
             )
@@ -399,6 +420,8 @@ def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bo
     """Return (ny, nx) whether the grid's points lie inside the outline, row by row by even-odd crossings."""
     ny, nx = grid.values.shape[:2]
     inside = np.zeros((ny, nx), dtype=np.bool_)
+    if len(outline_mm) < 3:
+        return inside
     a = (outline_mm - grid.origin_mm) / grid.spacing_mm  # in cells
     b = np.roll(a, -1, axis=0)
     first, last = math.ceil(max(0.0, a[:, 1].min())), math.floor(min(ny - 1.0, a[:, 1].max()))

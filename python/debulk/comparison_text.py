@@ -20,7 +20,7 @@ _CSV = (
 _HIT = {True: "right", False: "WRONG", None: "–"}
 
 
-def table(comparison: Comparison) -> str:
+def table(comparison: Comparison, width: int | None = None) -> str:
     """Return a line for each pocket, the outcomes counted, and the hit rate with its interval."""
     rows = [
         (
@@ -37,7 +37,7 @@ def table(comparison: Comparison) -> str:
         )
         for p in comparison.pockets
     ]
-    lines = columns([_HEADINGS, *rows], _TEXT_COLUMNS) if rows else ["no pocket to compare"]
+    lines = columns([_HEADINGS, *rows], _TEXT_COLUMNS, width, len(_HEADINGS) - 1) if rows else ["no pocket to compare"]
     lines += [
         f"{predicted.name} predicted, {measured.name} measured: {count}"
         for (predicted, measured), count in sorted(comparison.outcomes().items())

@@ -6,7 +6,9 @@ import hashlib
 import importlib.metadata
 import os
 import platform
+import shutil
 import sys
+import textwrap
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -150,7 +152,11 @@ def doctor() -> DoctorReport:
 def main() -> int:
     """Print the report; 0 if the self-test passed, else 70, a fault of debulk's or of its installation."""
     report = doctor()
-    sys.stdout.write(report.text() + "\n")
+    text = report.text()
+    if sys.stdout.isatty():
+        width = shutil.get_terminal_size().columns
+        text = "\n".join(textwrap.fill(line, width, subsequent_indent=" " * 6) for line in text.split("\n"))
+    sys.stdout.write(text + "\n")
     return 0 if report.passed else 70
 
 
@@ -203,7 +209,7 @@ def _certified(method: str) -> tuple[bool, str]:
     figures = (
         f"{found.status}, {'certified' if found.certified else certificate.failure}: residual force "
         f"{certificate.kkt_error:.0e} of a node's load, length error {certificate.length_error:.0e}, penetration "
-        f"{certificate.penetration_mm:.0e} mm; energy {found.energy_mj:.3f} mJ, {found.evaluations} evaluations, "
+        f"{certificate.penetration_mm:.1g} mm; energy {found.energy_mj:.3f} mJ, {found.evaluations} evaluations, "
         f"{elapsed:.0f} ms, bits {digest}"
     )
     return found.certified, figures

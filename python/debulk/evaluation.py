@@ -104,6 +104,7 @@ def evaluate(
     with watch.step("ridge"):
         outcome = _post_process(solution, laid, reference, recipe)
     judged = _judge(solution, outcome, found, foot, laid, recipe, stop)
+    worst = max(outcome.best.sections, key=lambda section: section.height_mm, default=None)
     report = replace(
         seen,
         verdict=judged.verdict,
@@ -114,6 +115,7 @@ def evaluate(
         rms_range_mm=outcome.rms_mm,
         ridge_height_mm=outcome.best.ridge_height_mm,
         ridge_length_mm=outcome.best.ridge_length_mm,
+        ridge_nodes=None if worst is None else np.array(worst.nodes, dtype=np.int32),
         bridge_height_mm=outcome.best.bridge_height_mm,
         excess_length_mm=outcome.best.excess_length_mm,
         net=PocketNet(

@@ -1,23 +1,28 @@
-"""The report as one HTML page that needs nothing else: no script, no network, every text escaped."""
+"""The report as one HTML page that needs nothing else: no network, all text escaped, one script that turns the nets."""
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from debulk.page_map import colours, ply_map
-from debulk.page_net import net_views
+from debulk import page_net, page_profile
+from debulk.page_map import Area, colours, ply_map
 from debulk.report import Verdict
 from debulk.report_text import number
 
 if TYPE_CHECKING:
-    from debulk.report import PocketReport, Report
+    from debulk.report import Report
 
-_MAX_NET_BYTES = 1_600_000  # of all drawings of nets; with the picture of the heights the page stays below 5 MB
+# With the picture of the heights, and 2 kB of text a pocket, the page stays below 5 MB.
+_MAX_STILL_BYTES = 1_600_000  # of all drawings
+_MAX_DATA_BYTES = 700_000  # of what the script draws
+_TEMPLATES = Path(__file__).with_name("templates")
 
 
 class Look(NamedTuple):
-    """How a verdict is shown: a sign as well as a colour, and what to do about it."""
+    """How a verdict is shown: a sign as well as a colour, and what to make of it."""
 
     sign: str
     advice: str
@@ -26,8 +31,8 @@ class Look(NamedTuple):
 LOOKS = {
     Verdict.CEASE: Look("✓", "Every pocket is predicted to close under vacuum."),
     Verdict.CREASE: Look("✕", "At least one pocket is predicted to leave a wrinkle."),
-    Verdict.UNDECIDED: Look("?", "At least one pocket is too near a limit, or its solution is not certified."),
-    Verdict.INVALID: Look("∅", "At least one part cannot be judged: scan again or look at the reason."),
+    Verdict.UNDECIDED: Look("?", "Too near a limit, not certified, or not done in time: nothing is promised."),
+    Verdict.INVALID: Look("∅", "The scan or a part of it cannot be judged: see the reason, and scan again."),
 }
 
 
@@ -41,6 +46,7 @@ class Bar(NamedTuple):
     sign: str = ""
     low: float | None = None
     high: float | None = None
+    measured: float | None = None
 
 
 class Chart(NamedTuple):
@@ -50,6 +56,26 @@ class Chart(NamedTuple):
     bars: list[Bar]
     limit_percent: float | None = None
     limit_text: str = ""
+    note: str = ""
+    wide: bool = False
+
+
+class Row(NamedTuple):
+    """What a bar of a chart of pockets is made of, mm."""
+
+    id: int
+    verdict: Verdict
+    value: float | None
+    span: tuple[float, float] | None = None
+    measured: float | None = None
+
+
+class Drawings(NamedTuple):
+    """Net and section of a pocket; `still` where the net is drawn in the file, and not by the script alone."""
+
+    net: page_net.NetViews | None
+    profile: page_profile.Profile | None
+    still: bool
 
 
 def page(report: Report) -> str:
@@ -61,36 +87,32 @@ def page(report: Report) -> str:
     >>> "nothing raised" in page(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=()))
     True
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    templates = Path(__file__).with_name("templates")
-    environment = Environment(
-        loader=FileSystemLoader(templates),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["number"] = number
     limits = report.recipe.get("verdict", {})
-    views, left = {}, _MAX_NET_BYTES
-    for pocket in report.pockets:
-        drawn = net_views(pocket)
-        if drawn is not None and drawn.size <= left:
-            views[pocket.id] = drawn
-            left -= drawn.size
-    return environment.get_template("report.html.j2").render(
+    areas = [Area(p.id, p.verdict.value, p.outline_mm) for p in report.pockets]
+    return render(
+        "report.html.j2",
         report=report,
-        looks=LOOKS,
-        margin=margin,
-        colours=colours(8),
         counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
-        map=ply_map(report),
-        views=views,
+        map=ply_map(
+            report.height_map, report.ply_outline_mm, areas, max((p.peak_mm for p in report.pockets), default=None)
+        ),
+        verdict_of={p.id: p.verdict for p in report.pockets},
+        drawings=_drawings(report),
         limits=limits,
         charts=[
-            _pocket_chart("RMS of the gaps, mm", report, "rms_mm", limits.get("max_rms_mm"), 3),
-            _pocket_chart("Ridge height, mm", report, "ridge_height_mm", limits.get("max_ridge_mm"), 2),
+            bar_chart(
+                "Predicted RMS of the gaps, mm",
+                [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in report.pockets],
+                limits.get("max_rms_mm"),
+                3,
+                "thin line: range over the starts",
+            ),
+            bar_chart(
+                "Predicted ridge height, mm",
+                [Row(p.id, p.verdict, p.ridge_height_mm) for p in report.pockets],
+                limits.get("max_ridge_mm"),
+                2,
+            ),
         ],
         timings=_timings(report),
         total_ms=total_ms(report),
@@ -98,31 +120,89 @@ def page(report: Report) -> str:
     )
 
 
+def render(template: str, **values: Any) -> str:
+    """Fill in a template with what all pages share."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = number
+    environment.filters["signed"] = signed
+    script = (_TEMPLATES / "turn.js").read_text(encoding="utf-8")
+    # The browser runs the script with this hash and no other, whatever a name in the report may smuggle in.
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    shared = {
+        "looks": LOOKS,
+        "margin": margin,
+        "colours": colours(8),
+        "palette": colours(page_net.COLOURS),
+        "script": script,
+        "script_hash": f"sha256-{digest}",
+        "net_size": (page_net.WIDTH, page_net.HEIGHT),
+    }
+    return environment.get_template(template).render(**shared, **values)
+
+
 def margin(value: float | None, limit: float | None) -> float | None:
     """Return by how much a figure stays below its limit; negative above."""
     return None if value is None or limit is None else limit - value
 
 
-def _pocket_chart(title: str, report: Report, name: str, limit: float | None, digits: int) -> Chart:
-    pockets = [(pocket, getattr(pocket, name)) for pocket in report.pockets]
-    tops = [value for _, value in pockets if value is not None] + ([limit * 1.15] if limit else [])
-    tops += [pocket.rms_range_mm[1] for pocket, _ in pockets if name == "rms_mm" and pocket.rms_range_mm]
-    full = max(tops, default=1.0) or 1.0
+def signed(value: float, digits: int) -> str:
+    """Return a figure with its sign, as it is set in print."""
+    return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
 
-    def bar(pocket: PocketReport, value: float | None) -> Bar:
-        span = pocket.rms_range_mm if name == "rms_mm" else None
-        low, high = (100 * span[0] / full, 100 * span[1] / full) if span and span[1] > span[0] else (None, None)
-        sign = LOOKS[pocket.verdict].sign
-        percent = 0.0 if value is None else 100 * value / full
-        return Bar(str(pocket.id), number(value, digits), percent, pocket.verdict.value, sign, low, high)
 
-    bars = [bar(pocket, value) for pocket, value in pockets]
-    return Chart(title, bars, 100 * limit / full if limit else None, f"limit {limit:.2f} mm" if limit else "")
+def bar_chart(title: str, rows: list[Row], limit: float | None, digits: int, note: str = "") -> Chart:
+    """Make a chart of the pockets' figures; its width is the largest figure's."""
+    tops = [top for row in rows for top in (row.value, row.measured, row.span and row.span[1]) if top is not None]
+    full = max([*tops, 1.15 * limit if limit else 0.0]) or 1.0
+
+    def bar(row: Row) -> Bar:
+        low, high = (100 * s / full for s in row.span) if row.span and row.span[1] > row.span[0] else (None, None)
+        percent = 0.0 if row.value is None else 100 * row.value / full
+        measured = None if row.measured is None else 100 * row.measured / full
+        text, sign = number(row.value, digits), LOOKS[row.verdict].sign
+        if row.measured is not None:
+            text += f" ◆ {number(row.measured, digits)}"
+        return Bar(str(row.id), text, percent, row.verdict.value, sign, low, high, measured)
+
+    bars, at = [bar(row) for row in rows], 100 * limit / full if limit else None
+    wide = any(row.measured is not None for row in rows)
+    return Chart(title, bars, at, f"limit {limit:.2f} mm" if limit else "", note, wide)
 
 
 def total_ms(report: Report) -> float:
     """Return the time of the whole inspection: its own entry, or without one the sum of the stages."""
     return report.timings_ms.get("total", sum(report.timings_ms.values()))
+
+
+def _drawings(report: Report) -> dict[int, Drawings]:
+    """Draw the pockets, the worst first, until the page would grow too large: then without stills, then not at all."""
+    severity = {Verdict.CREASE: 0, Verdict.UNDECIDED: 1, Verdict.INVALID: 2, Verdict.CEASE: 3}
+    stills, data = _MAX_STILL_BYTES, _MAX_DATA_BYTES
+    made = {}
+    for pocket in sorted(report.pockets, key=lambda p: (severity[p.verdict], p.id)):
+        if pocket.net is None or (stills < 0 and data < 0):
+            continue
+        profile = page_profile.profile(pocket, report.recipe)
+        net = page_net.net_views(pocket, profile.nodes if profile else None)
+        if net is not None:
+            data -= len(net.data)
+        if data < 0:
+            net = None
+        still = net is not None and net.size <= stills
+        if net is not None and still:
+            stills -= net.size
+        if profile is not None:
+            stills -= len(profile.markup)
+        made[pocket.id] = Drawings(net, profile if stills > 0 else None, still)
+    return made
 
 
 def _timings(report: Report) -> Chart:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
@@ -12,11 +13,11 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from debulk.grid import Grid
-    from debulk.report import Report
 
 _MAX_PIXELS = 1400  # width and height of the picture
-_MAX_PNG_BYTES = 2_200_000
+_MAX_PNG_BYTES = 1_350_000
 _MAX_CORNERS = 400  # of an outline as drawn
+_MAX_ALL_CORNERS = 25_000
 
 
 class Mark(NamedTuple):
@@ -45,6 +46,7 @@ class PlyMap(NamedTuple):
     ply: str
     marks: list[Mark]
     font: float
+    bar_mm: float
 
 
 def colours(count: int) -> list[str]:
@@ -54,19 +56,38 @@ def colours(count: int) -> list[str]:
     return [f"#{r:02x}{g:02x}{b:02x}" for b, g, r in table.tolist()]
 
 
-def path(points: NDArray[np.float64], *, flip: bool = True) -> str:
-    """Return a closed SVG path through (M, 2) points, thinned to what the eye can tell apart."""
-    thin = points[:: max(1, math.ceil(len(points) / _MAX_CORNERS))]
-    sign = -1 if flip else 1
-    return "M" + "L".join(f"{x:.1f} {sign * y:.1f}" for x, y in thin.tolist()) + "Z"
+def path(points: NDArray[np.float64], corners: int) -> str:
+    """Return a closed SVG path through (M, 2) points, y up, thinned to so many corners."""
+    thin = points[:: max(1, math.ceil(len(points) / corners))]
+    return "M" + "L".join(f"{x:.1f} {-y:.1f}" for x, y in thin.tolist()) + "Z"
 
 
-def ply_map(report: Report) -> PlyMap | None:
-    """Return the map, or None if there is nothing to draw."""
-    outlines = [pocket.outline_mm for pocket in report.pockets if len(pocket.outline_mm)]
-    if report.ply_outline_mm is not None:
-        outlines.append(report.ply_outline_mm)
-    grid = report.height_map
+class Area(NamedTuple):
+    """A pocket to be drawn: its number, what the outline's colour says, and the outline."""
+
+    id: int
+    verdict: str
+    outline_mm: NDArray[np.float64]
+
+
+def ply_map(
+    grid: Grid | None, ply_outline: NDArray[np.float64] | None, areas: Sequence[Area], top_mm: float | None
+) -> PlyMap | None:
+    """Return the map, or None if there is nothing to draw.
+
+    Parameters
+    ----------
+    grid, ply_outline
+        Heights, and the ply's edge; None: unknown.
+    areas
+        The pockets.
+    top_mm
+        Upper end of the colours; None: the highest that was seen but for a thousandth of the map.
+    """
+    areas = [area for area in areas if len(area.outline_mm)]
+    outlines = [area.outline_mm for area in areas]
+    if ply_outline is not None:
+        outlines.append(ply_outline)
     if outlines:
         corners = np.concatenate(outlines)
         low, high = corners.min(axis=0), corners.max(axis=0)
@@ -78,30 +99,31 @@ def ply_map(report: Report) -> PlyMap | None:
         return None
     image, image_box, top = "", (0.0, 0.0, 0.0, 0.0), 1.0
     if grid is not None and grid.values.ndim == 2 and grid.values.size:
-        cropped = _crop(grid, low, high, keep_all=report.ply_outline_mm is None)
+        cropped = _crop(grid, low, high, keep_all=ply_outline is None)
         if cropped is not None:
             values, first = cropped
-            top = _top(report, values)
+            top = _top(top_mm, values)
             image = _png(values, top)
             half = 0.5 * grid.spacing_mm
             size = grid.spacing_mm * np.array(values.shape[::-1])
             image_box = (first[0] - half, -(first[1] - half + size[1]), float(size[0]), float(size[1]))
-            if report.ply_outline_mm is None:
+            if ply_outline is None:
                 low, high = np.minimum(low, first - half), np.maximum(high, first - half + size)
     width, height = (float(length) for length in high - low)
     font = max(width, height) / 36
-    drawn = [pocket for pocket in report.pockets if len(pocket.outline_mm)]
-    places = _labels([pocket.outline_mm for pocket in drawn], font, low, high)
+    corners_each = max(24, min(_MAX_CORNERS, _MAX_ALL_CORNERS // max(1, len(areas))))
+    places = _labels([area.outline_mm for area in areas], font, low, high)
     marks = [
-        Mark(pocket.id, pocket.verdict.value, path(pocket.outline_mm), *place)
-        for pocket, place in zip(drawn, places, strict=True)
+        Mark(area.id, area.verdict, path(area.outline_mm, corners_each), *place)
+        for area, place in zip(areas, places, strict=True)
     ]
-    step = _nice(top / 5)
+    step = nice(top / 5)
     ticks = [(100 * k * step / top, f"{k * step:g}") for k in range(int(top / step + 1e-9) + 1)]
-    ply = "" if report.ply_outline_mm is None else path(report.ply_outline_mm)
+    ply = "" if ply_outline is None else path(ply_outline, _MAX_CORNERS)
     return PlyMap(
-        float(low[0]), -float(high[1]), width, height, image, image_box, top, ticks, colours(12), ply, marks, font
-    )
+        float(low[0]), -float(high[1]), width, height, image, image_box, top, ticks, colours(12), ply, marks, font,
+        nice(width / 8),
+    )  # fmt: skip
 
 
 def _crop(
@@ -119,15 +141,15 @@ def _crop(
     return values[j0:j1, i0:i1], grid.origin_mm + grid.spacing_mm * np.array([i0, j0])
 
 
-def _top(report: Report, values: NDArray[np.float32]) -> float:
-    """Upper end of the colours: the highest pocket, or without one what the scan has."""
-    peaks = [pocket.peak_mm for pocket in report.pockets if math.isfinite(pocket.peak_mm)]
-    seen = values[np.isfinite(values)]
-    top = max(peaks) if peaks else float(np.quantile(seen, 0.999)) if seen.size else 1.0
+def _top(top: float | None, values: NDArray[np.float32]) -> float:
+    if top is None or not math.isfinite(top):
+        seen = values[np.isfinite(values)]
+        top = float(np.quantile(seen, 0.999)) if seen.size else 1.0
     return max(top, 0.1)
 
 
-def _nice(step: float) -> float:
+def nice(step: float) -> float:
+    """Return the next of 1, 2, 5, 10 ... from a step up."""
     power = 10.0 ** math.floor(math.log10(step))
     return float(next(power * k for k in (1, 2, 5, 10) if power * k >= step * 0.999))
 

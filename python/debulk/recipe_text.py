@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
 _COMMENT_COLUMN = 34
+_WIDTH = 120
 
 
 def toml(recipe: Recipe) -> str:
@@ -20,7 +22,9 @@ def toml(recipe: Recipe) -> str:
         for name, field in type(section).model_fields.items():
             value = getattr(section, name)
             setting = f"# {name} = ..." if value is None else f"{name} = {_literal(value)}"
-            lines.append(f"{setting:<{_COMMENT_COLUMN}}# {field.description}".rstrip())
+            comment = textwrap.wrap(field.description or "", _WIDTH - _COMMENT_COLUMN - 2) or [""]
+            lines.append(f"{setting:<{_COMMENT_COLUMN}}# {comment[0]}".rstrip())
+            lines += [f"{'':<{_COMMENT_COLUMN}}# {rest}" for rest in comment[1:]]
     return "\n".join(lines) + "\n"
 
 

@@ -23,6 +23,7 @@ __all__ = ["dump", "load", "replay"]
 
 FORMAT = "debulk-solve-1"
 MARGIN = 20  # grid spacings around the nodes: the spline forgets its border by a factor of 4 a spacing
+_KEYS = ("nodes_mm", "neighbours", "kinds", "spacing_mm", "area_mm2", "reference", "ply", "options", "ended")
 OPTIONS = ("method", "starts", "seed", "tolerance", "max_iterations", "stiffness")
 
 
@@ -100,9 +101,17 @@ def replay(path: str | Path) -> Solution:
 
 
 def _read(path: str | Path) -> dict[str, Any]:
-    data = json.loads(Path(path).read_text())
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise _core.InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except (ValueError, RecursionError):
+        data = None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise _core.InputError(f"path: expected a file written by debulk.replay.dump ({FORMAT}), but got {path}")
+    lacking = [key for key in _KEYS if key not in data]
+    if lacking:
+        raise _core.InputError(f"{path}: lacks {', '.join(lacking)}; was the file edited?")
     return data
 
 

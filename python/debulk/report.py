@@ -23,6 +23,7 @@ PointsXY = Annotated[NDArray[np.float64], (None, 2)]
 PointsXYZ = Annotated[NDArray[np.float64], (None, 3)]
 Kinds = Annotated[NDArray[np.uint8], (None,)]
 Flags = Annotated[NDArray[np.bool_], (None,)]
+Numbers = Annotated[NDArray[np.int32], (None,)]
 Pairs = Annotated[NDArray[np.int32], (None, 2)]
 Quadruples = Annotated[NDArray[np.int32], (None, 4)]
 
@@ -34,6 +35,11 @@ class Record:
         from debulk.report_json import check_arrays
 
         check_arrays(self)
+
+
+def _check_numbers(name: str, values: NDArray[np.int32], lowest: int, count: int) -> None:
+    if values.size and not (lowest <= values.min() and values.max() < count):
+        raise InputError(f"{name}: expected numbers of nodes below {count}, got {values.min()} to {values.max()}")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -59,6 +65,15 @@ class PocketNet(Record):
     kinds: Kinds
     edges: Pairs
     inside: Flags
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        count = len(self.nodes_mm)
+        for name, lowest in (("neighbours", -1), ("edges", 0)):
+            _check_numbers(name, getattr(self, name), lowest, count)
+        for name in ("neighbours", "kinds", "inside"):
+            if len(getattr(self, name)) != count:
+                raise InputError(f"{name}: expected one a node, {count}, got {len(getattr(self, name))}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,6 +143,8 @@ class PocketReport(Record):
         RMS of the post-processed gaps inside the outline; its lowest and highest value over all starts.
     ridge_height_mm, ridge_length_mm, excess_length_mm
         Of the worst ridge; the largest excess of a fibre's length over the mold's.
+    ridge_nodes
+        (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
         Largest height at which the ply, too short to reach the mold, bridges a hollow.
     net
@@ -162,6 +179,7 @@ class PocketReport(Record):
     rms_range_mm: tuple[float, float] | None = None
     ridge_height_mm: float | None = None
     ridge_length_mm: float | None = None
+    ridge_nodes: Numbers | None = None
     bridge_height_mm: float | None = None
     excess_length_mm: float | None = None
     net: PocketNet | None = None
@@ -182,6 +200,8 @@ class PocketReport(Record):
                 values = getattr(self, name)
                 if values is not None and len(values) != len(self.net.nodes_mm):
                     raise InputError(f"{name}: expected one a node, {len(self.net.nodes_mm)}, got {len(values)}")
+            if self.ridge_nodes is not None:
+                _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
 
 
 @dataclass(frozen=True, kw_only=True)

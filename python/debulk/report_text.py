@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -51,12 +52,12 @@ def figures(pocket: PocketReport) -> Figures:
     )
 
 
-def table(report: Report) -> str:
-    """Return the verdict and a line for each pocket."""
+def table(report: Report, width: int | None = None) -> str:
+    """Return the verdict and a line for each pocket; in a width that has no room for the reasons, these below."""
     lines = [f"{report.verdict.name}: {report.reason}"]
     if report.pockets:
         rows = [HEADINGS, *(tuple(figures(pocket)) for pocket in report.pockets)]
-        lines += columns(rows, _TEXT_COLUMNS)
+        lines += columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"))
     lines += [f"warning: {warning}" for warning in report.warnings]
     for entry in report.left_out:
         lines.append(f"left out: {entry.what}: {entry.why}" + (f" ({entry.bound})" if entry.bound else ""))
@@ -65,15 +66,27 @@ def table(report: Report) -> str:
     return "\n".join(lines)
 
 
-def columns(rows: Sequence[tuple[str, ...]], text: set[int]) -> list[str]:
-    """Lay out rows in columns; those whose numbers are in `text` start on the left."""
+def columns(
+    rows: Sequence[tuple[str, ...]], text: set[int], width: int | None = None, reason: int | None = None
+) -> list[str]:
+    """Lay out rows in columns; those whose numbers are in `text` start on the left.
+
+    Where that is wider than `width`, the column `reason` is folded below its row.
+    """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(
-            c.ljust(w) if k in text else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
+    folded = reason is not None and width is not None and sum(widths) + 2 * len(widths) - 2 > width
+    lines = []
+    for number, row in enumerate(rows):
+        cells = [
+            c.ljust(w) if k in text else c.rjust(w)
+            for k, (c, w) in enumerate(zip(row, widths, strict=True))
+            if not (folded and k == reason)
+        ]
+        lines.append("  ".join(cells).rstrip())
+        if folded and number and reason is not None and width is not None:
+            indent = " " * (widths[0] + 2)
+            lines += textwrap.wrap(row[reason], width, initial_indent=indent, subsequent_indent=indent)
+    return lines
 
 
 _CSV = (

@@ -122,14 +122,14 @@ def view(
     InputError
         Open3D is missing (the command that installs it is named) or cannot draw here; or an argument is wrong.
     """
+    path = None if picture is None else Path(picture)
+    if path is not None and path.suffix.lower() != ".png":
+        raise InputError(f"{path}: expected a file ending in .png")
     made = shapes(report, pocket, magnify)
     open3d = _open3d()
-    if picture is None:
+    if path is None:
         open3d.visualization.draw_geometries(_geometries(open3d, made), window_name="debulk")
         return
-    path = Path(picture)
-    if path.suffix.lower() != ".png":
-        raise InputError(f"{path}: expected a file ending in .png")
     # Where a driver lacks, Open3D ends the process: let it be another one.
     child = multiprocessing.get_context("spawn").Process(target=_draw, args=(made, str(path), size), daemon=True)
     child.start()

@@ -1,4 +1,5 @@
 import dataclasses
+import re
 import subprocess
 import sys
 import types
@@ -41,6 +42,7 @@ def cell(tmp_path, report, monkeypatch):
     (tmp_path / "cell.toml").write_text("[net]\nnode_target = 60\n")
     (tmp_path / "pose.txt").write_text("1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n")
     (tmp_path / "outline.csv").write_text("0,0\n100,0\n100,100\n")
+    np.save(tmp_path / "mask.npy", np.arange(20).reshape(4, 5) == 7)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -55,13 +57,15 @@ BASIC = ("inspect", "scan.pcd", "--reference", "ref.ply")
 def test_inspect_hands_everything_on(cell):
     result = run(
         *BASIC, "--recipe", "cell.toml", "--pose", "pose.txt", "--outline", "outline.csv", "--angles=-45,45",
-        "--deadline", "2.5", "-o", "a.html", "-o", "b.json", "-o", "c.csv",
+        "--deadline", "2.5", "--camera", "900,2,1.5", "--mask", "mask.npy",
+        "-o", "a.html", "-o", "b.json", "-o", "c.csv",
     )  # fmt: skip
     assert result.exit_code == 3, result.output
     seen = FakeInspector.seen
     assert seen["recipe"] == Recipe(net={"node_target": 60})
     assert seen["scan"].shape == seen["reference"].shape == (4, 5, 3)
     assert (seen["scan"][0, 0, 0], seen["reference"][0, 0, 0]) == (2.0, 1.0)
+    assert seen["camera"] == (900.0, 2.0, 1.5) and seen["mask"].sum() == 1
     assert seen["fibre_angles_deg"] == (-45.0, 45.0) and seen["deadline_s"] == 2.5
     np.testing.assert_array_equal(seen["mold_from_scanner"][:3, 3], [5, 6, 7])
     assert seen["ply_outline"].shape == (3, 2)
@@ -99,6 +103,11 @@ def test_the_exit_code_tells_the_verdict(cell, report, monkeypatch, verdict, cod
         (("--angles", "0,180"), "1 degree apart"),
         (("--angles", "nan,0"), "1 degree apart"),
         (("--angles", "inf,0"), "1 degree apart"),
+        (("--camera", "900,2"), "--camera: expected f,cx,cy"),
+        (("--camera=-900,2,1",), "--camera: expected f,cx,cy"),
+        (("--camera", "nan,2,1"), "--camera: expected f,cx,cy"),
+        (("--mask", "scan.pcd"), "scan.pcd: expected a mask ending in"),
+        (("--mask", "none.png"), "none.png: cannot be read"),
         (("--deadline", "0"), "--deadline"),
         (("--deadline", "nan"), "--deadline"),
         (("-o", "x.pdf"), "x.pdf: expected a file ending in .json, .csv or .html"),
@@ -206,15 +215,28 @@ def test_version():
     assert (result.exit_code, result.stdout) == (0, f"debulk {__version__}\n")
 
 
-def test_the_table_on_a_terminal(report, monkeypatch, capsys):
+@pytest.mark.parametrize("width", [80, 120, 250])
+def test_the_table_on_a_terminal(report, monkeypatch, capsys, width):
     import debulk.cli as cli
 
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("COLUMNS", "250")
+    monkeypatch.setenv("COLUMNS", str(width))
     cli._print_table(report)
     text = capsys.readouterr().out
-    assert "<script>alert('x')</script>" in text and "\x1b[" in text
-    assert text.count("left out:") == len(report.left_out)
+    assert "\x1b[" in text
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", text)
+    assert max(map(len, plain.splitlines())) <= width
+    assert "<script>alert('x')</script>" in " ".join(plain.split())
+    assert plain.count("left out:") == len(report.left_out)
+    assert plain.rstrip().rpartition("\n")[2].startswith("INVALID: pocket 6") or width == 80
+    lines = [line for line in plain.splitlines() if re.match(r" ?\d+  ", line)]
+    assert len(lines) == len(report.pockets)
+    assert all(len(line.split()) >= 9 for line in lines)  # no figure is broken over lines
+
+
+def test_a_table_that_nobody_watches_has_a_line_a_pocket(report):
+    lines = report.table().splitlines()
+    assert sum(line.lstrip()[0].isdigit() for line in lines) == len(report.pockets)
 
 
 def test_the_package_imports_nothing_heavy():

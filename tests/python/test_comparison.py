@@ -150,7 +150,7 @@ def test_save_and_load(comparison, tmp_path):
     assert len(lines) == 15
     assert lines[0].startswith("id,predicted,measured,hit")
 
-    with pytest.raises(debulk.InputError, match=r"\.json or \.csv"):
+    with pytest.raises(debulk.InputError, match=r"\.json, \.csv or \.html"):
         comparison.save(tmp_path / "c.txt")
 
 

@@ -60,3 +60,12 @@ def test_many_at_once_are_as_one_by_one(model):
     for solutions in together:
         assert [s.nodes_mm.tobytes() for s in solutions] == [alone.nodes_mm.tobytes()] * 3
         assert all(len(s.minima) == 2 for s in solutions)
+
+
+@pytest.mark.parametrize("text", ["", "[1", "{}", '{"format": "debulk-solve-1"}', "\x00\xff"])
+def test_what_is_no_dump_is_one_clear_error(tmp_path, text):
+    (tmp_path / "solve.json").write_text(text)
+    with pytest.raises(InputError, match=r"solve\.json"):
+        replay.load(tmp_path / "solve.json")
+    with pytest.raises(InputError, match="cannot be read"):
+        replay.load(tmp_path / "none.json")
