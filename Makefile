@@ -75,6 +75,7 @@ trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (a
 .PHONY: study
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
 	$(python) -m debulk.study
+	$(python) bench/study/profiles.py
 
 .PHONY: bench
 bench: $(stamps)/package ## Build and run the C++ benchmarks; results in build/bench
@@ -83,6 +84,7 @@ bench: $(stamps)/package ## Build and run the C++ benchmarks; results in build/b
 	@mkdir -p build/bench
 	@[ -e build/bench/pockets.txt ] || $(python) bench/solve/export_pockets.py build/bench/pockets.txt
 	build/bench-release/bench/solve/bench_solve --benchmark_out=build/bench/solve.json --benchmark_counters_tabular=true
+	$(python) bench/files/loaders.py -o bench/files/loaders.txt
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it

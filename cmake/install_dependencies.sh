@@ -60,7 +60,7 @@ if [ "$headers_missing" = yes ]; then
     mkdir -p "$prefix"
     downloads=$(mktemp -d)
     trap 'rm -rf "$downloads"' EXIT
-    chmod 755 "$downloads" # apt drops to the user _apt for downloads
+    [ "$(id -u)" -ne 0 ] || chown _apt "$downloads" # apt run by root drops to the user _apt for downloads
     (cd "$downloads" && { apt-get download -q "${headers_only[@]}" || { "${as_root[@]}" apt-get update -q && apt-get download -q "${headers_only[@]}"; }; })
     for package in "$downloads"/*.deb; do
         dpkg -x "$package" "$prefix"

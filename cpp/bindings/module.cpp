@@ -23,6 +23,7 @@ PYBIND11_MODULE(_core, m) {
 
   debulk::bind_build(m);
   debulk::bind_cloud(m);
+  debulk::bind_cloud_files(m);
   debulk::bind_surface(m);
   debulk::bind_pocket(m);
   debulk::bind_net(m);

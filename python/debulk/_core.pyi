@@ -75,7 +75,8 @@ class Criteria(metaclass=_Bound):
     max_rms_mm: float
     min_coverage: float
     min_pocket_coverage: float
-    tie_margin_mm: float
+    ridge_margin_mm: float
+    rms_margin_mm: float
     def __init__(self) -> None: ...
     def check(self) -> None: ...
 
@@ -123,6 +124,9 @@ class FootMap(_Made):
     @property
     def noise(self) -> float: ...
 
+MAX_LZF_RATIO: int
+
+class FileFault(Exception): ...
 class InputError(ValueError): ...
 class Stopped(RuntimeError): ...
 
@@ -465,6 +469,7 @@ def minimise(
     method: str,
     start: ArrayLike | None,
     starts: int,
+    first_start: int,
     seed: int,
     tolerance: float,
     max_iterations: int,
@@ -488,10 +493,44 @@ def polygon_area(outline_mm: ArrayLike, /) -> float: ...
 def post_process(
     nodes_mm: ArrayLike, neighbours: ArrayLike, inside: ArrayLike, surface: Surface, options: RidgeOptions
 ) -> PostProcessed: ...
+def read_compressed(
+    compressed: _Bytes,
+    columns: _Bytes,
+    offsets: Sequence[int],
+    widths: Sequence[int],
+    factor: float,
+    out: _Singles,
+    threads: int,
+) -> tuple[list[float], list[float], int, int]: ...
+def read_records(
+    file: int,
+    offset: int,
+    record_bytes: int,
+    offsets: Sequence[int],
+    widths: Sequence[int],
+    big_endian: bool,
+    factor: float,
+    out: _Singles,
+    threads: int,
+) -> tuple[list[float], list[float], int, int]: ...
+def read_text(
+    file: int,
+    begin: int,
+    end: int,
+    first_line: int,
+    columns: int,
+    xyz: Sequence[int],
+    separator: str,
+    comments: bool,
+    most_rows: int,
+    factor: float,
+    threads: int,
+) -> tuple[int, _Singles, tuple[list[float], list[float], int, int]] | tuple[int, None, None]: ...
 def remove_outliers(
     points: ArrayLike, neighbours: int, std_ratio: float, least_ratio: float, threads: int, stop: Stop
 ) -> _Bytes: ...
 def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: float) -> float: ...
+def scale_and_summarise(points: _Singles, factor: float, threads: int) -> tuple[list[float], list[float], int, int]: ...
 def segment(
     heights: ArrayLike,
     origin_mm: ArrayLike,

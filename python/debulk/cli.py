@@ -51,7 +51,7 @@ def _options(
 
 @app.command(epilog=_EXIT_CODES)
 def inspect(
-    scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply or .pcd.")],
+    scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
     recipe: Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")] = None,
     pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,

@@ -13,7 +13,9 @@ from debulk.cli_support import check_writable, outcome, show, shown_progress
 
 def compare(
     report: Annotated[Path, typer.Argument(help="Report of the inspection before debulking, .json.")],
-    scan: Annotated[Path, typer.Argument(help="Cloud of the debulked ply: .npy, .npz, .ply or .pcd.")],
+    scan: Annotated[
+        Path, typer.Argument(help="Cloud of the debulked ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")
+    ],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before the ply was draped.")],
     pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
     recipe: Annotated[Path | None, typer.Option(help="Settings; unset: those of the report.")] = None,

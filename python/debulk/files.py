@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -15,18 +16,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
-from debulk.formats import npy, pcd, ply
-from debulk.formats.source import CHUNK_POINTS, Source, open_source
+from debulk.formats import mask, npy, pcd, ply, text
+from debulk.formats.kinds import TEXT, check_kind
+from debulk.formats.source import Points, Source, open_source
 
 Unit = Literal["mm", "m"]
 _MM_PER_UNIT = {"mm": 1.0, "m": 1000.0}
-_READERS: dict[str, Callable[[Source], NDArray[np.float32]]] = {
+_READERS: dict[str, Callable[[Source, float], Points]] = {
     ".npy": npy.read_npy, ".npz": npy.read_npz, ".ply": ply.read_ply, ".pcd": pcd.read_pcd,
+    **dict.fromkeys(TEXT, text.read_text),
 }  # fmt: skip
 _WRITERS: dict[str, Callable[[Path, NDArray[np.float32]], None]] = {
     ".npy": npy.write_npy, ".npz": npy.write_npz, ".ply": ply.write_ply, ".pcd": pcd.write_pcd,
+    **{extension: partial(text.write_text, extension=extension) for extension in TEXT},
 }  # fmt: skip
 _FAR_MM = 1e7  # ten kilometres: no scanner sees so far, so the file or its unit is wrong
+_LEAST_SIZE_MM = 10.0  # a cloud in metres, given as mm, is smaller
+_MOST_SIZE_MM = 1e5  # a cloud in mm, given as metres, is larger
+_FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan share a place
 _MAX_TEXT_BYTES = 1 << 24
 
 
@@ -36,8 +43,11 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     Parameters
     ----------
     path
-        A .npy, .npz, .ply or .pcd file. PLY and PCD may be binary or text, their fields in any order and more than
-        x, y, z. A .npz holds one array, or one called points.
+        A .npy, .npz, .ply, .pcd, .xyz, .csv or .txt file. PCD may be binary, compressed or text; PLY binary, of either
+        byte order, or text; both with their fields in any order and more than x, y, z. Arrays are float32 or float64,
+        of either byte order, by rows or by columns; a .npz holds one, or one called points. A line of an .xyz, .csv
+        or .txt is a point, its numbers parted by blanks, commas or semicolons, in the first three columns or in those
+        that a line of names calls x, y, z. Nothing is ever unpickled.
     unit
         Unit of the numbers in the file, "mm" or "m".
 
@@ -48,14 +58,15 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     Raises
     ------
     InputError
-        If the file cannot be read, is cut off, is not what it claims to be, or holds infinite or absurdly far points:
-        names the file, the byte and a remedy. Sizes are checked before memory is taken.
+        If the file cannot be read, is cut off, is not what it claims to be, holds infinite or absurdly far points or
+        none at all, or is too small or too large for a scan in this unit: names the file, the byte or the line, and a
+        remedy. Sizes are checked before memory is taken.
 
     Examples
     --------
     >>> import tempfile, pathlib
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "scan.pcd"
-    >>> save_cloud(path, np.zeros((2, 5, 3)))
+    >>> save_cloud(path, 100 * np.random.default_rng(0).random((2, 5, 3)))
     >>> load_cloud(path).shape
     (2, 5, 3)
     """
@@ -65,15 +76,10 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     if extension not in _READERS:
         raise InputError(f"{path}: expected a file ending in {', '.join(_READERS)}, got {extension or 'no ending'!r}")
     with open_source(path) as source:
-        kind = _kind(source)
-        if kind != extension:
-            what = f"holds {kind} data" if kind else f"does not start like {extension} data"
-            source.fail(0, f"the file {what}", f"rename it to end in {kind}" if kind else "export the cloud again")
-        points = _READERS[extension](source)
-    if factor != 1.0:
-        points *= np.float32(factor)
-    _check_near(path, points, unit)
-    return points
+        check_kind(source, extension)
+        points = _READERS[extension](source, factor)
+        _check_plausible(source, points, unit)
+    return points.values
 
 
 def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
@@ -82,7 +88,8 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     Parameters
     ----------
     path
-        Ends in .npy, .npz, .ply or .pcd. An existing file is replaced only when the new one is complete.
+        Ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv or .txt. An existing file is
+        replaced only when the new one is complete.
     points
         (H, W, 3) or (N, 3), mm. A single row (1, W, 3) comes back from .pcd as (W, 3).
 
@@ -97,6 +104,8 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
         raise InputError(f"{path}: expected a file ending in {', '.join(_WRITERS)}")
     if values.dtype.kind != "f" or values.ndim not in (2, 3) or values.shape[-1] != 3 or values.size == 0:
         raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, got {values.shape} {values.dtype}")
+    if values.ndim == 3 and path.suffix.lower() in TEXT:
+        raise InputError(f"{path}: text has no rows of an image; give points.reshape(-1, 3), or another ending")
     with replacing(path) as temporary:
         _WRITERS[path.suffix.lower()](temporary, np.ascontiguousarray(values, dtype=np.float32))
 
@@ -158,13 +167,52 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
         raise InputError(f"{path}: expected two columns x,y, got {outline.shape[1]}")
     if len(outline) > 1 and np.array_equal(outline[0], outline[-1]):
         outline = outline[:-1]
-    x, y = (outline * _factor(unit)).T
+    outline *= _factor(unit)
+    x, y = outline.T
     area_mm2 = 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
     if len(outline) < 3 or area_mm2 < 1.0:
         raise InputError(
             f"{path}: expected at least 3 corners round an area, got {len(outline)} round {area_mm2:g} mm²"
         )
-    return np.column_stack([x, y])
+    _check_size(path, float(np.ptp(outline, axis=0).max()), "outline", unit)
+    return np.ascontiguousarray(outline)
+
+
+def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
+    """Read a mask of the scanner's image, drawn over what is not the ply: clamps, tools.
+
+    Parameters
+    ----------
+    path
+        A .png of 1 to 16 bits, grey, coloured or with a palette, masked where it is not black (transparency is not
+        looked at), or a .npy of (H, W) bool or uint8, masked where it is not zero.
+
+    Returns
+    -------
+    (H, W) bool, true where the image is masked: row and column of an organised cloud's points.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is damaged, or is not what it claims to be; sizes are checked before memory is
+        taken.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "clamps.npy"
+    >>> np.save(path, np.eye(2, 3, dtype=bool))
+    >>> load_mask(path)
+    array([[ True, False, False],
+           [False,  True, False]])
+    """
+    path = Path(path)
+    readers = {".png": mask.read_mask_png, ".npy": mask.read_mask_npy}
+    extension = path.suffix.lower()
+    if extension not in readers:
+        raise InputError(f"{path}: expected a mask ending in {', '.join(readers)}, got {extension or 'no ending'!r}")
+    with open_source(path) as source:
+        return readers[extension](source)
 
 
 @contextmanager
@@ -187,30 +235,40 @@ def _factor(unit: str) -> float:
     return _MM_PER_UNIT[unit]
 
 
-def _kind(source: Source) -> str:
-    """Name the format by the file's first bytes; empty if unknown."""
-    head = source.file.read(64)
-    source.file.seek(0)
-    if head.startswith(b"\x93NUMPY"):
-        return ".npy"
-    if head.startswith(b"PK"):
-        return ".npz"
-    if head.startswith((b"ply\n", b"ply\r\n")):
-        return ".ply"
-    return ".pcd" if head.startswith((b"# .PCD", b"VERSION", b"#\x20PCD", b"FIELDS")) else ""
+def _check_plausible(source: Source, points: Points, unit: Unit) -> None:
+    """Refuse points that cannot be a scan, and sizes that tell of another unit."""
+    low, high = np.array(points.low), np.array(points.high)
+    if (low > high).any():
+        source.fail(0, "no point has three numbers: nothing was seen", "check the scanner and its export")
+    if max(high.max(), -low.min()) > _FAR_MM:
+        flat = points.values.reshape(-1)
+        place = int(np.argmax(np.abs(flat) > _FAR_MM))  # NaN is not greater
+        raise InputError(
+            f"{source.path}: point {place // 3}: {'xyz'[place % 3]} = {flat[place]:g} mm, expected at most "
+            f"{_FAR_MM:g}; write NaN where nothing was seen, and check the unit ({unit})"
+        )
+    size_mm = float((high - low).max())
+    if points.values.size > 3 and size_mm == 0:
+        where = ", ".join(f"{value:g}" for value in low)
+        source.fail(0, f"all points seen lie at ({where})", "check the scanner and its export")
+    if points.sampled >= _FEW_POINTS and points.at_origin > points.sampled * _MOST_AT_ORIGIN:
+        share = points.at_origin / points.sampled
+        source.fail(0, f"{share:.1%} of the points lie at (0, 0, 0)", "write NaN where nothing was seen")
+    if points.values.size > 3:
+        _check_size(source.path, size_mm, "cloud", unit)
 
 
-def _check_near(path: Path, points: NDArray[np.float32], unit: str) -> None:
-    flat = points.reshape(-1)
-    for first in range(0, flat.size, 3 * CHUNK_POINTS):
-        chunk = flat[first : first + 3 * CHUNK_POINTS]
-        # fmax passes over NaN, which stands for nothing seen; all NaN gives NaN, which is not greater.
-        if np.fmax.reduce(chunk) > _FAR_MM or np.fmin.reduce(chunk) < -_FAR_MM:
-            place = first + int(np.flatnonzero(np.abs(chunk) > _FAR_MM)[0])
-            raise InputError(
-                f"{path}: point {place // 3}: {'xyz'[place % 3]} = {flat[place]:g} mm, expected at most {_FAR_MM:g}; "
-                f"write NaN where nothing was seen, and check the unit ({unit})"
-            )
+def _check_size(path: Path, size_mm: float, what: str, unit: Unit) -> None:
+    """Hold the largest extent against what can be scanned: a wrong unit is a factor of 1000."""
+    other: Unit = "m" if unit == "mm" else "mm"
+    small, large = size_mm < _LEAST_SIZE_MM, size_mm > _MOST_SIZE_MM
+    if not (small or large):
+        return
+    remedy = "check the unit of the export"
+    if small == (unit == "mm"):
+        remedy = f'if its numbers are in {other}, give unit="{other}" (--unit {other})'
+    across, limit = size_mm / _MM_PER_UNIT[unit], "small" if small else "large"
+    raise InputError(f"{path}: the {what} is {across:g} {unit} across, too {limit} for a scanned ply; {remedy}")
 
 
 def _numbers(path: Path, *, header: bool) -> NDArray[np.float64]:

@@ -36,8 +36,9 @@ def cell(tmp_path, report, monkeypatch):
     """Return a folder with a scan and a reference, and the inspection replaced."""
     monkeypatch.setitem(sys.modules, "debulk.inspector", types.SimpleNamespace(Inspector=FakeInspector))
     monkeypatch.setattr(FakeInspector, "answer", report, raising=False)
-    files.save_cloud(tmp_path / "scan.pcd", np.full((4, 5, 3), 2.0))
-    files.save_cloud(tmp_path / "ref.ply", np.full((4, 5, 3), 1.0))
+    points = np.arange(60.0).reshape(4, 5, 3)
+    files.save_cloud(tmp_path / "scan.pcd", points + 2)
+    files.save_cloud(tmp_path / "ref.ply", points + 1)
     (tmp_path / "cell.toml").write_text("[net]\nnode_target = 60\n")
     (tmp_path / "pose.txt").write_text("1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n")
     (tmp_path / "outline.csv").write_text("0,0\n100,0\n100,100\n")
@@ -161,7 +162,7 @@ def test_missing_arguments_are_bad_input(cell):
 
 def scene(**_options):
     square = np.array([[0, 0], [50, 0], [50, 40], [0, 40]], dtype=float)
-    points = np.zeros((3, 4, 3), np.float32)
+    points = np.arange(36, dtype=np.float32).reshape(3, 4, 3)
     return types.SimpleNamespace(
         scan=points, reference=points, mold_from_scanner=np.eye(4), camera=(1000.0, 2.0, 1.5), ply_outline=square
     )

@@ -24,7 +24,7 @@ class PinholeOutliers {
   bool run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads = 0);
 
   const std::vector<std::uint8_t>& keep() const { return states_; }  // one a pixel, 0 or 1
-  const std::vector<float>& heights() const { return heights_; }     // above the base, NaN where not kept
+  const std::vector<float>& heights() const { return heights_; }     // above the base, NaN where not kept; a row more
   const Tiles& tiles() const { return tiles_; }
   const Outliers& summary() const { return summary_; }  // but its keep, which stays empty
   long open() const { return static_cast<long>(distances_.size()); }

@@ -51,6 +51,8 @@ Minimum refused(const Sheet& sheet, SolveStatus status, double stiffness) {
   return out;
 }
 
+constexpr double kRetryPerturbation = 0.02;  // spacings
+
 // One start: solve, judge, and where the point is a saddle go on from beside it, where the solve failed from a perturbed
 // start, at last with softer fibres (a compliance, for constraints that depend on each other). Keeps the certified point, or
 // the last one.
@@ -78,7 +80,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
       next = problem.from_points(beside);
       for (long k = 2; k < next.size(); k += 3) next[k] = std::max(0.0, next[k]);
     } else {
-      next = perturbed(start, options.perturbation, random);
+      next = perturbed(start, kRetryPerturbation, random);
     }
   }
   return minimum;
@@ -144,6 +146,7 @@ void MinimiseOptions::check() const {
   (void)debulk::method(method);
   solve.check();
   require(starts >= 1, "starts", "1 or more", starts);
+  require(first_start >= 0 && first_start < starts, "first_start", "0 to the number of starts less one", first_start);
   require(std::isfinite(perturbation) && perturbation >= 0 && perturbation < 1, "perturbation", "a share of the spacing in [0, 1)",
           perturbation);
   require(retries >= 0, "retries", "0 or more", retries);
@@ -153,8 +156,8 @@ std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options
   options.check();
   if (start) sheet.energy(*start);  // checks it
   std::vector<Minimum> minima;
-  for (int k = 0; k < options.starts; ++k) {
-    if (k > 0 && (options.solve.stop.now() || never_begun(minima[0]))) break;
+  for (int k = options.first_start; k < options.starts; ++k) {
+    if (!minima.empty() && (options.solve.stop.now() || never_begun(minima[0]))) break;
     minima.push_back(from_start(sheet, options, start, k));
   }
   return minima;
@@ -162,14 +165,14 @@ std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options
 
 std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& sheets, const MinimiseOptions& options, int threads) {
   options.check();
-  const auto starts = static_cast<std::size_t>(options.starts);
+  const auto starts = static_cast<std::size_t>(options.starts - options.first_start);
   std::vector<std::vector<Minimum>> minima(sheets.size(), std::vector<Minimum>(starts));
   std::vector<std::vector<char>> begun(sheets.size(), std::vector<char>(starts, 0));
   // Every sheet's first start before any second one: a deadline cuts the others.
   parallel_for(static_cast<long>(sheets.size() * starts), 1, threads, [&](long first, long) {
     const std::size_t sheet = static_cast<std::size_t>(first) % sheets.size(), k = static_cast<std::size_t>(first) / sheets.size();
     if (k > 0 && options.solve.stop.now()) return;
-    minima[sheet][k] = from_start(*sheets[sheet], options, nullptr, static_cast<int>(k));
+    minima[sheet][k] = from_start(*sheets[sheet], options, nullptr, options.first_start + static_cast<int>(k));
     begun[sheet][k] = 1;
   });
   for (std::size_t s = 0; s < sheets.size(); ++s) {

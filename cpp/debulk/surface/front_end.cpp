@@ -66,7 +66,7 @@ const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
     times_.grid = clock.lap();
   }
   if (stop.now()) throw Stopped("the height map was stopped");
-  fill_holes(map_.heights, options_.fill, map_.measured, threads_);
+  filling_.run(map_.heights, options_.fill, map_.measured, threads_);
   times_.fill = clock.lap();
   if (options_.median > 1) {
     median(map_.heights, options_.median, filtered_, threads_);

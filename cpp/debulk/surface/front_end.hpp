@@ -6,6 +6,7 @@
 #include "debulk/cloud/neighbours.hpp"
 #include "debulk/cloud/pinhole_outliers.hpp"
 #include "debulk/core/stop.hpp"
+#include "debulk/surface/fill_holes.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/image_gridding.hpp"
 
@@ -55,6 +56,7 @@ class FrontEnd {
   RayBase base_;
   std::optional<ImageGridding> gridding_;
   PinholeOutliers image_;
+  HoleFilling filling_;
   Outliers outliers_;
   HeightMap map_;
   Grid<float> filtered_;

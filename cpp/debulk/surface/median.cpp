@@ -14,34 +14,11 @@
 namespace debulk {
 namespace {
 
-namespace base {
-#include "debulk/surface/median_kernel.inl"
-}  // namespace base
-
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v3")
-namespace v3 {
-#include "debulk/surface/median_kernel.inl"
-}  // namespace v3
-#pragma GCC pop_options
-
-#define DEBULK_ISA_V4
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v4")
-namespace v4 {
-#include "debulk/surface/median_kernel.inl"
-}  // namespace v4
-#pragma GCC pop_options
-#undef DEBULK_ISA_V4
-#endif
+#define DEBULK_KERNEL "debulk/surface/median_kernel.inl"
+#include "debulk/core/each_isa.inl"
 
 int whole_windows(const float* above, const float* row, const float* below, int nx, float* out, int* incomplete, int& count) {
-#if defined(__x86_64__)
-  if (best_isa() == Isa::v4) return v4::run(above, row, below, nx, out, incomplete, count);
-  if (best_isa() == Isa::v3) return v3::run(above, row, below, nx, out, incomplete, count);
-#endif
-  return base::run(above, row, below, nx, out, incomplete, count);
+  return DEBULK_ON(best_isa(), run(above, row, below, nx, out, incomplete, count));
 }
 
 // Of the values that are there.

@@ -1,6 +1,4 @@
-// The loop of median.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
-#include "debulk/core/wide_ops.inl"
-
+// The loop of median.cpp: included there once for each Isa (see core/each_isa.inl).
 DEBULK_INLINE void order(Floats& a, Floats& b) {
   const Floats low = lower(a, b), high = higher(a, b);
   a = low, b = high;

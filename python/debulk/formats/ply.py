@@ -6,19 +6,20 @@ The shape comes from ``comment debulk organised W H``, or from ``obj_info num_co
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.formats.source import Source, check_unique_xyz, whole_number
+from debulk.formats.source import MAX_COLUMNS, Layout, Points, Source, check_unique_xyz, whole_number
 
-_TYPES = {
-    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
-    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
-    "double": "f8", "float64": "f8",
+_WIDTHS = {
+    "char": 1, "int8": 1, "uchar": 1, "uint8": 1, "short": 2, "int16": 2, "ushort": 2, "uint16": 2, "int": 4,
+    "int32": 4, "uint": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8,
 }  # fmt: skip
-_FORMATS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
+_FLOATS = ("float", "float32", "double", "float64")
+_FORMATS = ("binary_little_endian", "binary_big_endian", "ascii")
 
 
 @dataclass
@@ -30,11 +31,14 @@ class _Element:
     types: list[str] = field(default_factory=list)
     has_list: bool = False
 
-    def dtype(self, order: str) -> np.dtype[np.void]:
-        # Only the vertices' x, y, z are read; other names may be anything, and come twice.
-        wanted = ("x", "y", "z") if self.name == "vertex" else ()
-        keys = [name if name in wanted else f"skip_{i}" for i, name in enumerate(self.names)]
-        return np.dtype([(key, order + kind) for key, kind in zip(keys, self.types, strict=True)])
+    @property
+    def item_bytes(self) -> int:
+        return sum(_WIDTHS[kind] for kind in self.types)
+
+    def layout(self, xyz: list[int], *, big_endian: bool) -> Layout:
+        widths = [_WIDTHS[kind] for kind in self.types]
+        starts = [0, *accumulate(widths)]
+        return Layout(starts[-1], [starts[place] for place in xyz], [widths[place] for place in xyz], big_endian)
 
 
 @dataclass
@@ -47,41 +51,45 @@ class _Header:
     end: int = 0
 
 
-def read_ply(source: Source) -> NDArray[np.float32]:
+def read_ply(source: Source, factor: float) -> Points:
     """Read the vertices of a PLY file, (H, W, 3) if its header names a width and a height."""
     header = _read_header(source)
     offset, before = header.end, 0
     for element in header.elements:
         if element.name == "vertex":
             break
-        if element.has_list or not header.format:
+        if element.has_list or header.format == "ascii":
             source.fail(element.offset, f"element {element.name!r} before the vertices", "export the points alone")
-        offset += element.count * element.dtype(header.format).itemsize
+        offset += element.count * element.item_bytes
         before += 1
     else:
         source.fail(header.end, "no element 'vertex' in the header")
     if element.has_list:
         source.fail(element.offset, "a list among the properties of a vertex", "export the points alone")
-    places = check_unique_xyz(source, element.offset, element.names)
-    for place in places:
-        if element.types[place] not in ("f4", "f8"):
+    xyz = check_unique_xyz(source, element.offset, element.names)
+    for place in xyz:
+        if element.types[place] not in _FLOATS:
             name, kind = element.names[place], element.types[place]
             source.fail(element.offset, f"expected {name} as float or double, got {kind}")
-    if not header.format:
-        points = source.text_points(offset, element.count, len(element.names), places)
+    alone = len(header.elements) == before + 1
+    if header.format == "ascii":
+        columns = len(element.names)
+        if columns > MAX_COLUMNS:
+            source.fail(element.offset, f"{columns} numbers a vertex, expected at most {MAX_COLUMNS}")
+        points = source.text_points(offset, columns, xyz, factor, count=element.count, exact=alone)
     else:
-        dtype = element.dtype(header.format)
-        source.check_size(offset, element.count, dtype.itemsize, exact=len(header.elements) == before + 1)
-        points = source.points(offset, element.count, dtype)
+        layout = element.layout(xyz, big_endian=header.format == "binary_big_endian")
+        source.check_size(offset, element.count, layout.record_bytes, exact=alone)
+        points = source.points(offset, element.count, layout, factor)
     # A range grid lists only the vertices that were seen; its num_cols and num_rows count cells, not vertices.
     if header.width and not any(other.name == "range_grid" for other in header.elements):
-        if header.width * header.height != element.count:
+        if not header.height or header.width * header.height != element.count:
             source.fail(
                 header.shape_offset,
                 f"organised as {header.width} x {header.height}, but there are {element.count} points",
                 "mend or remove the line",
             )
-        return points.reshape(header.height, header.width, 3)
+        return points.organised(header.height, header.width)
     return points
 
 
@@ -96,11 +104,13 @@ def _read_header(source: Source) -> _Header:
         match words:
             case ["end_header"]:
                 header.end = source.file.tell()
+                if not header.format:
+                    source.fail(offset, "no line 'format' in the header")
                 break
             case ["format", name, _]:
                 if name not in _FORMATS:
                     source.fail(offset, f"unknown format {name[:40]!r}", "export as binary_little_endian")
-                header.format = _FORMATS[name]
+                header.format = name
             case ["comment", "debulk", "organised", width, height]:
                 header.width = whole_number(source, offset, width, "width")
                 header.height = whole_number(source, offset, height, "height")
@@ -116,9 +126,9 @@ def _read_header(source: Source) -> _Header:
                 header.elements.append(_Element(name, count, offset))
             case ["property", "list", _, _, _] if header.elements:
                 header.elements[-1].has_list = True
-            case ["property", kind, name] if header.elements and kind in _TYPES:
+            case ["property", kind, name] if header.elements and kind in _WIDTHS:
                 header.elements[-1].names.append(name)
-                header.elements[-1].types.append(_TYPES[kind])
+                header.elements[-1].types.append(kind)
             case _:
                 source.fail(offset, f"a header line that is not PLY: {line[:60]!r}")
     return header
