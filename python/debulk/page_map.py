@@ -110,7 +110,7 @@ def ply_map(
             if ply_outline is None:
                 low, high = np.minimum(low, first - half), np.maximum(high, first - half + size)
     width, height = (float(length) for length in high - low)
-    font = max(width, height) / 36
+    font = max(width, height) / (36 * float(np.clip(np.sqrt(len(areas) / 25), 1, 2)))
     corners_each = max(24, min(_MAX_CORNERS, _MAX_ALL_CORNERS // max(1, len(areas))))
     places = _labels([area.outline_mm for area in areas], font, low, high)
     marks = [
