@@ -167,7 +167,7 @@ def _png(values: NDArray[np.float32], top: float) -> str:
         level = np.clip(mean * (255 / top), 0, 255).round().astype(np.uint8)
         picture = cv2.cvtColor(cv2.applyColorMap(level, cv2.COLORMAP_CIVIDIS), cv2.COLOR_BGR2BGRA)
         picture[share < 0.5] = 0
-        data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])[1].tobytes()
+        data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 6])[1].tobytes()
         if len(data) <= _MAX_PNG_BYTES:
             return base64.b64encode(data).decode("ascii")
         scale *= 0.8
