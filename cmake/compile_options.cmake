@@ -12,3 +12,7 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   target_compile_options(debulk_options INTERFACE -march=x86-64-v2)
 endif()
 target_compile_options(debulk_options INTERFACE -ffp-contract=off)
+
+# For sources with wide loops (core/each_isa.inl): what lets the compiler use wide instructions there; none of it changes a
+# bit of the results.
+set(debulk_wide_options -O3 -fno-math-errno -fno-trapping-math -Wno-psabi)

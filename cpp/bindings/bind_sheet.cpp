@@ -109,16 +109,17 @@ void bind_sheet(py::module_& m) {
 
   m.def(
       "minimise",
-      [](const std::shared_ptr<Sheet>& sheet, const std::string& method, const py::object& start, int starts, std::uint64_t seed,
-         double tolerance, int max_iterations, double stiffness, const Stop& stop) {
-        const MinimiseOptions options = options_of(method, starts, seed, tolerance, max_iterations, stiffness, stop);
+      [](const std::shared_ptr<Sheet>& sheet, const std::string& method, const py::object& start, int starts, int first_start,
+         std::uint64_t seed, double tolerance, int max_iterations, double stiffness, const Stop& stop) {
+        MinimiseOptions options = options_of(method, starts, seed, tolerance, max_iterations, stiffness, stop);
+        options.first_start = first_start;
         Points from;
         if (!start.is_none()) from = points<3>(start.cast<Array<double>>(), "start");
         const py::gil_scoped_release release;
         return minimise(*sheet, options, start.is_none() ? nullptr : &from);
       },
-      py::arg("sheet"), py::kw_only(), py::arg("method"), py::arg("start"), py::arg("starts"), py::arg("seed"), py::arg("tolerance"),
-      py::arg("max_iterations"), py::arg("stiffness"), py::arg("stop"));
+      py::arg("sheet"), py::kw_only(), py::arg("method"), py::arg("start"), py::arg("starts"), py::arg("first_start"), py::arg("seed"),
+      py::arg("tolerance"), py::arg("max_iterations"), py::arg("stiffness"), py::arg("stop"));
   m.def(
       "minimise_all",
       [](const std::vector<std::shared_ptr<Sheet>>& sheets, const std::string& method, int starts, std::uint64_t seed, double tolerance,

@@ -35,7 +35,8 @@ void bind_evidence(py::module_& m) {
       .def_readwrite("max_ridge_height_mm", &Criteria::max_ridge_height)
       .def_readwrite("min_coverage", &Criteria::min_coverage)
       .def_readwrite("min_pocket_coverage", &Criteria::min_pocket_coverage)
-      .def_readwrite("tie_margin_mm", &Criteria::tie_margin)
+      .def_readwrite("rms_margin_mm", &Criteria::rms_margin)
+      .def_readwrite("ridge_margin_mm", &Criteria::ridge_margin)
       .def_readwrite("compliance_margin_mm", &Criteria::compliance_margin)
       .def("check", &Criteria::check);
 

@@ -37,6 +37,7 @@ class FrontEnd(metaclass=_Bound):
         spacing_mm: float,
         hole_diameter_mm: float,
         jump_ratio: float,
+        spike_mm: float,
         median_cells: int,
         threads: int,
     ) -> None: ...
@@ -49,7 +50,7 @@ class FrontEnd(metaclass=_Bound):
     @property
     def threshold(self) -> float: ...
     @property
-    def times(self) -> tuple[float, float, float, float]: ...
+    def times(self) -> list[float]: ...
 
 class Certificate(_Made):
     @property
@@ -75,7 +76,8 @@ class Criteria(metaclass=_Bound):
     max_rms_mm: float
     min_coverage: float
     min_pocket_coverage: float
-    tie_margin_mm: float
+    ridge_margin_mm: float
+    rms_margin_mm: float
     def __init__(self) -> None: ...
     def check(self) -> None: ...
 
@@ -468,6 +470,7 @@ def minimise(
     method: str,
     start: ArrayLike | None,
     starts: int,
+    first_start: int,
     seed: int,
     tolerance: float,
     max_iterations: int,
@@ -544,3 +547,4 @@ def segment(
 ) -> Segmentation: ...
 def surface_area(surface: Surface, outline: ArrayLike, ply_outline: ArrayLike | None) -> float: ...
 def surface_extent(surface: Reference) -> _Floats: ...
+def without_spikes(values: ArrayLike, tolerance_mm: float, threads: int) -> _Singles: ...

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
+from debulk import _core, net, pocket, ridge, sheet, solve, starts, surface, verdict
 from debulk.grid import Grid
 from debulk.report import LeftOut, PocketNet, PocketReport, SolveReport
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
 Floats = NDArray[np.float64]
-Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -32,25 +31,16 @@ class Evaluation:
 
 @dataclass
 class _Stopwatch:
-    """Milliseconds a step."""
+    """Milliseconds a step, without those of the steps within it."""
 
     split_ms: dict[str, float] = field(default_factory=dict)
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        began = time.perf_counter()
+        began, before_ms = time.perf_counter(), sum(self.split_ms.values())
         yield
-        self.split_ms[name] = 1e3 * (time.perf_counter() - began)
-
-
-@dataclass(frozen=True)
-class _Outcome:
-    """The figures that decide, over all certified starts."""
-
-    best: ridge.PostProcessed
-    rms_mm: Range
-    ridge_mm: Range
-    bridge_mm: Range
+        within_ms = sum(self.split_ms.values()) - before_ms
+        self.split_ms[name] = self.split_ms.get(name, 0.0) + 1e3 * (time.perf_counter() - began) - within_ms
 
 
 def evaluate(
@@ -89,21 +79,16 @@ def evaluate(
             laid = lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe)
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
         return given_up(verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
+
+    def post_process(solution: solve.Solution) -> ridge.PostProcessed:
+        with watch.step("ridge"):
+            return _post_process(solution, laid, reference, recipe)
+
     with watch.step("solve"):
         ply = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe)
-        solution = solve.minimise(
-            ply,
-            recipe.solve.method,
-            starts=recipe.solve.starts,
-            seed=recipe.solve.seed,
-            tolerance=recipe.solve.tolerance,
-            max_iterations=recipe.solve.max_iterations,
-            stiffness=recipe.solve.stiffness,
-            stop=stop,
-        )
-    with watch.step("ridge"):
-        outcome = _post_process(solution, laid, reference, recipe)
-    judged = _judge(solution, outcome, found, foot, laid, recipe, stop)
+        outcome = starts.settle(ply, recipe, post_process, stop)
+    solution = outcome.solution
+    judged = _judge(outcome, found, foot, laid, recipe, stop)
     worst = max(outcome.best.sections, key=lambda section: section.height_mm, default=None)
     report = replace(
         seen,
@@ -135,7 +120,7 @@ def evaluate(
         runtime_ms=sum(watch.split_ms.values()),
         runtime_split_ms=watch.split_ms,
     )
-    return Evaluation(report, _left_out(ply, solution, recipe))
+    return Evaluation(report, _left_out(ply, outcome))
 
 
 def criteria(recipe: Recipe) -> verdict.Criteria:
@@ -146,7 +131,8 @@ def criteria(recipe: Recipe) -> verdict.Criteria:
         max_ridge_height_mm=limits.max_ridge_mm,
         min_coverage=limits.min_coverage,
         min_pocket_coverage=limits.min_pocket_coverage,
-        tie_margin_mm=limits.tie_margin_mm,
+        rms_margin_mm=limits.rms_margin_mm,
+        ridge_margin_mm=limits.ridge_margin_mm,
         compliance_margin_mm=limits.compliance_margin_mm,
     )
 
@@ -192,47 +178,29 @@ def _angles_at(angles: Floats | Grid, xy: Floats) -> Floats:
     return np.asarray(angles.values[np.clip(j, 0, ny - 1), np.clip(i, 0, nx - 1)], dtype=np.float64)
 
 
-def _post_process(solution: solve.Solution, laid: net.Net, reference: surface.Reference, recipe: Recipe) -> _Outcome:
-    """Ridges of the best solution, and the ranges over every certified one."""
-
-    def processed(nodes_mm: Floats) -> ridge.PostProcessed:
-        return ridge.post_process(
-            nodes_mm,
-            laid.neighbours,
-            laid.inside,
-            reference,
-            thickness_mm=recipe.material.thickness_mm,
-            bulk_factor=recipe.material.bulk_factor,
-            touch_mm=recipe.ridge.touch_mm,
-        )
-
-    best = processed(solution.nodes_mm)
-    every = [best] + [
-        processed(m.nodes_mm)
-        for m in solution.minima
-        if m.certified and not np.array_equal(m.nodes_mm, solution.nodes_mm)
-    ]
-
-    def over_all(values: list[float]) -> Range:
-        return min(values), max(values)
-
-    return _Outcome(
-        best,
-        over_all([p.rms_mm for p in every]),
-        over_all([p.ridge_height_mm for p in every]),
-        over_all([p.bridge_height_mm for p in every]),
+def _post_process(
+    solution: solve.Solution, laid: net.Net, reference: surface.Reference, recipe: Recipe
+) -> ridge.PostProcessed:
+    return ridge.post_process(
+        solution.nodes_mm,
+        laid.neighbours,
+        laid.inside,
+        reference,
+        thickness_mm=recipe.material.thickness_mm,
+        bulk_factor=recipe.material.bulk_factor,
+        touch_mm=recipe.ridge.touch_mm,
     )
 
 
 def _judge(
-    solution: solve.Solution,
-    outcome: _Outcome,
+    outcome: starts.Settled,
     found: pocket.Pocket,
     foot: pocket.Foot,
     laid: net.Net,
     recipe: Recipe,
     stop: _core.Stop,
 ) -> verdict.Judgement:
+    solution = outcome.solution
     up_front = solution.status in ("too_few_movable_nodes", "no_minimum", "not_a_surface")
     refused = solution.explanation if up_front else ""
     return verdict.judge(
@@ -282,9 +250,9 @@ _LEFT_OUT = {
 }
 
 
-def _left_out(ply: sheet.Sheet, solution: solve.Solution, recipe: Recipe) -> tuple[LeftOut, ...]:
+def _left_out(ply: sheet.Sheet, outcome: starts.Settled) -> tuple[LeftOut, ...]:
     entries = [_LEFT_OUT[name] for name in ply.left_out if name in _LEFT_OUT]
-    if len(solution.minima) < recipe.solve.starts:
+    if outcome.cut:
         entries.append(
             LeftOut(
                 what="some seeded starts",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,7 @@ from debulk import _core
 if TYPE_CHECKING:
     from debulk.sheet import Sheet
 
-__all__ = ["Certificate", "Solution", "certify", "methods", "minimise", "minimise_all"]
+__all__ = ["Certificate", "Solution", "best", "certify", "methods", "minimise", "minimise_all"]
 
 STIFFNESS = 1e8
 
@@ -130,6 +130,7 @@ def minimise(
     tolerance: float = 1e-8,
     max_iterations: int = 1000,
     stiffness: float = STIFFNESS,
+    first_start: int = 0,
     stop: _core.Stop | None = None,
 ) -> Solution:
     """Minimise the sheet's energy subject to inextensible fibres and no node below the reference.
@@ -143,7 +144,7 @@ def minimise(
     start
         (N, 3) configuration to start from, mm; default: the initial one. Fixed nodes stay at the initial one.
     starts
-        Number of starts: the given one, and seeded perturbations of it by up to 0.02 spacings.
+        Number of starts: the given one, and seeded perturbations of it by up to 0.1 spacings.
     seed
         Of the perturbations.
     deadline_s
@@ -153,13 +154,16 @@ def minimise(
     stiffness
         k of the fibres, in units of the vacuum force: a fibre's strain is its tension over k. Large enough that
         lengths are right within 1e-4; where fibres pinned at both ends would need endless tension, it bounds it.
+    first_start
+        Leave out the starts before this one, counted from 0: an earlier call has been through them.
     stop
         Another thread may cancel the solve through it.
 
     Returns
     -------
     Solution
-        The certified solution of least energy, or the first start's if none is certified.
+        The certified solution of least energy, without a compliance if there is one; the first start's if none is
+        certified.
 
     Raises
     ------
@@ -187,6 +191,7 @@ def minimise(
         method=method,
         start=None if start is None else np.asarray(start, dtype=np.float64),
         starts=starts,
+        first_start=first_start,
         seed=seed,
         tolerance=tolerance,
         max_iterations=max_iterations,
@@ -253,6 +258,54 @@ def minimise_all(
         threads=threads,
     )
     return [_best(minima) for minima in found]
+
+
+def best(minima: Sequence[Solution]) -> Solution:
+    """Choose among the minima of several starts: the certified one of least energy, or the first if none is.
+
+    One whose fibres needed a compliance is chosen only where no other is certified.
+
+    Parameters
+    ----------
+    minima
+        At least one, in the order of their starts.
+
+    Returns
+    -------
+    Solution
+        It, with all of them in `minima`.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
+    >>> nodes = [[-4.9, 0, 0], [0, 0, np.sqrt(25 - 4.9**2)], [4.9, 0, 0]]
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = debulk.sheet.Sheet(nodes, fibre, [1, 0, 1], 5.0, 75.0, reference)
+    >>> few, more = minimise(sheet, starts=2), minimise(sheet, starts=4, first_start=2)
+    >>> solution = best(few.minima + more.minima)
+    >>> len(solution.minima), solution.energy_mj == minimise(sheet, starts=4).energy_mj
+    (4, True)
+    """
+    found = min((m for m in minima if m.certified), key=rank, default=minima[0])
+    return replace(found, minima=tuple(minima))
+
+
+def rank(certified: Solution) -> tuple[bool, float]:
+    """Sort key of certified solutions, the best first: strained fibres save energy, so without a compliance first.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
+    >>> nodes = [[-4.9, 0, 0], [0, 0, np.sqrt(25 - 4.9**2)], [4.9, 0, 0]]
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = debulk.sheet.Sheet(nodes, fibre, [1, 0, 1], 5.0, 75.0, reference)
+    >>> solution = minimise(sheet)
+    >>> rank(solution) == (False, solution.energy_mj)
+    True
+    """
+    return certified.certificate.compliant, certified.energy_mj
 
 
 def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> Certificate:

@@ -60,10 +60,10 @@ class Criteria:
         Share of the ply that the scan must have seen. Default 0.98.
     min_pocket_coverage
         Share of a pocket's area that must have been measured. Default 0.80.
-    tie_margin_mm
-        A figure nearer to its limit than this decides nothing, mm. Default 0.005.
+    rms_margin_mm, ridge_margin_mm
+        An RMS, a ridge or bridge nearer to its limit than this decides nothing, mm. Default 0.01 and 0.05.
     compliance_margin_mm
-        The same where the length constraints needed a compliance, mm. Default 0.05.
+        The same of any figure where the length constraints needed a compliance, mm. Default 0.05.
 
     Examples
     --------
@@ -75,7 +75,8 @@ class Criteria:
     max_ridge_height_mm: float = _DEFAULTS.max_ridge_height_mm
     min_coverage: float = _DEFAULTS.min_coverage
     min_pocket_coverage: float = _DEFAULTS.min_pocket_coverage
-    tie_margin_mm: float = _DEFAULTS.tie_margin_mm
+    rms_margin_mm: float = _DEFAULTS.rms_margin_mm
+    ridge_margin_mm: float = _DEFAULTS.ridge_margin_mm
     compliance_margin_mm: float = _DEFAULTS.compliance_margin_mm
 
     def __post_init__(self) -> None:
@@ -87,7 +88,8 @@ class Criteria:
         compiled.max_ridge_height_mm = self.max_ridge_height_mm
         compiled.min_coverage = self.min_coverage
         compiled.min_pocket_coverage = self.min_pocket_coverage
-        compiled.tie_margin_mm = self.tie_margin_mm
+        compiled.rms_margin_mm = self.rms_margin_mm
+        compiled.ridge_margin_mm = self.ridge_margin_mm
         compiled.compliance_margin_mm = self.compliance_margin_mm
         return compiled
 

@@ -2,8 +2,10 @@
 
 import csv
 import itertools
+import runpy
 import sys
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import cv2
@@ -107,6 +109,20 @@ def test_ranges_grow_with_the_starts(quick):
         assert 1 <= p.minima <= p.starts == results.plan.reference_starts
 
 
+def test_rules_ask_for_more_starts_only_where_a_limit_is_close(quick):
+    results, folder = quick
+    found = {(r.starts, r.most_starts): r for r in results.rules}
+    assert [(int(r["starts"]), int(r["most_starts"])) for r in read(folder / "rules.csv")] == list(found)
+    assert {(1, 1), (2, 2), (3, 3), (4, 4), (2, 4)} <= set(found)
+    assert max(most for _, most in found) <= results.plan.reference_starts + 1  # no more than there are
+    for (first, most), rule in found.items():
+        assert first <= rule.starts_mean <= max(first, most)
+        assert rule.overconfident <= 1 - rule.undecided
+    few, rule, most = found[2, 2], found[2, 4], found[4, 4]
+    assert few.cpu_mean_ms <= rule.cpu_mean_ms < most.cpu_mean_ms
+    assert few.undecided <= rule.undecided <= most.undecided
+
+
 def test_perturbed_starts_keep_to_the_mold_and_repeat(quick):
     case = quick[0].references[0][0]
     moved = case.perturbed(0.1, 3)
@@ -123,11 +139,21 @@ def test_the_text_shows_the_tables(quick):
     results, folder = quick
     text = (folder / "study.txt").read_text(encoding="utf-8")
     assert text == results.text
-    for title in ("Tolerance", "Starts", "Stiffness", "Method", "Nodes", "Several minima", "References", "Layups"):
+    for title in (
+        "Tolerance",
+        "Starts",
+        "Stiffness",
+        "Method",
+        "Nodes",
+        "Several minima",
+        "Rules",
+        "References",
+        "Layups",
+    ):
         assert f"\n{title}" in text
     loose = results.sweep("tolerance")[0]
     assert any(
-        line.split()[:4] == ["1e-04", "4", str(loose.failed), f"{loose.cpu_median_ms:.1f}"]
+        line.split()[:5] == ["1e-04", "4", str(loose.failed), f"{loose.starts_mean:.1f}", f"{loose.cpu_median_ms:.1f}"]
         for line in text.splitlines()
     )
     assert max(len(line) for line in text.splitlines()) < 200
@@ -136,8 +162,8 @@ def test_the_text_shows_the_tables(quick):
 def row(**values):
     base = Row(
         sweep="method", label="a", layup=0, pocket=1, nodes=100, certified=True, compliant=False, status="converged",
-        iterations=1, evaluations=1, net_ms=1.0, cpu_ms=1.0, length_error=0.0, energy_gap=0.0, rms_mm=0.2, ridge_mm=0.1,
-        rms_range_mm=0.0, ridge_range_mm=0.0, rms_error_mm=0.0, ridge_error_mm=0.0, verdict="cease",
+        starts=1, iterations=1, evaluations=1, net_ms=1.0, cpu_ms=1.0, length_error=0.0, energy_gap=0.0, rms_mm=0.2,
+        ridge_mm=0.1, rms_range_mm=0.0, ridge_range_mm=0.0, rms_error_mm=0.0, ridge_error_mm=0.0, verdict="cease",
         reference_verdict="cease", reference_verdict_of_all="cease",
     )  # fmt: skip
     return replace(base, **values)
@@ -185,11 +211,32 @@ def test_pictures_are_drawn(quick, tmp_path):
 
     draw(quick[0], tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {"work_precision.png", "methods.png", "nodes.png", "minima.png"}
+    assert names == {"work_precision.png", "methods.png", "nodes.png", "minima.png", "rules.png"}
     for name in names:
         image = cv2.imread(str(tmp_path / name))
         assert min(image.shape[:2]) > 400
         assert image.std() > 5
+
+
+def test_profiles_count_pockets_and_stress_cases(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    script = Path(__file__).parents[2] / "bench" / "study" / "profiles.py"
+    monkeypatch.setattr(sys, "path", [*sys.path])  # it adds the stress cases' folder
+    main = runpy.run_path(str(script))["main"]
+    main(["--count", "4", "--pockets", "1", "--deadline", "0.3", "--out", str(tmp_path)])
+    runs = read(tmp_path / "profile.csv")
+    methods = [name for name in solve.methods() if name != "auto"]
+    problems = {r["problem"] for r in runs}
+    assert {r["group"] for r in runs} == {"pockets", "stress cases"}
+    assert len(runs) == len(methods) * len(problems)
+    for problem in problems:
+        mine = [r for r in runs if r["problem"] == problem]
+        assert {r["method"] for r in mine} == set(methods)
+        gaps = [float(r["energy_gap"]) for r in mine if r["certified"] == "True"]
+        assert not gaps or min(gaps) == 0.0
+    text = (tmp_path / "profile.txt").read_text(encoding="utf-8")
+    assert text.count("interior_point  ") >= 3
+    assert cv2.imread(str(tmp_path / "profile.png")).std() > 5
 
 
 def test_bad_input_is_named(tmp_path, monkeypatch):
@@ -204,6 +251,8 @@ def test_bad_input_is_named(tmp_path, monkeypatch):
 
 
 def test_main_prints_the_tables(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(study, "solver", lambda out, quick, progress: SimpleNamespace(text=f"tables in {out.name}"))
+    monkeypatch.setattr(
+        study, "solver", lambda out, quick, progress, workers: SimpleNamespace(text=f"tables in {out.name}")
+    )
     study.main(tmp_path / "here", quick=True)
     assert capsys.readouterr().out == "tables in here\n"

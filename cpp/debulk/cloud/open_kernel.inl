@@ -1,12 +1,16 @@
-// The loops of open_search.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
-#include "debulk/core/wide_ops.inl"
+// The loops of open_search.cpp: included there once for each Isa (see core/each_isa.inl).
 
-// The four smallest squared distances so far of each lane, and so the four smallest of all, without a branch.
+DEBULK_INLINE void order(Floats& a, Floats& b) {
+  const Floats low = lower(a, b), high = higher(a, b);
+  a = low, b = high;
+}
+
+// The four smallest squared distances so far of each lane, rising, and so the four smallest of all, without a branch.
 struct Nearest {
   Floats least[4];
-  float limit;  // not below the fourth of all
+  float limit = infinity;  // not below the fourth of all
 
-  DEBULK_INLINE explicit Nearest(float known = infinity) : limit(known) {
+  DEBULK_INLINE Nearest() {
     for (Floats& kept : least) kept = all(infinity);
   }
   DEBULK_INLINE void add(Floats d) {
@@ -22,25 +26,19 @@ struct Nearest {
     m = higher(m, swapped<2>(m)), m = higher(m, swapped<1>(m));
     limit = m[0] < limit ? m[0] : limit;
   }
-  // The fourth of all; their mean distance if they are four.
-  DEBULK_INLINE float fourth(float& mean) {
-    tighten();
-    float squares[4] = {infinity, infinity, infinity, infinity};
-    for (const Floats& kept : least) {
-      if (!any(kept <= all(limit))) break;
-      alignas(64) float values[lanes];
-      store(values, kept);
-      for (int n = 0; n < lanes; ++n) {
-        if (!(values[n] < squares[3])) continue;
-        int k = 3;
-        for (; k > 0 && squares[k - 1] > values[n]; --k) squares[k] = squares[k - 1];
-        squares[k] = values[n];
-      }
-    }
+  // Of two rising rows of four the smaller of first and last, second and third ... are the four smallest, in a bitonic row.
+  template <int N>
+  DEBULK_INLINE void merge() {
+    const Floats other[4] = {swapped<N>(least[3]), swapped<N>(least[2]), swapped<N>(least[1]), swapped<N>(least[0])};
+    for (int k = 0; k < 4; ++k) least[k] = lower(least[k], other[k]);
+    order(least[0], least[2]), order(least[1], least[3]), order(least[0], least[1]), order(least[2], least[3]);
+  }
+  // The mean distance of the four nearest of all; ends the search. Infinite if they are not four.
+  DEBULK_INLINE float mean() {
+    merge<8>(), merge<4>(), merge<2>(), merge<1>();
     double sum = 0;
-    for (const float square : squares) sum += std::sqrt(static_cast<double>(square));
-    mean = static_cast<float>(sum / 4);
-    return squares[3];
+    for (const Floats& kept : least) sum += std::sqrt(static_cast<double>(kept[0]));
+    return static_cast<float>(sum / 4);
   }
 };
 
@@ -50,8 +48,11 @@ struct Window {
 };
 
 struct Finder {
+  explicit Finder(const OpenTables& tables) : t(tables) {}
+
   const OpenTables& t;
-  std::vector<float>& scratch;
+  std::array<NearTile, 256> tiles;  // that a window's boxes leave
+  int count = 0;
   std::uint32_t self = 0;
   int column = 0, row = 0;
   float p[3] = {};
@@ -87,17 +88,20 @@ struct Finder {
     found.tighten();
   }
 
-  // The open points of a bin, but itself.
-  DEBULK_INLINE void visit_bin(int bx, int by, Nearest& found) const {
-    const std::size_t bin = static_cast<std::size_t>(by) * static_cast<std::size_t>(t.bins_x) + static_cast<std::size_t>(bx);
-    const int end = static_cast<int>(t.starts[bin + 1]);
-    for (int k = static_cast<int>(t.starts[bin]); k < end; k += lanes) {
-      Ints index;
-      std::memcpy(&index, t.index + k, sizeof index);
-      const Ints place = Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} + k;
-      const Ints hidden = (place >= end) | (index == static_cast<int>(self));
-      found.add(hidden ? all(infinity) : squared(load(t.x + k), load(t.y + k), load(t.z + k)));
+  // The open points of the window's bins, but itself. A row of bins lies together.
+  DEBULK_INLINE void visit_bins(const Window& w, Nearest& found) const {
+    for (int by = w.top; by <= w.bottom; ++by) {
+      const std::uint32_t* starts = t.starts + static_cast<std::size_t>(by) * static_cast<std::size_t>(t.bins_x);
+      const int end = static_cast<int>(starts[w.right + 1]);
+      for (int k = static_cast<int>(starts[w.left]); k < end; k += lanes) {
+        Ints index;
+        std::memcpy(&index, t.index + k, sizeof index);
+        const Ints place = Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} + k;
+        const Ints hidden = (place >= end) | (index == static_cast<int>(self));
+        found.add(hidden ? all(infinity) : squared(load(t.x + k), load(t.y + k), load(t.z + k)));
+      }
     }
+    found.tighten();
   }
 
   DEBULK_INLINE Window window(double reach) const {
@@ -106,58 +110,46 @@ struct Finder {
             std::min(t.pass->cloud.height - 1, row + r)};
   }
 
-  // Squared distances from the point to the tiles' boxes, row by row in the scratch, infinite for an empty tile; a row takes
-  // a multiple of 16. Sets the smallest and its place.
-  DEBULK_INLINE int bound_tiles(const Window& w, float& least, int& place) const {
-    const Tiles& tiles = *t.pass->tiles;
-    const int across = (w.right - w.left + lanes) / lanes * lanes;
-    const std::size_t wanted = static_cast<std::size_t>(across) * static_cast<std::size_t>(w.bottom - w.top + 1);
-    if (scratch.size() < wanted) scratch.resize(wanted);
-    float* out = scratch.data();
-    Floats smallest = all(infinity);
+  // Visits the tiles that were collected, the nearest first, but the one that was seen already.
+  DEBULK_INLINE void visit_tiles(Nearest& found, int seen_x, int seen_y) {
+    for (int k = 0; k < count; ++k) {
+      const NearTile& tile = tiles[static_cast<std::size_t>(k)];
+      if (tile.bound <= found.limit && (tile.x != seen_x || tile.y != seen_y)) visit_tile(tile.x, tile.y, found);
+    }
+    count = 0;
+  }
+
+  // Everything in the window that can be below the limit, but the tile that was seen already. The tiles whose boxes are not
+  // farther away than the limit are collected first, since the nearest brings the limit down.
+  DEBULK_INLINE void visit_window(const Window& pixels, Nearest& found, int seen_x, int seen_y) {
+    visit_bins(pixels.over(bin_side, bin_side), found);
+    const Window w = pixels.over(tile_width, tile_height);
+    const Tiles& from = *t.pass->tiles;
     const Floats x = all(p[0]), y = all(p[1]), z = all(p[2]), zero = {};
+    const Ints steps = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     for (int ty = w.top; ty <= w.bottom; ++ty) {
       const Floats v_low = all(t.v_low[ty]), v_high = all(t.v_high[ty]);
-      for (int tx = w.left; tx <= w.right; tx += lanes, out += lanes) {
-        const std::size_t at = static_cast<std::size_t>(ty) * static_cast<std::size_t>(tiles.pitch) + static_cast<std::size_t>(tx);
-        const Floats near = load(tiles.near.data() + at), far = load(tiles.far.data() + at);
+      for (int tx = w.left; tx <= w.right; tx += lanes) {
+        const std::size_t at = static_cast<std::size_t>(ty) * static_cast<std::size_t>(from.pitch) + static_cast<std::size_t>(tx);
+        const Floats near = load(from.near.data() + at), far = load(from.far.data() + at);
         const Floats u_low = load(t.u_low + tx), u_high = load(t.u_high + tx);
         const Floats dx = higher(higher(lower(u_low * near, u_low * far) - x, x - higher(u_high * near, u_high * far)), zero);
         const Floats dy = higher(higher(lower(v_low * near, v_low * far) - y, y - higher(v_high * near, v_high * far)), zero);
         const Floats dz = higher(higher(near - z, z - far), zero);
-        const Ints there = (near <= far) & (Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} + tx <= w.right);
-        const Floats d = there ? (dx * dx + dy * dy + dz * dz) * (1 - 1e-5f) : all(infinity);
-        smallest = lower(d, smallest);
-        store(out, d);
+        const Floats d = (dx * dx + dy * dy + dz * dz) * (1 - 1e-5f);
+        unsigned close = bits((d <= all(found.limit)) & (near <= far) & (steps + tx <= w.right));
+        if (close == 0) continue;
+        alignas(64) float bound[lanes];
+        store(bound, d);
+        for (; close != 0; close &= close - 1) {
+          const int k = __builtin_ctz(close);
+          if (count == static_cast<int>(tiles.size())) visit_tiles(found, seen_x, seen_y);
+          tiles[static_cast<std::size_t>(count++)] = {bound[k], tx + k, ty};
+          if (bound[k] < tiles[0].bound) std::swap(tiles[0], tiles[static_cast<std::size_t>(count - 1)]);
+        }
       }
     }
-    least = lowest(smallest);
-    place = 0;
-    if (least < infinity)
-      while (scratch[static_cast<std::size_t>(place)] != least) ++place;
-    return across;
-  }
-
-  // Everything in the window that can be below the limit.
-  DEBULK_INLINE void visit_window(const Window& w, Nearest& found) {
-    const Window tiles = w.over(tile_width, tile_height), bins = w.over(bin_side, bin_side);
-    float least = 0;
-    int place = 0;
-    const int across = bound_tiles(tiles, least, place), count = across * (tiles.bottom - tiles.top + 1);
-    // The nearest box first: its points give a limit that spares most of the others.
-    if (least < infinity) {
-      visit_tile(tiles.left + place % across, tiles.top + place / across, found);
-      scratch[static_cast<std::size_t>(place)] = infinity;
-    }
-    for (int by = bins.top; by <= bins.bottom; ++by)
-      for (int bx = bins.left; bx <= bins.right; ++bx) visit_bin(bx, by, found);
-    found.tighten();
-    for (int k = 0; k < count; k += lanes) {
-      if (!any(load(scratch.data() + k) <= all(found.limit))) continue;
-      for (int i = k; i < k + lanes; ++i)
-        if (scratch[static_cast<std::size_t>(i)] <= found.limit && scratch[static_cast<std::size_t>(i)] < infinity)
-          visit_tile(tiles.left + i % across, tiles.top + i / across, found);
-    }
+    visit_tiles(found, seen_x, seen_y);
   }
 
   // Pixels beyond which no point is nearer than this.
@@ -172,39 +164,38 @@ struct Finder {
     column = static_cast<int>(pixel % static_cast<std::uint32_t>(cloud.width));
     row = static_cast<int>(pixel / static_cast<std::uint32_t>(cloud.width));
     for (int a = 0; a < 3; ++a) p[a] = cloud.point(pixel)[a];
-    const double largest = std::max(cloud.width, cloud.height);
-    for (double radius = 4;; radius *= 4) {
-      Nearest found;
-      visit_window(window(radius), found);
-      float mean = infinity;
-      const float fourth = found.fourth(mean);
-      if (!(fourth < infinity) && radius < largest) continue;
-      const double needed = fourth < infinity ? reach(fourth) : 0;
-      if (needed > radius && radius < largest) {
-        Nearest all_of_them(fourth);
-        visit_window(window(needed), all_of_them);
-        all_of_them.fourth(mean);
-      }
-      return mean;
+    // A first limit, from the tile that the point is seen in front of or behind.
+    const int own_x = column / tile_width, own_y = row / tile_height;
+    Nearest found;
+    visit_tile(own_x, own_y, found);
+    for (double radius = 16; !(found.limit < infinity) && radius < 4 * std::max(cloud.width, cloud.height); radius *= 4) {
+      Nearest more;
+      visit_window(window(radius), more, -1, -1);
+      more.mean();
+      found.limit = more.least[3][0];
     }
+    if (found.limit < infinity) visit_window(window(reach(found.limit)), found, own_x, own_y);
+    return found.mean();
   }
 
-  // Asks for a bin's pixels.
-  DEBULK_INLINE void fetch(long bin) const {
+  // Asks for the tile of a point to come.
+  DEBULK_INLINE void fetch(std::uint32_t pixel) const {
     const CloudView& cloud = t.pass->cloud;
-    const int left = static_cast<int>(bin % t.bins_x) * bin_side, top = static_cast<int>(bin / t.bins_x) * bin_side;
-    for (int j = top; j < std::min(cloud.height, top + bin_side); ++j) {
-      const char* from = reinterpret_cast<const char*>(cloud.point(left, j));
-      for (int k = 0; k < bin_side * 12; k += 64) __builtin_prefetch(from + k);
-      __builtin_prefetch(t.pass->states + static_cast<std::size_t>(j) * static_cast<std::size_t>(cloud.width) + left);
+    const int i = static_cast<int>(pixel % static_cast<std::uint32_t>(cloud.width)) / tile_width * tile_width;
+    const int j = static_cast<int>(pixel / static_cast<std::uint32_t>(cloud.width)) / tile_height * tile_height;
+    for (int y = j; y < std::min(cloud.height, j + tile_height); ++y) {
+      const char* from = reinterpret_cast<const char*>(cloud.point(i, y));
+      for (int k = 0; k < tile_width * 12; k += 64) __builtin_prefetch(from + k);
+      __builtin_prefetch(t.pass->states + static_cast<std::size_t>(y) * static_cast<std::size_t>(cloud.width) + i);
     }
   }
 };
 
-void run(const OpenTables& tables, long begin, long end, float* distances, std::vector<float>& scratch) {
-  Finder finder{tables, scratch};
-  for (long bin = begin; bin < end; ++bin) {
-    if (bin + 1 < end && tables.starts[bin + 1] < tables.starts[bin + 2]) finder.fetch(bin + 1);
-    for (std::uint32_t k = tables.starts[bin]; k < tables.starts[bin + 1]; ++k) distances[k] = finder.find(tables.index[k]);
+void run(const OpenTables& tables, long begin, long end, float* distances) {
+  Finder finder(tables);
+  const std::uint32_t last = tables.starts[end];
+  for (std::uint32_t k = tables.starts[begin]; k < last; ++k) {
+    if (k + ahead < last) finder.fetch(tables.index[k + ahead]);
+    distances[k] = finder.find(tables.index[k]);
   }
 }

@@ -1,6 +1,7 @@
 #include "debulk/cloud/open_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -11,7 +12,8 @@
 namespace debulk {
 namespace {
 
-constexpr int bin_side = 32;  // pixels
+constexpr int bin_side = 32;        // pixels
+constexpr std::uint32_t ahead = 6;  // points of which the memory is asked for
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
 // What the search looks at; the arrays of points have 16 more entries than points.
@@ -24,34 +26,16 @@ struct OpenTables {
   const float *x, *y, *z;
 };
 
-namespace base {
-#include "debulk/cloud/open_kernel.inl"
-}  // namespace base
+struct NearTile {
+  float bound;  // mm2
+  int x, y;
+};
 
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v3")
-namespace v3 {
-#include "debulk/cloud/open_kernel.inl"
-}  // namespace v3
-#pragma GCC pop_options
+#define DEBULK_KERNEL "debulk/cloud/open_kernel.inl"
+#include "debulk/core/each_isa.inl"
 
-#define DEBULK_ISA_V4
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v4")
-namespace v4 {
-#include "debulk/cloud/open_kernel.inl"
-}  // namespace v4
-#pragma GCC pop_options
-#undef DEBULK_ISA_V4
-#endif
-
-void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances, std::vector<float>& scratch) {
-#if defined(__x86_64__)
-  if (isa == Isa::v4) return v4::run(tables, begin, end, distances, scratch);
-  if (isa == Isa::v3) return v3::run(tables, begin, end, distances, scratch);
-#endif
-  base::run(tables, begin, end, distances, scratch);
+void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances) {
+  return DEBULK_ON(isa, run(tables, begin, end, distances));
 }
 
 }  // namespace
@@ -98,14 +82,12 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
     }
 }
 
-void OpenSearch::run(std::vector<float>& distances, int threads) const {
+void OpenSearch::run(std::vector<float>& distances, int threads, const Stop& stop) const {
   const OpenTables tables{&pass_,  stretch_,       u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(),
                           bins_x_, starts_.data(), index_.data(), x_.data(),      y_.data(),     z_.data()};
   distances.resize(count_);
-  parallel_for(static_cast<long>(starts_.size()) - 2, 128, threads, [&](long begin, long end) {
-    std::vector<float> scratch(1024);
-    search(pass_.isa, tables, begin, end, distances.data(), scratch);
-  });
+  parallel_for(static_cast<long>(starts_.size()) - 2, 128, threads, stop,
+               [&](long begin, long end) { search(pass_.isa, tables, begin, end, distances.data()); });
 }
 
 }  // namespace debulk

@@ -1,6 +1,4 @@
-// The loops of window_pass.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
-#include "debulk/core/wide_ops.inl"
-
+// The loops of window_pass.cpp: included there once for each Isa (see core/each_isa.inl).
 constexpr int strip = 640;  // columns at once: what is needed of them stays in the first cache
 constexpr int margin = 32;  // columns to the left and right of a strip; the next 16 are its neighbours
 constexpr int wide_row = strip + 2 * margin;

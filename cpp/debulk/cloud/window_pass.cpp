@@ -13,34 +13,16 @@ namespace {
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
-namespace base {
-#include "debulk/cloud/window_kernel.inl"
-}  // namespace base
-
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v3")
-namespace v3 {
-#include "debulk/cloud/window_kernel.inl"
-}  // namespace v3
-#pragma GCC pop_options
-
-#define DEBULK_ISA_V4
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v4")
-namespace v4 {
-#include "debulk/cloud/window_kernel.inl"
-}  // namespace v4
-#pragma GCC pop_options
-#undef DEBULK_ISA_V4
-#endif
+#define DEBULK_KERNEL "debulk/cloud/window_kernel.inl"
+#include "debulk/core/each_isa.inl"
 
 }  // namespace
 
 void Tiles::resize(int width, int height) {
-  nx = (width + tile_width - 1) / tile_width, ny = (height + tile_height - 1) / tile_height;
-  pitch = nx + 16;
-  const std::size_t size = static_cast<std::size_t>(pitch) * static_cast<std::size_t>(ny);
+  const int across = (width + tile_width - 1) / tile_width, down = (height + tile_height - 1) / tile_height;
+  if (across == nx && down == ny) return;
+  nx = across, ny = down, pitch = nx + 16;
+  const std::size_t size = static_cast<std::size_t>(pitch) * static_cast<std::size_t>(ny + 1);
   near.assign(size, infinity);
   far.assign(size, -infinity);
   mean_height.assign(size, nan);
@@ -53,11 +35,7 @@ void WindowBand::clear() {
 }
 
 void window_pass(const WindowPass& pass, int band, WindowBand& out) {
-#if defined(__x86_64__)
-  if (pass.isa == Isa::v4) return v4::run(pass, band, out);
-  if (pass.isa == Isa::v3) return v3::run(pass, band, out);
-#endif
-  base::run(pass, band, out);
+  return DEBULK_ON(pass.isa, run(pass, band, out));
 }
 
 }  // namespace debulk

@@ -30,7 +30,7 @@ constexpr int tile_width = 16, tile_height = 4;  // pixels
 // A tile of pixels: the depths of its points that are certain, and the mean height of those that stay.
 struct Tiles {
   int nx = 0, ny = 0;              // of the image
-  int pitch = 0;                   // of a row in the arrays: 16 more, empty
+  int pitch = 0;                   // of a row in the arrays: 16 more, empty; a row more, empty
   std::vector<float> near, far;    // +infinity, -infinity: empty
   std::vector<float> mean_height;  // NaN: none
   void resize(int width, int height);

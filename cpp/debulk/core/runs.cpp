@@ -8,11 +8,22 @@
 
 namespace debulk {
 
+void StripRuns::clear(int image_rows) {
+  strips_.resize(static_cast<std::size_t>((image_rows + rows - 1) / rows));
+  for (std::vector<Run>& strip : strips_) strip.clear();
+}
+
+const std::vector<Run>& StripRuns::join() {
+  runs_.clear();
+  for (const std::vector<Run>& strip : strips_) runs_.insert(runs_.end(), strip.begin(), strip.end());
+  return runs_;
+}
+
 std::vector<Run> find_runs(const Grid<std::uint8_t>& image, bool wanted, int threads) {
-  constexpr long rows = 64;
-  std::vector<std::vector<Run>> parts(static_cast<std::size_t>((image.ny + rows - 1) / rows));
-  parallel_for(image.ny, rows, threads, [&](long first, long last) {
-    std::vector<Run>& part = parts[static_cast<std::size_t>(first / rows)];
+  StripRuns found;
+  found.clear(image.ny);
+  parallel_for(image.ny, StripRuns::rows, threads, [&](long first, long last) {
+    std::vector<Run>& part = found.strip(first);
     for (int j = static_cast<int>(first); j < last; ++j) {
       const std::uint8_t* row = &image.values[image.index(0, j)];
       for (int i = 0; i < image.nx;) {
@@ -28,13 +39,11 @@ std::vector<Run> find_runs(const Grid<std::uint8_t>& image, bool wanted, int thr
       }
     }
   });
-  std::vector<Run> runs;
-  for (const std::vector<Run>& part : parts) runs.insert(runs.end(), part.begin(), part.end());
-  return runs;
+  return found.join();
 }
 
-std::vector<int> join_runs(const std::vector<Run>& runs, int reach) {
-  std::vector<int> parent(runs.size());
+void join_runs(const std::vector<Run>& runs, int reach, std::vector<int>& parent) {
+  parent.resize(runs.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](int k) {
     while (parent[static_cast<std::size_t>(k)] != k) {
@@ -54,6 +63,11 @@ std::vector<int> join_runs(const std::vector<Run>& runs, int reach) {
     }
   }
   for (std::size_t k = 0; k < runs.size(); ++k) parent[k] = root(static_cast<int>(k));
+}
+
+std::vector<int> join_runs(const std::vector<Run>& runs, int reach) {
+  std::vector<int> parent;
+  join_runs(runs, reach, parent);
   return parent;
 }
 

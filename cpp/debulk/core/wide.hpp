@@ -1,10 +1,14 @@
 #pragma once
 
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
 namespace debulk {
 
-// Which instructions a wide loop uses. Sources with wide loops put them into a file that is included once for each of
-// these, in a namespace of its own and compiled for it, and choose at run time; they do the same operations in the same
-// order, without fused multiply-add: the same bits on each. (target_clones would split wide vectors before it clones.)
+// Which instructions a wide loop uses. Sources with wide loops put them into a file that each_isa.inl includes once for
+// each of these, and choose at run time; all do the same operations in the same order, without fused multiply-add: the same
+// bits on each. (target_clones would split wide vectors before it clones.)
 enum class Isa { base, v3, v4 };
 
 // The widest that this machine has.
@@ -14,3 +18,4 @@ Isa best_isa();
 
 #define DEBULK_INLINE inline __attribute__((always_inline))
 #define DEBULK_LAMBDA __attribute__((always_inline))
+#define DEBULK_ON(isa, ...) ((isa) == Isa::v4 ? v4::__VA_ARGS__ : (isa) == Isa::v3 ? v3::__VA_ARGS__ : base::__VA_ARGS__)

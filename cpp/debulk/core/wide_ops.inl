@@ -1,5 +1,4 @@
-// Sixteen floats at once: included by wide loops, once for each Isa, inside its namespace (see wide.hpp). Sources that
-// include it have <cstring> and are compiled with -O3 -fno-math-errno -fno-trapping-math -Wno-psabi.
+// Sixteen floats at once: included by each_isa.inl, once for each Isa.
 
 constexpr int lanes = 16;
 typedef float Floats __attribute__((vector_size(64)));
@@ -33,10 +32,47 @@ DEBULK_INLINE Floats root(Floats a) {
   for (int k = 0; k < lanes; ++k) s[k] = __builtin_sqrtf(s[k]);
   return load(s);
 }
+// A bit for each lane of a mask.
+DEBULK_INLINE unsigned bits(Ints mask) {
+#if DEBULK_ISA == 4
+  return _mm512_movepi32_mask(reinterpret_cast<__m512i>(mask));
+#elif defined(__x86_64__)
+  __m128 quarters[4];
+  std::memcpy(quarters, &mask, sizeof mask);
+  unsigned out = 0;
+  for (int k = 0; k < 4; ++k) out |= static_cast<unsigned>(_mm_movemask_ps(quarters[k])) << (4 * k);
+  return out;
+#else
+  unsigned out = 0;
+  for (int k = 0; k < lanes; ++k) out |= static_cast<unsigned>(mask[k] & 1) << k;
+  return out;
+#endif
+}
 DEBULK_INLINE bool any(Ints mask) {
-  typedef long long Longs __attribute__((vector_size(64)));
-  const Longs words = reinterpret_cast<Longs>(mask);
-  return ((words[0] | words[1]) | (words[2] | words[3]) | (words[4] | words[5]) | (words[6] | words[7])) != 0;
+  return bits(mask) != 0;
+}
+DEBULK_INLINE bool every(Ints mask) {
+  return bits(mask) == 0xffff;
+}
+// from[index].
+DEBULK_INLINE Floats gather(const float* from, Ints index) {
+  alignas(64) int at[lanes];
+  alignas(64) float values[lanes];
+  std::memcpy(at, &index, sizeof at);
+  for (int k = 0; k < lanes; ++k) values[k] = from[at[k]];
+  return load(values);
+}
+// The same from the first 16 N floats of `from`, all of which there must be.
+template <int N>
+DEBULK_INLINE Floats pick(const float* from, Ints index) {
+#if DEBULK_ISA == 4
+  static_assert(N == 1 || N == 3);
+  if constexpr (N == 1) return __builtin_shuffle(load(from), index);
+  const Floats first = __builtin_shuffle(load(from), load(from + 16), index & 31);
+  return index < 32 ? first : __builtin_shuffle(load(from + 32), index & 15);
+#else
+  return gather(from, index);
+#endif
 }
 
 template <int N>
@@ -59,7 +95,7 @@ DEBULK_INLINE float total(Floats v) {
 }
 
 // x, y and z of sixteen points.
-#ifdef DEBULK_ISA_V4
+#if DEBULK_ISA == 4
 DEBULK_INLINE void load_points(const float* xyz, Floats& x, Floats& y, Floats& z) {
   const Floats a = load(xyz), b = load(xyz + 16), c = load(xyz + 32);
   x = __builtin_shuffle(__builtin_shuffle(a, b, Ints{0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0}), c,

@@ -143,7 +143,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options) 
   for (std::int32_t& label : out.labels.values) label = std::max(label, 0);
 
   const int count = static_cast<int>(segmentation.pockets.size());
-  for (Outline& outline : trace_outlines(out.labels, count, out.heights, level, segmentation.ply)) {
+  for (Outline& outline : trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply)) {
     Foot foot;
     foot.outline = std::move(outline.polygon);
     foot.area = polygon_area(foot.outline);

@@ -6,6 +6,7 @@
 #include "debulk/core/grid.hpp"
 #include "debulk/pocket/ply_mask.hpp"
 #include "debulk/pocket/polygon.hpp"
+#include "debulk/pocket/regions.hpp"
 
 namespace debulk {
 
@@ -23,9 +24,9 @@ struct Outline {
   bool at_neighbour = false;    // ... along points at or above the level that are not of this region
 };
 
-// Outlines of the regions 1 .. count of `labels` (other values are no region) where `heights` cross `level`. Points of one
-// region that touch only diagonally are joined, as in connected_components.
-std::vector<Outline> trace_outlines(const Grid<std::int32_t>& labels, int count, const Grid<float>& heights, double level,
-                                    const PlyMask& ply);
+// Outlines of the regions, labelled 1, 2 .. in `labels` (other values are no region), where `heights` cross `level`. Points of
+// one region that touch only diagonally are joined, as in regions.hpp.
+std::vector<Outline> trace_outlines(const Regions& regions, const Grid<std::int32_t>& labels, const Grid<float>& heights, double level,
+                                    const PlyMask& ply, int threads = 0);
 
 }  // namespace debulk

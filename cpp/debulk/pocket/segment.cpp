@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/core/wide.hpp"
 #include "debulk/pocket/bridge.hpp"
 #include "debulk/pocket/outline.hpp"
-#include "debulk/pocket/regions.hpp"
 
 namespace debulk {
 
@@ -36,28 +37,21 @@ void check_grid(const Grid<T>& grid) {
   require(grid.origin.allFinite(), "height_map", "an origin with finite coordinates", grid.origin.transpose());
 }
 
-// Indices of the points of each component, by label.
-std::vector<std::vector<std::size_t>> members(const Grid<std::int32_t>& labels, int count) {
-  std::vector<std::vector<std::size_t>> out(static_cast<std::size_t>(count));
-  for (std::size_t k = 0; k < labels.size(); ++k)
-    if (labels.values[k] > 0) out[static_cast<std::size_t>(labels.values[k] - 1)].push_back(k);
+#define DEBULK_KERNEL "debulk/pocket/segment_kernel.inl"
+#include "debulk/core/each_isa.inl"
+
+// Indices of a region's points, ascending.
+std::vector<std::size_t> members(const Regions& regions, std::size_t region, int nx) {
+  std::vector<std::size_t> out;
+  for (const Run* run = regions.begin(region); run != regions.end(region); ++run)
+    for (int i = run->begin; i < run->end; ++i)
+      out.push_back(static_cast<std::size_t>(run->row) * static_cast<std::size_t>(nx) + static_cast<std::size_t>(i));
   return out;
 }
 
-// Bridges every unknown region that `allowed` accepts, given its points. None leans on another's bridge, so that their
-// order does not matter.
-template <class Allowed>
-void bridge_regions(Grid<float>& heights, const Grid<std::uint8_t>& unknown, const Allowed& allowed) {
-  int count = 0;
-  const Grid<std::int32_t> regions = connected_components(unknown, count);
-  const auto points = members(regions, count);
-  std::vector<std::vector<float>> bridged(points.size());
-  parallel_for(count, 8, 0, [&](long begin, long end) {
-    for (auto r = static_cast<std::size_t>(begin); r < static_cast<std::size_t>(end); ++r)
-      if (allowed(points[r])) bridged[r] = bridge(heights, points[r]);
-  });
-  for (std::size_t r = 0; r < points.size(); ++r)
-    for (std::size_t k = 0; k < bridged[r].size(); ++k) heights.values[points[r][k]] = bridged[r][k];
+bool reaches_border(const Regions& regions, std::size_t region, const Grid<float>& heights) {
+  return std::any_of(regions.begin(region), regions.end(region),
+                     [&](const Run& run) { return run.row == 0 || run.row == heights.ny - 1 || run.begin == 0 || run.end == heights.nx; });
 }
 
 // How many steps to a neighbour it takes from a known height to the innermost point of a region (ascending indices).
@@ -87,42 +81,29 @@ int depth(const Grid<float>& heights, const std::vector<std::size_t>& region) {
   }
 }
 
-// The rule for drop-outs, before the cut (segment.hpp).
+// The rule for drop-outs, before the cut (segment.hpp), but for the border.
 bool may_bridge(const Grid<float>& heights, const std::vector<std::size_t>& region, const SegmentOptions& options) {
-  bool high_rim = false, at_border = false;
-  for (const std::size_t k : region) {
+  const auto high_rim = [&](std::size_t k) {
     const int i = static_cast<int>(k % static_cast<std::size_t>(heights.nx)),
               j = static_cast<int>(k / static_cast<std::size_t>(heights.nx));
-    at_border |= i == 0 || j == 0 || i == heights.nx - 1 || j == heights.ny - 1;
     for (int dj = -1; dj <= 1; ++dj)
       for (int di = -1; di <= 1; ++di)
-        if (heights.contains(i + di, j + dj)) high_rim |= heights.at(i + di, j + dj) >= options.cut_height_mm / 4;
+        if (heights.contains(i + di, j + dj) && heights.at(i + di, j + dj) >= options.cut_height_mm / 4) return true;
+    return false;
+  };
+  return std::any_of(region.begin(), region.end(), high_rim) &&
+         2.0 * heights.spacing * depth(heights, region) <= options.bridge_mm + heights.spacing;
+}
+
+// What both hold.
+void intersect(const std::vector<Run>& a, const std::vector<Run>& b, std::vector<Run>& out) {
+  out.clear();
+  for (auto p = a.begin(), q = b.begin(); p != a.end() && q != b.end();) {
+    if (p->row == q->row && std::max(p->begin, q->begin) < std::min(p->end, q->end))
+      out.push_back({p->row, std::max(p->begin, q->begin), std::min(p->end, q->end)});
+    const bool p_first = p->row != q->row ? p->row < q->row : p->end < q->end;
+    p_first ? void(++p) : void(++q);
   }
-  return high_rim && !at_border && 2.0 * heights.spacing * depth(heights, region) <= options.bridge_mm + heights.spacing;
-}
-
-Grid<std::uint8_t> unknown_points(const Grid<float>& heights, const PlyMask& ply, const Grid<std::uint8_t>* within) {
-  auto unknown = heights.like<std::uint8_t>();
-  parallel_for(heights.ny, 64, 0, [&](long begin, long end) {
-    for (int j = static_cast<int>(begin); j < end; ++j)
-      for (int i = 0; i < heights.nx; ++i)
-        unknown.at(i, j) = std::isnan(heights.at(i, j)) && ply.on_ply(i, j) && (!within || within->at(i, j));
-  });
-  return unknown;
-}
-
-// Heights to be cut and the filled image of what lies above the cut.
-Grid<std::uint8_t> foreground(Grid<float>& heights, const PlyMask& ply, const SegmentOptions& options) {
-  if (options.bridge_mm > 0)
-    bridge_regions(heights, unknown_points(heights, ply, nullptr),
-                   [&](const std::vector<std::size_t>& region) { return may_bridge(heights, region, options); });
-  auto image = heights.like<std::uint8_t>();
-  for (std::size_t k = 0; k < image.size(); ++k) image.values[k] = heights.values[k] >= options.cut_height_mm;
-  image = fill_holes(image);
-  const auto surrounded = unknown_points(heights, ply, &image);  // by a pocket, and too large to be bridged before
-  bridge_regions(heights, surrounded, [](const auto&) { return true; });
-  for (std::size_t k = 0; k < image.size(); ++k) image.values[k] &= !std::isnan(heights.values[k]);
-  return image;
 }
 
 bool near_ply_edge(const Polygon& outline, const SegmentOptions& options, double spacing) {
@@ -135,7 +116,7 @@ bool near_ply_edge(const Polygon& outline, const SegmentOptions& options, double
                      [&](const Eigen::Vector2d& p) { return distance_to_outline(*options.ply_outline, p) <= tolerance; });
 }
 
-Pocket measure(const std::vector<std::size_t>& points, Outline&& outline, const Segmentation& s, const Grid<float>& given,
+Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, const Segmentation& s, const Grid<float>& given,
                const Grid<std::uint8_t>* measured) {
   Pocket p;
   p.outline = std::move(outline.polygon);
@@ -145,14 +126,18 @@ Pocket measure(const std::vector<std::size_t>& points, Outline&& outline, const 
   p.box = bounding_box(p.outline);
   p.touches_unknown = outline.at_unknown || outline.at_grid_border;
   p.touches_ply_edge = outline.at_ply_edge || near_ply_edge(p.outline, s.options, s.heights.spacing);
-  const auto highest = *std::max_element(points.begin(), points.end(),
-                                         [&](std::size_t a, std::size_t b) { return s.heights.values[a] < s.heights.values[b]; });
-  p.peak = s.heights.values[highest];
-  const auto nx = static_cast<std::size_t>(s.heights.nx);
-  p.peak_position = s.heights.position(static_cast<double>(highest % nx), static_cast<double>(highest / nx));
-  const auto seen = std::count_if(points.begin(), points.end(),
-                                  [&](std::size_t k) { return std::isfinite(given.values[k]) && (!measured || measured->values[k] != 0); });
-  p.measured_share = static_cast<double>(seen) / static_cast<double>(points.size());
+  float peak = -std::numeric_limits<float>::infinity();
+  int peak_i = 0, peak_j = 0;
+  long seen = 0;
+  for (const Run* run = regions.begin(region); run != regions.end(region); ++run)
+    for (int i = run->begin; i < run->end; ++i) {
+      const float h = s.heights.at(i, run->row);
+      if (h > peak) peak = h, peak_i = i, peak_j = run->row;
+      seen += std::isfinite(given.at(i, run->row)) && (!measured || measured->at(i, run->row) != 0);
+    }
+  p.peak = peak;
+  p.peak_position = s.heights.position(peak_i, peak_j);
+  p.measured_share = static_cast<double>(seen) / static_cast<double>(regions.points(region));
   return p;
 }
 
@@ -167,50 +152,126 @@ std::vector<std::size_t> largest_first(const std::vector<Found>& found) {
 
 }  // namespace
 
-Segmentation segment(const Grid<float>& given, const SegmentOptions& options, const Grid<std::uint8_t>* measured) {
+void Segmenter::prepare(const Grid<float>& given, const SegmentOptions& options) {
+  const auto same_place = [&](const Grid<float>& g) {
+    return g.nx == given.nx && g.ny == given.ny && g.origin == given.origin && g.spacing == given.spacing;
+  };
+  std::optional<Polygon> outline;
+  if (options.ply_outline) outline = checked_polygon(*options.ply_outline, "ply_outline");
+  const bool same_ply = same_place(out_.heights) && outline == out_.options.ply_outline && outline.has_value() == out_.ply.known();
+  out_.options = options, out_.options.ply_outline = outline;
+  if (!same_ply) out_.ply = outline ? PlyMask(*outline, given) : PlyMask();
+  const auto reshape = [&](auto& grid) {
+    grid.nx = given.nx, grid.ny = given.ny, grid.origin = given.origin, grid.spacing = given.spacing;
+    grid.values.resize(given.size());
+  };
+  reshape(out_.heights), reshape(out_.labels);
+  out_.pockets.clear(), out_.dropped.clear(), out_.specks = 0;
+}
+
+// Heights, what is unknown, what stands above the cut; labels emptied. `given` may be the result itself.
+void Segmenter::scan(const Grid<float>& given, int threads) {
+  unknown_.clear(given.ny), high_.clear(given.ny);
+  const Isa isa = best_isa();
+  // The least float that is not below the cut.
+  float cut = static_cast<float>(out_.options.cut_height_mm);
+  if (cut < out_.options.cut_height_mm) cut = std::nextafter(cut, std::numeric_limits<float>::infinity());
+  parallel_for(given.ny, StripRuns::rows, threads, [&](long first, long last) {
+    for (int j = static_cast<int>(first); j < last; ++j) {
+      RunWriter unknown(unknown_.strip(first), j), high(high_.strip(first), j);
+      DEBULK_ON(isa, run(&given.at(0, j), out_.ply.row(j), given.nx, cut, &out_.heights.at(0, j), unknown, high));
+      std::fill_n(&out_.labels.at(0, j), given.nx, 0);
+    }
+  });
+}
+
+// Bridges unknown regions, all or those that the rule for drop-outs allows. None leans on another's bridge, so that their
+// order does not matter.
+bool Segmenter::bridge_regions(const Regions& regions, bool all_of_them, int threads) {
+  const auto count = static_cast<std::size_t>(regions.count());
+  bridged_.assign(count, {});
+  parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
+    const auto r = static_cast<std::size_t>(begin);
+    if (!all_of_them && reaches_border(regions, r, out_.heights)) return;
+    const std::vector<std::size_t> points = members(regions, r, out_.heights.nx);
+    if (all_of_them || may_bridge(out_.heights, points, out_.options)) bridged_[r] = bridge(out_.heights, points);
+  });
+  bool any = false;
+  for (std::size_t r = 0; r < count; ++r) {
+    auto value = bridged_[r].begin();
+    if (value == bridged_[r].end()) continue;
+    any = true;
+    for (const Run* run = regions.begin(r); run != regions.end(r); ++run)
+      for (int i = run->begin; i < run->end; ++i) out_.heights.at(i, run->row) = *value++;
+  }
+  return any;
+}
+
+// The filled image of what lies above the cut.
+const std::vector<Run>& Segmenter::foreground(int threads) {
+  const int nx = out_.heights.nx, ny = out_.heights.ny;
+  if (out_.options.bridge_mm > 0 && bridge_regions(unknown_regions_.run(unknown_.join()), false, threads)) scan(out_.heights, threads);
+  const std::vector<Run>& filled = filling_.run(high_.join(), nx, ny);
+  const auto has_unknown = [&](const Run& run) {
+    const float* row = &out_.heights.at(0, run.row);
+    return std::any_of(row + run.begin, row + run.end, [](float h) { return std::isnan(h); });
+  };
+  if (std::none_of(filling_.holes().begin(), filling_.holes().end(), has_unknown)) return filled;
+  intersect(filling_.holes(), unknown_.join(), within_);  // surrounded by a pocket, and too large to be bridged before
+  bridge_regions(unknown_regions_.run(within_), true, threads);
+  // What no bridge reaches is not of the image.
+  known_.clear();
+  for (const Run& run : filled) {
+    RunWriter known(known_, run.row);
+    for (int i = run.begin; i < run.end; ++i) known.add(i, !std::isnan(out_.heights.at(i, run.row)), 1);
+    known.end(run.end);
+  }
+  return known_;
+}
+
+const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOptions& options, const Grid<std::uint8_t>* measured,
+                                   int threads) {
   options.check();
   check_grid(given);
   require(!measured || (measured->nx == given.nx && measured->ny == given.ny), "measured", "a mask of the height map's shape",
           measured ? std::to_string(measured->ny) + " by " + std::to_string(measured->nx) : "none");
-  Segmentation out;
-  out.options = options;
-  out.heights = given;
-  if (options.ply_outline) {
-    out.options.ply_outline = checked_polygon(*options.ply_outline, "ply_outline");
-    out.ply = PlyMask(*out.options.ply_outline, given);
-  }
-  parallel_for(given.ny, 64, 0, [&](long begin, long end) {
-    for (int j = static_cast<int>(begin); j < end; ++j)
-      for (int i = 0; i < given.nx; ++i)
-        if (!std::isfinite(given.at(i, j)) || !out.ply.on_ply(i, j)) out.heights.at(i, j) = std::numeric_limits<float>::quiet_NaN();
+  prepare(given, options);
+  scan(given, threads);
+  const Regions& regions = regions_.run(foreground(threads));
+  const auto count = static_cast<std::size_t>(regions.count());
+  for (std::size_t k = 0; k < count; ++k) paint(regions, k, static_cast<std::int32_t>(k) + 1, out_.labels);
+  std::vector<Outline> outlines = trace_outlines(regions, out_.labels, out_.heights, options.cut_height_mm, out_.ply, threads);
+  std::vector<Pocket> found(count);
+  parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
+    const auto k = static_cast<std::size_t>(begin);
+    found[k] = measure(regions, k, std::move(outlines[k]), out_, given, measured);
   });
 
-  int count = 0;
-  out.labels = connected_components(foreground(out.heights, out.ply, options), count);
-  std::vector<Outline> outlines = trace_outlines(out.labels, count, out.heights, options.cut_height_mm, out.ply);
-  const auto points = members(out.labels, count);
-  std::vector<Pocket> found;
-  for (std::size_t k = 0; k < points.size(); ++k) found.push_back(measure(points[k], std::move(outlines[k]), out, given, measured));
-
-  std::vector<std::int32_t> id_of(found.size() + 1, 0);
+  std::vector<std::int32_t> id_of(count, 0);
   for (const std::size_t k : largest_first(found)) {
     Pocket& p = found[k];
     if (p.area < kSpeckShare * options.area_tol_mm2) {
-      ++out.specks;
+      ++out_.specks;
       continue;
     }
     const bool small = p.area < options.area_tol_mm2, low = p.peak - options.cut_height_mm < options.peak_tol_mm;
     if (small || low) {
       const auto reason = small && low ? Dropped::Reason::area_and_peak : small ? Dropped::Reason::area : Dropped::Reason::peak;
-      out.dropped.push_back({reason, p.area, p.peak, p.centroid});
+      out_.dropped.push_back({reason, p.area, p.peak, p.centroid});
       continue;
     }
-    p.id = static_cast<int>(out.pockets.size()) + 1;
-    id_of[k + 1] = p.id;
-    out.pockets.push_back(std::move(p));
+    p.id = static_cast<int>(out_.pockets.size()) + 1;
+    id_of[k] = p.id;
+    out_.pockets.push_back(std::move(p));
   }
-  for (std::int32_t& label : out.labels.values) label = id_of[static_cast<std::size_t>(label)];
-  return out;
+  for (std::size_t k = 0; k < count; ++k) paint(regions, k, id_of[k], out_.labels);
+  return out_;
+}
+
+Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured) {
+  Segmenter segmenter;
+  segmenter.run(heights, options, measured);
+  return segmenter.take();
 }
 
 }  // namespace debulk

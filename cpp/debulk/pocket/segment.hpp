@@ -8,6 +8,7 @@
 #include "debulk/core/grid.hpp"
 #include "debulk/pocket/ply_mask.hpp"
 #include "debulk/pocket/polygon.hpp"
+#include "debulk/pocket/regions.hpp"
 
 namespace debulk {
 
@@ -64,5 +65,27 @@ struct Segmentation {
 // between two pockets or the crest of one. A larger one counts as no pocket: outlines close along it, and it joins nothing, unless a pocket
 // surrounds it wholly; then it is filled like any other hole.
 Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr);
+
+// The same for one map after the other, in memory that is kept.
+class Segmenter {
+ public:
+  // The result stays valid until the next call. threads, 0: as many as the process may use.
+  const Segmentation& run(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
+                          int threads = 0);
+  Segmentation take() { return std::move(out_); }  // the last result; the next run allocates anew
+
+ private:
+  void prepare(const Grid<float>& given, const SegmentOptions& options);
+  void scan(const Grid<float>& given, int threads);
+  bool bridge_regions(const Regions& regions, bool all_of_them, int threads);
+  const std::vector<Run>& foreground(int threads);
+
+  Segmentation out_;
+  StripRuns unknown_, high_;
+  RunFilling filling_;
+  RunJoining unknown_regions_, regions_;
+  std::vector<Run> within_, known_;
+  std::vector<std::vector<float>> bridged_;
+};
 
 }  // namespace debulk

@@ -2,40 +2,41 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
-
-#include <Eigen/SparseCholesky>
+#include <cstring>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/runs.hpp"
-#include "debulk/surface/ring_fit.hpp"
+#include "debulk/core/wide.hpp"
+#include "debulk/surface/small_holes.hpp"
 
 namespace debulk {
 namespace {
 
-struct Cell {
-  int i, j;
-};
+#define DEBULK_KERNEL "debulk/surface/missing_kernel.inl"
+#include "debulk/core/each_isa.inl"
 
-struct Hole {
-  std::vector<Cell> cells;
-  int left, right, low, high;
-  int width() const { return std::max(right - left, high - low) + 1; }
-};
+constexpr long share = 64;  // holes that one thread fills before it asks for more
 
-// The four over edges come first.
-constexpr Cell around[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
+}  // namespace
 
-// The missing regions that are to be filled, in the order of their first cells.
-std::vector<Hole> find_holes(const Grid<float>& heights, double diameter, const Grid<std::uint8_t>& there, int threads) {
-  const std::vector<Run> runs = find_runs(there, false, threads);
-  const std::vector<int> first = join_runs(runs, 1);
-  std::vector<Hole> regions(runs.size());
+// What was measured, and the missing regions that are to be filled, in the order of their first cells.
+void HoleFilling::find(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& measured, int threads, const Stop& stop) {
+  missing_.clear(heights.ny);
+  const Isa isa = best_isa();
+  parallel_for(heights.ny, StripRuns::rows, threads, stop, [&](long first, long last) {
+    for (int j = static_cast<int>(first); j < last; ++j) {
+      RunWriter runs(missing_.strip(first), j);
+      DEBULK_ON(isa, run(&heights.at(0, j), heights.nx, &measured.at(0, j), runs));
+    }
+  });
+  const std::vector<Run>& runs = missing_.join();
+  join_runs(runs, 1, first_);
+  regions_.resize(runs.size());
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const Run& run = runs[k];
-    Hole& region = regions[static_cast<std::size_t>(first[k])];
-    if (static_cast<std::size_t>(first[k]) == k) region = {{}, run.begin, run.end - 1, run.row, run.row};
+    Hole& region = regions_[static_cast<std::size_t>(first_[k])];
+    if (static_cast<std::size_t>(first_[k]) == k) region = {nullptr, 0, run.begin, run.end - 1, run.row, run.row};
+    region.count += run.end - run.begin;
     region.left = std::min(region.left, run.begin), region.right = std::max(region.right, run.end - 1);
     region.high = run.row;
   }
@@ -43,139 +44,56 @@ std::vector<Hole> find_holes(const Grid<float>& heights, double diameter, const 
     const bool inside = h.left > 0 && h.low > 0 && h.right < heights.nx - 1 && h.high < heights.ny - 1;
     return inside && h.width() * heights.spacing <= diameter;
   };
+  // Each region's place among the holes (-1: none), then each hole's cells behind those of the hole before it.
+  holes_.clear();
+  region_.assign(runs.size(), -1);
+  std::size_t total = 0;
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    Hole& region = regions[static_cast<std::size_t>(first[k])];
-    if (wanted(region))
-      for (int i = runs[k].begin; i < runs[k].end; ++i) region.cells.push_back({i, runs[k].row});
+    if (static_cast<std::size_t>(first_[k]) != k || !wanted(regions_[k])) continue;
+    region_[k] = static_cast<int>(holes_.size());
+    holes_.push_back(regions_[k]);
+    total += static_cast<std::size_t>(regions_[k].count);
   }
-  std::vector<Hole> holes;
-  for (Hole& region : regions)
-    if (!region.cells.empty()) holes.push_back(std::move(region));
-  return holes;
+  cells_.resize(total), fillings_.resize(total);
+  std::size_t next = 0;
+  for (Hole& hole : holes_) {
+    hole.cells = cells_.data() + next;
+    next += static_cast<std::size_t>(hole.count), hole.count = 0;
+  }
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const int which = region_[static_cast<std::size_t>(first_[k])];
+    if (which < 0) continue;
+    Hole& hole = holes_[static_cast<std::size_t>(which)];
+    Cell* to = cells_.data() + (hole.cells - cells_.data());
+    for (int i = runs[k].begin; i < runs[k].end; ++i) to[hole.count++] = {i, runs[k].row};
+  }
 }
 
-// A hole with its surroundings, `margin` cells on each side. Layers: 0 in the hole, 1 at its rim, 2 ...; -1 farther.
-class Patch {
- public:
-  Patch(const Grid<float>& heights, const Hole& hole) : heights_(heights), hole_(hole), margin_(std::max(3, (hole.width() + 1) / 2)) {
-    nx_ = hole.right - hole.left + 1 + 2 * margin_;
-    layer_.assign(static_cast<std::size_t>(nx_) * (hole.high - hole.low + 1 + 2 * margin_), -1);
-    number_.assign(layer_.size(), -1);
-    std::vector<Cell> front = hole.cells;
-    for (std::size_t k = 0; k < hole.cells.size(); ++k) layer(hole.cells[k]) = 0, number(hole.cells[k]) = static_cast<int>(k);
-    const int layers = std::max(3, (3 * depth() + 2) / 4);
-    for (int l = 1; l <= std::min(layers, margin_); ++l) {
-      std::vector<Cell> next;
-      for (const Cell& c : front)
-        for (int s = 0; s < reach(l); ++s) {
-          const Cell beside{c.i + around[s].i, c.j + around[s].j};
-          if (!heights.contains(beside.i, beside.j) || layer(beside) >= 0) continue;
-          layer(beside) = l;
-          next.push_back(beside);
-          const float z = heights.at(beside.i, beside.j);
-          if (!std::isnan(z)) ring_.push_back({static_cast<double>(beside.i), static_cast<double>(beside.j), z});
-        }
-      front.swap(next);
+void HoleFilling::run(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads, const Stop& stop) {
+  options.check();
+  measured.nx = heights.nx, measured.ny = heights.ny, measured.origin = heights.origin, measured.spacing = heights.spacing;
+  measured.values.resize(heights.size());
+  if (heights.size() == 0) return;
+  find(heights, options.diameter, measured, threads, stop);
+  const SmallHoles& small = SmallHoles::table();
+  const long count = static_cast<long>(holes_.size());
+  patches_.resize(static_cast<std::size_t>((count + share - 1) / share));
+  parallel_for(count, share, threads, stop, [&](long begin, long end) {
+    HolePatch& patch = patches_[static_cast<std::size_t>(begin / share)];
+    for (auto h = static_cast<std::size_t>(begin); h < static_cast<std::size_t>(end); ++h) {
+      float* out = fillings_.data() + (holes_[h].cells - cells_.data());
+      if (!small.fill(heights, holes_[h], out)) patch.fill(heights, holes_[h], out);
     }
-  }
-
-  std::vector<float> fill() {
-    std::vector<RingPoint> inside;
-    for (const Cell& c : hole_.cells) inside.push_back({static_cast<double>(c.i), static_cast<double>(c.j), 0});
-    const RingFit trend(ring_, inside, hole_.width() <= 3 ? 2 : 4);
-    const Eigen::VectorXd rest = harmonic(trend);
-    std::vector<float> out;
-    for (std::size_t k = 0; k < hole_.cells.size(); ++k)
-      out.push_back(static_cast<float>(trend(inside[k].x, inside[k].y) + rest[static_cast<Eigen::Index>(k)]));
-    return out;
-  }
-
- private:
-  std::size_t at(const Cell& c) const { return static_cast<std::size_t>(c.j - hole_.low + margin_) * nx_ + (c.i - hole_.left + margin_); }
-  int& layer(const Cell& c) { return layer_[at(c)]; }
-  int& number(const Cell& c) { return number_[at(c)]; }
-
-  // Growing over edges and corners in turn keeps a disc round.
-  static int reach(int layer) { return layer % 2 ? 8 : 4; }
-
-  // Cells from the rim to the hole's deepest point.
-  int depth() {
-    std::vector<int> deep(hole_.cells.size(), 0);
-    std::vector<Cell> front;
-    const auto beside = [&](const Cell& c, int layer, const auto& visit) {
-      for (int s = 0; s < reach(layer); ++s) visit(number({c.i + around[s].i, c.j + around[s].j}));
-    };
-    for (const Cell& c : hole_.cells) {
-      bool rim = false;
-      beside(c, 1, [&](int k) { rim |= k < 0; });
-      if (rim) deep[static_cast<std::size_t>(number(c))] = 1, front.push_back(c);
-    }
-    int deepest = 1;
-    for (; !front.empty(); ++deepest) {
-      std::vector<Cell> next;
-      for (const Cell& c : front)
-        beside(c, deepest + 1, [&](int k) {
-          if (k < 0 || deep[static_cast<std::size_t>(k)] > 0) return;
-          deep[static_cast<std::size_t>(k)] = deepest + 1;
-          next.push_back(hole_.cells[static_cast<std::size_t>(k)]);
-        });
-      front.swap(next);
-    }
-    return deepest - 1;
-  }
-
-  // Solves the five-point Laplace equation for what the trend leaves at the rim. The region has no missing neighbours
-  // but its own cells, since it is a whole connected one.
-  Eigen::VectorXd harmonic(const RingFit& trend) {
-    const auto count = static_cast<Eigen::Index>(hole_.cells.size());
-    std::vector<Eigen::Triplet<double>> entries;
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const Cell c = hole_.cells[static_cast<std::size_t>(k)];
-      entries.emplace_back(k, k, 4.0);
-      for (int s = 0; s < 4; ++s) {
-        const Cell b{c.i + around[s].i, c.j + around[s].j};
-        const int other = number(b);
-        if (other >= 0)
-          entries.emplace_back(k, other, -1.0);
-        else
-          right[k] += heights_.at(b.i, b.j) - trend(b.i, b.j);
-      }
-    }
-    if (count == 1) return right / 4;
-    Eigen::SparseMatrix<double> laplace(count, count);
-    laplace.setFromTriplets(entries.begin(), entries.end());
-    return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(laplace).solve(right);
-  }
-
-  const Grid<float>& heights_;
-  const Hole& hole_;
-  int margin_, nx_ = 0;
-  std::vector<int> layer_, number_;
-  std::vector<RingPoint> ring_;
-};
-
-}  // namespace
+  });
+  for (std::size_t k = 0; k < cells_.size(); ++k) heights.at(cells_[k].i, cells_[k].j) = fillings_[k];  // only now: rings are measured
+}
 
 void FillOptions::check() const {
   require(std::isfinite(diameter) && diameter >= 0, "hole_diameter_mm", "a length in mm, or 0 to fill nothing", diameter);
 }
 
 void fill_holes(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads) {
-  options.check();
-  measured.nx = heights.nx, measured.ny = heights.ny, measured.origin = heights.origin, measured.spacing = heights.spacing;
-  measured.values.resize(heights.size());
-  parallel_for(static_cast<long>(heights.size()), 1 << 17, threads, [&](long begin, long end) {
-    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
-      measured.values[k] = heights.values[k] == heights.values[k];
-  });
-  const std::vector<Hole> holes = find_holes(heights, options.diameter, measured, threads);
-  std::vector<std::vector<float>> fillings(holes.size());
-  parallel_for(static_cast<long>(holes.size()), 16, threads, [&](long begin, long end) {
-    for (auto h = static_cast<std::size_t>(begin); h < static_cast<std::size_t>(end); ++h) fillings[h] = Patch(heights, holes[h]).fill();
-  });
-  for (std::size_t h = 0; h < holes.size(); ++h)  // only now: every ring is of measured values
-    for (std::size_t k = 0; k < holes[h].cells.size(); ++k) heights.at(holes[h].cells[k].i, holes[h].cells[k].j) = fillings[h][k];
+  HoleFilling().run(heights, options, measured, threads);
 }
 
 Grid<std::uint8_t> fill_holes(Grid<float>& heights, const FillOptions& options, int threads) {

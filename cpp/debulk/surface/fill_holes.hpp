@@ -1,8 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/runs.hpp"
+#include "debulk/core/stop.hpp"
+#include "debulk/surface/hole_patch.hpp"
 
 namespace debulk {
 
@@ -22,5 +26,21 @@ struct FillOptions {
 Grid<std::uint8_t> fill_holes(Grid<float>& heights, const FillOptions& options = {}, int threads = 0);
 // The same; `measured` is overwritten, its memory kept.
 void fill_holes(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads);
+
+// The same for one grid after the other, in memory that is kept.
+class HoleFilling {
+ public:
+  void run(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads, const Stop& stop = Stop());
+
+ private:
+  void find(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& measured, int threads, const Stop& stop);
+
+  StripRuns missing_;
+  std::vector<int> first_, region_;
+  std::vector<Hole> regions_, holes_;
+  std::vector<Cell> cells_;      // hole by hole
+  std::vector<float> fillings_;  // one a cell
+  std::vector<HolePatch> patches_;
+};
 
 }  // namespace debulk

@@ -23,34 +23,11 @@ struct ImageTables {
   int width, height, tile_pitch;
 };
 
-namespace base {
-#include "debulk/surface/image_kernel.inl"
-}  // namespace base
-
-#if defined(__x86_64__)
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v3")
-namespace v3 {
-#include "debulk/surface/image_kernel.inl"
-}  // namespace v3
-#pragma GCC pop_options
-
-#define DEBULK_ISA_V4
-#pragma GCC push_options
-#pragma GCC target("arch=x86-64-v4")
-namespace v4 {
-#include "debulk/surface/image_kernel.inl"
-}  // namespace v4
-#pragma GCC pop_options
-#undef DEBULK_ISA_V4
-#endif
+#define DEBULK_KERNEL "debulk/surface/image_kernel.inl"
+#include "debulk/core/each_isa.inl"
 
 void grid_row(Isa isa, const ImageTables& tables, int row, float* out) {
-#if defined(__x86_64__)
-  if (isa == Isa::v4) return v4::run(tables, row, out);
-  if (isa == Isa::v3) return v3::run(tables, row, out);
-#endif
-  base::run(tables, row, out);
+  return DEBULK_ON(isa, run(tables, row, out));
 }
 
 }  // namespace
@@ -110,7 +87,7 @@ ImageGridding::ImageGridding(const Reference& reference, const View& view, const
   });
 }
 
-void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa, int threads) const {
+void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa, int threads, const Stop& stop) const {
   const Eigen::Vector3f up = view_.rotation().row(2).transpose().cast<float>();
   const ImageTables tables{point_x_.data(),
                            point_y_.data(),
@@ -126,7 +103,7 @@ void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa
                            view_.width,
                            view_.height,
                            image.tiles().pitch};
-  parallel_for(grid.ny, 32, threads, [&](long begin, long end) {
+  parallel_for(grid.ny, 32, threads, stop, [&](long begin, long end) {
     for (long j = begin; j < end; ++j) grid_row(isa, tables, static_cast<int>(j), &grid.values[grid.index(0, static_cast<int>(j))]);
   });
 }

@@ -1,15 +1,62 @@
-// The loops of image_gridding.cpp: included there once for each Isa, inside a namespace of its own (see core/wide.hpp).
-#include "debulk/core/wide_ops.inl"
-
-DEBULK_INLINE Floats gather(const float* from, Ints index) {
-  Floats v;
-  for (int k = 0; k < lanes; ++k) v[k] = from[index[k]];
-  return v;
-}
+// The loops of image_gridding.cpp: included there once for each Isa (see core/each_isa.inl).
 
 struct Pixels {
   Floats column, row;
 };
+
+// Where sixteen nodes look in an image of `pitch` values a row. Most look into two rows and a few neighbouring columns, in
+// which shuffles find the values many times faster than loads one by one.
+struct Places {
+  const float* image;
+  long pitch;
+  Ints column, row;
+  int left = 0, top = 0;
+  bool close = false;
+
+  template <int N>  // within 16 N columns, `margin` kept on both sides
+  DEBULK_INLINE void look_closely(int margin) {
+#if DEBULK_ISA == 4
+    left = std::max(0, std::min(column[0], column[lanes - 1]) - 4), top = std::min(row[0], row[lanes - 1]);
+    const Ints i = column - left, j = row - top;
+    close = every((i >= margin) & (i < lanes * N - margin) & ((j & ~1) == 0));
+#else
+    (void)margin;
+#endif
+  }
+  // The values `down` rows lower and `right` columns to the right.
+  template <int N>
+  DEBULK_INLINE Floats values(int down, int right) const {
+    if (!close) return gather(image + down * pitch + right, row * static_cast<int>(pitch) + column);
+    const float* from = image + (top + down) * pitch + left;
+    const Ints i = column - left + right;
+    return row == top ? pick<N>(from, i) : pick<N>(from + pitch, i);
+  }
+};
+
+template <int N>
+DEBULK_INLINE Floats look_up(const float* image, int pitch, Ints column, Ints row) {
+  Places at{image, pitch, column, row};
+  at.look_closely<N>(0);
+  return at.values<N>(0, 0);
+}
+
+// A mean of the nine values round the places, with weights; NaN counts nothing.
+DEBULK_INLINE Floats smooth(const Places& at, const Floats* wx, const Floats* wy) {
+  Floats sum = {}, weights = {};
+  const auto add = [&](Floats value, Floats w) DEBULK_LAMBDA {
+    const Ints there = value == value;
+    sum += there ? w * value : all(0);
+    weights += there ? w : all(0);
+  };
+  if (at.close) {
+    for (int b = 0; b < 3; ++b)
+      for (int a = 0; a < 3; ++a) add(at.values<3>(b - 1, a - 1), wx[a] * wy[b]);
+  } else {
+    for (int b = 0; b < 3; ++b)
+      for (int a = 0; a < 3; ++a) add(at.values<3>(b - 1, a - 1), wx[a] * wy[b]);
+  }
+  return weights >= all(0.4f) ? sum / weights : all(nan);
+}
 
 void run(const ImageTables& t, int j, float* out) {
   const Floats first_column = all(1), last_column = all(static_cast<float>(t.width - 2));
@@ -26,7 +73,8 @@ void run(const ImageTables& t, int j, float* out) {
     const auto inside = [&](const Pixels& p) DEBULK_LAMBDA {
       return (p.column >= first_column) & (p.column <= last_column) & (p.row >= first_row) & (p.row <= last_row);
     };
-    const auto nearest = [](Floats v, Ints in) DEBULK_LAMBDA { return in & __builtin_convertvector(in ? v + 0.5f : all(0), Ints); };
+    // Who is outside looks to the first inner pixel, and takes nothing from there.
+    const auto nearest = [](Floats v, Ints in) DEBULK_LAMBDA { return __builtin_convertvector(in ? v + 0.5f : all(1), Ints); };
 
     Pixels p = project(all(0));
     Ints in = inside(p);
@@ -34,27 +82,18 @@ void run(const ImageTables& t, int j, float* out) {
       for (int k = 0; k < std::min(lanes, t.nx - stretch * lanes); ++k) out[stretch * lanes + k] = nan;
       continue;
     }
-    const Ints tile = (nearest(p.row, in) / tile_height) * t.tile_pitch + nearest(p.column, in) / tile_width;
-    Floats h = gather(t.tiles, tile);
-    h = h == h ? h : all(0);
+    const Floats coarse = look_up<1>(t.tiles, t.tile_pitch, nearest(p.column, in) / tile_width, nearest(p.row, in) / tile_height);
+    const Floats h = coarse == coarse ? coarse : all(0);
     p = project(h), in = inside(p);
-    const Floats seen = gather(t.heights, nearest(p.row, in) * t.width + nearest(p.column, in));
+    const Floats seen = look_up<3>(t.heights, t.width, nearest(p.column, in), nearest(p.row, in));
     p = project(seen == seen ? seen : h), in = inside(p);
 
-    const Ints column = nearest(p.column, in), row = nearest(p.row, in);
-    const Floats u = p.column - __builtin_convertvector(column, Floats), v = p.row - __builtin_convertvector(row, Floats);
+    Places centre{t.heights, t.width, nearest(p.column, in), nearest(p.row, in)};
+    centre.look_closely<3>(1);
+    const Floats u = p.column - __builtin_convertvector(centre.column, Floats), v = p.row - __builtin_convertvector(centre.row, Floats);
     const Floats wx[3] = {0.5f * (0.5f - u) * (0.5f - u), 0.75f - u * u, 0.5f * (0.5f + u) * (0.5f + u)};
     const Floats wy[3] = {0.5f * (0.5f - v) * (0.5f - v), 0.75f - v * v, 0.5f * (0.5f + v) * (0.5f + v)};
-    const Ints centre = (in & (row * t.width + column)) | (~in & (t.width + 1));
-    Floats sum = {}, weights = {};
-    for (int b = 0; b < 3; ++b)
-      for (int a = 0; a < 3; ++a) {
-        const Floats value = gather(t.heights + (b - 1) * static_cast<long>(t.width) + (a - 1), centre), w = wx[a] * wy[b];
-        const Ints there = value == value;
-        sum += there ? w * value : all(0);
-        weights += there ? w : all(0);
-      }
-    const Floats height = (weights >= all(0.4f)) & in ? sum / weights : all(nan);
+    const Floats found = smooth(centre, wx, wy), height = in ? found : all(nan);
     if ((stretch + 1) * lanes <= t.nx) {
       store(out + stretch * lanes, height);
     } else {

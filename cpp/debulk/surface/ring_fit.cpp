@@ -7,17 +7,16 @@
 
 namespace debulk {
 
-// Monomials up to the degree, in coordinates in which ring and hole lie within [-1, 1].
-Eigen::VectorXd RingFit::terms(double x, double y) const {
+// Monomials up to the degree, in coordinates in which ring and hole lie within [-1, 1]; returns their number.
+int RingFit::terms(double x, double y, double* out) const {
   const double u = (x - x0_) / scale_, v = (y - y0_) / scale_;
-  Eigen::VectorXd out((degree_ + 1) * (degree_ + 2) / 2);
-  Eigen::Index k = 0;
+  int k = 0;
   double power = 1;
   for (int a = 0; a <= degree_; ++a, power *= u) {
     double term = power;
     for (int b = 0; a + b <= degree_; ++b, term *= v) out[k++] = term;
   }
-  return out;
+  return k;
 }
 
 RingFit::RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint>& hole, int highest_degree) {
@@ -32,29 +31,43 @@ RingFit::RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint
   for (const int degree : {4, 2, 1, 0}) {
     if (degree > highest_degree) continue;
     degree_ = degree;
-    const Eigen::Index count = (degree + 1) * (degree + 2) / 2;
-    if (degree > 0 && static_cast<Eigen::Index>(ring.size()) < 2 * count) continue;
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count, count);
-    Eigen::VectorXd sums = Eigen::VectorXd::Zero(count);
+    const int count = (degree + 1) * (degree + 2) / 2;
+    if (degree > 0 && static_cast<int>(ring.size()) < 2 * count) continue;
+    double sums[most] = {}, squares[most][most] = {}, t[most];
     for (const RingPoint& p : ring) {
-      const Eigen::VectorXd t = terms(p.x, p.y);
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(t);
-      sums += p.z * t;
+      terms(p.x, p.y, t);
+      for (int a = 0; a < count; ++a) {
+        sums[a] += p.z * t[a];
+        for (int b = 0; b < count; ++b) squares[a][b] += t[a] * t[b];
+      }
     }
-    const Eigen::LLT<Eigen::MatrixXd> factors(normal);
+    Normal normal(count, count);
+    for (int a = 0; a < count; ++a)
+      for (int b = 0; b < count; ++b) normal(a, b) = squares[a][b];
+    const Eigen::LLT<Normal> factors(normal);
     if (factors.info() != Eigen::Success || !(factors.rcond() > 1e-13)) continue;
     // The variance of the prediction at t is tᵀ N⁻¹ t = |L⁻¹ t|², in units of one value's.
-    const bool quiet = degree == 0 || std::all_of(hole.begin(), hole.end(), [&](const RingPoint& p) {
-                         return factors.matrixL().solve(terms(p.x, p.y)).squaredNorm() <= 1;
-                       });
-    if (!quiet) continue;
-    coefficients_ = factors.solve(sums);
+    const Normal& lower = factors.matrixLLT();
+    const auto variance = [&](const RingPoint& p) {
+      double y[most], sum = 0;
+      terms(p.x, p.y, y);
+      for (int b = 0; b < count; ++b) {
+        y[b] /= lower(b, b), sum += y[b] * y[b];
+        for (int a = b + 1; a < count; ++a) y[a] -= lower(a, b) * y[b];
+      }
+      return sum;
+    };
+    if (degree > 0 && !std::all_of(hole.begin(), hole.end(), [&](const RingPoint& p) { return variance(p) <= 1; })) continue;
+    coefficients_ = factors.solve(Eigen::Map<const Terms>(sums, count));
     return;
   }
 }
 
 double RingFit::operator()(double x, double y) const {
-  return terms(x, y).dot(coefficients_);
+  double t[most], sum = 0;
+  const int count = terms(x, y, t);
+  for (int k = 0; k < count; ++k) sum += t[k] * coefficients_[k];
+  return sum;
 }
 
 }  // namespace debulk

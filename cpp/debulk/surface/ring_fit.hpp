@@ -13,7 +13,7 @@ struct RingPoint {
 
 // A polynomial through the ring of measured values round a hole, of the highest degree (of 4, 2, 1, 0, at most
 // `highest_degree`) that predicts no point of the hole with more noise than a single measured value has. An even degree
-// is worth what the next odd one is for the crown of a bell, at less noise.
+// is worth what the next odd one is for the crown of a bell, at less noise. Allocates nothing.
 class RingFit {
  public:
   RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint>& hole, int highest_degree);
@@ -21,11 +21,15 @@ class RingFit {
   int degree() const { return degree_; }
 
  private:
-  Eigen::VectorXd terms(double x, double y) const;
+  static constexpr int most = 15;  // coefficients, of degree 4
+  using Terms = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1>;
+  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
+
+  int terms(double x, double y, double* out) const;
 
   double x0_ = 0, y0_ = 0, scale_ = 1;
   int degree_ = 0;
-  Eigen::VectorXd coefficients_;
+  Terms coefficients_;
 };
 
 }  // namespace debulk

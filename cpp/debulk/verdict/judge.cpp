@@ -25,6 +25,7 @@ struct Figure {
   const char* name;
   Spread range;
   double limit;
+  double margin;
 
   // Two decimals, or three where two would print the figure as its limit.
   int decimals() const {
@@ -38,18 +39,18 @@ struct Figure {
   std::string limit_text() const { return "the limit of " + number(limit, decimals()) + " mm"; }
 };
 
-Verdict against_limit(const Figure& figure, double margin) {
-  if (figure.range.low > figure.limit + margin) return Verdict::crease;
-  if (figure.range.high <= figure.limit - margin) return Verdict::cease;
+Verdict against_limit(const Figure& figure) {
+  if (figure.range.low > figure.limit + figure.margin) return Verdict::crease;
+  if (figure.range.high <= figure.limit - figure.margin) return Verdict::cease;
   return Verdict::undecided;
 }
 
-std::string how_it_lies(const Figure& figure, Verdict verdict, double margin) {
+std::string how_it_lies(const Figure& figure, Verdict verdict) {
   if (verdict == Verdict::crease) return figure.value() + " above " + figure.limit_text();
   if (verdict == Verdict::cease) return figure.value() + " within " + figure.limit_text();
-  if (figure.range.low <= figure.limit - margin && figure.range.high > figure.limit + margin)
+  if (figure.range.low <= figure.limit && figure.range.high > figure.limit)
     return figure.value() + " lies on both sides of " + figure.limit_text();
-  return figure.value() + " comes within " + number(margin, 3) + " mm of " + figure.limit_text();
+  return figure.value() + " comes within " + number(figure.margin, 3) + " mm of " + figure.limit_text();
 }
 
 bool usable(const Spread& range) {
@@ -101,9 +102,9 @@ void Criteria::check() const {
   require(std::isfinite(max_ridge_height) && max_ridge_height > 0, "max_ridge_height_mm", "a positive limit in mm", max_ridge_height);
   require(min_coverage >= 0 && min_coverage <= 1, "min_coverage", "a share from 0 to 1", min_coverage);
   require(min_pocket_coverage >= 0 && min_pocket_coverage <= 1, "min_pocket_coverage", "a share from 0 to 1", min_pocket_coverage);
-  require(std::isfinite(tie_margin) && tie_margin >= 0, "tie_margin_mm", "a length in mm, or 0", tie_margin);
-  require(std::isfinite(compliance_margin) && compliance_margin >= tie_margin, "compliance_margin_mm",
-          "a length in mm, at least the tie margin", compliance_margin);
+  require(std::isfinite(rms_margin) && rms_margin >= 0, "rms_margin_mm", "a length in mm, or 0", rms_margin);
+  require(std::isfinite(ridge_margin) && ridge_margin >= 0, "ridge_margin_mm", "a length in mm, or 0", ridge_margin);
+  require(std::isfinite(compliance_margin) && compliance_margin >= 0, "compliance_margin_mm", "a length in mm, or 0", compliance_margin);
 }
 
 Judgement judge(const PocketEvidence& evidence, const Criteria& criteria) {
@@ -116,18 +117,19 @@ Judgement judge(const PocketEvidence& evidence, const Criteria& criteria) {
   if (const std::string why = cannot_be_judged(evidence, criteria); !why.empty()) return {Verdict::invalid, why};
   if (const std::string why = not_proven(evidence); !why.empty()) return {Verdict::undecided, why};
 
-  const double margin = evidence.compliant ? criteria.compliance_margin : criteria.tie_margin;
-  std::vector<Figure> figures = {{"ridge", evidence.ridge_height, criteria.max_ridge_height}};
-  if (evidence.bridge_height.high > 0) figures.push_back({"bridge", evidence.bridge_height, criteria.max_ridge_height});
-  figures.push_back({"RMS", evidence.rms, criteria.max_rms});
+  const double least = evidence.compliant ? criteria.compliance_margin : 0;
+  const double ridge_margin = std::max(criteria.ridge_margin, least), rms_margin = std::max(criteria.rms_margin, least);
+  std::vector<Figure> figures = {{"ridge", evidence.ridge_height, criteria.max_ridge_height, ridge_margin}};
+  if (evidence.bridge_height.high > 0) figures.push_back({"bridge", evidence.bridge_height, criteria.max_ridge_height, ridge_margin});
+  figures.push_back({"RMS", evidence.rms, criteria.max_rms, rms_margin});
 
   Verdict worst = Verdict::cease;
-  for (const Figure& figure : figures) worst = std::max(worst, against_limit(figure, margin));
+  for (const Figure& figure : figures) worst = std::max(worst, against_limit(figure));
   std::string reason;
   for (const Figure& figure : figures)
-    if (against_limit(figure, margin) == worst) {
+    if (against_limit(figure) == worst) {
       const bool none = figure.range.high == 0 && worst == Verdict::cease;
-      reason += (reason.empty() ? "" : ", ") + (none ? std::string("no ") + figure.name : how_it_lies(figure, worst, margin));
+      reason += (reason.empty() ? "" : ", ") + (none ? std::string("no ") + figure.name : how_it_lies(figure, worst));
     }
   if (evidence.compliant && worst == Verdict::undecided) reason += ", and the fibres are strained by more than 1e-4";
   return {worst, reason};

@@ -29,6 +29,7 @@ def solver(
     quick: bool = False,
     progress: Progress | None = None,
     pictures: bool = True,
+    workers: int = 1,
 ) -> Results:
     """Study the solver on virtual layups.
 
@@ -44,6 +45,9 @@ def solver(
         Called with the stage and the share of the work that is done.
     pictures
         Whether to draw them; needs matplotlib (``pip install debulk[bench]``).
+    workers
+        Processes, a layup each. With more than one they slow each other down a little: times are CPU times, but memory
+        and caches are shared.
 
     Returns
     -------
@@ -71,7 +75,7 @@ def solver(
     from debulk.study.results import collect, write
 
     wanted = settings(plan, [name for name in solve.methods() if name != "auto"])
-    results = collect(plan, wanted, progress or (lambda stage, done: None))
+    results = collect(plan, wanted, progress or (lambda stage, done: None), workers)
     write(results, folder)
     if pictures:
         from debulk.study.pictures import draw
@@ -80,11 +84,11 @@ def solver(
     return results
 
 
-def main(out_dir: str | PathLike[str] = "bench/study", quick: bool = False) -> None:
+def main(out_dir: str | PathLike[str] = "bench/study", quick: bool = False, workers: int = 1) -> None:
     """Run the study and print its tables, with a line of progress a layup."""
     import sys
 
     def report(stage: str, done: float) -> None:
         print(f"{100 * done:3.0f} %  {stage}", file=sys.stderr)
 
-    print(solver(out_dir, quick=quick, progress=report).text)
+    print(solver(out_dir, quick=quick, progress=report, workers=workers).text)

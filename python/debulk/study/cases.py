@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk import _core, net, pocket, ridge, scenes, sheet, solve, surface, verdict
+from debulk import _core, net, pocket, ridge, scenes, sheet, solve, starts, surface, verdict
 from debulk.evaluation import Evaluation, criteria, lay_net
 from debulk.inspector import Inspector
 
@@ -22,8 +22,8 @@ class Figures:
     """What a configuration is judged by."""
 
     rms_mm: float
-    ridge_mm: float
-    bridge_mm: float
+    ridge_height_mm: float
+    bridge_height_mm: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +50,10 @@ class Case:
         """Leave out what is compiled: a copy from another process can still be judged."""
         return {k: v for k, v in self.__dict__.items() if k not in ("sheet", "reference")}
 
-    def figures(self, solution: solve.Solution) -> Figures:
-        """Ridges and RMS that a solution stands for."""
+    def post_process(self, solution: solve.Solution) -> ridge.PostProcessed:
+        """Ridges that a solution stands for."""
         material = self.recipe.material
-        out = ridge.post_process(
+        return ridge.post_process(
             solution.nodes_mm,
             self.net.neighbours,
             self.net.inside,
@@ -62,18 +62,24 @@ class Case:
             bulk_factor=material.bulk_factor,
             touch_mm=self.recipe.ridge.touch_mm,
         )
+
+    def figures(self, solution: solve.Solution) -> Figures:
+        """Of the ridges, what decides."""
+        out = self.post_process(solution)
         return Figures(out.rms_mm, out.ridge_height_mm, out.bridge_height_mm)
 
-    def judge(self, solution: solve.Solution, figures: Figures, every: list[Figures]) -> verdict.Verdict:
+    def judge(
+        self, solution: solve.Solution, figures: starts.Figures, every: Sequence[starts.Figures]
+    ) -> verdict.Verdict:
         """Verdict on a solution whose certified starts have the figures `every`, as the inspector gives it."""
         return verdict.judge(
             certified=solution.certified,
             rms_mm=figures.rms_mm,
-            ridge_height_mm=figures.ridge_mm,
-            bridge_height_mm=figures.bridge_mm,
+            ridge_height_mm=figures.ridge_height_mm,
+            bridge_height_mm=figures.bridge_height_mm,
             rms_range_mm=_range([f.rms_mm for f in every]),
-            ridge_range_mm=_range([f.ridge_mm for f in every]),
-            bridge_range_mm=_range([f.bridge_mm for f in every]),
+            ridge_range_mm=_range([f.ridge_height_mm for f in every]),
+            bridge_range_mm=_range([f.bridge_height_mm for f in every]),
             compliant=solution.certificate.compliant,
             coverage=self.measured_share,
             closed_rim=self.closed_rim,

@@ -125,7 +125,7 @@ def _sample(case: Case, reference: Reference, amplitude: float, count: int) -> l
         best = min(good, key=lambda s: s.energy_mj, default=first)
         figures = [s.figures for s in good or [first]]
         judged = case.judge(reference.solution, best.figures, figures) if good else verdict.Verdict.UNDECIDED
-        rms, ridge = [f.rms_mm for f in figures], [f.ridge_mm for f in figures]
+        rms, ridge = [f.rms_mm for f in figures], [f.ridge_height_mm for f in figures]
         decided = judged in DECIDED
         flipped = decided and reference.verdict in DECIDED and judged != reference.verdict
         out.append(
@@ -134,7 +134,7 @@ def _sample(case: Case, reference: Reference, amplitude: float, count: int) -> l
                 max(ridge) - min(ridge),
                 max(0.0, reference.gap(best.energy_mj)),
                 abs(best.figures.rms_mm - reference.figures.rms_mm),
-                abs(best.figures.ridge_mm - reference.figures.ridge_mm),
+                abs(best.figures.ridge_height_mm - reference.figures.ridge_height_mm),
                 float(judged is verdict.Verdict.UNDECIDED),
                 float(flipped),
                 sum(s.cpu_ms for s in chosen),

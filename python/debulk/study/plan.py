@@ -20,7 +20,8 @@ class Plan:
     pockets: int = 14  # of a layup, largest first
     node_targets: tuple[int, ...] = (50, 75, 100, 150, 200, 300)
     tolerances: tuple[float, ...] = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-    starts: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 16)
+    starts: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 16)  # of every pocket
+    most_starts: tuple[int, ...] = (8, 12, 16, 24)  # of one close to a limit
     stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10)
     method_tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8)
     gradient_tolerances: tuple[float, ...] = (1e-4, 1e-5)  # of NLopt, which has no second derivatives to get further
@@ -40,6 +41,7 @@ class Plan:
             node_targets=(50, 100),
             tolerances=(1e-4, 1e-8),
             starts=(1, 3),
+            most_starts=(4, 16),
             stiffnesses=(1e4, 1e8),
             method_tolerances=(1e-6, 1e-8),
             gradient_tolerances=(1e-4,),
@@ -65,6 +67,7 @@ def settings(plan: Plan, methods: list[str], recipe: Recipe | None = None) -> li
         label="",
         method="interior_point",
         starts=recipe.solve.starts,
+        most_starts=recipe.solve.most_starts,
         tolerance=recipe.solve.tolerance,
         stiffness=recipe.solve.stiffness,
         node_target=recipe.net.node_target,
@@ -72,10 +75,11 @@ def settings(plan: Plan, methods: list[str], recipe: Recipe | None = None) -> li
     return [
         *(replace(default, sweep="nodes", label=f"{n}", node_target=n) for n in plan.node_targets),
         *(replace(default, sweep="tolerance", label=f"{v:.0e}", tolerance=v) for v in plan.tolerances),
-        *(replace(default, sweep="starts", label=f"{n}", starts=n) for n in plan.starts),
+        *(replace(default, sweep="starts", label=f"{n}", starts=n, most_starts=n) for n in plan.starts),
+        *(replace(default, sweep="starts", label=f"{default.starts} to {n}", most_starts=n) for n in plan.most_starts),
         *(replace(default, sweep="stiffness", label=f"{v:.0e}", stiffness=v) for v in plan.stiffnesses),
         *(
-            replace(default, sweep="method", label=f"{m} {v:.0e}", method=m, tolerance=v, starts=1)
+            replace(default, sweep="method", label=f"{m} {v:.0e}", method=m, tolerance=v, starts=1, most_starts=1)
             for m in methods
             for v in (plan.gradient_tolerances if m == "nlopt" else plan.method_tolerances)
         ),

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 from debulk.recipe import Recipe
 from debulk.study.cases import Case, cases
 from debulk.study.minima import Growth, Perturbation, growth, perturbations
 from debulk.study.plan import Plan
+from debulk.study.rules import Rule, rules
 from debulk.study.runs import Reference, Row, Setting, converge, run
 from debulk.study.summary import Line, lines, write_csv
 
+_Layup = tuple[list[tuple[Case, Reference]], list[Row]]
 _LIGHT = ("tolerance", "starts", "stiffness")
 
 
@@ -55,6 +59,11 @@ class Results:
         """Over sizes of perturbation."""
         return perturbations(self.solved)
 
+    @cached_property
+    def rules(self) -> list[Rule]:
+        """Over rules for the number of starts."""
+        return rules(self.solved)
+
     def sweep(self, name: str) -> list[Line]:
         """Lines of one sweep."""
         return [line for line in self.lines if line.sweep == name]
@@ -67,31 +76,44 @@ class Results:
         return study_text(self)
 
 
-def collect(plan: Plan, settings: list[Setting], progress: Callable[[str, float], None]) -> Results:
-    """Solve every pocket under every setting."""
+def collect(plan: Plan, settings: list[Setting], progress: Callable[[str, float], None], workers: int = 1) -> Results:
+    """Solve every pocket under every setting; a layup a process where there are several workers."""
     results = Results(plan, settings, load_before=os.getloadavg()[0])
-    sizes = tuple(sorted({s.node_target for s in settings}))
-    middle = plan.amplitudes[len(plan.amplitudes) // 2]
-    for done, layup in enumerate(cases(plan.layups, sizes, Recipe(), plan.pixels, plan.pockets)):
-        heavy = done < plan.heavy_layups
-        for k, case in enumerate(layup):
-            progress(f"layup {case.name}, {case.node_target} nodes", (done + k / len(layup)) / len(plan.layups))
-            usual = case.node_target == results.default_size
-            if not usual and not heavy:
-                continue
-            reference = converge(
-                case,
-                plan.amplitudes if usual else (middle,),
-                plan.reference_starts if usual else plan.other_sizes_starts,
-                plan.deadline_s,
-            )
-            if reference is not None:
-                results.references.append((case, reference))
-            wanted = [s for s in settings if s.node_target == case.node_target and (heavy or s.sweep in _LIGHT)]
-            results.rows += [run(case, setting, reference, plan.deadline_s) for setting in wanted]
+    jobs = list(enumerate(plan.layups))
+    solve_one = partial(_layup, plan, settings, results.default_size)
+    with ProcessPoolExecutor(workers) if workers > 1 else nullcontext() as pool:
+        found: Iterable[_Layup] = pool.map(solve_one, jobs) if pool else map(solve_one, jobs)
+        for done, (layup, (references, rows)) in enumerate(zip(plan.layups, found, strict=True), start=1):
+            results.references += references
+            results.rows += rows
+            progress(f"layup {layup}", done / len(jobs))
     results.load_after = os.getloadavg()[0]
     progress("tables", 1.0)
     return results
+
+
+def _layup(plan: Plan, settings: list[Setting], usual_size: int, job: tuple[int, int]) -> _Layup:
+    number, seed = job
+    heavy = number < plan.heavy_layups
+    middle = plan.amplitudes[len(plan.amplitudes) // 2]
+    references: list[tuple[Case, Reference]] = []
+    rows: list[Row] = []
+    sizes = tuple(sorted({s.node_target for s in settings}))
+    for case in next(cases((seed,), sizes, Recipe(), plan.pixels, plan.pockets)):
+        usual = case.node_target == usual_size
+        if not usual and not heavy:
+            continue
+        reference = converge(
+            case,
+            plan.amplitudes if usual else (middle,),
+            plan.reference_starts if usual else plan.other_sizes_starts,
+            plan.deadline_s,
+        )
+        if reference is not None:
+            references.append((case, reference))
+        wanted = [s for s in settings if s.node_target == case.node_target and (heavy or s.sweep in _LIGHT)]
+        rows += [run(case, setting, reference, plan.deadline_s) for setting in wanted]
+    return references, rows
 
 
 def write(results: Results, folder: Path) -> None:
@@ -99,6 +121,7 @@ def write(results: Results, folder: Path) -> None:
     write_csv(folder / "settings.csv", results.lines)
     write_csv(folder / "runs.csv", results.rows)
     write_csv(folder / "starts.csv", results.growth)
+    write_csv(folder / "rules.csv", results.rules)
     write_csv(folder / "perturbations.csv", results.perturbations)
     write_csv(folder / "references.csv", [_reference_line(c, r) for c, r in results.references])
     (folder / "study.txt").write_text(results.text, encoding="utf-8")
@@ -106,7 +129,7 @@ def write(results: Results, folder: Path) -> None:
 
 def _reference_line(case: Case, reference: Reference) -> dict[str, object]:
     good = [s for s in reference.starts if s.certified]
-    rms, ridge = [s.figures.rms_mm for s in good], [s.figures.ridge_mm for s in good]
+    rms, ridge = [s.figures.rms_mm for s in good], [s.figures.ridge_height_mm for s in good]
     return {
         "layup": case.layup,
         "pocket": case.pocket,
@@ -121,7 +144,7 @@ def _reference_line(case: Case, reference: Reference) -> dict[str, object]:
         "rms_mm": reference.figures.rms_mm,
         "rms_low_mm": min(rms),
         "rms_high_mm": max(rms),
-        "ridge_mm": reference.figures.ridge_mm,
+        "ridge_mm": reference.figures.ridge_height_mm,
         "ridge_low_mm": min(ridge),
         "ridge_high_mm": max(ridge),
         "verdict": str(reference.verdict),

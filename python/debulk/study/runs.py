@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from debulk import solve
+from debulk import _core, solve, starts
 from debulk.study.cases import Case, Figures
 from debulk.verdict import Verdict
 
@@ -23,6 +23,7 @@ class Setting:
     label: str
     method: str
     starts: int
+    most_starts: int  # of a pocket close to a limit
     tolerance: float
     stiffness: float
     node_target: int
@@ -33,7 +34,7 @@ class Start:
     """What one start of the reference came to."""
 
     amplitude: float  # of its perturbation, in spacings; 0: the deterministic one
-    certified: bool
+    certified: bool  # without a compliance
     energy_mj: float
     figures: Figures
     iterations: int
@@ -51,6 +52,8 @@ class Reference:
     """Of the least energy alone."""
     verdict_of_all: Verdict
     """Of the range over all certified starts."""
+    verdicts: tuple[Verdict, ...]
+    """Of each certified start alone."""
     depth_mj: float
     """How far the energy falls from the initial net to the reference."""
 
@@ -71,6 +74,7 @@ class Row:
     certified: bool
     compliant: bool
     status: str
+    starts: int
     iterations: int
     evaluations: int
     net_ms: float
@@ -100,17 +104,13 @@ class Row:
 
 def run(case: Case, setting: Setting, reference: Reference | None, deadline_s: float) -> Row:
     """Solve and post-process; time is the solving thread's on a CPU: waiting for other programs does not count."""
+    names = ("method", "starts", "most_starts", "tolerance", "stiffness")
+    recipe = case.recipe.model_copy(update={"solve": {name: getattr(setting, name) for name in names}})
+    stop = _core.Stop()
+    stop.set_deadline(deadline_s)
     began = time.thread_time()
-    solution = solve.minimise(
-        case.sheet,
-        setting.method,
-        starts=setting.starts,
-        tolerance=setting.tolerance,
-        stiffness=setting.stiffness,
-        deadline_s=deadline_s,
-    )
-    figures = case.figures(solution)
-    every = [case.figures(m) for m in solution.minima if m.certified] or [figures]
+    settled = starts.settle(case.sheet, recipe, case.post_process, stop)
+    solution, figures = settled.solution, settled.best
     cpu_ms = 1e3 * (time.thread_time() - began)
     figured = reference.figures if reference else Figures(np.nan, np.nan, np.nan)
     return Row(
@@ -122,29 +122,30 @@ def run(case: Case, setting: Setting, reference: Reference | None, deadline_s: f
         certified=solution.certified,
         compliant=solution.certificate.compliant,
         status=solution.status,
-        iterations=solution.iterations if not solution.minima else sum(m.iterations for m in solution.minima),
-        evaluations=solution.evaluations if not solution.minima else sum(m.evaluations for m in solution.minima),
+        starts=len(solution.minima),
+        iterations=sum(m.iterations for m in solution.minima),
+        evaluations=sum(m.evaluations for m in solution.minima),
         net_ms=case.net_ms,
         cpu_ms=cpu_ms,
         length_error=solution.length_error,
         energy_gap=reference.gap(solution.energy_mj) if reference else np.nan,
         rms_mm=figures.rms_mm,
-        ridge_mm=figures.ridge_mm,
-        rms_range_mm=_width([f.rms_mm for f in every]),
-        ridge_range_mm=_width([f.ridge_mm for f in every]),
+        ridge_mm=figures.ridge_height_mm,
+        rms_range_mm=float(np.ptp(settled.rms_mm)),
+        ridge_range_mm=float(np.ptp(settled.ridge_mm)),
         rms_error_mm=abs(figures.rms_mm - figured.rms_mm),
-        ridge_error_mm=abs(figures.ridge_mm - figured.ridge_mm),
-        verdict=str(case.judge(solution, figures, every)),
+        ridge_error_mm=abs(figures.ridge_height_mm - figured.ridge_height_mm),
+        verdict=str(case.judge(solution, figures, settled.every)),
         reference_verdict=str(reference.verdict) if reference else "",
         reference_verdict_of_all=str(reference.verdict_of_all) if reference else "",
     )
 
 
-def converge(case: Case, amplitudes: tuple[float, ...], starts: int, deadline_s: float) -> Reference | None:
-    """Solve from the initial net and from `starts` perturbed ones of each size; None if nothing is certified."""
+def converge(case: Case, amplitudes: tuple[float, ...], count: int, deadline_s: float) -> Reference | None:
+    """Solve from the initial net and from `count` perturbed ones of each size; None if nothing is certified."""
     tried: list[Start] = []
     best: solve.Solution | None = None
-    origins = [(0.0, 0)] + [(amplitude, k) for amplitude in amplitudes for k in range(1, starts + 1)]
+    origins = [(0.0, 0)] + [(amplitude, k) for amplitude in amplitudes for k in range(1, count + 1)]
     for amplitude, k in origins:
         origin = None if amplitude == 0 else case.perturbed(amplitude, k)
         began = time.thread_time()
@@ -154,8 +155,9 @@ def converge(case: Case, amplitudes: tuple[float, ...], starts: int, deadline_s:
         cpu_ms = 1e3 * (time.thread_time() - began)
         solution = replace(solution, minima=())
         figures = case.figures(solution)
-        tried.append(Start(amplitude, solution.certified, solution.energy_mj, figures, solution.iterations, cpu_ms))
-        if solution.certified and (best is None or solution.energy_mj < best.energy_mj):
+        good = solution.certified and not solution.certificate.compliant  # softer fibres are another ply
+        tried.append(Start(amplitude, good, solution.energy_mj, figures, solution.iterations, cpu_ms))
+        if good and (best is None or solution.energy_mj < best.energy_mj):
             best = solution
     if best is None:
         return None
@@ -166,9 +168,6 @@ def converge(case: Case, amplitudes: tuple[float, ...], starts: int, deadline_s:
         figures=figures,
         verdict=case.judge(best, figures, [figures]),
         verdict_of_all=case.judge(best, figures, [s.figures for s in tried if s.certified]),
+        verdicts=tuple(case.judge(best, s.figures, [s.figures]) for s in tried if s.certified),
         depth_mj=case.sheet.energy(case.net.nodes_mm) - best.energy_mj,
     )
-
-
-def _width(values: list[float]) -> float:
-    return max(values) - min(values)

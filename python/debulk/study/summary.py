@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ class Line:
     label: str
     pockets: int
     failed: int  # without a certificate
+    starts_mean: float
     net_median_ms: float
     cpu_median_ms: float
     cpu_p99_ms: float
@@ -35,6 +36,7 @@ class Line:
     undecided: float  # share of pockets
     flipped: float  # decided otherwise than the reference
     overconfident: float  # decided where the reference's starts lie on both sides of a limit
+    wrong: float  # flipped, or without a certificate
     crease: float
     rms_mean_mm: float
     ridge_mean_mm: float
@@ -61,6 +63,7 @@ def _line(sweep: str, label: str, rows: list[Row]) -> Line:
         label=label,
         pockets=len(rows),
         failed=sum(not row.certified for row in rows),
+        starts_mean=float(of("starts").mean()),
         net_median_ms=float(np.median(of("net_ms"))),
         cpu_median_ms=float(np.median(of("cpu_ms"))),
         cpu_p99_ms=high("cpu_ms", 0.99),
@@ -75,6 +78,7 @@ def _line(sweep: str, label: str, rows: list[Row]) -> Line:
         undecided=float(np.mean([row.verdict == "undecided" for row in rows])),
         flipped=float(of("flipped").mean()),
         overconfident=float(of("overconfident").mean()),
+        wrong=float(np.mean([row.flipped or not row.certified for row in rows])),
         crease=float(np.mean([row.verdict == "crease" for row in rows])),
         rms_mean_mm=float(of("rms_mm").mean()),
         ridge_mean_mm=float(of("ridge_mm").mean()),
@@ -82,23 +86,30 @@ def _line(sweep: str, label: str, rows: list[Row]) -> Line:
 
 
 def profile(rows: Sequence[Row], labels: Sequence[str], most_gap: float) -> dict[str, list[float]]:
-    """Dolan-Moré: per label the sorted ratios of its time to the best label's, infinite for failures.
+    """Dolan-Moré: as `ratios`, of a sweep's rows.
 
     A pocket counts as solved if it is certified and misses at most `most_gap` of the energy's fall. Pockets that one of
-    the labels has not been given are left out; one that none solves counts against all.
+    the labels has not been given are left out.
     """
     times: dict[tuple[int, int], dict[str, float]] = {}
     for row in rows:
         if row.label in labels:
             good = row.certified and not row.energy_gap > most_gap
             times.setdefault((row.layup, row.pocket), {})[row.label] = row.cpu_ms if good else np.inf
-    shared = [t for t in times.values() if len(t) == len(labels)]
-    ratios: dict[str, list[float]] = {label: [] for label in labels}
-    for t in shared:
+    return ratios([t for t in times.values() if len(t) == len(labels)], labels)
+
+
+def ratios(times: Sequence[Mapping[str, float]], labels: Sequence[str]) -> dict[str, list[float]]:
+    """Per label the sorted ratios of its times to the best label's, infinite for failures.
+
+    `times` has a mapping a problem, infinite where it was not solved; one that none solves counts against all.
+    """
+    found: dict[str, list[float]] = {label: [] for label in labels}
+    for t in times:
         best = min(t.values())
         for label in labels:
-            ratios[label].append(t[label] / best if np.isfinite(t[label]) else np.inf)
-    return {label: sorted(values) for label, values in ratios.items()}
+            found[label].append(t[label] / best if np.isfinite(t[label]) else np.inf)
+    return {label: sorted(values) for label, values in found.items()}
 
 
 def write_csv(path: Path, records: Sequence[Any]) -> None:

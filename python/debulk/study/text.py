@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk.recipe import Recipe
+from debulk.study.rules import AMPLITUDE, ORDERS
 from debulk.study.runs import REFERENCE_TOLERANCE, Reference
 from debulk.study.summary import text
 
@@ -21,13 +22,14 @@ _COLUMNS = {
     "label": ("setting", "s"),
     "pockets": ("pockets", "d"),
     "failed": ("failed", "d"),
+    "starts_mean": ("starts", ".1f"),
     "cpu_median_ms": ("ms median", ".1f"),
     "cpu_p99_ms": ("99 %", ".0f"),
-    "iterations_median": ("iterations median", ".0f"),
+    "iterations_median": ("iterations", ".0f"),
     "iterations_p99": ("99 %", ".0f"),
-    "rms_error_mean_mm": ("RMS error mean", ".4f"),
+    "rms_error_mean_mm": ("RMS error", ".4f"),
     "rms_error_p90_mm": ("90 %", ".4f"),
-    "ridge_error_mean_mm": ("ridge error mean", ".4f"),
+    "ridge_error_mean_mm": ("ridge error", ".4f"),
     "ridge_error_p90_mm": ("90 %", ".4f"),
     "energy_gap_mean": ("energy gap", ".1e"),
     "length_error_max": ("length error max", ".0e"),
@@ -66,6 +68,23 @@ _GROWTH = {
     "undecided": ("undecided", ".1%"),
     "found": ("found", ".1%"),
     "flipped": ("flipped", ".2%"),
+}
+
+_RULES = {
+    "starts": ("starts", "d"),
+    "most_starts": ("at most", "d"),
+    "close_ridge_mm": ("while ridge within mm", ".2f"),
+    "close_rms_mm": ("RMS within mm", ".3f"),
+    "starts_mean": ("starts mean", ".1f"),
+    "starts_p90": ("90 %", ".0f"),
+    "cpu_mean_ms": ("ms mean", ".1f"),
+    "cpu_p99_ms": ("99 %", ".0f"),
+    "undecided": ("undecided", ".1%"),
+    "found": ("found", ".0%"),
+    "overconfident": ("overconfident", ".1%"),
+    "contrary": ("contrary starts", ".2%"),
+    "flipped": ("flipped", ".2%"),
+    "opposite": ("opposite", ".3%"),
 }
 
 _PERTURBATIONS = {
@@ -116,6 +135,13 @@ def study_text(results: Results) -> str:
             results.growth,
             _GROWTH,
         ),
+        text(
+            f"Rules for the number of starts, perturbed by {AMPLITUDE:g} spacings, averaged over {ORDERS} orders;"
+            " contrary: share of all starts on the other side of the decisions;"
+            "\nopposite: pairs of runs that decide one pocket in opposite ways",
+            results.rules,
+            _RULES,
+        ),
         text("Several minima: size of the perturbation", results.perturbations, _PERTURBATIONS),
         _trend(results),
         _layups(results),
@@ -141,7 +167,7 @@ def _trend(results: Results) -> str:
         if not both:
             continue
         rms = np.mean([a.figures.rms_mm - b.figures.rms_mm for a, b in both])
-        ridge = np.mean([a.figures.ridge_mm - b.figures.ridge_mm for a, b in both])
+        ridge = np.mean([a.figures.ridge_height_mm - b.figures.ridge_height_mm for a, b in both])
         turned = np.mean([{a.verdict, b.verdict} == {"cease", "crease"} for a, b in both])
         share = {v: np.mean([a.verdict == v for a, _ in both]) for v in ("cease", "crease")}
         out.append(
@@ -151,26 +177,26 @@ def _trend(results: Results) -> str:
 
 
 def _layups(results: Results) -> str:
-    """How often ranges over starts straddle a limit, layup by layup, with the recipe's starts and with all."""
-    starts = Recipe().solve.starts
+    """How often ranges over starts straddle a limit, layup by layup, by the recipe's rule and with all starts."""
+    rule = f"{Recipe().solve.starts} to {Recipe().solve.most_starts}"
     out = [
-        f"Layups: verdicts of the pockets with the recipe's {starts} starts, and with all starts of the reference",
+        f"Layups: verdicts of the pockets with the recipe's {rule} starts, and with all starts of the reference",
         "",
     ]
-    out.append("  layup  pockets  CEASE  CREASE  UNDECIDED  INVALID  all: UNDECIDED  pockets that differ")
-    rows = [r for r in results.rows if r.sweep == "starts" and r.label == str(starts)]
-    for layup in results.plan.layups:
-        mine = [r for r in rows if r.layup == layup]
+    out.append(
+        "  layup  pockets  starts     ms  CEASE  CREASE  UNDECIDED  INVALID  all: UNDECIDED  pockets that differ"
+    )
+    rows = [r for r in results.rows if r.sweep == "starts" and r.label == rule]
+    for layup in (*results.plan.layups, None):
+        mine = rows if layup is None else [r for r in rows if r.layup == layup]
         count = [sum(r.verdict == v for r in mine) for v in ("cease", "crease", "undecided", "invalid")]
         every = sum(r.reference_verdict_of_all == "undecided" for r in mine)
-        differ = ", ".join(
-            f"{r.pocket}: {r.verdict} {r.reference_verdict_of_all}"
-            for r in mine
-            if r.verdict != r.reference_verdict_of_all
-        )
+        differ = [] if layup is None else [r for r in mine if r.verdict != r.reference_verdict_of_all]
+        pairs = ", ".join(f"{r.pocket}: {r.verdict} {r.reference_verdict_of_all}" for r in differ)
         out.append(
-            f"  {layup:5d}  {len(mine):7d}  {count[0]:5d}  {count[1]:6d}  {count[2]:9d}  {count[3]:7d}"
-            f"  {every:14d}  {differ}".rstrip()
+            f"  {'all' if layup is None else layup:>5}  {len(mine):7d}  {sum(r.starts for r in mine):6d}"
+            f"  {sum(r.cpu_ms for r in mine):5.0f}  {count[0]:5d}  {count[1]:6d}  {count[2]:9d}  {count[3]:7d}"
+            f"  {every:14d}  {pairs}".rstrip()
         )
     return "\n".join(out) + "\n"
 

@@ -35,6 +35,23 @@ TEST(PlyMask, AgreesWithTheInsideTestAndFindsTheEdge) {
   EXPECT_TRUE(PlyMask().on_ply(3, 3));
 }
 
+Grid<std::uint8_t> fill_holes(const Grid<std::uint8_t>& image) {
+  RunFilling filling;
+  auto out = image.like<std::uint8_t>();
+  for (const Run& run : filling.run(find_runs(image, true), image.nx, image.ny))
+    for (int i = run.begin; i < run.end; ++i) out.at(i, run.row) = 1;
+  return out;
+}
+
+Grid<std::int32_t> connected_components(const Grid<std::uint8_t>& image, int& count) {
+  RunJoining joining;
+  const Regions& regions = joining.run(find_runs(image, true));
+  count = regions.count();
+  auto out = image.like<std::int32_t>();
+  for (int k = 0; k < count; ++k) paint(regions, static_cast<std::size_t>(k), k + 1, out);
+  return out;
+}
+
 TEST(Regions, FillOnlyWhatCannotReachTheBorderOverFourNeighbours) {
   Grid<std::uint8_t> image(9, 5, {0, 0}, 1.0);
   const char* rows[5] = {".........",  //
@@ -81,7 +98,7 @@ TEST(Outlines, RunRoundEveryPointOfTheirRegionAndNoOther) {
     auto filled = heights;
     for (std::size_t k = 0; k < filled.size(); ++k)
       if (image.values[k] && std::isnan(filled.values[k])) filled.values[k] = 1;
-    const auto outlines = trace_outlines(labels, count, filled, 0, ply);
+    const auto outlines = trace_outlines(labelled(labels, count), labels, filled, 0, ply);
     ASSERT_EQ(outlines.size(), static_cast<std::size_t>(count));
     for (std::size_t k = 0; k < outlines.size(); ++k) {
       const Polygon& p = outlines[k].polygon;

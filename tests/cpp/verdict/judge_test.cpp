@@ -46,12 +46,20 @@ const Case kCases[] = {
      "ridge 0.00 to 0.90 mm lies on both sides of the limit of 0.60 mm"},
     {"straddles one, above the other", [](auto& e) { e.rms = {0.2, 0.4}, e.ridge_height = {0.7, 0.8}; }, Verdict::crease,
      "ridge 0.70 to 0.80 mm above the limit of 0.60 mm"},
-    {"tie", [](auto& e) { e.rms = {0.302, 0.302}; }, Verdict::undecided, "RMS 0.302 mm comes within 0.005 mm of the limit of 0.300 mm"},
+    {"tie", [](auto& e) { e.rms = {0.302, 0.302}; }, Verdict::undecided, "RMS 0.302 mm comes within 0.010 mm of the limit of 0.300 mm"},
     {"the limit itself is a tie", [](auto& e) { e.rms = {0.30, 0.30}; }, Verdict::undecided,
-     "RMS 0.30 mm comes within 0.005 mm of the limit of 0.30 mm"},
-    {"just outside the tie, below", [](auto& e) { e.rms = {0.294, 0.294}; }, Verdict::cease,
-     "no ridge, RMS 0.294 mm within the limit of 0.300 mm"},
-    {"just outside the tie, above", [](auto& e) { e.rms = {0.306, 0.306}; }, Verdict::crease, "RMS 0.306 mm above the limit of 0.300 mm"},
+     "RMS 0.30 mm comes within 0.010 mm of the limit of 0.30 mm"},
+    {"just outside the tie, below", [](auto& e) { e.rms = {0.289, 0.289}; }, Verdict::cease,
+     "no ridge, RMS 0.29 mm within the limit of 0.30 mm"},
+    {"just outside the tie, above", [](auto& e) { e.rms = {0.311, 0.311}; }, Verdict::crease, "RMS 0.31 mm above the limit of 0.30 mm"},
+    {"a ridge's tie is wider", [](auto& e) { e.ridge_height = {0.56, 0.56}; }, Verdict::undecided,
+     "ridge 0.56 mm comes within 0.050 mm of the limit of 0.60 mm"},
+    {"so is a bridge's", [](auto& e) { e.bridge_height = {0.64, 0.64}; }, Verdict::undecided,
+     "bridge 0.64 mm comes within 0.050 mm of the limit of 0.60 mm"},
+    {"outside a ridge's", [](auto& e) { e.ridge_height = {0.66, 0.7}; }, Verdict::crease,
+     "ridge 0.66 to 0.70 mm above the limit of 0.60 mm"},
+    {"on both sides within the margin", [](auto& e) { e.ridge_height = {0.57, 0.62}; }, Verdict::undecided,
+     "ridge 0.57 to 0.62 mm lies on both sides of the limit of 0.60 mm"},
     {"strained, near a limit", [](auto& e) { e.compliant = true; }, Verdict::undecided,
      "RMS 0.26 mm comes within 0.050 mm of the limit of 0.30 mm, and the fibres are strained by more than 1e-4"},
     {"strained, far below", [](auto& e) { e.compliant = true, e.rms = {0.25, 0.25}; }, Verdict::cease,
@@ -105,7 +113,7 @@ TEST(Judge, NeverCeaseWithoutACertificate) {
 TEST(Judge, TakesTheCriteriaItIsGiven) {
   Criteria strict;
   strict.max_rms = 0.26;
-  strict.tie_margin = 0;
+  strict.rms_margin = 0;
   EXPECT_EQ(judge(good(), strict).verdict, Verdict::cease);  // at most the limit
   strict.max_rms = 0.2599;
   EXPECT_EQ(judge(good(), strict).verdict, Verdict::crease);
@@ -132,8 +140,9 @@ TEST(Judge, NamesWhatIsWrong) {
   EXPECT_EQ(message([](auto&, auto& c) { c.max_ridge_height = kNan; }).find("max_ridge_height_mm"), 0u);
   EXPECT_EQ(message([](auto&, auto& c) { c.min_coverage = 98; }).find("min_coverage"), 0u);
   EXPECT_EQ(message([](auto&, auto& c) { c.min_pocket_coverage = -1; }).find("min_pocket_coverage"), 0u);
-  EXPECT_EQ(message([](auto&, auto& c) { c.tie_margin = -1; }).find("tie_margin_mm"), 0u);
-  EXPECT_EQ(message([](auto&, auto& c) { c.compliance_margin = 0; }).find("compliance_margin_mm"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.rms_margin = -1; }).find("rms_margin_mm"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.ridge_margin = kNan; }).find("ridge_margin_mm"), 0u);
+  EXPECT_EQ(message([](auto&, auto& c) { c.compliance_margin = -1; }).find("compliance_margin_mm"), 0u);
 }
 
 TEST(JudgeLayup, TakesTheWorstPocket) {

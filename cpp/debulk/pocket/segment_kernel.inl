@@ -1,0 +1,29 @@
+// The loop of segment.cpp: included there once for each Isa (see core/each_isa.inl).
+
+// One row: heights that are known and on the ply, else NaN; the runs where they are unknown, and where at least `cut`.
+void run(const float* given, const std::uint8_t* on_ply, int nx, float cut, float* heights, RunWriter& unknown, RunWriter& high) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  int i = 0;
+  for (; i + lanes <= nx; i += lanes) {
+    const Floats v = load(given + i);
+    Ints ply = {};
+    ply = ~ply;
+    if (on_ply) {
+      Bytes narrow;
+      std::memcpy(&narrow, on_ply + i, sizeof narrow);
+      ply = __builtin_convertvector(narrow, Ints) != 0;
+    }
+    const Ints known = (v - v == 0) & ply;
+    const Floats h = known ? v : all(nan);
+    store(heights + i, h);
+    unknown.add(i, bits(ply & ~known));
+    high.add(i, bits(h >= cut));
+  }
+  for (; i < nx; ++i) {
+    const bool ply = !on_ply || on_ply[i] != 0, known = ply && given[i] - given[i] == 0;
+    heights[i] = known ? given[i] : nan;
+    unknown.add(i, ply && !known, 1);
+    high.add(i, heights[i] >= cut, 1);
+  }
+  unknown.end(nx), high.end(nx);
+}

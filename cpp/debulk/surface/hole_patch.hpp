@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "debulk/core/grid.hpp"
+#include "debulk/surface/ring_fit.hpp"
+
+namespace debulk {
+
+struct Cell {
+  int i, j;
+};
+
+// A missing region that is connected over edges or corners: its cells row by row, and its box, both ends in it.
+struct Hole {
+  const Cell* cells;
+  int count;
+  int left, right, low, high;
+  int width() const { return (right - left > high - low ? right - left : high - low) + 1; }
+};
+
+// Fills one hole after the other (see fill_holes.hpp), in memory that it keeps.
+class HolePatch {
+ public:
+  // Writes one height a cell. Not a hole at the grid's border.
+  void fill(const Grid<float>& heights, const Hole& hole, float* out);
+
+ private:
+  std::size_t at(const Cell& c) const { return static_cast<std::size_t>(c.j - top_) * nx_ + (c.i - left_); }
+  void surround(const Grid<float>& heights, const Hole& hole);
+  int depth(const Hole& hole);
+  void harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend);
+
+  int left_ = 0, top_ = 0, nx_ = 0;  // of the hole with its surroundings
+  // Layers: 0 in the hole, 1 at its rim, 2 ...; -1 farther. Numbers: of the hole's cells, else -1.
+  std::vector<int> layer_, number_, deep_;
+  std::vector<Cell> front_, next_;
+  std::vector<RingPoint> ring_, inside_;
+  std::vector<double> band_, rest_;
+};
+
+}  // namespace debulk

@@ -1,0 +1,18 @@
+// The loop of fill_holes.cpp: included there once for each Isa (see core/each_isa.inl).
+
+// Where a row has no value, and 1 where it has one.
+void run(const float* row, int nx, std::uint8_t* measured, RunWriter& missing) {
+  int i = 0;
+  for (; i + lanes <= nx; i += lanes) {
+    const Floats v = load(row + i);
+    const Ints there = v == v;
+    const Bytes ones = __builtin_convertvector(there & 1, Bytes);
+    std::memcpy(measured + i, &ones, sizeof ones);
+    missing.add(i, ~bits(there) & 0xffff);
+  }
+  for (; i < nx; ++i) {
+    measured[i] = row[i] == row[i];
+    missing.add(i, measured[i] ? 0 : 1, 1);
+  }
+  missing.end(nx);
+}

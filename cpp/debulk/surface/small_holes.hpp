@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "debulk/surface/hole_patch.hpp"
+
+namespace debulk {
+
+// Nearly all holes are of one to three cells. What HolePatch puts into such a one is linear in the heights round it, with
+// factors that depend on its shape alone: here they are, once and for all.
+class SmallHoles {
+ public:
+  static const SmallHoles& table();
+
+  // False: too large, or a height round it is missing or beyond the grid; HolePatch is to fill it.
+  bool fill(const Grid<float>& heights, const Hole& hole, float* out) const;
+
+ private:
+  static constexpr int most = 3;               // cells
+  static constexpr int reach = 3, side = 16;   // cells: of the ring; of the square in which a shape is studied
+  static constexpr int wide = 5, places = 15;  // where a further cell can lie: -2 .. 2 columns, 0 .. 2 rows off the first
+  struct Shape {
+    std::vector<Cell> ring;       // relative to the first cell
+    std::vector<double> factors;  // for each cell of the hole as many as the ring's
+  };
+  SmallHoles();
+  static int number(const Hole& hole);  // of the shape; -1: none
+
+  std::array<Shape, places * places> shapes_;
+};
+
+}  // namespace debulk
