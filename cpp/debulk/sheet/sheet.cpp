@@ -34,7 +34,7 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
 
   const double share_mm2 = area_mm2 / static_cast<double>(net_.nodes.size());  // A / N
   nodal_force_ = ply_.pressure_mpa * share_mm2;
-  const double weight = share_mm2 * ply_.thickness_mm * ply_.density_kg_m3 * 1e-9 * ply_.gravity_m_s2;  // N
+  nodal_weight_ = share_mm2 * ply_.thickness_mm * ply_.density_kg_m3 * 1e-9 * ply_.gravity_m_s2;
   segments_ = debulk::segments(net_.neighbours);
   movable_ = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind != NodeKind::fixed; });
   const std::vector<int> free = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind == NodeKind::free; });
@@ -43,10 +43,10 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
   add_term("shear", ply_.shear_mpa, std::make_shared<Shear>(ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours));
   const double grip = free.empty() ? 0.0 : ply_.friction * nodal_force_;
   add_term("friction", grip, std::make_shared<Friction>(grip, net_.spacing, free, net_.nodes));
-  add_term("gravity", weight, std::make_shared<Load>(weight, net_.nodes));
+  add_term("gravity", nodal_weight_, std::make_shared<Load>(nodal_weight_, net_.nodes));
   add_term("vacuum", nodal_force_, std::make_shared<Load>(nodal_force_, net_.nodes));
 
-  force_unit_ = std::max({nodal_force_, weight, kElasticShare * elastic_force()});
+  force_unit_ = std::max({nodal_force_, nodal_weight_, kElasticShare * elastic_force()});
   if (force_unit_ <= 0) force_unit_ = 1;
 
   std::vector<char> held(net_.nodes.size());
@@ -62,6 +62,12 @@ double Sheet::elastic_force() const {
   double largest = 0;
   for (const int node : movable_) largest = std::max(largest, gradient[static_cast<std::size_t>(node)].norm());
   return largest;
+}
+
+double Sheet::size_mm() const {
+  Eigen::Vector3d low = net_.nodes.front(), high = low;
+  for (const Eigen::Vector3d& p : net_.nodes) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  return (high - low).norm();
 }
 
 Sheet Sheet::moved(const Eigen::Vector3d& by) const {

@@ -42,7 +42,9 @@ class Sheet {
   const std::vector<int>& movable() const { return movable_; }  // node numbers, ascending
   const Surface& mold() const { return *mold_; }
   const Ply& ply() const { return ply_; }
-  double nodal_force_n() const { return nodal_force_; }  // P A / N; what forces are compared with
+  double nodal_force_n() const { return nodal_force_; }    // P A / N; what forces are compared with
+  double nodal_weight_n() const { return nodal_weight_; }  // A t rho g / N
+  double size_mm() const;                                  // diagonal of the box round the initial net
   // The same; or a node's weight, or 1 % of the largest elastic force on a node of the initial net, where that is more (no
   // vacuum, or a stiff ply that hardly feels it). Residuals, multipliers and stiffness are in this unit.
   double force_unit_n() const { return force_unit_; }
@@ -64,7 +66,7 @@ class Sheet {
   double area_;
   Ply ply_;
   std::shared_ptr<const Surface> mold_;
-  double nodal_force_, force_unit_;
+  double nodal_force_, nodal_weight_, force_unit_;
   std::vector<std::array<int, 2>> segments_;
   std::vector<int> movable_;
   std::vector<NamedTerm> terms_;

@@ -34,7 +34,7 @@ class Start:
     """What one start of the reference came to."""
 
     amplitude: float  # of its perturbation, in spacings; 0: the deterministic one
-    certified: bool
+    certified: bool  # without a compliance
     energy_mj: float
     figures: Figures
     iterations: int
@@ -155,8 +155,9 @@ def converge(case: Case, amplitudes: tuple[float, ...], count: int, deadline_s: 
         cpu_ms = 1e3 * (time.thread_time() - began)
         solution = replace(solution, minima=())
         figures = case.figures(solution)
-        tried.append(Start(amplitude, solution.certified, solution.energy_mj, figures, solution.iterations, cpu_ms))
-        if solution.certified and (best is None or solution.energy_mj < best.energy_mj):
+        good = solution.certified and not solution.certificate.compliant  # softer fibres are another ply
+        tried.append(Start(amplitude, good, solution.energy_mj, figures, solution.iterations, cpu_ms))
+        if good and (best is None or solution.energy_mj < best.energy_mj):
             best = solution
     if best is None:
         return None
