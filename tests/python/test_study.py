@@ -239,6 +239,18 @@ def test_profiles_count_pockets_and_stress_cases(tmp_path, monkeypatch):
     assert cv2.imread(str(tmp_path / "profile.png")).std() > 5
 
 
+def test_scans_are_compared_pair_by_pair():
+    script = runpy.run_path(str(Path(__file__).parents[2] / "bench" / "study" / "scans.py"))
+    seen = [
+        script["Seen"]("the recipe", 0, repeat, pocket, verdict, 0.2 + 0.01 * repeat, 0.5, 2, 1.0)
+        for pocket, verdicts in enumerate((("cease", "crease", "crease"), ("undecided", "crease", "undecided")))
+        for repeat, verdict in enumerate(verdicts)
+    ]
+    line = next(line for line in script["table"](seen, 1, 3).splitlines() if line.split()[:3] == ["the", "recipe", "2"])
+    # Of six pairs two are opposite and two differ otherwise; RMS differ by 0.01, 0.02 and 0.01.
+    assert line.split()[2:] == ["2", "2.0", "33.3%", "6", "33.33%", "33.33%", "0.0133", "0.000"]
+
+
 def test_bad_input_is_named(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="layups: expected at least one"):
         study.solver(tmp_path, layups=[], quick=True, pictures=False)
