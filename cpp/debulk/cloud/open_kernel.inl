@@ -48,8 +48,11 @@ struct Window {
 };
 
 struct Finder {
+  explicit Finder(const OpenTables& tables) : t(tables) {}
+
   const OpenTables& t;
-  std::vector<NearTile>& tiles;
+  std::array<NearTile, 256> tiles;  // that a window's boxes leave
+  int count = 0;
   std::uint32_t self = 0;
   int column = 0, row = 0;
   float p[3] = {};
@@ -107,10 +110,21 @@ struct Finder {
             std::min(t.pass->cloud.height - 1, row + r)};
   }
 
-  // Collects the tiles whose boxes are not farther away than the limit, the nearest first.
-  DEBULK_INLINE void near_tiles(const Window& w, float limit) const {
+  // Visits the tiles that were collected, the nearest first, but the one that was seen already.
+  DEBULK_INLINE void visit_tiles(Nearest& found, int seen_x, int seen_y) {
+    for (int k = 0; k < count; ++k) {
+      const NearTile& tile = tiles[static_cast<std::size_t>(k)];
+      if (tile.bound <= found.limit && (tile.x != seen_x || tile.y != seen_y)) visit_tile(tile.x, tile.y, found);
+    }
+    count = 0;
+  }
+
+  // Everything in the window that can be below the limit, but the tile that was seen already. The tiles whose boxes are not
+  // farther away than the limit are collected first, since the nearest brings the limit down.
+  DEBULK_INLINE void visit_window(const Window& pixels, Nearest& found, int seen_x, int seen_y) {
+    visit_bins(pixels.over(bin_side, bin_side), found);
+    const Window w = pixels.over(tile_width, tile_height);
     const Tiles& from = *t.pass->tiles;
-    tiles.clear();
     const Floats x = all(p[0]), y = all(p[1]), z = all(p[2]), zero = {};
     const Ints steps = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     for (int ty = w.top; ty <= w.bottom; ++ty) {
@@ -123,25 +137,19 @@ struct Finder {
         const Floats dy = higher(higher(lower(v_low * near, v_low * far) - y, y - higher(v_high * near, v_high * far)), zero);
         const Floats dz = higher(higher(near - z, z - far), zero);
         const Floats d = (dx * dx + dy * dy + dz * dz) * (1 - 1e-5f);
-        unsigned close = bits((d <= all(limit)) & (near <= far) & (steps + tx <= w.right));
+        unsigned close = bits((d <= all(found.limit)) & (near <= far) & (steps + tx <= w.right));
         if (close == 0) continue;
         alignas(64) float bound[lanes];
         store(bound, d);
         for (; close != 0; close &= close - 1) {
           const int k = __builtin_ctz(close);
-          tiles.push_back({bound[k], tx + k, ty});
-          if (bound[k] < tiles.front().bound) std::swap(tiles.front(), tiles.back());
+          if (count == static_cast<int>(tiles.size())) visit_tiles(found, seen_x, seen_y);
+          tiles[static_cast<std::size_t>(count++)] = {bound[k], tx + k, ty};
+          if (bound[k] < tiles[0].bound) std::swap(tiles[0], tiles[static_cast<std::size_t>(count - 1)]);
         }
       }
     }
-  }
-
-  // Everything in the window that can be below the limit, but the tile that was seen already.
-  DEBULK_INLINE void visit_window(const Window& w, Nearest& found, int seen_x, int seen_y) const {
-    visit_bins(w.over(bin_side, bin_side), found);
-    near_tiles(w.over(tile_width, tile_height), found.limit);
-    for (const NearTile& tile : tiles)
-      if (tile.bound <= found.limit && (tile.x != seen_x || tile.y != seen_y)) visit_tile(tile.x, tile.y, found);
+    visit_tiles(found, seen_x, seen_y);
   }
 
   // Pixels beyond which no point is nearer than this.
@@ -183,8 +191,8 @@ struct Finder {
   }
 };
 
-void run(const OpenTables& tables, long begin, long end, float* distances, std::vector<NearTile>& scratch) {
-  Finder finder{tables, scratch};
+void run(const OpenTables& tables, long begin, long end, float* distances) {
+  Finder finder(tables);
   const std::uint32_t last = tables.starts[end];
   for (std::uint32_t k = tables.starts[begin]; k < last; ++k) {
     if (k + ahead < last) finder.fetch(tables.index[k + ahead]);

@@ -1,6 +1,7 @@
 #include "debulk/cloud/open_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -33,8 +34,8 @@ struct NearTile {
 #define DEBULK_KERNEL "debulk/cloud/open_kernel.inl"
 #include "debulk/core/each_isa.inl"
 
-void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances, std::vector<NearTile>& scratch) {
-  return DEBULK_ON(isa, run(tables, begin, end, distances, scratch));
+void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances) {
+  return DEBULK_ON(isa, run(tables, begin, end, distances));
 }
 
 }  // namespace
@@ -81,15 +82,12 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
     }
 }
 
-void OpenSearch::run(std::vector<float>& distances, int threads) const {
+void OpenSearch::run(std::vector<float>& distances, int threads, const Stop& stop) const {
   const OpenTables tables{&pass_,  stretch_,       u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(),
                           bins_x_, starts_.data(), index_.data(), x_.data(),      y_.data(),     z_.data()};
   distances.resize(count_);
-  parallel_for(static_cast<long>(starts_.size()) - 2, 128, threads, [&](long begin, long end) {
-    std::vector<NearTile> scratch;
-    scratch.reserve(256);
-    search(pass_.isa, tables, begin, end, distances.data(), scratch);
-  });
+  parallel_for(static_cast<long>(starts_.size()) - 2, 128, threads, stop,
+               [&](long begin, long end) { search(pass_.isa, tables, begin, end, distances.data()); });
 }
 
 }  // namespace debulk

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "debulk/cloud/window_pass.hpp"
+#include "debulk/core/stop.hpp"
 
 namespace debulk {
 
@@ -18,7 +19,7 @@ class OpenSearch {
 
   // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four.
   // `pass` and what it points to must still be there.
-  void run(std::vector<float>& distances, int threads) const;
+  void run(std::vector<float>& distances, int threads, const Stop& stop) const;
 
   std::uint32_t pixel(std::size_t k) const { return index_[k]; }  // in that order
 

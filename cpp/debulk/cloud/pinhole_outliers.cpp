@@ -17,10 +17,10 @@ constexpr long fewest = 1000;         // points
 }  // namespace
 
 // False: not such a cloud.
-bool PinholeOutliers::pass(WindowPass& window, int threads) {
+bool PinholeOutliers::pass(WindowPass& window, int threads, const Stop& stop) {
   for (;;) {
     window.tolerance = tolerance + rounding_px;
-    parallel_for(static_cast<long>(bands_.size()), 1, threads,
+    parallel_for(static_cast<long>(bands_.size()), 1, threads, stop,
                  [&](long begin, long) { window_pass(window, static_cast<int>(begin), bands_[static_cast<std::size_t>(begin)]); });
     long strays = 0, open = 0;
     summary_ = Outliers();
@@ -35,7 +35,8 @@ bool PinholeOutliers::pass(WindowPass& window, int threads) {
   }
 }
 
-bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads) {
+bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads,
+                          const Stop& stop) {
   options.check();
   camera.check();
   if (!cloud.organised() || options.neighbours != 4 || cloud.size() >= (std::size_t{1} << 31)) return false;
@@ -48,10 +49,10 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
   WindowPass window{cloud, camera, 0, 0, 0, base, states_.data(), heights_.data(), &tiles_, isa};
   for (int round = 0;; ++round) {
     window.low = guess * (1 - band), window.high = guess * (1 + band);
-    if (!pass(window, threads)) return false;
+    if (!pass(window, threads, stop)) return false;
     if (round == 0) {
       search_.prepare(window, bands_);
-      search_.run(distances_, threads);
+      search_.run(distances_, threads, stop);
     }
     double sum = 0, squares = 0;
     long count = 0;
@@ -73,10 +74,10 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
     states_[pixel] = keep;
     if (!keep && base) heights_[pixel] = std::numeric_limits<float>::quiet_NaN();
   };
-  parallel_for(static_cast<long>(bands_.size()), 1, threads, [&](long begin, long) {
+  parallel_for(static_cast<long>(bands_.size()), 1, threads, stop, [&](long begin, long) {
     for (const ClosePixel& c : bands_[static_cast<std::size_t>(begin)].close) settle(c.index, c.distance);
   });
-  parallel_for(static_cast<long>(distances_.size()), 1 << 15, threads, [&](long begin, long end) {
+  parallel_for(static_cast<long>(distances_.size()), 1 << 15, threads, stop, [&](long begin, long end) {
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) settle(search_.pixel(k), distances_[k]);
   });
   return true;

@@ -20,8 +20,9 @@ class PinholeOutliers {
   Isa isa = best_isa();
 
   // False: not a pinhole's cloud (or too few points, too many off the sheet, another number of neighbours than four):
-  // nothing was decided, and remove_outliers is to be asked. `base`, if given, makes heights.
-  bool run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads = 0);
+  // nothing was decided, and remove_outliers is to be asked. `base`, if given, makes heights. Throws Stopped when the stop is raised.
+  bool run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads = 0,
+           const Stop& stop = Stop());
 
   const std::vector<std::uint8_t>& keep() const { return states_; }  // one a pixel, 0 or 1
   const std::vector<float>& heights() const { return heights_; }     // above the base, NaN where not kept; a row more
@@ -30,7 +31,7 @@ class PinholeOutliers {
   long open() const { return static_cast<long>(distances_.size()); }
 
  private:
-  bool pass(WindowPass& window, int threads);
+  bool pass(WindowPass& window, int threads, const Stop& stop);
 
   std::vector<std::uint8_t> states_;
   std::vector<float> heights_, distances_;

@@ -87,7 +87,7 @@ ImageGridding::ImageGridding(const Reference& reference, const View& view, const
   });
 }
 
-void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa, int threads) const {
+void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa, int threads, const Stop& stop) const {
   const Eigen::Vector3f up = view_.rotation().row(2).transpose().cast<float>();
   const ImageTables tables{point_x_.data(),
                            point_y_.data(),
@@ -103,7 +103,7 @@ void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa
                            view_.width,
                            view_.height,
                            image.tiles().pitch};
-  parallel_for(grid.ny, 32, threads, [&](long begin, long end) {
+  parallel_for(grid.ny, 32, threads, stop, [&](long begin, long end) {
     for (long j = begin; j < end; ++j) grid_row(isa, tables, static_cast<int>(j), &grid.values[grid.index(0, static_cast<int>(j))]);
   });
 }
