@@ -76,6 +76,7 @@ trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (a
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
 	$(python) -m debulk.study
 	$(python) bench/study/profiles.py
+	$(python) bench/study/scans.py
 
 .PHONY: bench
 bench: $(stamps)/package ## Build and run the C++ benchmarks; results in build/bench

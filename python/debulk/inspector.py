@@ -231,7 +231,7 @@ class Inspector:
                     why_whole = self._regions.reason
         height_map, parts_ms = self._height_map(scan, stop)
         began = time.perf_counter()
-        segmentation, feet = self._segment(height_map)
+        segmentation, feet = self._segment(height_map, stop)
         parts_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         known = np.count_nonzero(np.isfinite(segmentation.heights.values)) * height_map.spacing_mm**2
         left_out = () if not why_whole else (LeftOut(what="regions of interest", why=why_whole, bound=_WHOLE),)
@@ -342,7 +342,7 @@ class Inspector:
             self.reference, image, self.mold_from_scanner, self.grid_spacing_mm, self.ply_outline, self.recipe
         )
 
-    def _segment(self, height_map: surface.HeightMap) -> tuple[pocket.Segmentation, pocket.Feet]:
+    def _segment(self, height_map: surface.HeightMap, stop: _core.Stop) -> tuple[pocket.Segmentation, pocket.Feet]:
         wanted, patch = self.recipe.segmentation, self.recipe.patch
         segmentation = pocket.segment(
             height_map, wanted.cut_height_mm, wanted.area_tol_mm2, wanted.peak_tol_mm, self.ply_outline
@@ -352,6 +352,7 @@ class Inspector:
             thickness_mm=self.recipe.material.thickness_mm,
             mold_tol_mm=patch.mold_tol_mm,
             smooth_mm=patch.smooth_mm,
+            stop=stop,
         )
         return segmentation, feet
 

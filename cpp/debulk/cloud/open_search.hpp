@@ -11,7 +11,8 @@ namespace debulk {
 // Exact nearest four of the points that the pixel window left open, over the whole image. Points fall into two kinds:
 // the certain ones lie close together, in tiles whose depth ranges are narrow, and a tile is looked into only where its
 // box reaches within the distance found so far; the open ones themselves (flying pixels, mostly) lie in bins of pixels.
-// How many pixels round a point must be looked at follows from the bound in window_pass.hpp.
+// How many pixels round a point must be looked at follows from the bound in window_pass.hpp. A point of a noisy sheet needs
+// no more than the 5 by 5 round it.
 class OpenSearch {
  public:
   // Sorts the open points into bins.
@@ -26,6 +27,7 @@ class OpenSearch {
  private:
   WindowPass pass_;
   double stretch_ = 1;                                  // sqrt(1 + u²), at most
+  double square_bound_ = 0;                             // squared distance of what lies outside 5 by 5 pixels, at depth 1
   std::vector<float> u_low_, u_high_, v_low_, v_high_;  // rays that bound each column and row of tiles
   int bins_x_ = 0;
   std::size_t count_ = 0;

@@ -208,7 +208,7 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
     }
     largest_first(jobs, [&](Job& job, int) {
       if (stop.now()) throw Stopped("the search for feet was stopped");
-      job.work->feet = find_feet(*job.work->segmentation, feet);
+      job.work->feet = find_feet(*job.work->segmentation, feet, stop);
     });
     times_.feet += laps.lap();
 

@@ -29,6 +29,7 @@ GapProblem::GapProblem(const Sheet& sheet)
     : sheet_(sheet),
       length_(sheet.net().spacing),
       energy_(sheet.force_unit_n() * sheet.net().spacing),
+      reach_(2 * sheet.size_mm() / sheet.net().spacing),
       place_(sheet.start().size(), -1),
       blocks_(sheet.movable_hessian()) {
   for (std::size_t k = 0; k < sheet.movable().size(); ++k) place_[static_cast<std::size_t>(sheet.movable()[k])] = static_cast<int>(k);

@@ -19,6 +19,7 @@ class GapProblem : public Problem {
   int equalities() const override { return static_cast<int>(constrained_.size()); }
   Eigen::VectorXd start() const override { return from_points(sheet_.start()); }
   Eigen::VectorXd lower() const override;
+  double reach() const override { return reach_; }
 
   double value(const Eigen::VectorXd& y) const override;
   void gradient(const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> out) const override;
@@ -51,6 +52,7 @@ class GapProblem : public Problem {
 
   const Sheet& sheet_;
   double length_, energy_;            // units: Delta (mm), force unit times Delta (mJ)
+  double reach_;                      // twice the net's size: further, it has slid off
   std::vector<int> place_;            // of a node among the movable ones; -1: fixed
   std::vector<Segment> constrained_;  // segments with a movable end
   mutable State state_;

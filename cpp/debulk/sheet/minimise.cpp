@@ -1,6 +1,9 @@
 #include "debulk/sheet/minimise.hpp"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
+#include <tuple>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
@@ -15,7 +18,7 @@ namespace {
 constexpr int kSofterRetries = 2;
 constexpr double kSofter = 0.1, kSoftest = 1e6;
 
-constexpr double kFar = 1e3;  // spacings; a layup of a metre or two lies well within
+constexpr double kLevel = 1e-9;  // slope
 
 // SplitMix64 (Steele, Lea, Flood 2014): the same sequence on every machine, unlike the standard library's distributions.
 class Random {
@@ -73,7 +76,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
     const Judged judged = certify(sheet, minimum.nodes, solve.stiffness);
     minimum.certificate = judged.certificate;
     minimum.energy_mj = sheet.energy(minimum.nodes);
-    if (minimum.certified() || options.solve.stop.now()) break;
+    if (minimum.certified() || minimum.status == SolveStatus::no_minimum || options.solve.stop.now()) break;
     if (!judged.descent.empty()) {
       Points beside = minimum.nodes;
       for (std::size_t i = 0; i < beside.size(); ++i) beside[i] += 0.05 * spacing * judged.descent[i];
@@ -86,6 +89,43 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
   return minimum;
 }
 
+// Does something hold the ply as a whole? Fixed nodes do. Without any, let it slide as it lies, its nodes moved by the same
+// (x, y) on the mold: load times the mean descent, against the grip of the free nodes, mu P A / N times the way. It is held
+// where it lies, or comes to rest within its own size (Newton's method with steps of at most a spacing), or slides off.
+bool held(const Sheet& sheet) {
+  const Points& nodes = sheet.start();
+  const auto count = static_cast<double>(nodes.size());
+  if (sheet.movable().size() < nodes.size()) return true;
+  double free = 0;
+  for (const NodeKind kind : sheet.net().kinds) free += kind == NodeKind::free;
+  const double load = sheet.nodal_force_n() + sheet.nodal_weight_n(), spacing = sheet.net().spacing;
+  const double grip = load > 0 ? sheet.ply().friction * sheet.nodal_force_n() / load * free / count : 0.0;  // a node and load
+  if (load <= 0) return true;
+  Eigen::Vector2d slid = Eigen::Vector2d::Zero();
+  for (int step = 0; step < 300 && slid.norm() < sheet.size_mm(); ++step) {
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d curvature = Eigen::Matrix2d::Zero();
+    for (const Eigen::Vector3d& node : nodes) {
+      const SurfaceSample mold = sheet.mold().sample(node.head<2>() + slid);
+      slope += mold.gradient / count;
+      curvature += mold.hessian / count;
+    }
+    const double way = slid.norm(), resting = grip * std::sqrt(1 + slope.squaredNorm());
+    if (slope.norm() <= std::max(step == 0 ? resting : 0.0, kLevel)) return true;
+    if (step > 0) {
+      const Eigen::Vector2d along = slid / way;
+      slope += resting * along;
+      curvature += resting / way * (Eigen::Matrix2d::Identity() - along * along.transpose());
+      if (slope.norm() <= kLevel) return true;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(curvature);
+    Eigen::Vector2d move = axes.eigenvectors().transpose() * -slope;
+    for (int a = 0; a < 2; ++a) move[a] /= std::max(std::abs(axes.eigenvalues()[a]), 1e-12);
+    slid += axes.eigenvectors() * move * std::min(1.0, spacing / move.norm());
+  }
+  return false;
+}
+
 // What cannot be solved, known before trying.
 SolveStatus refusal(const Sheet& sheet) {
   const Net& net = sheet.net();
@@ -96,36 +136,22 @@ SolveStatus refusal(const Sheet& sheet) {
   for (const auto& [i, j] : sheet.segments())
     equations += net.kinds[static_cast<std::size_t>(i)] != NodeKind::fixed || net.kinds[static_cast<std::size_t>(j)] != NodeKind::fixed;
   if (equations > 3 * sheet.movable().size()) return SolveStatus::too_few_movable_nodes;
-  if (sheet.movable().size() < net.nodes.size() || sheet.nodal_force_n() <= 0) return SolveStatus::converged;
-  // Nothing is fixed. Sliding as a whole down the mold's mean slope, each node gains P A / N times the descent, each free
-  // one loses mu P A / N times the way.
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-  double free = 0;
-  for (std::size_t i = 0; i < net.nodes.size(); ++i) {
-    slope += sheet.mold().sample(net.nodes[i].head<2>()).gradient;
-    free += net.kinds[i] == NodeKind::free;
-  }
-  const auto count = static_cast<double>(net.nodes.size());
-  slope /= count;
-  const double pull = slope.norm() * count, grip = sheet.ply().friction * free * std::sqrt(1 + slope.squaredNorm());
-  return grip <= 0 || pull >= grip ? SolveStatus::no_minimum : SolveStatus::converged;
+  return held(sheet) ? SolveStatus::converged : SolveStatus::no_minimum;
 }
 
 // Start k: 0 is the given one (or the sheet's), the others are seeded perturbations of it.
 Minimum from_start(const Sheet& sheet, const MinimiseOptions& options, const Points* start, int k) {
   const SolveStatus known = refusal(sheet);
   if (known != SolveStatus::converged) return refused(sheet, known, options.solve.stiffness);
-  if (const Eigen::Vector3d far = sheet.start().front(); far.lpNorm<Eigen::Infinity>() > kFar * sheet.net().spacing) {
+  if (const Eigen::Vector3d far = sheet.start().front(); !far.isZero(0)) {
     // So far from the origin, differences of coordinates lack the digits that stiff fibres need: solve near it. The
-    // certificate is that of the nodes as they are returned.
+    // certificate is that of the configuration there, of which the returned nodes are the rounded ones.
     Points near_start = start ? *start : sheet.start();
     for (Eigen::Vector3d& node : near_start) node -= far;
     Minimum minimum = from_start(sheet.moved(-far), options, &near_start, k);
     for (Eigen::Vector3d& node : minimum.nodes) node += far;
     for (std::size_t i = 0; i < minimum.nodes.size(); ++i)
       if (sheet.net().kinds[i] == NodeKind::fixed) minimum.nodes[i] = sheet.start()[i];
-    minimum.certificate = certify(sheet, minimum.nodes, options.solve.stiffness).certificate;
-    minimum.energy_mj = sheet.energy(minimum.nodes);
     return minimum;
   }
   const GapProblem problem(sheet);
@@ -184,9 +210,11 @@ std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& 
 }
 
 const Minimum& best(const std::vector<Minimum>& minima) {
+  // Strained fibres save energy: a compliant minimum is the best only where there is no other.
+  const auto rank = [](const Minimum& m) { return std::tuple(!m.certified(), m.certificate.compliant, m.energy_mj); };
   const Minimum* found = &minima.front();
   for (const Minimum& m : minima)
-    if (m.certified() && (!found->certified() || m.energy_mj < found->energy_mj)) found = &m;
+    if (m.certified() && rank(m) < rank(*found)) found = &m;
   return *found;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "debulk/core/error.hpp"
 #include "debulk/sheet/bending.hpp"
@@ -13,7 +14,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kElasticShare = 0.01;  // of the elastic forces at the start, from which on these make the unit of force
+constexpr double kElasticShare = 0.01;  // of the largest spring's force at the start, from which on it makes the unit of force
 constexpr std::array<const char*, 5> kTermNames = {"bending", "shear", "friction", "gravity", "vacuum"};
 
 std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted)(NodeKind)) {
@@ -34,7 +35,7 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
 
   const double share_mm2 = area_mm2 / static_cast<double>(net_.nodes.size());  // A / N
   nodal_force_ = ply_.pressure_mpa * share_mm2;
-  const double weight = share_mm2 * ply_.thickness_mm * ply_.density_kg_m3 * 1e-9 * ply_.gravity_m_s2;  // N
+  nodal_weight_ = share_mm2 * ply_.thickness_mm * ply_.density_kg_m3 * 1e-9 * ply_.gravity_m_s2;
   segments_ = debulk::segments(net_.neighbours);
   movable_ = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind != NodeKind::fixed; });
   const std::vector<int> free = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind == NodeKind::free; });
@@ -43,11 +44,15 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
   add_term("shear", ply_.shear_mpa, std::make_shared<Shear>(ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours));
   const double grip = free.empty() ? 0.0 : ply_.friction * nodal_force_;
   add_term("friction", grip, std::make_shared<Friction>(grip, net_.spacing, free, net_.nodes));
-  add_term("gravity", weight, std::make_shared<Load>(weight, net_.nodes));
+  add_term("gravity", nodal_weight_, std::make_shared<Load>(nodal_weight_, net_.nodes));
   add_term("vacuum", nodal_force_, std::make_shared<Load>(nodal_force_, net_.nodes));
 
-  force_unit_ = std::max({nodal_force_, weight, kElasticShare * elastic_force()});
+  strict_force_ = std::max(nodal_force_, nodal_weight_);
+  double spring = 0;
+  for (const NamedTerm& t : terms_) spring = std::max(spring, t.term->largest_force(net_.nodes));
+  force_unit_ = std::max(strict_force_, kElasticShare * spring);
   if (force_unit_ <= 0) force_unit_ = 1;
+  if (strict_force_ <= 0) strict_force_ = force_unit_;
 
   std::vector<char> held(net_.nodes.size());
   for (std::size_t i = 0; i < held.size(); ++i) held[i] = net_.kinds[i] == NodeKind::fixed;
@@ -55,13 +60,10 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
   for (NamedTerm& t : terms_) t.places = t.term->places(movable_hessian_);
 }
 
-double Sheet::elastic_force() const {
-  Points gradient(net_.nodes.size(), Eigen::Vector3d::Zero());
-  for (const NamedTerm& t : terms_)
-    if (t.name == "bending" || t.name == "shear") t.term->add_gradient(net_.nodes, gradient);
-  double largest = 0;
-  for (const int node : movable_) largest = std::max(largest, gradient[static_cast<std::size_t>(node)].norm());
-  return largest;
+double Sheet::size_mm() const {
+  Eigen::Vector3d low = net_.nodes.front(), high = low;
+  for (const Eigen::Vector3d& p : net_.nodes) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  return (high - low).norm();
 }
 
 Sheet Sheet::moved(const Eigen::Vector3d& by) const {

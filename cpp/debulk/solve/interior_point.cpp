@@ -19,7 +19,12 @@ constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kEtaPhi = 1e-8, kSTheta =
 constexpr int kCorrections = 4;
 constexpr double kAcceptable = 100;  // times the tolerance
 constexpr int kAcceptableSteps = 15, kPatience = 150;
-// Ours, for saddles: six convexified steps in a row below this barrier are taken for an approach to one.
+constexpr double kDescent = 1e-2;  // of the energy, at least 1: what counts as progress
+// Ours. Where a step would go far, as a net without stiffness does, it is damped, and cut if that does not help: in units of
+// the variables, spacings.
+constexpr double kLongest = 1.0, kDamping = 1e-3;
+constexpr int kDampings = 4;
+// Also ours, for saddles: six convexified steps in a row below this barrier are taken for an approach to one.
 constexpr double kSaddleMu = 1e-3, kEscapeStep = 0.05, kEscapeMu = 1e-4;
 constexpr int kSaddleSteps = 6, kEscapes = 10;
 
@@ -49,7 +54,7 @@ class InteriorPoint {
 
  private:
   void begin(const VectorXd& start) {
-    now_.y = start;
+    start_ = now_.y = start;
     for (const int i : bounded_) now_.y[i] = std::max(now_.y[i], lower_[i] + kBoundPush);
     now_.z = VectorXd::Zero(n_);
     for (const int i : bounded_) now_.z[i] = 1.0;
@@ -66,16 +71,20 @@ class InteriorPoint {
 
   SolveStatus iterate(int& iterations) {
     int acceptable = 0, since_best = 0;
-    double best = std::numeric_limits<double>::infinity();
+    double best = std::numeric_limits<double>::infinity(), lowest = std::numeric_limits<double>::max();
     for (iterations = 0;; ++iterations) {
       const double error = optimality_error(0.0);
       if (error <= options_.tolerance) return SolveStatus::converged;
       // Where rounding is coarser than the tolerance, as far from the origin, it is taken as met (Ipopt's acceptable level).
       acceptable = error <= kAcceptable * options_.tolerance ? acceptable + 1 : 0;
       if (acceptable >= kAcceptableSteps) return SolveStatus::converged;
-      since_best = error < 0.9 * best ? 0 : since_best + 1;
+      // A long way downhill is progress, too.
+      const double height = now_.f + now_.lambda.squaredNorm() / (2 * options_.stiffness);
+      since_best = error < 0.9 * best || height < lowest - kDescent * std::max(1.0, std::abs(lowest)) ? 0 : since_best + 1;
       best = std::min(best, error);
+      if (since_best == 0) lowest = std::min(lowest, height);
       if (since_best >= kPatience) return SolveStatus::numerical_failure;
+      if ((now_.y - start_).lpNorm<Eigen::Infinity>() > problem_.reach()) return SolveStatus::no_minimum;
       if (options_.stop.now()) return options_.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline;
       if (iterations >= options_.max_iterations) return SolveStatus::iteration_limit;
       while (mu_ > options_.tolerance / 10 && optimality_error(mu_) <= kMuTest * mu_) {
@@ -86,7 +95,7 @@ class InteriorPoint {
         if (options_.stop.now()) continue;  // given up for the stop, which says so next
         return SolveStatus::numerical_failure;
       }
-      convexified_ = mu_ <= kSaddleMu && system_.shift() > 0 ? convexified_ + 1 : 0;
+      convexified_ = mu_ <= kSaddleMu && system_.convexified() ? convexified_ + 1 : 0;
       if (convexified_ >= kSaddleSteps && escapes_ < kEscapes) leave_saddle();
     }
   }
@@ -94,8 +103,7 @@ class InteriorPoint {
   // One Newton step with its line search; where none is acceptable, once more with a stronger convexification.
   bool step() {
     system_.assemble(now_.y, now_.lambda);
-    VectorXd sigma = VectorXd::Zero(n_);
-    for (const int i : bounded_) sigma[i] = now_.z[i] / (now_.y[i] - lower_[i]);
+    const VectorXd sigma = bound_curvature();
     double at_least = 0;
     for (int attempt = 0; attempt < 6 && !(attempt > 0 && options_.stop.now()); ++attempt) {
       if (!system_.factor(sigma, options_.stiffness, at_least)) return false;
@@ -105,6 +113,10 @@ class InteriorPoint {
       const VectorXd deficit = -(now_.c - now_.lambda / options_.stiffness);
       VectorXd dy, dl;
       system_.solve(slope, deficit, dy, dl);
+      for (int again = 0; again < kDampings && dy.lpNorm<Eigen::Infinity>() > kLongest; ++again) {
+        if (!system_.factor(sigma, options_.stiffness, std::max(kDamping, 8 * system_.shift()))) return false;
+        system_.solve(slope, deficit, dy, dl);
+      }
       if (dy.allFinite() && dl.allFinite() && search(barrier_gradient, slope, dy, dl)) return true;
       at_least = std::max(10 * system_.last_shift(), 1e-4);
       filter_.clear();
@@ -112,10 +124,17 @@ class InteriorPoint {
     return false;
   }
 
+  VectorXd bound_curvature() const {
+    VectorXd sigma = VectorXd::Zero(n_);
+    for (const int i : bounded_) sigma[i] = now_.z[i] / (now_.y[i] - lower_[i]);
+    return sigma;
+  }
+
   // Step after step that needs convexifying, late in the solve, leads to a saddle. Step off along the direction of most
   // negative curvature, downhill, and let the barrier grow again so that contacts may open.
   void leave_saddle() {
-    VectorXd aside = system_.softest_direction();
+    system_.assemble(now_.y, now_.lambda);
+    VectorXd aside = system_.softest_direction(bound_curvature());
     VectorXd barrier_gradient = gradient_;
     for (const int i : bounded_) barrier_gradient[i] -= mu_ / (now_.y[i] - lower_[i]);
     if (aside.dot(barrier_gradient) > 0) aside = -aside;
@@ -136,7 +155,7 @@ class InteriorPoint {
     const double tau = std::max(kTauMin, 1 - mu_);
     const double theta = infeasibility(now_), phi = barrier(now_);
     const double descent = barrier_gradient.dot(dy) + now_.lambda.dot(dl) / options_.stiffness;
-    const double longest = longest_step(dy, tau);
+    const double longest = std::min(longest_step(dy, tau), kLongest / std::max(kLongest, dy.lpNorm<Eigen::Infinity>()));
     const double rounding = 10 * std::numeric_limits<double>::epsilon() * std::abs(phi);
     double shortest = kGammaTheta;
     if (descent < 0) {
@@ -253,7 +272,7 @@ class InteriorPoint {
   const Problem& problem_;
   SolveOptions options_;
   int n_, m_;
-  VectorXd lower_;
+  VectorXd start_, lower_;
   std::vector<int> bounded_;
   NewtonSystem system_;
   Iterate now_;

@@ -44,6 +44,26 @@ void NewtonSystem::differentiate(const Eigen::VectorXd& y) {
 
 void NewtonSystem::assemble(const Eigen::VectorXd& y, const Eigen::VectorXd& lambda) {
   problem_.hessian(y, 1.0, lambda, w_);
+  y_ = y;
+  lambda_ = lambda;
+  convex_known_ = false;
+}
+
+void NewtonSystem::assemble_convex() {
+  if (convex_known_) return;
+  convex_.resize(w_.size());
+  problem_.hessian(y_, 1.0, lambda_.cwiseMax(0.0), convex_);
+  convex_known_ = true;
+}
+
+// W (or its convex part) + sigma + shift, and the factor of that + rho J^T J.
+bool NewtonSystem::try_factor(const Eigen::VectorXd& w, const Eigen::VectorXd& sigma) {
+  std::fill(plain_.values().begin(), plain_.values().end(), 0.0);
+  for (std::size_t k = 0; k < places_.size(); ++k) plain_.values()[places_[k]] += w[static_cast<long>(k)];
+  for (int i = 0; i < n_; ++i) plain_.values()[plain_.diagonal(i)] += sigma[i] + shift_;
+  factors_ = plain_;
+  add_normal(rho_);
+  return factors_.factor();
 }
 
 void NewtonSystem::add_normal(double rho) {
@@ -51,17 +71,9 @@ void NewtonSystem::add_normal(double rho) {
   for (const Product& p : products_) values[p.place] += rho * j_[p.one] * j_[p.other];
 }
 
-bool NewtonSystem::factor(const Eigen::VectorXd& sigma, double stiffness, double least_shift) {
-  stiffness_ = stiffness;
-  rho_ = std::min(stiffness, kStiffest);
-  // Waechter and Biegler's Algorithm IC: none, then from a third of the last that helped, growing.
-  for (shift_ = least_shift;;) {
-    std::fill(plain_.values().begin(), plain_.values().end(), 0.0);
-    for (std::size_t k = 0; k < places_.size(); ++k) plain_.values()[places_[k]] += w_[static_cast<long>(k)];
-    for (int i = 0; i < n_; ++i) plain_.values()[plain_.diagonal(i)] += sigma[i] + shift_;
-    factors_ = plain_;
-    add_normal(rho_);
-    if (factors_.factor()) break;
+// Waechter and Biegler's Algorithm IC: the shift as it is, then from a third of the last that helped, growing.
+bool NewtonSystem::shift_until_positive(const Eigen::VectorXd& w, const Eigen::VectorXd& sigma) {
+  while (!try_factor(w, sigma)) {
     if (shift_ == 0)
       shift_ = last_shift_ == 0 ? kShiftFirst : std::max(kShiftLeast, last_shift_ / 3);
     else
@@ -70,6 +82,16 @@ bool NewtonSystem::factor(const Eigen::VectorXd& sigma, double stiffness, double
   }
   if (shift_ > 0) last_shift_ = shift_;
   return true;
+}
+
+bool NewtonSystem::factor(const Eigen::VectorXd& sigma, double stiffness, double least_shift) {
+  stiffness_ = stiffness;
+  rho_ = std::min(stiffness, kStiffest);
+  shift_ = least_shift;
+  convexified_ = shift_ > 0 || !try_factor(w_, sigma);
+  if (!convexified_) return true;
+  assemble_convex();
+  return shift_until_positive(convex_, sigma);
 }
 
 void NewtonSystem::solve(const Eigen::VectorXd& slope, const Eigen::VectorXd& deficit, Eigen::VectorXd& dy, Eigen::VectorXd& dl) {
@@ -105,7 +127,9 @@ Eigen::VectorXd NewtonSystem::jacobian_times(const Eigen::VectorXd& y) const {
   return out;
 }
 
-Eigen::VectorXd NewtonSystem::softest_direction() const {
+Eigen::VectorXd NewtonSystem::softest_direction(const Eigen::VectorXd& sigma) {
+  shift_ = 0;
+  if (!shift_until_positive(w_, sigma)) return Eigen::VectorXd::Zero(n_);
   Eigen::VectorXd v(n_);  // a start with every component in it, the same every time
   for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
   for (int step = 0; step < 15; ++step) {

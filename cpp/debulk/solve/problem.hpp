@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -19,6 +20,8 @@ class Problem {
   virtual int equalities() const = 0;
   virtual Eigen::VectorXd start() const = 0;
   virtual Eigen::VectorXd lower() const = 0;  // -infinity where there is no bound
+  // Farther from the start than this, in any variable, f has no minimum that is looked for: the method stops there.
+  virtual double reach() const { return std::numeric_limits<double>::infinity(); }
 
   virtual double value(const Eigen::VectorXd& y) const = 0;
   virtual void gradient(const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> out) const = 0;

@@ -13,7 +13,7 @@ enum class SolveStatus {
   infeasible,             // the method ended at a point that violates the constraints
   numerical_failure,      // not-a-number in an evaluation, or a factorisation failed for good
   too_few_movable_nodes,  // refused up front: more length equations than unknowns
-  no_minimum,             // refused up front: nothing holds the ply against its load
+  no_minimum,             // refused up front, or left for during the solve: nothing holds the ply against its load
   not_a_surface           // refused up front: segments far from their length, as between nodes that coincide
 };
 

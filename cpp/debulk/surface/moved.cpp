@@ -1,5 +1,7 @@
 #include "debulk/surface/moved.hpp"
 
+#include <utility>
+
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {
@@ -19,15 +21,29 @@ class Moved : public Surface {
   Eigen::Vector3d by_;
 };
 
+// Places are counted from the moved first height: far away, no digits are lost on the way there and back.
+class MovedReference : public Surface {
+ public:
+  MovedReference(std::shared_ptr<const Reference> reference, const Eigen::Vector3d& by)
+      : reference_(std::move(reference)), origin_(reference_->heights().origin + by.head<2>()), up_(by.z()) {}
+  SurfaceSample sample(const Eigen::Vector2d& xy) const override {
+    SurfaceSample out = reference_->sample_at((xy - origin_) / reference_->heights().spacing);
+    out.height += up_;
+    return out;
+  }
+
+ private:
+  std::shared_ptr<const Reference> reference_;
+  Eigen::Vector2d origin_;
+  double up_;
+};
+
 }  // namespace
 
 std::shared_ptr<const Surface> moved(const std::shared_ptr<const Surface>& surface, const Eigen::Vector3d& by) {
-  const auto reference = std::dynamic_pointer_cast<const Reference>(surface);
-  if (!reference) return std::make_shared<Moved>(surface, by);
-  Grid<double> heights = reference->heights();
-  heights.origin += by.head<2>();
-  for (double& h : heights.values) h += by.z();
-  return std::make_shared<Reference>(heights);
+  if (auto reference = std::dynamic_pointer_cast<const Reference>(surface))
+    return std::make_shared<MovedReference>(std::move(reference), by);
+  return std::make_shared<Moved>(surface, by);
 }
 
 }  // namespace debulk

@@ -122,8 +122,7 @@ Reference::Reference(const Grid<double>& heights) : heights_(heights) {
   spline_columns(rows, wide, ny, coefficients_);
 }
 
-SurfaceSample Reference::sample(const Eigen::Vector2d& xy) const {
-  const Eigen::Vector2d u = heights_.locate(xy);
+SurfaceSample Reference::sample_at(const Eigen::Vector2d& u) const {
   const Weights wx = weights(u.x(), heights_.nx), wy = weights(u.y(), heights_.ny);
   const int wide = heights_.nx + 2;
   double f = 0, fx = 0, fy = 0, fxx = 0, fxy = 0, fyy = 0;

@@ -113,12 +113,53 @@ TEST(Minimise, RefusesWhatCannotBeSolvedUpFront) {
   for (std::size_t i = 0; i < free.nodes.size(); ++i) free.kinds[i] = NodeKind::free;
   Ply slippery;
   slippery.friction = 0;
-  EXPECT_EQ(status(free, slippery), SolveStatus::no_minimum);
+  EXPECT_EQ(status(free, slippery, 0.01), SolveStatus::no_minimum);
   EXPECT_EQ(status(free, Ply(), 0.5), SolveStatus::no_minimum);  // steeper than its friction of 0.4
+  Ply unpressed;                                                 // no vacuum, no grip: its weight is enough
+  unpressed.pressure_mpa = 0;
+  EXPECT_EQ(status(free, unpressed, 0.01), SolveStatus::no_minimum);
 
   Net twice = ridge_net(9, 7, 0.5);
   twice.nodes[20] = twice.nodes[21];
   EXPECT_EQ(status(twice), SolveStatus::not_a_surface);
+}
+
+TEST(Minimise, AFreePlyIsSolvedWhereSomethingHoldsIt) {
+  Net free = test::flat_net(7, 7, kSpacing, false);
+  for (NodeKind& kind : free.kinds) kind = NodeKind::free;
+  Ply slippery;
+  slippery.friction = 0;
+  const auto ended = [&](std::shared_ptr<const Surface> mold, const Ply& ply, double narrow = 1) {
+    Net net = free;
+    for (Eigen::Vector3d& p : net.nodes) {
+      p.x() *= narrow;
+      p.z() = mold->height(p.head<2>());
+    }
+    const Minimum minimum = minimise(Sheet(net, 900.0, ply, mold), MinimiseOptions())[0];
+    return minimum.status == SolveStatus::no_minimum || minimum.certified() ? name(minimum.status) : minimum.certificate.failure();
+  };
+  EXPECT_EQ(ended(std::make_shared<test::Plane>(), slippery), "converged");
+  EXPECT_EQ(ended(std::make_shared<test::Plane>(0.1, 0), Ply(), 1 / std::sqrt(1.01)), "converged");
+  // A trough whose bottom is beside the net: it slides there. A hill: it slides off.
+  EXPECT_EQ(ended(std::make_shared<test::Quadric>(0.002, 0, 0.002), slippery), "converged");
+  EXPECT_EQ(ended(std::make_shared<test::Quadric>(-0.002, 0, -0.002), slippery), "no_minimum");
+}
+
+// Half of the edge is free, and the mold falls away below it: a long way to go for a ply without stiffness.
+TEST(Minimise, AnUnstiffPlyGoesALongWay) {
+  Net net = test::flat_net(13, 13, kSpacing);
+  Ply ply;
+  ply.young_mpa = ply.shear_mpa = 0.01;
+  ply.friction = 0.05;
+  const auto mold = std::make_shared<test::Plane>(0.75, 0);
+  for (std::size_t i = 0; i < net.nodes.size(); ++i) {
+    if (net.kinds[i] == NodeKind::fixed && net.nodes[i].y() < 45) net.kinds[i] = NodeKind::free;
+    net.nodes[i].x() *= 0.8;
+    net.nodes[i].z() = mold->height(net.nodes[i].head<2>());
+  }
+  const std::vector<Minimum> minima = minimise(Sheet(net, 3600.0, ply, mold), MinimiseOptions());
+  EXPECT_TRUE(minima[0].certified()) << name(minima[0].status) << ' ' << minima[0].certificate.failure();
+  EXPECT_LT(minima[0].energy_mj, -1000);
 }
 
 TEST(Minimise, FibresPinnedAtBothEndsAtTheirChordAreSolved) {
@@ -135,6 +176,40 @@ TEST(Minimise, AStiffPlyThatHardlyFeelsTheVacuumIsCertified) {
   stiff.pressure_mpa = 1e-3;
   const std::vector<Minimum> minima = minimise(ridge(0.5, stiff), MinimiseOptions());
   EXPECT_TRUE(minima[0].certified()) << name(minima[0].status) << minima[0].certificate.failure();
+}
+
+TEST(Minimise, GoesOnFromALaterStart) {
+  const Sheet sheet = ridge(0.5);
+  MinimiseOptions options;
+  options.starts = 4;
+  const auto all = minimise(sheet, options);
+  options.first_start = 2;
+  const auto later = minimise(sheet, options);
+  ASSERT_EQ(all.size(), 4u);
+  ASSERT_EQ(later.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_EQ(later[k].nodes, all[k + 2].nodes);
+  EXPECT_EQ(minimise_all({&sheet}, options)[0][1].nodes, all[3].nodes);
+  options.first_start = 4;
+  EXPECT_THROW(minimise(sheet, options), InputError);
+}
+
+TEST(Best, IsOneWithoutAComplianceIfThereIsAny) {
+  const auto minimum = [](SolveStatus status, double energy, double length_error) {
+    Minimum m;
+    m.status = status;
+    m.energy_mj = energy;
+    m.certificate.length_error = length_error;
+    m.certificate.compliant = length_error > 1e-4;
+    return m;
+  };
+  const Minimum good = minimum(SolveStatus::converged, -5, 0), better = minimum(SolveStatus::converged, -6, 0);
+  const Minimum strained = minimum(SolveStatus::converged, -9, 5e-4), failed = minimum(SolveStatus::iteration_limit, -99, 0);
+  ASSERT_TRUE(strained.certified());
+  const auto energy_of_best = [](const std::vector<Minimum>& minima) { return best(minima).energy_mj; };
+  EXPECT_EQ(energy_of_best({good, better, strained}), -6);
+  EXPECT_EQ(energy_of_best({strained, good}), -5);
+  EXPECT_EQ(energy_of_best({failed, strained}), -9);
+  EXPECT_EQ(energy_of_best({failed}), -99);
 }
 
 }  // namespace
