@@ -159,7 +159,8 @@ double height_noise(const std::vector<GridPart>& parts) {
   return *middle / 0.674490 / 6;  // median of |normal|; the root of the sum of squared weights
 }
 
-Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where, const Stop& stop) {
+Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where,
+                           const Stop& stop) {
   require(std::isfinite(window_mm) && window_mm >= 0, "smooth_mm", "a length in mm, not negative", window_mm);
   const int half = static_cast<int>(std::lround(window_mm / (2 * heights.spacing)));
   auto out = heights;

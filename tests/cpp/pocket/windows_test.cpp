@@ -125,7 +125,9 @@ TEST(Windows, StripsCoverTheWantedBlocksOnce) {
   for (int j = 0; j < 500; ++j)
     for (int i = 0; i < 700; ++i) {
       EXPECT_LE(covered.at(i, j), 1);
-      if (blocks.wanted(i / 16, j / 16)) EXPECT_EQ(covered.at(i, j), 1) << i << " " << j;
+      if (blocks.wanted(i / 16, j / 16)) {
+        EXPECT_EQ(covered.at(i, j), 1) << i << " " << j;
+      }
     }
 }
 
