@@ -86,6 +86,8 @@ bench: $(stamps)/package ## Build and run the C++ benchmarks; results in build/b
 	@[ -e build/bench/pockets.txt ] || $(python) bench/solve/export_pockets.py build/bench/pockets.txt
 	build/bench-release/bench/solve/bench_solve --benchmark_out=build/bench/solve.json --benchmark_counters_tabular=true
 	$(python) bench/files/loaders.py -o bench/files/loaders.txt
+	@[ -e build/scenes/5120x3840.view ] || $(python) bench/front/make_scene.py build/scenes
+	$(python) bench/front/cycle.py build/scenes bench/front
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it

@@ -159,7 +159,7 @@ class RegionFront:
 
     @property
     def times_ms(self) -> dict[str, float]:
-        """How long the last scan took, stage by stage."""
+        """How long the last scan took, stage by stage; "clean" with gridding, "fill" with spikes and median."""
         sample, coarse, windows, filtering, segment, feet = self._core.times
         return {
             "sample": sample,
