@@ -473,7 +473,13 @@ def fill_holes(
     values: ArrayLike, spacing_mm: float, hole_diameter_mm: float, threads: int
 ) -> tuple[_Singles, _Bytes]: ...
 def find_feet(
-    segmentation: Segmentation, *, thickness_mm: float, mold_tol_mm: float, smooth_mm: float, noise_mm: float | None
+    segmentation: Segmentation,
+    *,
+    thickness_mm: float,
+    mold_tol_mm: float,
+    smooth_mm: float,
+    noise_mm: float | None,
+    stop: Stop,
 ) -> FootMap: ...
 def fit_pinhole(points: ArrayLike, /) -> tuple[float, float, float] | None: ...
 def fit_reference(

@@ -205,9 +205,9 @@ class Inspector:
 
     def _inspect(self, scan: ArrayLike, cycle: _Cycle) -> Report:
         """Walk through the steps."""
-        with cycle.stage("pockets", 0.0):
+        with cycle.stage("height map", 0.0):
             found, parts_ms = _watched(cycle.stop, lambda: self._find(scan, cycle.stop))
-        cycle.split("pockets", parts_ms)
+        cycle.split("height map", parts_ms)
         with cycle.stage("debulk", 0.45):
             evaluations = self._evaluate(found, cycle)
         with cycle.stage("report", 1.0):
@@ -229,14 +229,14 @@ class Inspector:
                     if found is not None:
                         return found, self._regions.times_ms
                     why_whole = self._regions.reason
-        began = time.perf_counter()
         height_map, parts_ms = self._height_map(scan, stop)
-        segmentation, feet, segment_ms = self._segment(height_map)
-        parts_ms |= {"height map": 1e3 * (time.perf_counter() - began) - sum(parts_ms.values()) - sum(segment_ms.values())}
+        began = time.perf_counter()
+        segmentation, feet = self._segment(height_map, stop)
+        parts_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         known = np.count_nonzero(np.isfinite(segmentation.heights.values)) * height_map.spacing_mm**2
         left_out = () if not why_whole else (LeftOut(what="regions of interest", why=why_whole, bound=_WHOLE),)
         overview = Grid(height_map.values, height_map.origin_mm, height_map.spacing_mm)
-        return Found([(segmentation, feet)], float(known), overview, left_out), parts_ms | segment_ms
+        return Found([(segmentation, feet)], float(known), overview, left_out), parts_ms
 
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
         """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
@@ -342,21 +342,19 @@ class Inspector:
             self.reference, image, self.mold_from_scanner, self.grid_spacing_mm, self.ply_outline, self.recipe
         )
 
-    def _segment(self, height_map: surface.HeightMap) -> tuple[pocket.Segmentation, pocket.Feet, dict[str, float]]:
-        began = time.perf_counter()
+    def _segment(self, height_map: surface.HeightMap, stop: _core.Stop) -> tuple[pocket.Segmentation, pocket.Feet]:
         wanted, patch = self.recipe.segmentation, self.recipe.patch
         segmentation = pocket.segment(
             height_map, wanted.cut_height_mm, wanted.area_tol_mm2, wanted.peak_tol_mm, self.ply_outline
         )
-        segmented = time.perf_counter()
         feet = pocket.feet(
             segmentation,
             thickness_mm=self.recipe.material.thickness_mm,
             mold_tol_mm=patch.mold_tol_mm,
             smooth_mm=patch.smooth_mm,
+            stop=stop,
         )
-        ended = time.perf_counter()
-        return segmentation, feet, {"segment": 1e3 * (segmented - began), "feet": 1e3 * (ended - segmented)}
+        return segmentation, feet
 
     def _evaluate(self, found: Found, cycle: _Cycle) -> list[Evaluation]:
         order = in_order(found)

@@ -265,6 +265,7 @@ def feet(
     mold_tol_mm: float = 0.2,
     smooth_mm: float = 8.0,
     noise_mm: float | None = None,
+    stop: _core.Stop | None = None,
 ) -> Feet:
     """Foot contours of all pockets, neighbours parted at their saddles by a watershed.
 
@@ -280,6 +281,8 @@ def feet(
         Window of the local quadratic smoothing before; 0: none.
     noise_mm
         Sigma of the heights' noise; None: `height_noise`.
+    stop
+        Raised from another thread, it ends the search with a RuntimeError.
 
     Raises
     ------
@@ -297,7 +300,12 @@ def feet(
     (True, 36)
     """
     core = _core.find_feet(
-        segmentation._core, thickness_mm=thickness_mm, mold_tol_mm=mold_tol_mm, smooth_mm=smooth_mm, noise_mm=noise_mm
+        segmentation._core,
+        thickness_mm=thickness_mm,
+        mold_tol_mm=mold_tol_mm,
+        smooth_mm=smooth_mm,
+        noise_mm=noise_mm,
+        stop=stop or _core.Stop(),
     )
     return feet_from_core(segmentation, core, thickness_mm)
 

@@ -53,10 +53,10 @@ def in_order(found: Found) -> list[tuple[int, int]]:
 class RegionFront:
     """Finds the pockets of scan after scan through regions of interest.
 
-    A coarse pass over some rows and columns of pixels finds what stands up; windows round that are processed exactly as
-    the whole scan would be: outliers, heights, holes, spikes, median, segmentation, feet. It takes the scans of a pinhole
-    camera; others are for `debulk.front.FrontEnd`. Memory is kept from scan to scan. One object serves one thread at a
-    time.
+    A coarse pass over some rows and columns of pixels finds what stands up; windows round that are processed exactly
+    as the whole scan would be: outliers, heights, holes, spikes, median, segmentation, feet. It takes the scans of a
+    pinhole camera; others are for `debulk.front.FrontEnd`. Memory is kept from scan to scan. One object serves one
+    thread at a time.
 
     Parameters
     ----------
@@ -77,10 +77,10 @@ class RegionFront:
     --------
     >>> import debulk
     >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
-    >>> inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
-    >>> front = RegionFront(
-    ...     inspector.reference, inspector.prepared.image, layup.mold_from_scanner, 2.0, layup.ply_outline, debulk.Recipe()
-    ... )
+    >>> pose, outline = layup.mold_from_scanner, layup.ply_outline
+    >>> inspector = debulk.Inspector(None, layup.reference, outline, mold_from_scanner=pose)
+    >>> prepared = inspector.prepared
+    >>> front = RegionFront(prepared.reference, prepared.image, pose, 2.0, outline, inspector.recipe)
     >>> found = front.inspect(layup.scan, None, debulk._core.Stop())
     >>> sum(len(segmentation.pockets) for segmentation, feet in found.parts)
     14
@@ -160,7 +160,14 @@ class RegionFront:
     @property
     def times_ms(self) -> dict[str, float]:
         """How long the last scan took, stage by stage."""
-        return dict(zip(("sample", "coarse", "windows", "filter", "segment", "feet"), self._core.times, strict=True))
+        sample, coarse, windows, filtering, segment, feet = self._core.times
+        return {
+            "sample": sample,
+            "coarse": coarse,
+            "clean, grid": windows,
+            "fill": filtering,
+            "pockets": segment + feet,
+        }
 
     def _left_out(self, share: float, windows: int) -> tuple[LeftOut, ...]:
         rows, columns, pixel_mm, eye_mm2 = self._core.mesh
@@ -171,9 +178,10 @@ class RegionFront:
                 what=f"{100 * max(0.0, 1 - share):.0f} % of the scan, outside {windows} regions of interest",
                 why=f"a coarse pass over every {_ordinal(rows)} row and every {_ordinal(columns)} column of pixels saw "
                 f"nothing there that stands {self._core.flag_mm:g} mm high or more",
-                bound=f"a pocket in it would be less than 2 pixels ({2 * pixel_mm:.2g} mm) wide wherever it crosses such a "
-                f"row or column, or lie between them: {(rows - 1) * pixel_mm:.2g} by {(columns - 1) * pixel_mm:.2g} mm at "
-                f"most, below {eye_mm2 / 100:.2g} cm² (limit {wanted.area_tol_mm2 / 100:g} cm²)",
+                bound=f"a pocket in it would be less than 2 pixels ({2 * pixel_mm:.2g} mm) wide wherever it crosses "
+                f"such a row or column, or lie between them: {(rows - 1) * pixel_mm:.2g} by "
+                f"{(columns - 1) * pixel_mm:.2g} mm at most, below {eye_mm2 / 100:.2g} cm² "
+                f"(limit {wanted.area_tol_mm2 / 100:g} cm²)",
             ),
             *(
                 [

@@ -1,4 +1,4 @@
-"""Regions of interest find what the whole scan shows: the same pockets, areas to a thousandth, and nothing is missed."""
+"""Regions of interest find what the whole scan shows: the same pockets, areas to a thousandth, nothing missed."""
 
 from __future__ import annotations
 
@@ -68,16 +68,22 @@ class Bench:
         self.pose[:3, :3] = np.array([[1, 0, 0], [0, -c, -s], [0, s, -c]])
         self.pose[:3, 3] = -self.pose[:3, :3] @ np.array([0, 0, self.depth_mm])
         i, j = np.meshgrid(np.arange(self.width), np.arange(self.height))
-        self.rays = np.dstack([(i - (self.width - 1) / 2) / self.f, (j - (self.height - 1) / 2) / self.f, np.ones(i.shape)])
+        self.rays = np.dstack(
+            [(i - (self.width - 1) / 2) / self.f, (j - (self.height - 1) / 2) / self.f, np.ones(i.shape)]
+        )
         self.turned = self.rays @ self.pose[:3, :3].T
         flat = self.scan(lambda x, y: np.zeros_like(x), np.random.default_rng(0), noise_mm=0.01)
         outline = 0.98 * 0.5 * self.pitch_mm * np.array([self.width, self.height])
         self.outline = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (outline - 4.0)
         recipe = debulk.Recipe()
         self.regions = debulk.Inspector(recipe, flat, self.outline, mold_from_scanner=self.pose)
-        self.whole = debulk.Inspector(without_regions(recipe), self.regions.prepared, self.outline, mold_from_scanner=self.pose)
+        self.whole = debulk.Inspector(
+            without_regions(recipe), self.regions.prepared, self.outline, mold_from_scanner=self.pose
+        )
 
-    def scan(self, height, rng: np.random.Generator, noise_mm: float = 0.05, flying: float = 0.0) -> NDArray[np.float32]:
+    def scan(
+        self, height, rng: np.random.Generator, noise_mm: float = 0.05, flying: float = 0.0
+    ) -> NDArray[np.float32]:
         """What the camera sees of z = height(x, y), by fixed-point iteration along the rays."""
         o = self.pose[:3, 3]
         z = np.zeros(self.rays.shape[:2])
@@ -125,9 +131,11 @@ def test_narrow_ridges_in_any_direction_and_phase(level: Bench, angle_deg: float
 def test_what_the_bound_allows_is_not_a_pocket_of_the_whole_scan(level: Bench) -> None:
     rng = np.random.default_rng(5)
     missed = 0
-    for width in (0.4, 0.7, 1.0, 1.5, 2.0, 2.5):  # down to below a pixel: where regions see nothing, the whole scan has no pocket
+    for width in (0.4, 0.7, 1.0, 1.5, 2.0, 2.5):  # down to below a pixel: the whole scan has no pocket either
         for angle in (0.0, 30.0, 90.0):
-            found, whole = level.both(level.scan(ridge(width, 160.0, angle, tuple(rng.uniform(-2, 2, 2)), 12.0), rng, 0.02))
+            found, whole = level.both(
+                level.scan(ridge(width, 160.0, angle, tuple(rng.uniform(-2, 2, 2)), 12.0), rng, 0.02)
+            )
             assert len(pockets(found)) == len(pockets(whole)), (width, angle)
             missed += not pockets(whole)
     assert missed > 0
@@ -210,7 +218,9 @@ def test_the_mask_hides_pixels_without_a_copy(level: Bench) -> None:
     mask[16:124, 16:124] = True
     outline, pose = level.outline, level.pose
     masked = debulk.Inspector(None, level.regions.prepared, outline, mold_from_scanner=pose, mask=mask)
-    whole = debulk.Inspector(without_regions(debulk.Recipe()), level.regions.prepared, outline, mold_from_scanner=pose, mask=mask)
+    whole = debulk.Inspector(
+        without_regions(debulk.Recipe()), level.regions.prepared, outline, mold_from_scanner=pose, mask=mask
+    )
     before = clamp.copy()
     found = find(masked, clamp)
     assert used_regions(found)

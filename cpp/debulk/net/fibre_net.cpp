@@ -35,8 +35,14 @@ struct Place {
 class PocketMesher {
  public:
   PocketMesher(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options)
-      : ply_(ply), mold_(mold), shape_(shape), options_(options), outline_(shape.outline), ply_outline_(shape.ply_outline),
-        rms_outline_(shape.rms_outline), box_(bounding_box(shape.outline)) {}
+      : ply_(ply),
+        mold_(mold),
+        shape_(shape),
+        options_(options),
+        outline_(shape.outline),
+        ply_outline_(shape.ply_outline),
+        rms_outline_(shape.rms_outline),
+        box_(bounding_box(shape.outline)) {}
 
   PocketNet net(double spacing) const {
     LayOptions laying;
@@ -53,9 +59,7 @@ class PocketMesher {
  private:
   static constexpr int kSteps[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};  // by Direction
 
-  bool edge_within(const Vector2d& xy, double distance) const {
-    return ply_outline_.within(xy, distance);
-  }
+  bool edge_within(const Vector2d& xy, double distance) const { return ply_outline_.within(xy, distance); }
 
   static bool kept(const Lattice& lattice, const std::vector<Place>& places, int i, int j) {
     return lattice.has(i, j) && places[lattice.index(i, j)].kept;

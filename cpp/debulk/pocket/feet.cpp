@@ -24,6 +24,10 @@ constexpr std::int32_t kNobody = -1;  // above the cut, but no pocket
 constexpr int kDi[8] = {1, -1, 0, 0, 1, 1, -1, -1};
 constexpr int kDj[8] = {0, 0, 1, -1, 1, -1, 1, -1};
 
+void check(const Stop& stop) {
+  if (stop.now()) throw Stopped("the search for feet was stopped");
+}
+
 // A point to flood on from, with the lowest height on its way.
 struct Front {
   float level;
@@ -106,7 +110,7 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
 }
 
 // labels: the seeds, which stay. Gives every point above `level` that is reached the label it is reached from.
-void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise) {
+void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
   float highest = 0;
   for (std::size_t k = 0; k < labels.size(); ++k)
     if (labels.values[k] != 0 && heights.values[k] > highest) highest = heights.values[k];
@@ -121,7 +125,8 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
       if (at_rim) fronts.push({heights.at(i, j), turn++, labels.index(i, j)});
     }
   Front front{};
-  while (fronts.pop(front)) {
+  for (long popped = 0; fronts.pop(front); ++popped) {
+    if (popped % 16384 == 0) check(stop);
     const int i = static_cast<int>(front.point % nx), j = static_cast<int>(front.point / nx);
     for (int k = 0; k < 8; ++k) {
       const int qi = i + kDi[k], qj = j + kDj[k];
@@ -163,8 +168,9 @@ void fill_within(Grid<std::int32_t>& labels) {
 
 }  // namespace
 
-FootMap find_feet(const Segmentation& segmentation, const FootOptions& options) {
+FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, const Stop& stop) {
   options.check();
+  check(stop);
   FootMap out;
   out.options = options;
   const double noise = options.noise_mm.value_or(height_noise(segmentation.heights));
@@ -174,11 +180,13 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options) 
   require(level < cut, "mold_tol_mm", "thickness + mold tolerance (at least 3 sigma of the noise) below the cut height", level);
 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
-  out.heights = smooth_heights(segmentation.heights, segmentation.ply, options.smooth_mm, &where);
+  out.heights = smooth_heights(segmentation.heights, segmentation.ply, options.smooth_mm, &where, stop);
   out.labels = segmentation.labels;
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
     if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= cut && out.heights.values[k] >= cut) out.labels.values[k] = kNobody;
-  flood_downhill(out.labels, out.heights, level, out.mold_tol_mm);
+  check(stop);
+  flood_downhill(out.labels, out.heights, level, out.mold_tol_mm, stop);
+  check(stop);
   fill_within(out.labels);
   for (std::int32_t& label : out.labels.values) label = std::max(label, 0);
 

@@ -16,11 +16,11 @@ class OutlineSearch {
   bool empty() const { return polygon_.empty(); }
   const Polygon& polygon() const { return polygon_; }
   bool inside(const Eigen::Vector2d& point) const;
-  double distance(const Eigen::Vector2d& point) const;                  // infinite for an empty polygon
-  bool within(const Eigen::Vector2d& point, double reach) const;        // distance(point) <= reach
+  double distance(const Eigen::Vector2d& point) const;            // infinite for an empty polygon
+  bool within(const Eigen::Vector2d& point, double reach) const;  // distance(point) <= reach
 
  private:
-  static constexpr std::size_t group = 32;  // sides
+  static constexpr std::size_t group = 32;                             // sides
   double nearest(const Eigen::Vector2d& point, double squared) const;  // squared distance, or `squared` if that is less
 
   Polygon polygon_;

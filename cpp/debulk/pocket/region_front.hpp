@@ -35,11 +35,10 @@ struct Region {
 // round that are cleaned, gridded, filtered and segmented, with the same exact steps as the whole scan (FrontEnd, segment,
 // find_feet). What is prepared, and the buffers, stay from scan to scan.
 //
-// Near a pocket, out to its foot and a margin beyond, a window holds what the whole scan's height map holds there, but for the outlier threshold, which is told from a
-// sample (SampledThreshold). Outlier decisions in a window are exact for that threshold T: its image part reaches at least
-// 4 T beyond what is used, so a point with one of its true nearest four outside has that one at 4 T or more, a mean of T or
-// more, and goes with or without it. A pocket or a foot that reaches beyond the exact heights makes
-// them grow.
+// Near a pocket, out to its foot and a margin beyond, a window holds what the whole scan's height map holds there, but for the outlier
+// threshold, which is told from a sample (SampledThreshold). Outlier decisions in a window are exact for that threshold T: its image part
+// reaches at least 4 T beyond what is used, so a point with one of its true nearest four outside has that one at 4 T or more, a mean of T
+// or more, and goes with or without it. A pocket or a foot that reaches beyond the exact heights makes them grow.
 //
 // What is missed: nothing that covers AreaTol, unless along every cord of the mesh that it crosses less than 8 of 25 pixels
 // round each of its pixels stand higher than half the cut (narrower than 2 pixels: the filters of the whole scan leave
@@ -59,7 +58,7 @@ class RegionFront {
   const SampledThreshold& threshold() const { return threshold_; }
   const Mesh& mesh() const { return mesh_; }
   double flag_mm() const { return options_.segment.cut_height_mm / 2; }
-  double known_mm2() const { return known_mm2_; }        // of the ply (no outline: of the frame), seen or filled
+  double known_mm2() const { return known_mm2_; }      // of the ply (no outline: of the frame), seen or filled
   double image_share() const { return image_share_; }  // of the pixels, in windows
   double read_share() const { return read_share_; }    // of the pixels, read by the coarse pass and the sample
   // Heights for a picture: exact at every `step`-th grid point in the windows, cell means of the coarse pass elsewhere.

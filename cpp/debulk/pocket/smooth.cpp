@@ -159,7 +159,8 @@ double height_noise(const std::vector<GridPart>& parts) {
   return *middle / 0.674490 / 6;  // median of |normal|; the root of the sum of squared weights
 }
 
-Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where) {
+Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where,
+                           const Stop& stop) {
   require(std::isfinite(window_mm) && window_mm >= 0, "smooth_mm", "a length in mm, not negative", window_mm);
   const int half = static_cast<int>(std::lround(window_mm / (2 * heights.spacing)));
   auto out = heights;
@@ -168,7 +169,7 @@ Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, doubl
   std::vector<double> squares;
   for (int k = -half; k <= half; ++k) squares.push_back(fit.powers(k)[2]);
   const auto wanted = [&](int i, int j) { return !where || where->at(i, j) != 0; };
-  parallel_for(heights.ny, kRowsPerChunk, 0, [&](long begin, long end) {
+  parallel_for(heights.ny, kRowsPerChunk, 0, stop, [&](long begin, long end) {
     const int first = static_cast<int>(begin), last = static_cast<int>(end) - 1;
     int left = heights.nx, right = -1;  // columns in which anything is wanted
     for (int j = first; j <= last; ++j)

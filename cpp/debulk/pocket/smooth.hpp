@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 #include "debulk/pocket/ply_mask.hpp"
 
 namespace debulk {
@@ -23,6 +24,7 @@ double height_noise(const std::vector<GridPart>& parts);
 // 0.9 / half-width in points, cubics stay. Fewer known points in the window (drop-outs, the ply's edge): the same fit over
 // those that are there. An unknown point on the ply gets the fit's value if at least half of its window is known. A window
 // below three points leaves the heights alone, and so does a 0 in `where`, if that is given.
-Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where = nullptr);
+Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where = nullptr,
+                           const Stop& stop = Stop());
 
 }  // namespace debulk

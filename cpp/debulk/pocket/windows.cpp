@@ -87,8 +87,7 @@ std::vector<Window> Blocks::strips(const Window& window) const {
       Window& r = row.back();
       r = {r.i0, std::min(r.j0, low), i + 1, std::max(r.j1, high), std::max(r.top, here)};
     }
-    for (const Window& r : row)
-      out.push_back({r.i0 * side, r.j0 * side, std::min(r.i1 * side, nx), std::min(r.j1 * side, ny), r.top});
+    for (const Window& r : row) out.push_back({r.i0 * side, r.j0 * side, std::min(r.i1 * side, nx), std::min(r.j1 * side, ny), r.top});
   }
   return out;
 }

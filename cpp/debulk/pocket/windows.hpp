@@ -28,8 +28,8 @@ struct Blocks {
 
   explicit Blocks(const Grid<float>& frame = {});
   bool wanted(int i, int j) const { return top.at(i, j) >= 0; }  // a block
-  void add(const Window& points, double height);                // every block that these touch
-  std::vector<Window> strips(const Window& window) const;       // rectangles that cover the window's wanted blocks, none twice
+  void add(const Window& points, double height);                 // every block that these touch
+  std::vector<Window> strips(const Window& window) const;        // rectangles that cover the window's wanted blocks, none twice
 
   int nx = 0, ny = 0;  // points of the frame
   Grid<float> top;     // mm, about the highest thing in the block; negative: not wanted
@@ -37,7 +37,7 @@ struct Blocks {
 
 struct WindowOptions {
   double low_mm = 0.4;     // a tile whose mean height is above this stands up
-  double margin_mm = 6.0;  // of exact heights round what stands up
+  double margin_mm = 4.5;  // of exact heights round what stands up
 };
 
 // Windows round everything in the coarse pass that is high: each such tile with all tiles that stand up and hang on it.

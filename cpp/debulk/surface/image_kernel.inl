@@ -74,12 +74,10 @@ void run(const ImageTables& t, int j, float* out) {
       return (p.column >= first_column) & (p.column <= last_column) & (p.row >= first_row) & (p.row <= last_row);
     };
     // Who is outside looks to the first inner pixel, and takes nothing from there.
-    const auto near_column = [&](const Pixels& q, Ints in) DEBULK_LAMBDA {
-      return __builtin_convertvector(in ? q.column + 0.5f : first_column, Ints) - t.left;
-    };
-    const auto near_row = [&](const Pixels& q, Ints in) DEBULK_LAMBDA {
-      return __builtin_convertvector(in ? q.row + 0.5f : first_row, Ints) - t.top;
-    };
+    const auto near_column = [&](const Pixels& q, Ints in)
+                                 DEBULK_LAMBDA { return __builtin_convertvector(in ? q.column + 0.5f : first_column, Ints) - t.left; };
+    const auto near_row = [&](const Pixels& q, Ints in)
+                              DEBULK_LAMBDA { return __builtin_convertvector(in ? q.row + 0.5f : first_row, Ints) - t.top; };
 
     Pixels p = project(all(0));
     Ints in = inside(p);

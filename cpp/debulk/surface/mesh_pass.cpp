@@ -12,7 +12,7 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr double row_mm = 2.3;          // largest distance of rows
+constexpr double row_mm = 2.3;           // largest distance of rows
 constexpr int widest = 256, least = 16;  // columns
 constexpr int around = 2;                // pixels that are looked at round a high one, each way
 constexpr int high_share = 8, of = 25;
@@ -162,16 +162,18 @@ void MeshPass::run(const CloudView& scan, const std::uint8_t* masked, const View
       for (int row = tile_row * tile_side; row < std::min(height, (tile_row + 1) * tile_side); ++row) {
         if (row % step == step / 2) {
           const int j = row / base.step;
-          const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx), below = at + static_cast<std::size_t>(base.nx);
+          const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx),
+                            below = at + static_cast<std::size_t>(base.nx);
           const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
           found.high.clear(), found.seen = found.strays = 0, found.across = 0;
-          read_row(isa,
-                   {scan.point(first), masked ? masked + first : nullptr, width, &base.depth[at], &base.depth[below], &base.gain[at],
-                    &base.gain[below], base.step, base.nx, static_cast<float>(row - j * base.step) / static_cast<float>(base.step),
-                    static_cast<float>(view.camera.v(row)), static_cast<float>(options.tolerance / view.camera.f),
-                    static_cast<float>(options.reach_mm), high, static_cast<float>(options.clamp_mm),
-                    &cell_height_[static_cast<std::size_t>(row / step) * static_cast<std::size_t>(cell_pitch_)], sums.data(), counts.data()},
-                   buffers, found);
+          read_row(
+              isa,
+              {scan.point(first), masked ? masked + first : nullptr, width, &base.depth[at], &base.depth[below], &base.gain[at],
+               &base.gain[below], base.step, base.nx, static_cast<float>(row - j * base.step) / static_cast<float>(base.step),
+               static_cast<float>(view.camera.v(row)), static_cast<float>(options.tolerance / view.camera.f),
+               static_cast<float>(options.reach_mm), high, static_cast<float>(options.clamp_mm),
+               &cell_height_[static_cast<std::size_t>(row / step) * static_cast<std::size_t>(cell_pitch_)], sums.data(), counts.data()},
+              buffers, found);
           band.seen += found.seen, band.strays += found.strays, band.read += width;
           band.across = std::max(band.across, static_cast<double>(found.across));
           for (const int column : found.high) check(column, row, scan.point(column, row));
@@ -185,7 +187,8 @@ void MeshPass::run(const CloudView& scan, const std::uint8_t* masked, const View
       }
       for (int i = 0; i < tiles_x_; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        tile_height_[static_cast<std::size_t>(tile_row) * static_cast<std::size_t>(tiles_x_) + k] = counts[k] > 0 ? sums[k] / counts[k] : nan;
+        tile_height_[static_cast<std::size_t>(tile_row) * static_cast<std::size_t>(tiles_x_) + k] =
+            counts[k] > 0 ? sums[k] / counts[k] : nan;
       }
     }
   });

@@ -50,15 +50,15 @@ class MeshPass {
 
   int cells_x() const { return cells_x_; }
   int cells_y() const { return cells_y_; }
-  int cell_pitch() const { return cell_pitch_; }                         // of a row in `cell_height`
+  int cell_pitch() const { return cell_pitch_; }                          // of a row in `cell_height`
   const std::vector<float>& cell_height() const { return cell_height_; }  // mean, NaN where less than half was seen
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }
   const std::vector<float>& tile_height() const { return tile_height_; }     // clamped mean, NaN: none seen
   const std::vector<std::uint8_t>& tile_high() const { return tile_high_; }  // something high is here
-  long strays() const { return strays_; }                                     // points off their rays
+  long strays() const { return strays_; }                                    // points off their rays
   long seen() const { return seen_; }
-  long read() const { return read_; }  // pixels
+  long read() const { return read_; }           // pixels
   double across_mm() const { return across_; }  // largest extent along x that a row sees
 
  private:

@@ -126,7 +126,8 @@ SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* ma
         const double d = outliers.open_distance(o);
         if (!std::isfinite(d)) continue;
         open.n += 1, open.sum += d, open.squares += d * d;
-        const int column = static_cast<int>(outliers.open_pixel(o)) % part.width, row = static_cast<int>(outliers.open_pixel(o)) / part.width;
+        const int column = static_cast<int>(outliers.open_pixel(o)) % part.width,
+                  row = static_cast<int>(outliers.open_pixel(o)) / part.width;
         if (column < border || row < border || column >= part.width - border || row >= part.height - border) continue;
         inner.n += 1, inner.sum += d, inner.squares += d * d;
       }

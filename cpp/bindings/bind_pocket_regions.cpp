@@ -23,10 +23,10 @@ const std::uint8_t* mask_of(const std::optional<Array<std::uint8_t>>& mask, cons
 void bind_regions(py::module_& m) {
   py::class_<RegionFront>(m, "RegionFront")
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape, const std::array<double, 3>& camera,
-                       const Array<double>& pose, double std_ratio, double least_ratio, int neighbours, double spacing, double hole_diameter,
-                       double spike, int median_cells, double cut_height, double area_tol, double peak_tol,
-                       const std::optional<Array<double>>& ply_outline, double thickness, double mold_tol, double smooth, double largest_share,
-                       int threads) {
+                       const Array<double>& pose, double std_ratio, double least_ratio, int neighbours, double spacing,
+                       double hole_diameter, double spike, int median_cells, double cut_height, double area_tol, double peak_tol,
+                       const std::optional<Array<double>>& ply_outline, double thickness, double mold_tol, double smooth,
+                       double largest_share, int threads) {
              require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
              View view;
              view.height = shape[0], view.width = shape[1];
@@ -60,14 +60,13 @@ void bind_regions(py::module_& m) {
             return front.run(cloud, masked, stop);
           },
           py::arg("scan"), py::arg("mask").none(true), py::arg("stop"))
-      .def(
-          "take",  // the regions' segmentations and feet; the next call has none
-          [](RegionFront& front) {
-            py::list out;
-            for (Region& region : front.regions()) out.append(py::make_tuple(std::move(region.segmentation), std::move(region.feet)));
-            front.regions().clear();
-            return out;
-          })
+      .def("take",  // the regions' segmentations and feet; the next call has none
+           [](RegionFront& front) {
+             py::list out;
+             for (Region& region : front.regions()) out.append(py::make_tuple(std::move(region.segmentation), std::move(region.feet)));
+             front.regions().clear();
+             return out;
+           })
       .def("overview",
            [](const RegionFront& front) {
              Grid<float> map;
