@@ -82,6 +82,8 @@ def table(seen: list[Seen], layups: int, repeats: int) -> str:
     lines = ["WHAT A SECOND SCAN CHANGES", "", fill(about, 110), "", head + f" {'RMS differ':>10} {'ridge differ':>12}"]
     for rule in RULES:
         mine = [s for s in seen if s.rule == rule]
+        if not mine:
+            continue
         pockets: dict[tuple[int, int], list[Seen]] = {}
         for s in mine:
             pockets.setdefault((s.layup, s.pocket), []).append(s)

@@ -105,6 +105,7 @@ void bind_sheet(py::module_& m) {
       .def_property_readonly("start", [](const Sheet& s) { return to_array<3>(s.start()); })
       .def_property_readonly("movable_count", [](const Sheet& s) { return s.movable().size(); })
       .def_property_readonly("nodal_force_n", &Sheet::nodal_force_n)
+      .def_property_readonly("force_unit_n", &Sheet::force_unit_n)
       .def_property_readonly("left_out", &Sheet::left_out);
 
   m.def(

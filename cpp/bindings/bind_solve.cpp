@@ -12,6 +12,7 @@ void bind_solve(py::module_& m) {
   m.def("method_names", &method_names);
   py::class_<Certificate>(m, "Certificate")
       .def_readonly("kkt_error", &Certificate::kkt_error)
+      .def_readonly("strict_kkt_error", &Certificate::strict_kkt_error)
       .def_readonly("length_error", &Certificate::length_error)
       .def_readonly("penetration_mm", &Certificate::penetration_mm)
       .def_readonly("energy_gain_mj", &Certificate::energy_gain_mj)

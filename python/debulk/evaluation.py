@@ -99,6 +99,7 @@ def evaluate(
         rms_mm=outcome.best.rms_mm,
         rms_range_mm=outcome.rms_mm,
         ridge_height_mm=outcome.best.ridge_height_mm,
+        ridge_range_mm=outcome.ridge_mm,
         ridge_length_mm=outcome.best.ridge_length_mm,
         ridge_nodes=None if worst is None else np.array(worst.nodes, dtype=np.int32),
         bridge_height_mm=outcome.best.bridge_height_mm,

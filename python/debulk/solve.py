@@ -46,6 +46,7 @@ class Certificate:
     """
 
     kkt_error: float
+    strict_kkt_error: float
     length_error: float
     penetration_mm: float
     energy_gain_mj: float
@@ -343,6 +344,7 @@ def _best(found: list[_core.Minimum]) -> Solution:
 def _certificate(c: _core.Certificate) -> Certificate:
     return Certificate(
         c.kkt_error,
+        c.strict_kkt_error,
         c.length_error,
         c.penetration_mm,
         c.energy_gain_mj,

@@ -1,6 +1,7 @@
 #include "debulk/sheet/angle_term.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace debulk {
 namespace {
@@ -56,6 +57,18 @@ double AngleTerm::add_gradient(const Points& x, Points& gradient) const {
     }
   }
   return sum;
+}
+
+double AngleTerm::largest_force(const Points& x) const {
+  CornerBatch batch;
+  double largest = 0;
+  for (std::size_t first = 0; first < corners_.size(); first += CornerBatch::capacity) {
+    const int count = load(x, first, Order::gradient, batch);
+    for (int k = 0; k < count; ++k)
+      for (const CornerBatch::Lane* force : {batch.by_u, batch.by_v})
+        largest = std::max(largest, std::hypot(force[0][k], force[1][k], force[2][k]));
+  }
+  return largest;
 }
 
 void AngleTerm::add_hessian(const Points& x, const Places& places, BlockMatrix& hessian) const {

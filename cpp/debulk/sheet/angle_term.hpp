@@ -24,6 +24,7 @@ class AngleTerm : public Term {
 
   double value(const Points& x) const override;
   double add_gradient(const Points& x, Points& gradient) const override;
+  double largest_force(const Points& x) const override;
   void add_hessian(const Points& x, const Places& places, BlockMatrix& hessian) const override;
   std::vector<std::array<int, 3>> groups() const override;
   Places places(const BlockMatrix& pattern) const override;

@@ -238,6 +238,7 @@ Judged certify(const Sheet& sheet, const Points& x, double stiffness) {
   const Stationarity at(sheet, x);
   const Multipliers fit = at.fit(certificate.compliant, stiffness);
   certificate.kkt_error = fit.residual.lpNorm<Eigen::Infinity>();
+  certificate.strict_kkt_error = certificate.kkt_error * (sheet.force_unit_n() / sheet.strict_force_n());
   if (!(certificate.kkt_error <= Certificate::kkt_limit)) return judged;  // curvature means nothing where a slope is left
 
   const Curvature curvature = curvature_within_contacts(at, fit.x);

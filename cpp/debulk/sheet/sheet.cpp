@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "debulk/core/error.hpp"
 #include "debulk/sheet/bending.hpp"
@@ -13,7 +14,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kElasticShare = 0.01;  // of the elastic forces at the start, from which on these make the unit of force
+constexpr double kElasticShare = 0.01;  // of the largest spring's force at the start, from which on it makes the unit of force
 constexpr std::array<const char*, 5> kTermNames = {"bending", "shear", "friction", "gravity", "vacuum"};
 
 std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted)(NodeKind)) {
@@ -46,22 +47,17 @@ Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Sur
   add_term("gravity", nodal_weight_, std::make_shared<Load>(nodal_weight_, net_.nodes));
   add_term("vacuum", nodal_force_, std::make_shared<Load>(nodal_force_, net_.nodes));
 
-  force_unit_ = std::max({nodal_force_, nodal_weight_, kElasticShare * elastic_force()});
+  strict_force_ = std::max(nodal_force_, nodal_weight_);
+  double spring = 0;
+  for (const NamedTerm& t : terms_) spring = std::max(spring, t.term->largest_force(net_.nodes));
+  force_unit_ = std::max(strict_force_, kElasticShare * spring);
   if (force_unit_ <= 0) force_unit_ = 1;
+  if (strict_force_ <= 0) strict_force_ = force_unit_;
 
   std::vector<char> held(net_.nodes.size());
   for (std::size_t i = 0; i < held.size(); ++i) held[i] = net_.kinds[i] == NodeKind::fixed;
   movable_hessian_ = BlockMatrix(static_cast<int>(net_.nodes.size()), groups(), held);
   for (NamedTerm& t : terms_) t.places = t.term->places(movable_hessian_);
-}
-
-double Sheet::elastic_force() const {
-  Points gradient(net_.nodes.size(), Eigen::Vector3d::Zero());
-  for (const NamedTerm& t : terms_)
-    if (t.name == "bending" || t.name == "shear") t.term->add_gradient(net_.nodes, gradient);
-  double largest = 0;
-  for (const int node : movable_) largest = std::max(largest, gradient[static_cast<std::size_t>(node)].norm());
-  return largest;
 }
 
 double Sheet::size_mm() const {

@@ -45,8 +45,10 @@ class Sheet {
   double nodal_force_n() const { return nodal_force_; }    // P A / N; what forces are compared with
   double nodal_weight_n() const { return nodal_weight_; }  // A t rho g / N
   double size_mm() const;                                  // diagonal of the box round the initial net
-  // The same; or a node's weight, or 1 % of the largest elastic force on a node of the initial net, where that is more (no
-  // vacuum, or a stiff ply that hardly feels it). Residuals, multipliers and stiffness are in this unit.
+  // P A / N, or a node's weight where that is more (no vacuum).
+  double strict_force_n() const { return strict_force_; }
+  // The same, or 1 % of the largest force of a single spring (a corner's bending or shear) in the initial net, where that is
+  // more: a stiff ply that hardly feels the vacuum. Residuals, tensions and stiffness are in this unit.
   double force_unit_n() const { return force_unit_; }
   const std::vector<std::string>& left_out() const { return left_out_; }
 
@@ -58,7 +60,6 @@ class Sheet {
   };
   void add_term(const std::string& name, double strength, std::shared_ptr<const Term> term);
   std::vector<std::array<int, 3>> groups() const;
-  double elastic_force() const;  // largest on a movable node at the start, N
   void check_net() const;
   void check_points(const Points& x) const;
 
@@ -66,7 +67,7 @@ class Sheet {
   double area_;
   Ply ply_;
   std::shared_ptr<const Surface> mold_;
-  double nodal_force_, nodal_weight_, force_unit_;
+  double nodal_force_, nodal_weight_, strict_force_, force_unit_;
   std::vector<std::array<int, 2>> segments_;
   std::vector<int> movable_;
   std::vector<NamedTerm> terms_;

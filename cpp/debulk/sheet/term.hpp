@@ -19,6 +19,8 @@ class Term {
   virtual double value(const Points& x) const = 0;
   // Adds to the gradient (mJ/mm, all nodes) and returns the value.
   virtual double add_gradient(const Points& x, Points& gradient) const = 0;
+  // Of the forces that its single springs exert, N. They may cancel in the gradient, and still be what tensions have to hold.
+  virtual double largest_force(const Points&) const { return 0; }
   // Adds to a Hessian, at the places found once in its pattern.
   virtual void add_hessian(const Points& x, const Places& places, BlockMatrix& hessian) const = 0;
   // Sets of nodes that the term couples: the pattern of its Hessian.

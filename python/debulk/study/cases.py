@@ -69,9 +69,16 @@ class Case:
         return Figures(out.rms_mm, out.ridge_height_mm, out.bridge_height_mm)
 
     def judge(
-        self, solution: solve.Solution, figures: starts.Figures, every: Sequence[starts.Figures]
+        self,
+        solution: solve.Solution,
+        figures: starts.Figures,
+        every: Sequence[starts.Figures],
+        recipe: Recipe | None = None,
     ) -> verdict.Verdict:
-        """Verdict on a solution whose certified starts have the figures `every`, as the inspector gives it."""
+        """Verdict on a solution whose certified starts have the figures `every`, as the inspector gives it.
+
+        With the limits of the case's recipe, or of another.
+        """
         return verdict.judge(
             certified=solution.certified,
             rms_mm=figures.rms_mm,
@@ -84,7 +91,7 @@ class Case:
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status == "too_few_movable_nodes" else "",
-            criteria=criteria(self.recipe),
+            criteria=criteria(recipe or self.recipe),
         ).verdict
 
     def perturbed(self, amplitude: float, seed: int) -> np.ndarray:

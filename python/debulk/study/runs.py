@@ -52,8 +52,6 @@ class Reference:
     """Of the least energy alone."""
     verdict_of_all: Verdict
     """Of the range over all certified starts."""
-    verdicts: tuple[Verdict, ...]
-    """Of each certified start alone."""
     depth_mj: float
     """How far the energy falls from the initial net to the reference."""
 
@@ -168,6 +166,5 @@ def converge(case: Case, amplitudes: tuple[float, ...], count: int, deadline_s: 
         figures=figures,
         verdict=case.judge(best, figures, [figures]),
         verdict_of_all=case.judge(best, figures, [s.figures for s in tried if s.certified]),
-        verdicts=tuple(case.judge(best, s.figures, [s.figures]) for s in tried if s.certified),
         depth_mj=case.sheet.energy(case.net.nodes_mm) - best.energy_mj,
     )
