@@ -119,6 +119,8 @@ void bind_pocket(py::module_& m) {
       .def_readonly("pockets", &Segmentation::pockets)
       .def_readonly("dropped", &Segmentation::dropped)
       .def_readonly("specks", &Segmentation::specks)
+      .def_property_readonly("origin", [](const Segmentation& s) { return row(s.heights.origin); })
+      .def_property_readonly("spacing", [](const Segmentation& s) { return s.heights.spacing; })
       .def_property_readonly("labels", viewer(&Segmentation::labels))
       .def_property_readonly("heights", viewer(&Segmentation::heights));
 

@@ -177,6 +177,11 @@ def segment(
         ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
         measured=None if measured is None else np.asarray(measured, dtype=bool).astype(np.uint8),
     )
+    return from_core(core)
+
+
+def from_core(core: Any) -> Segmentation:
+    """Wrap a compiled segmentation."""
     pockets = [
         Pocket(
             id=p.id,
@@ -194,9 +199,8 @@ def segment(
         for p in core.pockets
     ]
     dropped = [Dropped(d.reason, d.area, d.peak, d.centroid) for d in core.dropped]
-    return Segmentation(
-        pockets, dropped, core.specks, _like(height_map, core.labels), _like(height_map, core.heights), core
-    )
+    labels, heights = (Grid(values, core.origin, core.spacing) for values in (core.labels, core.heights))
+    return Segmentation(pockets, dropped, core.specks, labels, heights, core)
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,6 +299,11 @@ def feet(
     core = _core.find_feet(
         segmentation._core, thickness_mm=thickness_mm, mold_tol_mm=mold_tol_mm, smooth_mm=smooth_mm, noise_mm=noise_mm
     )
+    return feet_from_core(segmentation, core, thickness_mm)
+
+
+def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -> Feet:
+    """Wrap compiled feet of a segmentation."""
     found = [
         Foot(pocket.id, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
         for pocket, f in zip(segmentation.pockets, core.feet, strict=True)

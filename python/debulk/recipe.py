@@ -107,6 +107,11 @@ class Segmentation(Section):
     edge_tol_mm: float = Field(
         default=20.0, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
     )
+    regions: bool = Field(
+        default=True,
+        description="process only what stands up in a coarse pass over the scan, where that is sure to find every "
+        "pocket; false: always the whole scan",
+    )
 
 
 class Clean(Section):
