@@ -203,7 +203,7 @@ struct Finder {
       Nearest square;
       visit_square(square);
       limit = square.fourth();
-      if (limit <= t.square_bound * (p[2] * p[2])) return square.mean();
+      if (limit < infinity && limit <= t.square_bound * (p[2] * p[2])) return square.mean();
     }
     const double largest = 4 * std::max(cloud.width, cloud.height);
     for (double radius = 4; !(limit < infinity) && radius < largest; radius *= 4) {

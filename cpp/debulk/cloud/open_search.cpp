@@ -41,7 +41,7 @@ void search(Isa isa, const OpenTables& tables, long begin, long end, float* dist
 
 }  // namespace
 
-void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& bands) {
+void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, bool certified) {
   pass_ = pass;
   const CloudView& cloud = pass.cloud;
   const double slack = pass.tolerance / pass.camera.f;
@@ -50,7 +50,7 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
     widest = std::max(widest, std::abs(at) + slack);
   stretch_ = std::sqrt(1 + widest * widest);
   const double apart = (3 - 2 * pass.tolerance) / pass.camera.f, slope = widest + 3 / pass.camera.f;
-  square_bound_ = apart * apart / (1 + slope * slope) * (1 - 1e-5);
+  square_bound_ = certified ? apart * apart / (1 + slope * slope) * (1 - 1e-5) : std::numeric_limits<double>::max();
   const auto bound = [&](std::vector<float>& low, std::vector<float>& high, int count, int side, const auto& ray) {
     low.resize(static_cast<std::size_t>(count)), high.resize(low.size());
     for (std::size_t t = 0; t < low.size(); ++t) {

@@ -15,8 +15,8 @@ namespace debulk {
 // no more than the 5 by 5 round it.
 class OpenSearch {
  public:
-  // Sorts the open points into bins.
-  void prepare(const WindowPass& pass, const std::vector<WindowBand>& bands);
+  // Sorts the open points into bins. certified: see PinholeOutliers.
+  void prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, bool certified = true);
 
   // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four.
   // `pass` and what it points to must still be there.

@@ -52,7 +52,7 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
     window.low = fixed > 0 ? fixed : guess * (1 - band), window.high = fixed > 0 ? fixed : guess * (1 + band);
     if (!pass(window, threads, stop)) return false;
     if (round == 0) {
-      search_.prepare(window, bands_);
+      search_.prepare(window, bands_, certified);
       search_.run(distances_, threads, stop);
     }
     double sum = 0, squares = 0;

@@ -21,6 +21,9 @@ class PinholeOutliers {
   // many off the sheet; the summary's mean and deviation are still the part's own.
   double fixed = 0;
   Isa isa = best_isa();
+  // False: the four nearest of the 5 by 5 pixels round a point are believed without a certificate: a short cut, for
+  // comparison.
+  bool certified = true;
 
   // False: not a pinhole's cloud (or too few points, too many off the sheet, another number of neighbours than four):
   // nothing was decided, and remove_outliers is to be asked. `base`, if given, makes heights. Throws Stopped when the stop is raised.
