@@ -76,11 +76,11 @@ class RegionFront:
     Examples
     --------
     >>> import debulk
-    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(1280, 960))
     >>> pose, outline = layup.mold_from_scanner, layup.ply_outline
     >>> inspector = debulk.Inspector(None, layup.reference, outline, mold_from_scanner=pose)
     >>> prepared = inspector.prepared
-    >>> front = RegionFront(prepared.reference, prepared.image, pose, 2.0, outline, inspector.recipe)
+    >>> front = RegionFront(prepared.reference, prepared.image, pose, 1.0, outline, inspector.recipe)
     >>> found = front.inspect(layup.scan, None, debulk._core.Stop())
     >>> sum(len(segmentation.pockets) for segmentation, feet in found.parts)
     14
