@@ -164,7 +164,7 @@ class RegionFront:
         return {
             "sample": sample,
             "coarse": coarse,
-            "clean, grid": windows,
+            "clean": windows,
             "fill": filtering,
             "pockets": segment + feet,
         }
