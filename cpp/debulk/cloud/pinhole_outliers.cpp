@@ -29,7 +29,8 @@ bool PinholeOutliers::pass(WindowPass& window, int threads, const Stop& stop) {
       open += static_cast<long>(b.open.size());
       summary_.seen += b.seen;
     }
-    if (strays == 0) return summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen);
+    if (strays == 0)
+      return fixed > 0 || (summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen));
     if (tolerance >= pinhole_tolerance) return false;
     tolerance = pinhole_tolerance;
   }
@@ -48,7 +49,7 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
 
   WindowPass window{cloud, camera, 0, 0, 0, base, states_.data(), heights_.data(), &tiles_, isa};
   for (int round = 0;; ++round) {
-    window.low = guess * (1 - band), window.high = guess * (1 + band);
+    window.low = fixed > 0 ? fixed : guess * (1 - band), window.high = fixed > 0 ? fixed : guess * (1 + band);
     if (!pass(window, threads, stop)) return false;
     if (round == 0) {
       search_.prepare(window, bands_, certified);
@@ -58,13 +59,20 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
     long count = 0;
     for (const WindowBand& b : bands_) sum += b.sum, squares += b.squares, count += b.certain;
     for (const float d : distances_) {
-      if (!std::isfinite(d)) return false;
+      if (!std::isfinite(d)) {
+        if (fixed > 0) continue;  // alone in its part: gone
+        return false;
+      }
       sum += d, squares += static_cast<double>(d) * d, ++count;
     }
     const double n = static_cast<double>(count);
-    summary_.mean = sum / n;
-    summary_.deviation = std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1)));
+    summary_.mean = count > 0 ? sum / n : 0;
+    summary_.deviation = count > 1 ? std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1))) : 0;
     summary_.threshold = std::max(summary_.mean + options.std_ratio * summary_.deviation, options.least_ratio * summary_.mean);
+    if (fixed > 0) {
+      summary_.threshold = fixed;
+      break;
+    }
     guess = summary_.threshold;
     if (round > 0 || (guess > window.low && guess <= window.high)) break;
   }

@@ -12,6 +12,7 @@ import numpy as np
 from debulk import _core, net, pocket, ridge, scenes, sheet, solve, starts, surface, verdict
 from debulk.evaluation import Evaluation, criteria, lay_net
 from debulk.inspector import Inspector
+from debulk.regions import Found
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -130,7 +131,8 @@ def cases(
     """
     for seed in layups:
         layup = scenes.layup(seed=seed, pixels=pixels)
-        front = _FrontEnd(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+        whole = recipe.model_copy(update={"segmentation": {"regions": False}})
+        front = _FrontEnd(whole, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
         front.inspect(layup.scan)
         found = []
         for index, one in enumerate(front.segmentation.pockets[:pockets]):
@@ -149,8 +151,8 @@ class _FrontEnd(Inspector):
     segmentation: pocket.Segmentation
     feet: pocket.Feet
 
-    def _evaluate(self, segmentation: pocket.Segmentation, feet: pocket.Feet, cycle: object) -> list[Evaluation]:
-        self.segmentation, self.feet = segmentation, feet
+    def _evaluate(self, found: Found, cycle: object) -> list[Evaluation]:
+        [(self.segmentation, self.feet)] = found.parts
         return []
 
 
