@@ -108,8 +108,7 @@ void bind_front_end(py::module_& m) {
            }),
            py::arg("reference"), py::arg("shape"), py::arg("camera").none(true), py::arg("mold_from_scanner"), py::arg("box"),
            py::kw_only(), py::arg("neighbours"), py::arg("std_ratio"), py::arg("least_ratio"), py::arg("spacing_mm"),
-           py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("spike_mm"), py::arg("median_cells"),
-           py::arg("threads"))
+           py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("spike_mm"), py::arg("median_cells"), py::arg("threads"))
       .def(
           "run",
           [](const py::object& self, const Points& scan, const Stop& stop) {

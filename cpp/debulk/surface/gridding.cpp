@@ -218,8 +218,7 @@ Grid<float> covering_grid(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
                      std::numeric_limits<float>::quiet_NaN());
 }
 
-void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options, int threads,
-                  const Stop& stop) {
+void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options, int threads, const Stop& stop) {
   options.check();
   require(std::isfinite(grid.spacing) && grid.spacing > 0, "spacing_mm", "a positive length in mm", grid.spacing);
   require(grid.origin.allFinite(), "origin_mm", "two finite coordinates in mm", grid.origin.transpose());

@@ -75,7 +75,7 @@ std::vector<float> look(const Height& f, double sigma, bool spoiled, std::uint64
     for (int column = 0; column < width; ++column) {
       const Eigen::Vector3d ray(camera.u(column), camera.v(row), 1), d = view.rotation() * ray;
       double z = 600;
-      for (int k = 0; k < 60; ++k) {
+      for (int k = 0; k < 20; ++k) {  // a contraction
         const Eigen::Vector3d p = view.centre() + z * d;
         z -= (p.z() - f(p.x(), p.y())) / d.z();
       }
