@@ -76,14 +76,20 @@ trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (a
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
 	$(python) -m debulk.study
 	$(python) bench/study/profiles.py
+	$(python) bench/study/scans.py
 
 .PHONY: bench
-bench: $(stamps)/package ## Build and run the C++ benchmarks; results in build/bench
+bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; results in build/bench
 	cmake --preset release -DDEBULK_BENCH=ON -DDEBULK_TESTS=OFF -B build/bench-release
 	cmake --build build/bench-release
 	@mkdir -p build/bench
 	@[ -e build/bench/pockets.txt ] || $(python) bench/solve/export_pockets.py build/bench/pockets.txt
 	build/bench-release/bench/solve/bench_solve --benchmark_out=build/bench/solve.json --benchmark_counters_tabular=true
+	$(python) bench/front/make_scene.py build/scenes 640 480 1280 960 2560 1920 5120 3840 10240 7680
+	DEBULK_SCENES=build/scenes build/bench-release/bench/front/bench_front --benchmark_out=build/bench/front.json
+	@if $(python) -c 'import open3d' 2> /dev/null; then \
+		$(python) bench/front/open3d_outliers.py build/scenes/5120x3840 5120 3840 > build/bench/open3d.json; fi
+	$(python) bench/front/report.py build/bench/front.json build/bench/open3d.json
 	$(python) bench/files/loaders.py -o bench/files/loaders.txt
 
 .PHONY: setup

@@ -9,6 +9,7 @@
 #include "debulk/net/area.hpp"
 #include "debulk/net/drape.hpp"
 #include "debulk/net/fibre_net.hpp"
+#include "debulk/net/lay_pocket.hpp"
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {
@@ -97,6 +98,24 @@ void bind_net(py::module_& m) {
       py::arg("surface"), py::arg("reference"), py::arg("centre"), py::arg("angles"), py::kw_only(), py::arg("outline"),
       py::arg("ply_outline"), py::arg("rms_outline"), py::arg("spacing"), py::arg("node_target"), py::arg("edge_tol"), py::arg("mold_tol"),
       py::arg("paths"));
+
+  m.def(
+      "lay_pocket",
+      [](const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const std::string& mode, double margin,
+         const FibreAngles& angles, const std::optional<Array<double>>& ply_outline, std::optional<double> spacing, int node_target,
+         double edge_tol, double mold_tol, const std::string& paths, const Stop& stop) {
+        require(mode == "foot" || mode == "paper", "mode", "\"foot\" or \"paper\"", "\"" + mode + "\"");
+        const Outline ply = outline_of(ply_outline, "ply_outline");
+        const FibreNetOptions options{spacing, node_target, edge_tol, mold_tol, path_rule(paths)};
+        PatchOptions patch;
+        patch.mode = mode == "paper" ? PatchMode::paper : PatchMode::foot;
+        patch.margin_mm = margin;
+        const py::gil_scoped_release unlocked;
+        return lay_pocket(segmentation, feet, id, reference, patch, angles, ply, options, stop);
+      },
+      py::arg("segmentation"), py::arg("feet"), py::arg("pocket_id"), py::arg("reference"), py::kw_only(), py::arg("mode"),
+      py::arg("margin_mm"), py::arg("angles"), py::arg("ply_outline").none(true), py::arg("spacing").none(true), py::arg("node_target"),
+      py::arg("edge_tol"), py::arg("mold_tol"), py::arg("paths"), py::arg("stop"));
 
   m.def(
       "surface_area",

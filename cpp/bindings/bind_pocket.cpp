@@ -66,8 +66,9 @@ Segmentation segment_arrays(const Array<float>& heights, const Array<double>& or
   return segment(grid, options, mask ? &*mask : nullptr);
 }
 
-FootMap find(const Segmentation& segmentation, double thickness, double mold_tol, double smooth, std::optional<double> noise) {
-  return find_feet(segmentation, {thickness, mold_tol, smooth, noise});
+FootMap find(const Segmentation& segmentation, double thickness, double mold_tol, double smooth, std::optional<double> noise,
+             const Stop& stop) {
+  return find_feet(segmentation, {thickness, mold_tol, smooth, noise}, stop);
 }
 
 Patch patch_of(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const std::string& mode,
@@ -119,6 +120,8 @@ void bind_pocket(py::module_& m) {
       .def_readonly("pockets", &Segmentation::pockets)
       .def_readonly("dropped", &Segmentation::dropped)
       .def_readonly("specks", &Segmentation::specks)
+      .def_property_readonly("origin", [](const Segmentation& s) { return row(s.heights.origin); })
+      .def_property_readonly("spacing", [](const Segmentation& s) { return s.heights.spacing; })
       .def_property_readonly("labels", viewer(&Segmentation::labels))
       .def_property_readonly("heights", viewer(&Segmentation::heights));
 
@@ -142,7 +145,7 @@ void bind_pocket(py::module_& m) {
       .def_readonly("mold_tol", &FootMap::mold_tol_mm);
 
   m.def("find_feet", &find, py::arg("segmentation"), py::kw_only(), py::arg("thickness_mm"), py::arg("mold_tol_mm"), py::arg("smooth_mm"),
-        py::arg("noise_mm").none(true), py::call_guard<py::gil_scoped_release>());
+        py::arg("noise_mm").none(true), py::arg("stop"), py::call_guard<py::gil_scoped_release>());
 
   py::class_<Patch>(m, "Patch")
       .def_property_readonly("outline", [](const Patch& p) { return to_array<2>(p.outline); })

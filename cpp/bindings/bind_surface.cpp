@@ -95,20 +95,21 @@ void bind_front_end(py::module_& m) {
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape,
                        const std::optional<std::array<double, 3>>& camera, const Array<double>& pose, const std::array<double, 4>& box,
                        int neighbours, double std_ratio, double least_ratio, double spacing, double hole_diameter, double jump_ratio,
-                       int median_cells, int threads) {
+                       double spike, int median_cells, int threads) {
              require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
              View view;
              view.height = shape[0], view.width = shape[1];
              if (camera) view.camera = {(*camera)[0], (*camera)[1], (*camera)[2]};
              view.mold_from_scanner = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(pose.data());
-             const FrontEndOptions front{{neighbours, std_ratio, least_ratio}, spacing, {jump_ratio}, {hole_diameter}, median_cells};
+             const FrontEndOptions front{{neighbours, std_ratio, least_ratio}, spacing, {jump_ratio}, {hole_diameter}, spike, median_cells};
              const py::gil_scoped_release release;
              return std::make_unique<FrontEnd>(std::move(reference), Eigen::Vector2d(box[0], box[1]), Eigen::Vector2d(box[2], box[3]), view,
                                                camera.has_value(), front, threads);
            }),
            py::arg("reference"), py::arg("shape"), py::arg("camera").none(true), py::arg("mold_from_scanner"), py::arg("box"),
            py::kw_only(), py::arg("neighbours"), py::arg("std_ratio"), py::arg("least_ratio"), py::arg("spacing_mm"),
-           py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("median_cells"), py::arg("threads"))
+           py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("spike_mm"), py::arg("median_cells"),
+           py::arg("threads"))
       .def(
           "run",
           [](const py::object& self, const Points& scan, const Stop& stop) {
@@ -134,7 +135,7 @@ void bind_front_end(py::module_& m) {
       .def_property_readonly("fast", &FrontEnd::fast)
       .def_property_readonly("threshold", [](const FrontEnd& f) { return f.outliers().threshold; })
       .def_property_readonly("times", [](const FrontEnd& f) {
-        return std::array<double, 4>{f.times().clean, f.times().grid, f.times().fill, f.times().median};
+        return std::array<double, 5>{f.times().clean, f.times().grid, f.times().fill, f.times().spikes, f.times().median};
       });
 }
 
@@ -224,6 +225,19 @@ void bind_surface(py::module_& m) {
         return grid_values(std::move(out));
       },
       py::arg("values"), py::arg("size"), py::arg("threads"));
+
+  m.def(
+      "without_spikes",
+      [](const Array<float>& values, double tolerance, int threads) {
+        const Grid<float> grid = to_grid(values, {0, 0}, 1.0, "grid");
+        Grid<float> out;
+        {
+          py::gil_scoped_release release;
+          without_spikes(grid, tolerance, out, threads);
+        }
+        return grid_values(std::move(out));
+      },
+      py::arg("values"), py::arg("tolerance_mm"), py::arg("threads"));
 
   m.def(
       "fill_holes",

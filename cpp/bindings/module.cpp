@@ -26,6 +26,7 @@ PYBIND11_MODULE(_core, m) {
   debulk::bind_cloud_files(m);
   debulk::bind_surface(m);
   debulk::bind_pocket(m);
+  debulk::bind_regions(m);
   debulk::bind_net(m);
   debulk::bind_solve(m);
   debulk::bind_sheet(m);

@@ -37,6 +37,7 @@ class FrontEnd(metaclass=_Bound):
         spacing_mm: float,
         hole_diameter_mm: float,
         jump_ratio: float,
+        spike_mm: float,
         median_cells: int,
         threads: int,
     ) -> None: ...
@@ -49,7 +50,7 @@ class FrontEnd(metaclass=_Bound):
     @property
     def threshold(self) -> float: ...
     @property
-    def times(self) -> tuple[float, float, float, float]: ...
+    def times(self) -> list[float]: ...
 
 class Certificate(_Made):
     @property
@@ -321,6 +322,53 @@ class RidgeSection(_Made):
     @property
     def ply_length_mm(self) -> float: ...
 
+class RegionFront(metaclass=_Bound):
+    def __init__(
+        self,
+        reference: Reference,
+        shape: tuple[int, int],
+        camera: tuple[float, float, float],
+        mold_from_scanner: ArrayLike,
+        *,
+        std_ratio: float,
+        least_ratio: float,
+        neighbours: int,
+        spacing_mm: float,
+        hole_diameter_mm: float,
+        spike_mm: float,
+        median_cells: int,
+        cut_height_mm: float,
+        area_tol_mm2: float,
+        peak_tol_mm: float,
+        ply_outline: ArrayLike | None,
+        thickness_mm: float,
+        mold_tol_mm: float,
+        smooth_mm: float,
+        largest_share: float,
+        threads: int,
+    ) -> None: ...
+    def overview(self) -> tuple[_Singles, _Floats, float]: ...
+    def run(self, scan: ArrayLike, mask: ArrayLike | None, stop: Stop) -> bool: ...
+    def take(self) -> list[tuple[Segmentation, FootMap]]: ...
+    @property
+    def flag_mm(self) -> float: ...
+    @property
+    def image_share(self) -> float: ...
+    @property
+    def known_mm2(self) -> float: ...
+    @property
+    def mesh(self) -> tuple[int, int, float, float]: ...
+    @property
+    def read_share(self) -> float: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def threshold(self) -> tuple[float, float, int]: ...
+    @property
+    def times(self) -> tuple[float, float, float, float, float, float]: ...
+    @property
+    def windows(self) -> list[tuple[int, int, int, int]]: ...
+
 class Segmentation(_Made):
     @property
     def dropped(self) -> list[DroppedPocket]: ...
@@ -329,9 +377,13 @@ class Segmentation(_Made):
     @property
     def labels(self) -> _Integers: ...
     @property
+    def origin(self) -> _Floats: ...
+    @property
     def pockets(self) -> list[Pocket]: ...
     @property
     def specks(self) -> int: ...
+    @property
+    def spacing(self) -> float: ...
 
 class Sheet(metaclass=_Bound):
     def __init__(
@@ -425,7 +477,13 @@ def fill_holes(
     values: ArrayLike, spacing_mm: float, hole_diameter_mm: float, threads: int
 ) -> tuple[_Singles, _Bytes]: ...
 def find_feet(
-    segmentation: Segmentation, *, thickness_mm: float, mold_tol_mm: float, smooth_mm: float, noise_mm: float | None
+    segmentation: Segmentation,
+    *,
+    thickness_mm: float,
+    mold_tol_mm: float,
+    smooth_mm: float,
+    noise_mm: float | None,
+    stop: Stop,
 ) -> FootMap: ...
 def fit_pinhole(points: ArrayLike, /) -> tuple[float, float, float] | None: ...
 def fit_reference(
@@ -453,6 +511,23 @@ def inside_polygon(outline_mm: ArrayLike, xy_mm: ArrayLike) -> _Flags: ...
 def instruction_set() -> str: ...
 def judge(evidence: PocketEvidence, criteria: Criteria) -> Judgement: ...
 def judge_layup(pockets: Sequence[JudgedPocket], coverage: float, criteria: Criteria) -> Judgement: ...
+def lay_pocket(
+    segmentation: Segmentation,
+    feet: FootMap,
+    pocket_id: int,
+    reference: Surface,
+    *,
+    mode: str,
+    margin_mm: float,
+    angles: ArrayLike,
+    ply_outline: ArrayLike | None,
+    spacing: float | None,
+    node_target: int,
+    edge_tol: float,
+    mold_tol: float,
+    paths: str,
+    stop: Stop,
+) -> PocketNet: ...
 def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, surface: Surface) -> float: ...
 def make_patch(
     segmentation: Segmentation,
@@ -550,3 +625,4 @@ def segment(
 ) -> Segmentation: ...
 def surface_area(surface: Surface, outline: ArrayLike, ply_outline: ArrayLike | None) -> float: ...
 def surface_extent(surface: Reference) -> _Floats: ...
+def without_spikes(values: ArrayLike, tolerance_mm: float, threads: int) -> _Singles: ...

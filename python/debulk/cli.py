@@ -16,7 +16,6 @@ import typer
 
 from debulk import InputError, __version__, cli_tools
 from debulk.cli_support import EXIT_CODES, check_writable, outcome, show, shown_progress
-from debulk.mask import load_mask
 from debulk.report import Report, Verdict, check_report_path
 
 if TYPE_CHECKING:
@@ -61,7 +60,8 @@ def inspect(
         str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
     ] = None,
     mask: Annotated[
-        Path | None, typer.Option(help="Image as large as the scan's, or .npy; white: a clamp or tool hides the ply.")
+        Path | None,
+        typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
     ] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
@@ -85,7 +85,7 @@ def inspect(
         settings = Recipe() if recipe is None else Recipe.load(recipe)
         transform = None if pose is None else files.load_pose(pose, unit)
         ply_outline = None if outline is None else files.load_outline(outline, unit)
-        hidden = None if mask is None else load_mask(mask)
+        hidden = None if mask is None else files.load_mask(mask)
         with shown_progress() as progress:
             progress("reading", 0.0)
             reference_cloud = files.load_cloud(reference, unit)

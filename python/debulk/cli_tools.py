@@ -20,7 +20,8 @@ def compare(
     pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
     recipe: Annotated[Path | None, typer.Option(help="Settings; unset: those of the report.")] = None,
     mask: Annotated[
-        Path | None, typer.Option(help="Image as large as the scan's, or .npy; white: a clamp or tool hides the ply.")
+        Path | None,
+        typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
     ] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
     output: Annotated[
@@ -31,7 +32,6 @@ def compare(
     with outcome():
         from debulk import comparison, files
         from debulk.comparison_text import table
-        from debulk.mask import load_mask
         from debulk.recipe import Recipe
         from debulk.report import Report, check_report_path
 
@@ -39,7 +39,7 @@ def compare(
             check_report_path(path)
             check_writable(path)
         settings = None if recipe is None else Recipe.load(recipe)
-        hidden = None if mask is None else load_mask(mask)
+        hidden = None if mask is None else files.load_mask(mask)
         with shown_progress() as progress:
             progress("reading", 0.0)
             before = Report.load(report)

@@ -173,6 +173,11 @@ def median_pitch(points: ArrayLike, *, threads: int = 0) -> float:
     return float(_core.median_pitch(_as_cloud(points, "points"), threads))
 
 
+def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
+    """Bring points into the form that the package computes on, like `checked`, but look at shape and type only."""
+    return _as_cloud(points, name)
+
+
 def _as_cloud(points: ArrayLike, name: str) -> NDArray[np.float32]:
     array: NDArray[Any] = np.asarray(points)
     if array.ndim not in (2, 3) or array.shape[-1] != 3:

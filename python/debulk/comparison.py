@@ -106,6 +106,8 @@ class PocketComparison(Record):
         Of the heights of the ply above the mold inside the original outline, noise and consolidated thickness included.
     predicted_rms_range_mm
         Lowest and highest over the solver's starts.
+    predicted_ridge_range_mm
+        Lowest and highest over the solver's starts.
     predicted_ridge_mm, measured_peak_mm
         Highest ridge of the prediction; largest height inside the outline after a median over 5 by 5 cells, which
         lowers a ridge less than about four cells wide.
@@ -124,6 +126,7 @@ class PocketComparison(Record):
     predicted_rms_range_mm: tuple[float, float] | None = None
     measured_rms_mm: float | None = None
     predicted_ridge_mm: float | None = None
+    predicted_ridge_range_mm: tuple[float, float] | None = None
     measured_peak_mm: float | None = None
     noise_mm: float | None = None
     measured_share: float = 1.0
@@ -357,6 +360,7 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
                 predicted_rms_mm=known.rms_mm,
                 predicted_rms_range_mm=known.rms_range_mm,
                 predicted_ridge_mm=known.ridge_height_mm,
+                predicted_ridge_range_mm=known.ridge_range_mm,
                 **figures,
             )
         )

@@ -52,12 +52,16 @@ def evaluate(
     fibre_angles_deg: Floats | Grid,
     recipe: Recipe,
     stop: _core.Stop,
+    number: int | None = None,
 ) -> Evaluation:
-    """Evaluate pocket number `index` (from 0) of a segmentation: patch, net, minimum, ridges, verdict."""
+    """Evaluate pocket number `index` (from 0) of a segmentation: patch, net, minimum, ridges, verdict.
+
+    Its report gets the id `number`, its own unless that is given.
+    """
     found, foot = segmentation.pockets[index], feet.feet[index]
     watch = _Stopwatch()
     seen = PocketReport(  # what is known before the ply is modelled
-        id=found.id,
+        id=found.id if number is None else number,
         verdict=verdict.Verdict.INVALID,
         reason="",
         outline_mm=found.outline_mm,
@@ -76,7 +80,9 @@ def evaluate(
         return given_up(verdict.judge(certified=False, deadline_passed=True, coverage=found.measured_share))
     try:
         with watch.step("net"):
-            laid = lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe)
+            laid = lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe, stop)
+    except _core.Stopped:
+        return given_up(verdict.judge(certified=False, deadline_passed=True, coverage=found.measured_share))
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
         return given_up(verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
 
@@ -99,6 +105,7 @@ def evaluate(
         rms_mm=outcome.best.rms_mm,
         rms_range_mm=outcome.rms_mm,
         ridge_height_mm=outcome.best.ridge_height_mm,
+        ridge_range_mm=outcome.ridge_mm,
         ridge_length_mm=outcome.best.ridge_length_mm,
         ridge_nodes=None if worst is None else np.array(worst.nodes, dtype=np.int32),
         bridge_height_mm=outcome.best.bridge_height_mm,
@@ -145,28 +152,31 @@ def lay_net(
     ply_outline: Floats | None,
     fibre_angles_deg: Floats | Grid,
     recipe: Recipe,
+    stop: _core.Stop | None = None,
 ) -> net.Net:
     """Lay the net of pocket number `index` (from 0) on its patch."""
     found, foot = segmentation.pockets[index], feet.feet[index]
     # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
     spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(foot.area_mm2 / recipe.net.node_target))
-    patch = pocket.patch(segmentation, feet, found.id, reference, mode=recipe.patch.mode, margin_mm=spacing + 10.0)
-    return net.fibre_net(
-        surface.Reference(patch.surface.values, patch.surface.origin_mm, patch.surface.spacing_mm),
-        reference,
-        found.centroid_mm,
-        _angles_at(fibre_angles_deg, found.centroid_mm),
-        spacing_mm=recipe.net.spacing_mm,
-        outline_mm=patch.outline_mm,
-        ply_outline=ply_outline,
-        edge_tol_mm=recipe.segmentation.edge_tol_mm,
-        mold_tol_mm=1.25
-        * feet.mold_tol_mm,  # the foot lies at the tolerance: what the spline makes of it may be a little above
-        paths="vertical_plane"
-        if recipe.patch.mode == "paper"
-        else recipe.net.paths,  # geodesics stray on the glued step
-        rms_outline_mm=found.outline_mm,
-        node_target=recipe.net.node_target,
+    paper = recipe.patch.mode == "paper"
+    return net.from_core(
+        _core.lay_pocket(
+            segmentation._core,
+            feet._core,
+            found.id,
+            reference,
+            mode=recipe.patch.mode,
+            margin_mm=spacing + 10.0,
+            angles=np.radians(_angles_at(fibre_angles_deg, found.centroid_mm)),
+            ply_outline=ply_outline,
+            spacing=recipe.net.spacing_mm,
+            node_target=recipe.net.node_target,
+            edge_tol=recipe.segmentation.edge_tol_mm,
+            # The foot lies at the tolerance: what the spline makes of it may be a little above.
+            mold_tol=1.25 * feet.mold_tol_mm,
+            paths="vertical_plane" if paper else recipe.net.paths,  # geodesics stray on the glued step
+            stop=stop or _core.Stop(),
+        )
     )
 
 

@@ -42,11 +42,12 @@ def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
 
 
 class FrontEnd:
-    """Scans to height maps: outliers removed, heights above the reference on a grid, holes filled, median.
+    """Scans to height maps: outliers removed, heights above the reference on a grid, holes filled, spikes, median.
 
-    The same steps as `debulk.cloud.transform`, `debulk.cloud.remove_outliers`, `debulk.surface.height_map` and
-    `debulk.surface.median`, many times faster for the organised scans of a pinhole camera: exact neighbours are found
-    in the image, heights are measured along the rays and the sideways shift of raised points is undone on the grid.
+    The same steps as `debulk.cloud.transform`, `debulk.cloud.remove_outliers`, `debulk.surface.height_map`,
+    `debulk.surface.without_spikes` and `debulk.surface.median`, many times faster for the organised scans of a pinhole
+    camera: exact neighbours are found in the image, heights are measured along the rays and the shift of raised
+    points is undone on the grid.
     Whatever depends on the reference and the camera alone is prepared here, and memory is kept from scan to scan. Any
     other cloud takes the general way, with the same decisions. One object serves one thread at a time.
 
@@ -69,6 +70,8 @@ class FrontEnd:
         As in `debulk.cloud.remove_outliers`. The fast way needs four neighbours.
     hole_diameter_mm, jump_ratio
         As in `debulk.surface.height_map`.
+    spike_mm
+        As in `debulk.surface.without_spikes`; 0: spikes stay.
     median_cells
         1 (none), 3 or 5.
     threads
@@ -106,6 +109,7 @@ class FrontEnd:
         least_ratio: float = 0.0,
         hole_diameter_mm: float = 20.0,
         jump_ratio: float = 6.0,
+        spike_mm: float = 0.0,
         median_cells: int = 3,
         threads: int = 0,
     ) -> None:
@@ -128,6 +132,7 @@ class FrontEnd:
             spacing_mm=float(spacing_mm),
             hole_diameter_mm=float(hole_diameter_mm),
             jump_ratio=float(jump_ratio),
+            spike_mm=float(spike_mm),
             median_cells=_whole(median_cells, "median_cells"),
             threads=threads,
         )
@@ -140,7 +145,7 @@ class FrontEnd:
         scan
             (H, W, 3) or (N, 3), scanner frame, mm, NaN = nothing seen. C-contiguous float32 is not copied.
         stop
-            Raised from another thread, ends a general search with a RuntimeError.
+            Raised from another thread, ends the computation soon with a RuntimeError.
         copy
             False: the map's arrays are views that the next call overwrites.
 
@@ -173,4 +178,4 @@ class FrontEnd:
     @property
     def times_ms(self) -> dict[str, float]:
         """How long the last scan took, stage by stage."""
-        return dict(zip(("clean", "grid", "fill", "median"), self._core.times, strict=True))
+        return dict(zip(("clean", "grid", "fill", "spikes", "median"), self._core.times, strict=True))

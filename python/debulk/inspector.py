@@ -20,6 +20,7 @@ from debulk.evaluation import Evaluation, criteria, evaluate
 from debulk.grid import Grid
 from debulk.inspector_file import Prepared
 from debulk.inspector_inputs import angles, camera_parameters, image_mask, outline, pose
+from debulk.regions import Found, RegionFront, in_order
 from debulk.report import LeftOut, Report
 from debulk.verdict import Judgement, Verdict, judge_layup
 
@@ -32,6 +33,7 @@ __all__ = ["Cancelled", "Inspector", "inspect"]
 InputError = _core.InputError
 Progress = Callable[[str, float], None]
 Result = TypeVar("Result")
+_WHOLE = "none: the whole scan was processed, which takes longer"
 log = logging.getLogger("debulk")
 log.addHandler(logging.NullHandler())
 
@@ -105,6 +107,7 @@ class Inspector:
         self._running: set[_core.Stop] = set()
 
         self._front: front.FrontEnd | None = None
+        self._regions: RegionFront | None = None
         self._front_lock = threading.Lock()  # it keeps its buffers: one scan at a time
         self.prepared = reference if isinstance(reference, Prepared) else self._prepare(reference)
         self.grid_spacing_mm = self.prepared.grid_spacing_mm
@@ -114,7 +117,9 @@ class Inspector:
         clean, threads = self.recipe.clean, self.recipe.run.threads
         seen = self._checked(reference, "reference")
         points = self._clean(self._in_mold_frame(seen), _core.Stop())
-        spacing = clean.grid_spacing_mm or max(cloud.median_pitch(points, threads=threads), 0.5)
+        spacing = clean.grid_spacing_mm
+        if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
+            spacing = max(round(1024 * cloud.median_pitch(points, threads=threads)) / 1024, 0.5)
         heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads)
         camera = front.fit_camera(seen) if self.camera is None and seen.ndim == 3 else self.camera
         image = None if camera is None or seen.ndim != 3 else (*seen.shape[:2], *map(float, camera))
@@ -201,14 +206,37 @@ class Inspector:
     def _inspect(self, scan: ArrayLike, cycle: _Cycle) -> Report:
         """Walk through the steps."""
         with cycle.stage("height map", 0.0):
-            height_map, parts_ms = _watched(cycle.stop, lambda: self._height_map(scan, cycle.stop))
+            found, parts_ms = _watched(cycle.stop, lambda: self._find(scan, cycle.stop))
         cycle.split("height map", parts_ms)
-        with cycle.stage("pockets", 0.35):
-            segmentation, feet = self._segment(height_map)
         with cycle.stage("debulk", 0.45):
-            evaluations = self._evaluate(segmentation, feet, cycle)
+            evaluations = self._evaluate(found, cycle)
         with cycle.stage("report", 1.0):
-            return self._report(height_map, segmentation, evaluations, cycle)
+            return self._report(found, evaluations, cycle)
+
+    def _find(self, scan: ArrayLike, stop: _core.Stop) -> tuple[Found, dict[str, float]]:
+        """Pockets, through regions of interest or in the whole scan; and times in ms."""
+        why_whole = ""
+        if self.recipe.segmentation.regions:
+            image = self.prepared.image
+            points = cloud.as_cloud(scan, "scan")
+            if image is None or self.recipe.segmentation.area_tol_mm2 <= 0 or points.shape[:2] != image[:2]:
+                why_whole = "the scan is not an image of the reference's camera"
+            elif self.mask is None or self.mask.shape == points.shape[:2]:
+                with self._front_lock:
+                    if self._regions is None:
+                        self._regions = self._region_front(image)
+                    found = self._regions.inspect(points, self.mask, stop)
+                    if found is not None:
+                        return found, self._regions.times_ms
+                    why_whole = self._regions.reason
+        height_map, parts_ms = self._height_map(scan, stop)
+        began = time.perf_counter()
+        segmentation, feet = self._segment(height_map, stop)
+        parts_ms["pockets"] = 1e3 * (time.perf_counter() - began)
+        known = np.count_nonzero(np.isfinite(segmentation.heights.values)) * height_map.spacing_mm**2
+        left_out = () if not why_whole else (LeftOut(what="regions of interest", why=why_whole, bound=_WHOLE),)
+        overview = Grid(height_map.values, height_map.origin_mm, height_map.spacing_mm)
+        return Found([(segmentation, feet)], float(known), overview, left_out), parts_ms
 
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
         """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
@@ -290,13 +318,7 @@ class Inspector:
         with self._front_lock:
             if self._front is None:
                 self._front = self._front_end()
-            heights, times_ms = self._front.inspect(points, stop), self._front.times_ms
-        clean, threads = self.recipe.clean, self.recipe.run.threads
-        if clean.spike_mm > 0:
-            heights = surface.without_spikes(heights, clean.spike_mm, threads=threads)
-        if clean.median_cells > 1:
-            heights = surface.median(heights, clean.median_cells, threads=threads)
-        return heights, {name: times_ms[name] for name in ("clean", "grid", "fill")}
+            return self._front.inspect(points, stop), self._front.times_ms
 
     def _front_end(self) -> front.FrontEnd:
         clean, image = self.recipe.clean, self.prepared.image
@@ -310,11 +332,17 @@ class Inspector:
             std_ratio=clean.std_ratio,
             least_ratio=clean.least_ratio,
             hole_diameter_mm=clean.max_hole_mm,
-            median_cells=1,  # after the spikes, which a small median would spread
+            spike_mm=clean.spike_mm,
+            median_cells=clean.median_cells,
             threads=self.recipe.run.threads,
         )
 
-    def _segment(self, height_map: surface.HeightMap) -> tuple[pocket.Segmentation, pocket.Feet]:
+    def _region_front(self, image: tuple[int, int, float, float, float]) -> RegionFront:
+        return RegionFront(
+            self.reference, image, self.mold_from_scanner, self.grid_spacing_mm, self.ply_outline, self.recipe
+        )
+
+    def _segment(self, height_map: surface.HeightMap, stop: _core.Stop) -> tuple[pocket.Segmentation, pocket.Feet]:
         wanted, patch = self.recipe.segmentation, self.recipe.patch
         segmentation = pocket.segment(
             height_map, wanted.cut_height_mm, wanted.area_tol_mm2, wanted.peak_tol_mm, self.ply_outline
@@ -324,11 +352,16 @@ class Inspector:
             thickness_mm=self.recipe.material.thickness_mm,
             mold_tol_mm=patch.mold_tol_mm,
             smooth_mm=patch.smooth_mm,
+            stop=stop,
         )
         return segmentation, feet
 
-    def _evaluate(self, segmentation: pocket.Segmentation, feet: pocket.Feet, cycle: _Cycle) -> list[Evaluation]:
-        def one(index: int) -> Evaluation:
+    def _evaluate(self, found: Found, cycle: _Cycle) -> list[Evaluation]:
+        order = in_order(found)
+
+        def one(number: int) -> Evaluation:
+            part, index = order[number]
+            segmentation, feet = found.parts[part]
             return evaluate(
                 segmentation,
                 feet,
@@ -338,9 +371,10 @@ class Inspector:
                 self.fibre_angles_deg,
                 self.recipe,
                 cycle.stop,
+                number + 1,
             )
 
-        count = len(segmentation.pockets)
+        count = len(order)
         threads = self.recipe.run.threads or _core.default_threads()
         evaluations = []
         # The core's calls release the GIL; whatever ends the wait (Ctrl-C, an error of progress) ends the solvers.
@@ -354,15 +388,14 @@ class Inspector:
 
     def _report(
         self,
-        height_map: surface.HeightMap,
-        segmentation: pocket.Segmentation,
+        found: Found,
         evaluations: list[Evaluation],
         cycle: _Cycle,
     ) -> Report:
-        coverage = self._coverage(segmentation)
+        coverage = self._coverage(found)
         pockets = tuple(evaluation.report for evaluation in evaluations)
         judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria(self.recipe))
-        left_out = self._left_out(segmentation) + tuple(entry for e in evaluations for entry in e.left_out)
+        left_out = self._left_out(found) + tuple(entry for e in evaluations for entry in e.left_out)
         log.info("%s: %s", judged.verdict.value, judged.reason)
         return Report(
             verdict=judged.verdict,
@@ -371,7 +404,7 @@ class Inspector:
             timings_ms=cycle.timings_ms(),
             left_out=_merged(left_out),
             coverage=coverage,
-            height_map=Grid(height_map.values, height_map.origin_mm, height_map.spacing_mm),
+            height_map=found.overview,
             ply_outline_mm=self.ply_outline,
             recipe=self.recipe.model_dump(),
         )
@@ -386,19 +419,18 @@ class Inspector:
             recipe=self.recipe.model_dump(),
         )
 
-    def _coverage(self, segmentation: pocket.Segmentation) -> float:
+    def _coverage(self, found: Found) -> float:
         """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
-        heights = segmentation.heights  # unknown off the ply
-        known = np.count_nonzero(np.isfinite(heights.values)) * heights.spacing_mm**2
         expected: float
         if self.ply_outline is None:
             expected = np.count_nonzero(np.isfinite(self.prepared.seen.values)) * self.grid_spacing_mm**2
         else:
             expected = abs(pocket.polygon_area(self.ply_outline))
-        return float(min(1.0, known / expected))
+        return float(min(1.0, found.known_mm2 / expected))
 
-    def _left_out(self, segmentation: pocket.Segmentation) -> tuple[LeftOut, ...]:
+    def _left_out(self, found: Found) -> tuple[LeftOut, ...]:
         wanted = self.recipe.segmentation
+        dropped = [d for segmentation, _ in found.parts for d in segmentation.dropped]
         entries = [
             LeftOut(
                 what=f"bump of {d.area_mm2 / 100:.2f} cm² at ({d.centroid_mm[0]:.0f}, {d.centroid_mm[1]:.0f}) mm",
@@ -406,7 +438,7 @@ class Inspector:
                 bound=f"stands {d.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² at the "
                 f"cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
             )
-            for d in segmentation.dropped
+            for d in sorted(dropped, key=lambda d: -d.area_mm2)
         ]
         if self.ply_outline is None:
             entries.append(
@@ -416,7 +448,7 @@ class Inspector:
                     bound="a pocket at the ply's edge is judged as if held there: ridges come out higher, not lower",
                 )
             )
-        return tuple(entries)
+        return (*entries, *found.left_out)
 
 
 def inspect(

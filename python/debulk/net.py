@@ -148,6 +148,11 @@ def fibre_net(
         mold_tol=mold_tol_mm,
         paths=paths,
     )
+    return from_core(made)
+
+
+def from_core(made: Any) -> Net:
+    """Wrap a compiled pocket's net."""
     net = made.net
     return Net(
         nodes_mm=net.nodes,

@@ -93,9 +93,7 @@ def page(report: Report) -> str:
         "report.html.j2",
         report=report,
         counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
-        map=ply_map(
-            report.height_map, report.ply_outline_mm, areas, max((p.peak_mm for p in report.pockets), default=None)
-        ),
+        map=ply_map(report.height_map, report.ply_outline_mm, areas, _top(report)),
         verdict_of={p.id: p.verdict for p in report.pockets},
         drawings=_drawings(report),
         limits=limits,
@@ -109,9 +107,10 @@ def page(report: Report) -> str:
             ),
             bar_chart(
                 "Predicted ridge height, mm",
-                [Row(p.id, p.verdict, p.ridge_height_mm) for p in report.pockets],
+                [Row(p.id, p.verdict, p.ridge_height_mm, p.ridge_range_mm) for p in report.pockets],
                 limits.get("max_ridge_mm"),
                 2,
+                "thin line: range over the starts",
             ),
         ],
         timings=_timings(report),
@@ -180,6 +179,12 @@ def bar_chart(title: str, rows: list[Row], limit: float | None, digits: int, not
 def total_ms(report: Report) -> float:
     """Return the time of the whole inspection: its own entry, or without one the sum of the stages."""
     return report.timings_ms.get("total", sum(report.timings_ms.values()))
+
+
+def _top(report: Report) -> float | None:
+    """Height of the last colour: the highest pocket's; at least the cut, below which noise would look like pockets."""
+    cut = report.recipe.get("segmentation", {}).get("cut_height_mm")
+    return max([p.peak_mm for p in report.pockets] + ([] if cut is None else [cut]), default=None)
 
 
 def _drawings(report: Report) -> dict[int, Drawings]:

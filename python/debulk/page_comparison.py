@@ -63,10 +63,13 @@ def page(comparison: Comparison) -> str:
             ),
             bar_chart(
                 "Ridge height, mm",
-                [Row(p.id, p.predicted, p.predicted_ridge_mm, None, p.measured_peak_mm) for p in pockets],
+                [
+                    Row(p.id, p.predicted, p.predicted_ridge_mm, p.predicted_ridge_range_mm, p.measured_peak_mm)
+                    for p in pockets
+                ],
                 comparison.max_peak_mm,
                 2,
-                "bar: predicted ridge; ◆ measured peak",
+                "bar: predicted ridge; thin line: range over the starts; ◆ measured peak",
             ),
         ],
         scatter=_scatter(comparison),

@@ -110,7 +110,7 @@ def ply_map(
             if ply_outline is None:
                 low, high = np.minimum(low, first - half), np.maximum(high, first - half + size)
     width, height = (float(length) for length in high - low)
-    font = max(width, height) / 36
+    font = max(width, height) / (36 * float(np.clip(np.sqrt(len(areas) / 25), 1, 2)))
     corners_each = max(24, min(_MAX_CORNERS, _MAX_ALL_CORNERS // max(1, len(areas))))
     places = _labels([area.outline_mm for area in areas], font, low, high)
     marks = [
@@ -167,7 +167,7 @@ def _png(values: NDArray[np.float32], top: float) -> str:
         level = np.clip(mean * (255 / top), 0, 255).round().astype(np.uint8)
         picture = cv2.cvtColor(cv2.applyColorMap(level, cv2.COLORMAP_CIVIDIS), cv2.COLOR_BGR2BGRA)
         picture[share < 0.5] = 0
-        data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])[1].tobytes()
+        data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 6])[1].tobytes()
         if len(data) <= _MAX_PNG_BYTES:
             return base64.b64encode(data).decode("ascii")
         scale *= 0.8

@@ -177,6 +177,11 @@ def segment(
         ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
         measured=None if measured is None else np.asarray(measured, dtype=bool).astype(np.uint8),
     )
+    return from_core(core)
+
+
+def from_core(core: Any) -> Segmentation:
+    """Wrap a compiled segmentation."""
     pockets = [
         Pocket(
             id=p.id,
@@ -194,9 +199,8 @@ def segment(
         for p in core.pockets
     ]
     dropped = [Dropped(d.reason, d.area, d.peak, d.centroid) for d in core.dropped]
-    return Segmentation(
-        pockets, dropped, core.specks, _like(height_map, core.labels), _like(height_map, core.heights), core
-    )
+    labels, heights = (Grid(values, core.origin, core.spacing) for values in (core.labels, core.heights))
+    return Segmentation(pockets, dropped, core.specks, labels, heights, core)
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,6 +265,7 @@ def feet(
     mold_tol_mm: float = 0.2,
     smooth_mm: float = 8.0,
     noise_mm: float | None = None,
+    stop: _core.Stop | None = None,
 ) -> Feet:
     """Foot contours of all pockets, neighbours parted at their saddles by a watershed.
 
@@ -276,6 +281,8 @@ def feet(
         Window of the local quadratic smoothing before; 0: none.
     noise_mm
         Sigma of the heights' noise; None: `height_noise`.
+    stop
+        Raised from another thread, it ends the search with a RuntimeError.
 
     Raises
     ------
@@ -293,8 +300,18 @@ def feet(
     (True, 36)
     """
     core = _core.find_feet(
-        segmentation._core, thickness_mm=thickness_mm, mold_tol_mm=mold_tol_mm, smooth_mm=smooth_mm, noise_mm=noise_mm
+        segmentation._core,
+        thickness_mm=thickness_mm,
+        mold_tol_mm=mold_tol_mm,
+        smooth_mm=smooth_mm,
+        noise_mm=noise_mm,
+        stop=stop or _core.Stop(),
     )
+    return feet_from_core(segmentation, core, thickness_mm)
+
+
+def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -> Feet:
+    """Wrap compiled feet of a segmentation."""
     found = [
         Foot(pocket.id, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
         for pocket, f in zip(segmentation.pockets, core.feet, strict=True)

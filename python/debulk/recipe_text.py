@@ -29,5 +29,5 @@ def toml(recipe: Recipe) -> str:
 
 
 def _literal(value: Any) -> str:
-    # repr gives the shortest text that reads back to the same double; JSON's strings are TOML's.
-    return json.dumps(value) if isinstance(value, str) else repr(value)
+    # repr gives the shortest text that reads back to the same double; JSON's strings and truth values are TOML's.
+    return json.dumps(value) if isinstance(value, (str, bool)) else repr(value)

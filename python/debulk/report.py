@@ -143,6 +143,8 @@ class PocketReport(Record):
         RMS of the post-processed gaps inside the outline; its lowest and highest value over all starts.
     ridge_height_mm, ridge_length_mm, excess_length_mm
         Of the worst ridge; the largest excess of a fibre's length over the mold's.
+    ridge_range_mm
+        Lowest and highest ridge height over all starts.
     ridge_nodes
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
@@ -179,6 +181,7 @@ class PocketReport(Record):
     rms_range_mm: tuple[float, float] | None = None
     ridge_height_mm: float | None = None
     ridge_length_mm: float | None = None
+    ridge_range_mm: tuple[float, float] | None = None
     ridge_nodes: Numbers | None = None
     bridge_height_mm: float | None = None
     excess_length_mm: float | None = None

@@ -91,7 +91,8 @@ def columns(
 
 _CSV = (
     "id", "verdict", "reason", "area_mm2", "peak_mm", "volume_mm3", "measured_share", "touches_ply_edge", "spacing_mm",
-    "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm", "ridge_length_mm", "excess_length_mm",
+    "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm", "ridge_low_mm", "ridge_high_mm",
+    "ridge_length_mm", "excess_length_mm",
     "energy_mj", "solver", "status", "certified", "iterations", "evaluations", "length_error", "penetration_mm",
     "kkt_error", "runtime_ms",
 )  # fmt: skip
@@ -108,8 +109,9 @@ def csv_text(report: Report) -> str:
 
 
 def _figure(pocket: PocketReport, name: str) -> Any:
-    if name in ("rms_low_mm", "rms_high_mm"):
-        return None if pocket.rms_range_mm is None else pocket.rms_range_mm[name == "rms_high_mm"]
+    if name in ("rms_low_mm", "rms_high_mm", "ridge_low_mm", "ridge_high_mm"):
+        span = pocket.rms_range_mm if name.startswith("rms") else pocket.ridge_range_mm
+        return None if span is None else span[name.endswith("high_mm")]
     if hasattr(pocket, name):
         return getattr(pocket, name)
     return getattr(pocket.solve, {"solver": "method"}.get(name, name)) if pocket.solve else None

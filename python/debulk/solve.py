@@ -169,7 +169,8 @@ def minimise(
     Returns
     -------
     Solution
-        The certified solution of least energy, or the first start's if none is certified.
+        The certified solution of least energy, without a compliance if there is one; the first start's if none is
+        certified.
 
     Raises
     ------
@@ -269,6 +270,8 @@ def minimise_all(
 def best(minima: Sequence[Solution]) -> Solution:
     """Choose among the minima of several starts: the certified one of least energy, or the first if none is.
 
+    One whose fibres needed a compliance is chosen only where no other is certified.
+
     Parameters
     ----------
     minima
@@ -291,8 +294,25 @@ def best(minima: Sequence[Solution]) -> Solution:
     >>> len(solution.minima), solution.energy_mj == minimise(sheet, starts=4).energy_mj
     (4, True)
     """
-    certified = [m for m in minima if m.certified]
-    return replace(min(certified, key=lambda m: m.energy_mj) if certified else minima[0], minima=tuple(minima))
+    found = min((m for m in minima if m.certified), key=rank, default=minima[0])
+    return replace(found, minima=tuple(minima))
+
+
+def rank(certified: Solution) -> tuple[bool, float]:
+    """Sort key of certified solutions, the best first: strained fibres save energy, so without a compliance first.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
+    >>> nodes = [[-4.9, 0, 0], [0, 0, np.sqrt(25 - 4.9**2)], [4.9, 0, 0]]
+    >>> fibre = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
+    >>> sheet = debulk.sheet.Sheet(nodes, fibre, [1, 0, 1], 5.0, 75.0, reference)
+    >>> solution = minimise(sheet)
+    >>> rank(solution) == (False, solution.energy_mj)
+    True
+    """
+    return certified.certificate.compliant, certified.energy_mj
 
 
 def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> Certificate:

@@ -267,12 +267,8 @@ def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) 
     >>> float(without_spikes(Grid(values, np.zeros(2), 1.0)).values.max())
     0.0
     """
-    values = _heights(grid, "grid")
-    middle = np.empty_like(values)
-    for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):  # cells two apart are neighbours on a grid of every other one
-        part = np.ascontiguousarray(values[row::2, column::2])
-        middle[row::2, column::2] = _core.median(part, 3, threads)
-    return replace(grid, values=np.where(np.abs(values - middle) > tolerance_mm, middle, values))
+    tolerance = _positive(tolerance_mm, "tolerance_mm")
+    return replace(grid, values=_core.without_spikes(_heights(grid, "grid"), tolerance, threads))
 
 
 def fit_reference(

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import importlib
 import multiprocessing
+import os
+import sys
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 
 from debulk._core import InputError
 from debulk.comparison import inside_outline
+from debulk.page_map import colours
 from debulk.report import PocketReport, Report
 from debulk.verdict import Verdict
 
@@ -26,6 +29,8 @@ Floats = NDArray[np.float64]
 COMMAND = "pip install 'debulk[view]'"
 _PACKAGES = "libegl1 libgl1 libusb-1.0-0 libvulkan1 mesa-vulkan-drivers"
 _MAX_POINTS = 400_000
+_MAGNIFICATIONS = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
+_HIGH = 0.3  # heights that are chosen here stay below this share of the width
 _ABOVE_MM = 0.3  # outlines are drawn so much above the cut height, clear of the ply
 # Okabe and Ito's colours, which the colour-blind tell apart.
 _VERDICT_RGB = {
@@ -43,12 +48,15 @@ class Shapes:
 
     Attributes
     ----------
+    magnify
+        How many times larger heights are drawn than lengths.
     points, point_rgb
-        (N, 3) the height map, lighter the higher.
+        (N, 3) the height map, lighter the higher; left out where a net is drawn.
     corners, segments, segment_rgb
         (M, 3), (K, 2), (K, 3): outlines in the verdict's colour, nets before debulking in light blue, and after it.
     """
 
+    magnify: float
     points: Floats
     point_rgb: Floats
     corners: Floats
@@ -56,7 +64,7 @@ class Shapes:
     segment_rgb: Floats
 
 
-def shapes(report: Report, pocket: int | None = None, magnify: float = 10.0) -> Shapes:
+def shapes(report: Report, pocket: int | None = None, magnify: float | None = None) -> Shapes:
     """Make what `view` draws.
 
     Parameters
@@ -69,7 +77,7 @@ def shapes(report: Report, pocket: int | None = None, magnify: float = 10.0) -> 
     InputError
         No such pocket, a magnification that is not positive, or a report with nothing to draw.
     """
-    if not (np.isfinite(magnify) and magnify > 0):
+    if magnify is not None and not (np.isfinite(magnify) and magnify > 0):
         raise InputError(f"magnify: expected a positive factor, but got {magnify!r}")
     chosen = [p for p in report.pockets if pocket in (None, p.id)]
     if pocket is not None and not chosen:
@@ -77,16 +85,21 @@ def shapes(report: Report, pocket: int | None = None, magnify: float = 10.0) -> 
     points = _map_points(report, None if pocket is None else chosen[0])
     if len(points) == 0 and not chosen:
         raise InputError("report: expected a height map or a pocket to draw, but it has neither")
-    top = max(float(points[:, 2].max()) if len(points) else 0.0, 1.0)
-    grey = 0.25 + 0.6 * np.clip(points[:, 2:] / top, 0.0, 1.0)
     cut = float(report.recipe.get("segmentation", {}).get("cut_height_mm", 2.0))
     parts = [part for p in chosen for part in _pocket_parts(p, cut + _ABOVE_MM)]
+    corners = np.concatenate([np.empty((0, 3)), *(corners for corners, _, _ in parts)])
+    everything = np.concatenate([points, corners])
+    top = max(float(everything[:, 2].max()), 1.0)
+    if magnify is None:
+        width = float(np.ptp(everything[:, :2], axis=0).max())
+        magnify = max([f for f in _MAGNIFICATIONS if f * top <= _HIGH * width], default=1.0)
     scale = np.array([1.0, 1.0, magnify])
     firsts = np.cumsum([0, *(len(corners) for corners, _, _ in parts)])
     return Shapes(
+        magnify=magnify,
         points=points * scale,
-        point_rgb=np.repeat(grey, 3, axis=1),
-        corners=np.concatenate([np.empty((0, 3)), *(corners for corners, _, _ in parts)]) * scale,
+        point_rgb=_rgb(points[:, 2] / top),
+        corners=corners * scale,
         segments=np.concatenate(
             [np.empty((0, 2), np.int32), *(s + first for (_, s, _), first in zip(parts, firsts, strict=False))]
         ).astype(np.int32),
@@ -94,12 +107,18 @@ def shapes(report: Report, pocket: int | None = None, magnify: float = 10.0) -> 
     )
 
 
+def _rgb(share: Floats) -> Floats:
+    """Cividis, as on the page."""
+    table = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in colours(64)]) / 255.0
+    return np.asarray(table[np.clip(share * 64, 0, 63).astype(int)], dtype=np.float64)
+
+
 def view(
     report: Report,
     picture: str | PathLike[str] | None = None,
     *,
     pocket: int | None = None,
-    magnify: float = 10.0,
+    magnify: float | None = None,
     size: tuple[int, int] = (1600, 1000),
 ) -> None:
     """Show a report in 3-D, or draw it into a file.
@@ -113,9 +132,9 @@ def view(
     pocket
         Draw this one alone, by its number. None: all.
     magnify
-        Heights are drawn so many times larger than lengths.
+        Heights are drawn so many times larger than lengths. None: as far as the picture has room for.
     size
-        Width and height of the picture, pixels.
+        Width and height of the picture or the window, pixels.
 
     Raises
     ------
@@ -128,7 +147,7 @@ def view(
     made = shapes(report, pocket, magnify)
     open3d = _open3d()
     if path is None:
-        open3d.visualization.draw_geometries(_geometries(open3d, made), window_name="debulk")
+        _window(open3d, made, size)
         return
     # Where a driver lacks, Open3D ends the process: let it be another one.
     child = multiprocessing.get_context("spawn").Process(target=_draw, args=(made, str(path), size), daemon=True)
@@ -136,6 +155,20 @@ def view(
     child.join()
     if child.exitcode != 0 or not path.is_file():
         raise InputError(f"{path}: Open3D cannot draw without a screen here; on Debian it needs {_PACKAGES}")
+
+
+def _window(open3d: Any, made: Shapes, size: tuple[int, int]) -> None:
+    """Open a window and return when it is closed."""
+    # Without a screen Open3D opens a window that nobody sees, and waits for ever.
+    seen = not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
+    window = open3d.visualization.Visualizer()
+    if not (seen and window.create_window(f"debulk, heights x {made.magnify:g}", *size)):
+        raise InputError("view: there is no screen to open a window on; with --png FILE it draws a picture without one")
+    for geometry in _geometries(open3d, made):
+        window.add_geometry(geometry)
+    window.run()
+    window.destroy_window()
 
 
 def _open3d() -> Any:
@@ -155,6 +188,9 @@ def _map_points(report: Report, pocket: PocketReport | None) -> Floats:
     known = np.isfinite(grid.values)
     if report.ply_outline_mm is not None:
         known &= inside_outline(report.ply_outline_mm, grid)
+    for p in report.pockets:  # the net before debulking is drawn instead, and with it what lies below
+        if p.net is not None and (pocket is None or p is pocket):
+            known &= ~inside_outline(p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm, grid)
     x, y = np.meshgrid(grid.x_mm, grid.y_mm)
     points = np.column_stack([x[known], y[known], grid.values[known].astype(np.float64)])
     if pocket is not None:
@@ -193,19 +229,31 @@ def _geometries(open3d: Any, made: Shapes) -> list[Any]:
 
 def _draw(made: Shapes, path: str, size: tuple[int, int]) -> None:
     """Draw off-screen, from above at a slant; runs in a process of its own."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the renderer talks
     open3d = _open3d()
+    open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
     rendering = open3d.visualization.rendering
     renderer = rendering.OffscreenRenderer(*size)
     renderer.scene.set_background([1.0, 1.0, 1.0, 1.0])
-    for name, geometry in zip(("map", "lines"), _geometries(open3d, made), strict=True):
-        material = rendering.MaterialRecord()
-        material.shader = "unlitLine" if name == "lines" else "defaultUnlit"
-        material.line_width, material.point_size = 2.0, 2.0
-        if len(made.points if name == "map" else made.corners):
-            renderer.scene.add_geometry(name, geometry, material)
+    renderer.scene.view.set_post_processing(False)  # colours as they were chosen
     everything = np.concatenate([made.points, made.corners])
     low, high = everything.min(axis=0), everything.max(axis=0)
     centre, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
-    eye = centre + reach * np.array([0.0, -0.75, 0.75])
+    for name, geometry in zip(("map", "lines"), _geometries(open3d, made), strict=True):
+        material = rendering.MaterialRecord()
+        material.shader = "unlitLine" if name == "lines" else "defaultUnlit"
+        material.line_width, material.point_size = 2.5, _point_size(made, reach, size)
+        if len(made.points if name == "map" else made.corners):
+            renderer.scene.add_geometry(name, geometry, material)
+    eye = centre + reach * np.array([0.0, -0.72, 0.72])
     renderer.setup_camera(40.0, centre.astype(np.float32), eye.astype(np.float32), np.array([0, 0, 1], np.float32))
     open3d.io.write_image(path, renderer.render_to_image())
+
+
+def _point_size(made: Shapes, reach: float, size: tuple[int, int]) -> float:
+    """Pixels that close the map: its points' distance, as seen."""
+    if len(made.points) == 0:
+        return 2.0
+    width, depth = np.ptp(made.points[:, :2], axis=0)
+    distance = np.sqrt(max(width * depth, 1.0) / len(made.points))
+    return float(np.clip(2.4 * distance * size[0] / reach, 2.0, 24.0))

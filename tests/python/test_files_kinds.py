@@ -132,6 +132,8 @@ def test_a_compressed_pcd_that_lies(tmp_path):
         ('"x (mm)" , "y (mm)","z (mm)"\n0, 10, 20\n\n30 ,40 ,50\n', 2),
         ("// by CloudCompare\n//X Y Z R G B\n0 10 20 255 0 9\n30 40 50 255 0 9\n", 2),
         ("# z y x\n# mm\n20 10 0\n50 40 30\n", 2),
+        ("# z y x\n20 10 0 7\n50 40 30 7\n", 2),
+        ("# the columns are x y z\n0 10 20\n30 40 50\n", 2),
         ("quality,z,label,x,y\nhigh,20,a b,0,10\n,50,,30,40\n", 2),
         ("x y z nx\n0 10 20 1 # first\n# none\n30 40 50 1\n", 2),
         ("Points:0,Points:1,Points:2,Normals:0\n0,10,20,1\n30,40,50,1\n", 2),

@@ -31,6 +31,10 @@ def test_finds_judges_and_explains(report):
     for p in report.pockets:
         assert p.reason
         low, high = p.rms_range_mm
+        assert p.ridge_range_mm[0] <= p.ridge_height_mm <= p.ridge_range_mm[1]
+        assert (p.ridge_nodes is None) == (p.ridge_height_mm == 0)
+        if p.ridge_nodes is not None:
+            assert p.post_processed_gap_mm[p.ridge_nodes].max() == pytest.approx(p.ridge_height_mm)
         assert low <= p.rms_mm <= high
         assert Recipe().solve.starts <= p.solve.starts <= Recipe().solve.most_starts
         assert p.debulked_mm.shape == p.net.nodes_mm.shape

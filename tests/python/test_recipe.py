@@ -25,6 +25,7 @@ def test_the_defaults_are_the_papers_tables():
     assert recipe.loads.model_dump() == {"pressure_mpa": 0.1, "gravity_m_s2": 9.81, "vacuum": "vertical"}
     assert recipe.segmentation.model_dump() == {
         "cut_height_mm": 2.0, "area_tol_mm2": 200.0, "peak_tol_mm": 1.25, "edge_tol_mm": 20.0,
+        "regions": True,
     }  # fmt: skip
     assert (recipe.clean.neighbours, recipe.clean.std_ratio, recipe.net.node_target) == (4, 1.0, 100)
     assert (recipe.verdict.max_rms_mm, recipe.verdict.max_ridge_mm, recipe.verdict.min_coverage) == (0.3, 0.6, 0.98)
@@ -43,7 +44,7 @@ def test_the_same_defaults_stand_in_the_core():
 def test_every_setting_is_described_and_every_dimension_named():
     plain = {
         "friction", "bulk_factor", "vacuum", "neighbours", "std_ratio", "least_ratio", "median_cells", "mode",
-        "node_target", "paths",
+        "node_target", "paths", "regions",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "threads",
     }  # fmt: skip

@@ -77,6 +77,19 @@ def test_other_seeds_give_other_layups():
     assert all(p.centre_mm != q.centre_mm for p, q in zip(a.truth.pockets, b.truth.pockets, strict=True))
 
 
+def test_a_repeated_scan_has_other_faults_and_nothing_else():
+    one, other = (layup(seed=4, pixels=(160, 120), repeat=k) for k in (0, 1))
+    assert np.array_equal(one.reference, other.reference, equal_nan=True)
+    assert np.array_equal(one.ply_outline, other.ply_outline)
+    assert [p.peak_mm for p in one.truth.pockets] == [p.peak_mm for p in other.truth.pockets]
+    difference = np.linalg.norm(one.scan - other.scan, axis=2)
+    assert np.median(difference[np.isfinite(difference)]) == pytest.approx(0.05, rel=1.0)
+    assert np.count_nonzero(np.isnan(one.scan) != np.isnan(other.scan)) > 10
+    assert not np.array_equal(other.scan, layup(seed=4, pixels=(160, 120), repeat=2).scan, equal_nan=True)
+    with pytest.raises(debulk.InputError, match="repeat"):
+        layup(repeat=-1)
+
+
 def test_faults_do_not_move_the_layup(pair):
     spoiled, clean = pair
     assert [p.centre_mm for p in spoiled.truth.pockets] == [p.centre_mm for p in clean.truth.pockets]

@@ -3,6 +3,7 @@
 import importlib.util
 import subprocess
 import sys
+import types
 
 import numpy as np
 import pytest
@@ -16,14 +17,37 @@ HAS_OPEN3D = importlib.util.find_spec("open3d") is not None
 def test_all_pockets(report):
     made = shapes(report, magnify=10.0)
     values = report.height_map.values
-    assert made.points[:, 2].max() == pytest.approx(10 * np.nanmax(values), rel=0.05)
-    assert len(made.points) == len(made.point_rgb) <= 400_000
-    assert 0 <= made.point_rgb.min() <= made.point_rgb.max() <= 1
     edges = sum(len(p.outline_mm) + (0 if p.net is None else 2 * len(p.net.edges)) for p in report.pockets)
     assert made.segments.shape == (edges, 2)
     assert made.segment_rgb.shape == (edges, 3)
     assert made.segments.min() == 0
     assert made.segments.max() == len(made.corners) - 1
+    assert made.corners[:, 2].max() == pytest.approx(10 * max(p.initial_gap_mm.max() for p in report.pockets if p.net))
+    assert len(made.points) == len(made.point_rgb) <= 400_000
+    assert 0 <= made.point_rgb.min() <= made.point_rgb.max() <= 1
+    # Where a net is drawn the map is not, and only there: pocket 6 has none.
+    assert made.points[:, 2].max() == pytest.approx(10 * np.nanmax(values[340:400, 360:400]), rel=0.05)
+
+
+def test_the_magnification_that_is_chosen_fits_the_picture(report):
+    made = shapes(report)
+    width = np.ptp(np.concatenate([made.points, made.corners])[:, :2], axis=0).max()
+    assert made.magnify > 1
+    assert made.corners[:, 2].max() <= 0.3 * width
+
+
+def test_without_a_screen_a_window_is_refused(report, monkeypatch):
+    def window(*_args):
+        raise AssertionError("Open3D would wait for ever")
+
+    utility = types.SimpleNamespace(set_verbosity_level=lambda _: None, VerbosityLevel=types.SimpleNamespace(Error=0))
+    visualization = types.SimpleNamespace(Visualizer=lambda: types.SimpleNamespace(create_window=window))
+    fake = types.SimpleNamespace(utility=utility, visualization=visualization)
+    monkeypatch.setitem(sys.modules, "open3d", fake)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(debulk.InputError, match="--png"):
+        view(report)
 
 
 def test_one_pocket_keeps_its_lengths(report):

@@ -33,9 +33,12 @@ struct Nearest {
     for (int k = 0; k < 4; ++k) least[k] = lower(least[k], other[k]);
     order(least[0], least[2]), order(least[1], least[3]), order(least[0], least[1]), order(least[2], least[3]);
   }
-  // The mean distance of the four nearest of all; ends the search. Infinite if they are not four.
-  DEBULK_INLINE float mean() {
+  // Ends the search: the fourth smallest of all, infinite if they are not four.
+  DEBULK_INLINE float fourth() {
     merge<8>(), merge<4>(), merge<2>(), merge<1>();
+    return least[3][0];
+  }
+  DEBULK_INLINE float mean() const {  // distance of the four, after that
     double sum = 0;
     for (const Floats& kept : least) sum += std::sqrt(static_cast<double>(kept[0]));
     return static_cast<float>(sum / 4);
@@ -48,8 +51,11 @@ struct Window {
 };
 
 struct Finder {
+  explicit Finder(const OpenTables& tables) : t(tables) {}
+
   const OpenTables& t;
-  std::vector<NearTile>& tiles;
+  std::array<NearTile, 256> tiles;  // that a window's boxes leave
+  int count = 0;
   std::uint32_t self = 0;
   int column = 0, row = 0;
   float p[3] = {};
@@ -57,6 +63,36 @@ struct Finder {
   DEBULK_INLINE Floats squared(Floats x, Floats y, Floats z) const {
     const Floats dx = all(p[0]) - x, dy = all(p[1]) - y, dz = all(p[2]) - z;
     return dx * dx + dy * dy + dz * dz;
+  }
+
+  // All points of the square of 5 by 5 pixels round it, which lies within the image and is not its end.
+  DEBULK_INLINE void visit_square(Nearest& found) const {
+    const CloudView& cloud = t.pass->cloud;
+#if DEBULK_ISA == 4
+    Floats rows[5];
+    for (int j = 0; j < 5; ++j) rows[j] = load(cloud.point(column - 2, row - 2 + j));
+    // One coordinate of three rows, then of two; the self and what hangs over is far away.
+    const auto coordinate = [&](int a, const Floats* v) DEBULK_LAMBDA {
+      const Ints two = Ints{0, 3, 6, 9, 12, 16, 19, 22, 25, 28, 16, 16, 16, 16, 16, 16} + a;
+      const Ints three =
+          Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 16} + Ints{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1} * a;
+      return __builtin_shuffle(__builtin_shuffle(v[0], v[1], two), v[2], three);
+    };
+    const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const Floats above = squared(coordinate(0, rows), coordinate(1, rows), coordinate(2, rows));
+    const Floats last[3] = {rows[3], rows[4], rows[4]};
+    const Floats below = squared(coordinate(0, last), coordinate(1, last), coordinate(2, last));
+    found.add((lane == 12) | (lane == 15) ? all(infinity) : lower(above, all(infinity)));
+    found.add(lane >= 10 ? all(infinity) : lower(below, all(infinity)));
+#else
+    alignas(64) float x[2 * lanes], y[2 * lanes], z[2 * lanes];
+    for (int k = 0; k < 2 * lanes; ++k) {
+      const bool real = k < 25 && k != 12;
+      const float* q = real ? cloud.point(column - 2 + k % 5, row - 2 + k / 5) : nullptr;
+      x[k] = real ? q[0] : infinity, y[k] = real ? q[1] : 0, z[k] = real ? q[2] : 0;
+    }
+    for (int k = 0; k < 2 * lanes; k += lanes) found.add(lower(squared(load(x + k), load(y + k), load(z + k)), all(infinity)));
+#endif
   }
 
   // The points of a tile that are not open themselves.
@@ -107,10 +143,21 @@ struct Finder {
             std::min(t.pass->cloud.height - 1, row + r)};
   }
 
-  // Collects the tiles whose boxes are not farther away than the limit, the nearest first.
-  DEBULK_INLINE void near_tiles(const Window& w, float limit) const {
+  // Visits the tiles that were collected, the nearest first.
+  DEBULK_INLINE void visit_tiles(Nearest& found) {
+    for (int k = 0; k < count; ++k) {
+      const NearTile& tile = tiles[static_cast<std::size_t>(k)];
+      if (tile.bound <= found.limit) visit_tile(tile.x, tile.y, found);
+    }
+    count = 0;
+  }
+
+  // Everything in the window that can be below the limit. The tiles whose boxes are not farther away than the limit are
+  // collected first, since the nearest brings the limit down.
+  DEBULK_INLINE void visit_window(const Window& pixels, Nearest& found) {
+    visit_bins(pixels.over(bin_side, bin_side), found);
+    const Window w = pixels.over(tile_width, tile_height);
     const Tiles& from = *t.pass->tiles;
-    tiles.clear();
     const Floats x = all(p[0]), y = all(p[1]), z = all(p[2]), zero = {};
     const Ints steps = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     for (int ty = w.top; ty <= w.bottom; ++ty) {
@@ -123,25 +170,19 @@ struct Finder {
         const Floats dy = higher(higher(lower(v_low * near, v_low * far) - y, y - higher(v_high * near, v_high * far)), zero);
         const Floats dz = higher(higher(near - z, z - far), zero);
         const Floats d = (dx * dx + dy * dy + dz * dz) * (1 - 1e-5f);
-        unsigned close = bits((d <= all(limit)) & (near <= far) & (steps + tx <= w.right));
+        unsigned close = bits((d <= all(found.limit)) & (near <= far) & (steps + tx <= w.right));
         if (close == 0) continue;
         alignas(64) float bound[lanes];
         store(bound, d);
         for (; close != 0; close &= close - 1) {
           const int k = __builtin_ctz(close);
-          tiles.push_back({bound[k], tx + k, ty});
-          if (bound[k] < tiles.front().bound) std::swap(tiles.front(), tiles.back());
+          if (count == static_cast<int>(tiles.size())) visit_tiles(found);
+          tiles[static_cast<std::size_t>(count++)] = {bound[k], tx + k, ty};
+          if (bound[k] < tiles[0].bound) std::swap(tiles[0], tiles[static_cast<std::size_t>(count - 1)]);
         }
       }
     }
-  }
-
-  // Everything in the window that can be below the limit, but the tile that was seen already.
-  DEBULK_INLINE void visit_window(const Window& w, Nearest& found, int seen_x, int seen_y) const {
-    visit_bins(w.over(bin_side, bin_side), found);
-    near_tiles(w.over(tile_width, tile_height), found.limit);
-    for (const NearTile& tile : tiles)
-      if (tile.bound <= found.limit && (tile.x != seen_x || tile.y != seen_y)) visit_tile(tile.x, tile.y, found);
+    visit_tiles(found);
   }
 
   // Pixels beyond which no point is nearer than this.
@@ -156,17 +197,24 @@ struct Finder {
     column = static_cast<int>(pixel % static_cast<std::uint32_t>(cloud.width));
     row = static_cast<int>(pixel / static_cast<std::uint32_t>(cloud.width));
     for (int a = 0; a < 3; ++a) p[a] = cloud.point(pixel)[a];
-    // A first limit, from the tile that the point is seen in front of or behind.
-    const int own_x = column / tile_width, own_y = row / tile_height;
-    Nearest found;
-    visit_tile(own_x, own_y, found);
-    for (double radius = 16; !(found.limit < infinity) && radius < 4 * std::max(cloud.width, cloud.height); radius *= 4) {
-      Nearest more;
-      visit_window(window(radius), more, -1, -1);
-      more.mean();
-      found.limit = more.least[3][0];
+    const auto inside = [](int at, int size) DEBULK_LAMBDA { return at >= 2 && at + 3 < size; };
+    float limit = infinity;
+    if (inside(column, cloud.width) && inside(row, cloud.height)) {
+      Nearest square;
+      visit_square(square);
+      limit = square.fourth();
+      if (limit < infinity && limit <= t.square_bound * (p[2] * p[2])) return square.mean();
     }
-    if (found.limit < infinity) visit_window(window(reach(found.limit)), found, own_x, own_y);
+    const double largest = 4 * std::max(cloud.width, cloud.height);
+    for (double radius = 4; !(limit < infinity) && radius < largest; radius *= 4) {
+      Nearest more;
+      visit_window(window(radius), more);
+      limit = more.fourth();
+    }
+    Nearest found;
+    found.limit = limit;
+    if (limit < infinity) visit_window(window(reach(limit)), found);
+    found.fourth();
     return found.mean();
   }
 
@@ -183,8 +231,8 @@ struct Finder {
   }
 };
 
-void run(const OpenTables& tables, long begin, long end, float* distances, std::vector<NearTile>& scratch) {
-  Finder finder{tables, scratch};
+void run(const OpenTables& tables, long begin, long end, float* distances) {
+  Finder finder(tables);
   const std::uint32_t last = tables.starts[end];
   for (std::uint32_t k = tables.starts[begin]; k < last; ++k) {
     if (k + ahead < last) finder.fetch(tables.index[k + ahead]);

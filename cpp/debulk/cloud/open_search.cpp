@@ -1,6 +1,7 @@
 #include "debulk/cloud/open_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -19,6 +20,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 struct OpenTables {
   const WindowPass* pass;
   double stretch;
+  float square_bound;
   const float *u_low, *u_high, *v_low, *v_high;
   int bins_x;
   const std::uint32_t *starts, *index;
@@ -33,13 +35,13 @@ struct NearTile {
 #define DEBULK_KERNEL "debulk/cloud/open_kernel.inl"
 #include "debulk/core/each_isa.inl"
 
-void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances, std::vector<NearTile>& scratch) {
-  return DEBULK_ON(isa, run(tables, begin, end, distances, scratch));
+void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances) {
+  return DEBULK_ON(isa, run(tables, begin, end, distances));
 }
 
 }  // namespace
 
-void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& bands) {
+void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, bool certified) {
   pass_ = pass;
   const CloudView& cloud = pass.cloud;
   const double slack = pass.tolerance / pass.camera.f;
@@ -47,6 +49,8 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
   for (const double at : {pass.camera.u(0), pass.camera.u(cloud.width - 1.0), pass.camera.v(0), pass.camera.v(cloud.height - 1.0)})
     widest = std::max(widest, std::abs(at) + slack);
   stretch_ = std::sqrt(1 + widest * widest);
+  const double apart = (3 - 2 * pass.tolerance) / pass.camera.f, slope = widest + 3 / pass.camera.f;
+  square_bound_ = certified ? apart * apart / (1 + slope * slope) * (1 - 1e-5) : std::numeric_limits<double>::max();
   const auto bound = [&](std::vector<float>& low, std::vector<float>& high, int count, int side, const auto& ray) {
     low.resize(static_cast<std::size_t>(count)), high.resize(low.size());
     for (std::size_t t = 0; t < low.size(); ++t) {
@@ -81,15 +85,15 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
     }
 }
 
-void OpenSearch::run(std::vector<float>& distances, int threads) const {
-  const OpenTables tables{&pass_,  stretch_,       u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(),
-                          bins_x_, starts_.data(), index_.data(), x_.data(),      y_.data(),     z_.data()};
+void OpenSearch::run(std::vector<float>& distances, int threads, const Stop& stop) const {
+  const OpenTables tables{&pass_,         stretch_,       static_cast<float>(square_bound_),
+                          u_low_.data(),  u_high_.data(), v_low_.data(),
+                          v_high_.data(), bins_x_,        starts_.data(),
+                          index_.data(),  x_.data(),      y_.data(),
+                          z_.data()};
   distances.resize(count_);
-  parallel_for(static_cast<long>(starts_.size()) - 2, 128, threads, [&](long begin, long end) {
-    std::vector<NearTile> scratch;
-    scratch.reserve(256);
-    search(pass_.isa, tables, begin, end, distances.data(), scratch);
-  });
+  parallel_for(static_cast<long>(starts_.size()) - 2, 128, threads, stop,
+               [&](long begin, long end) { search(pass_.isa, tables, begin, end, distances.data()); });
 }
 
 }  // namespace debulk

@@ -17,10 +17,10 @@ constexpr long fewest = 1000;         // points
 }  // namespace
 
 // False: not such a cloud.
-bool PinholeOutliers::pass(WindowPass& window, int threads) {
+bool PinholeOutliers::pass(WindowPass& window, int threads, const Stop& stop) {
   for (;;) {
     window.tolerance = tolerance + rounding_px;
-    parallel_for(static_cast<long>(bands_.size()), 1, threads,
+    parallel_for(static_cast<long>(bands_.size()), 1, threads, stop,
                  [&](long begin, long) { window_pass(window, static_cast<int>(begin), bands_[static_cast<std::size_t>(begin)]); });
     long strays = 0, open = 0;
     summary_ = Outliers();
@@ -29,13 +29,15 @@ bool PinholeOutliers::pass(WindowPass& window, int threads) {
       open += static_cast<long>(b.open.size());
       summary_.seen += b.seen;
     }
-    if (strays == 0) return summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen);
+    if (strays == 0)
+      return fixed > 0 || (summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen));
     if (tolerance >= pinhole_tolerance) return false;
     tolerance = pinhole_tolerance;
   }
 }
 
-bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads) {
+bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads,
+                          const Stop& stop) {
   options.check();
   camera.check();
   if (!cloud.organised() || options.neighbours != 4 || cloud.size() >= (std::size_t{1} << 31)) return false;
@@ -47,23 +49,30 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
 
   WindowPass window{cloud, camera, 0, 0, 0, base, states_.data(), heights_.data(), &tiles_, isa};
   for (int round = 0;; ++round) {
-    window.low = guess * (1 - band), window.high = guess * (1 + band);
-    if (!pass(window, threads)) return false;
+    window.low = fixed > 0 ? fixed : guess * (1 - band), window.high = fixed > 0 ? fixed : guess * (1 + band);
+    if (!pass(window, threads, stop)) return false;
     if (round == 0) {
-      search_.prepare(window, bands_);
-      search_.run(distances_, threads);
+      search_.prepare(window, bands_, certified);
+      search_.run(distances_, threads, stop);
     }
     double sum = 0, squares = 0;
     long count = 0;
     for (const WindowBand& b : bands_) sum += b.sum, squares += b.squares, count += b.certain;
     for (const float d : distances_) {
-      if (!std::isfinite(d)) return false;
+      if (!std::isfinite(d)) {
+        if (fixed > 0) continue;  // alone in its part: gone
+        return false;
+      }
       sum += d, squares += static_cast<double>(d) * d, ++count;
     }
     const double n = static_cast<double>(count);
-    summary_.mean = sum / n;
-    summary_.deviation = std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1)));
+    summary_.mean = count > 0 ? sum / n : 0;
+    summary_.deviation = count > 1 ? std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1))) : 0;
     summary_.threshold = std::max(summary_.mean + options.std_ratio * summary_.deviation, options.least_ratio * summary_.mean);
+    if (fixed > 0) {
+      summary_.threshold = fixed;
+      break;
+    }
     guess = summary_.threshold;
     if (round > 0 || (guess > window.low && guess <= window.high)) break;
   }
@@ -73,10 +82,10 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
     states_[pixel] = keep;
     if (!keep && base) heights_[pixel] = std::numeric_limits<float>::quiet_NaN();
   };
-  parallel_for(static_cast<long>(bands_.size()), 1, threads, [&](long begin, long) {
+  parallel_for(static_cast<long>(bands_.size()), 1, threads, stop, [&](long begin, long) {
     for (const ClosePixel& c : bands_[static_cast<std::size_t>(begin)].close) settle(c.index, c.distance);
   });
-  parallel_for(static_cast<long>(distances_.size()), 1 << 15, threads, [&](long begin, long end) {
+  parallel_for(static_cast<long>(distances_.size()), 1 << 15, threads, stop, [&](long begin, long end) {
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) settle(search_.pixel(k), distances_[k]);
   });
   return true;

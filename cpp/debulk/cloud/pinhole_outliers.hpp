@@ -17,20 +17,30 @@ class PinholeOutliers {
   double guess = 0;
   // Likewise: how far points lie off their rays, in pixels. Raised to pinhole_tolerance by a cloud that needs it.
   double tolerance = 0.01;
+  // A threshold that is known already, for a part of a cloud (0: the cloud's own). Then no cloud has too few points or too
+  // many off the sheet; the summary's mean and deviation are still the part's own.
+  double fixed = 0;
   Isa isa = best_isa();
+  // False: the four nearest of the 5 by 5 pixels round a point are believed without a certificate: a short cut, for
+  // comparison.
+  bool certified = true;
 
   // False: not a pinhole's cloud (or too few points, too many off the sheet, another number of neighbours than four):
-  // nothing was decided, and remove_outliers is to be asked. `base`, if given, makes heights.
-  bool run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads = 0);
+  // nothing was decided, and remove_outliers is to be asked. `base`, if given, makes heights. Throws Stopped when the stop is raised.
+  bool run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads = 0,
+           const Stop& stop = Stop());
 
   const std::vector<std::uint8_t>& keep() const { return states_; }  // one a pixel, 0 or 1
   const std::vector<float>& heights() const { return heights_; }     // above the base, NaN where not kept; a row more
   const Tiles& tiles() const { return tiles_; }
   const Outliers& summary() const { return summary_; }  // but its keep, which stays empty
   long open() const { return static_cast<long>(distances_.size()); }
+  // The points that the pixel window left open, and their distances (infinite: alone).
+  std::uint32_t open_pixel(long k) const { return search_.pixel(static_cast<std::size_t>(k)); }
+  float open_distance(long k) const { return distances_[static_cast<std::size_t>(k)]; }
 
  private:
-  bool pass(WindowPass& window, int threads);
+  bool pass(WindowPass& window, int threads, const Stop& stop);
 
   std::vector<std::uint8_t> states_;
   std::vector<float> heights_, distances_;

@@ -25,12 +25,12 @@ void check_rigid(const Eigen::Matrix4d& matrix) {
 
 }  // namespace
 
-std::vector<float> transform(const CloudView& cloud, const Eigen::Matrix4d& matrix, int threads) {
+std::vector<float> transform(const CloudView& cloud, const Eigen::Matrix4d& matrix, int threads, const Stop& stop) {
   check_rigid(matrix);
   std::vector<float> out(3 * cloud.size());
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
   const Eigen::Vector3d shift = matrix.topRightCorner<3, 1>();
-  parallel_for(static_cast<long>(cloud.size()), 1 << 16, threads, [&](long begin, long end) {
+  parallel_for(static_cast<long>(cloud.size()), 1 << 16, threads, stop, [&](long begin, long end) {
     for (long i = begin; i < end; ++i) {
       const auto at = static_cast<std::size_t>(i);
       Eigen::Map<Eigen::Vector3f> to(&out[3 * at]);

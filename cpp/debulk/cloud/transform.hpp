@@ -5,12 +5,13 @@
 #include <Eigen/Core>
 
 #include "debulk/cloud/cloud_view.hpp"
+#include "debulk/core/stop.hpp"
 
 namespace debulk {
 
 // x_to = matrix * x_from for every point, computed in double; a missing point becomes three NaN.
 // matrix: a rigid motion [R t; 0 0 0 1], R orthonormal to 1e-4 (poses are often typed with a few decimals) with
 // determinant +1. Anything else throws InputError: a scale or a mirror would silently falsify areas and heights.
-std::vector<float> transform(const CloudView& cloud, const Eigen::Matrix4d& matrix, int threads = 0);
+std::vector<float> transform(const CloudView& cloud, const Eigen::Matrix4d& matrix, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -47,4 +47,11 @@ void parallel_for(long count, long chunk, int threads, const std::function<void(
     if (failure) std::rethrow_exception(failure);
 }
 
+void parallel_for(long count, long chunk, int threads, const Stop& stop, const std::function<void(long, long)>& body) {
+  parallel_for(count, chunk, threads, [&](long begin, long end) {
+    if (stop.now()) throw Stopped("the computation was stopped");
+    body(begin, end);
+  });
+}
+
 }  // namespace debulk

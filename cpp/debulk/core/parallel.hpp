@@ -2,6 +2,8 @@
 
 #include <functional>
 
+#include "debulk/core/stop.hpp"
+
 namespace debulk {
 
 // Threads to use when the caller says 0: as many as the process may run on.
@@ -12,5 +14,7 @@ int default_threads();
 // places of its own chunk gives the same bits on any number of them. The first exception (in order of chunks) is rethrown
 // after every thread has ended.
 void parallel_for(long count, long chunk, int threads, const std::function<void(long begin, long end)>& body);
+// The same; throws Stopped soon after the stop is raised: no chunk is begun any more.
+void parallel_for(long count, long chunk, int threads, const Stop& stop, const std::function<void(long begin, long end)>& body);
 
 }  // namespace debulk

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "debulk/core/error.hpp"
-#include "debulk/pocket/polygon.hpp"
+#include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
 namespace {
@@ -26,7 +26,7 @@ std::vector<double> crossings(const Polygon& polygon, double y) {
 
 double surface_area(const Surface& surface, const Polygon& outline, const Polygon& ply_outline) {
   const Polygon polygon = checked_polygon(outline, "outline_mm");
-  const Polygon ply = ply_outline.empty() ? Polygon() : checked_polygon(ply_outline, "ply_outline");
+  const OutlineSearch ply(ply_outline.empty() ? Polygon() : checked_polygon(ply_outline, "ply_outline"));
   const double projected = polygon_area(polygon);
   const double pitch = std::sqrt(projected / kPoints);
   const Box box = bounding_box(polygon);
@@ -43,7 +43,7 @@ double surface_area(const Surface& surface, const Polygon& outline, const Polygo
       for (int i = 0; i < cells; ++i) {
         const Eigen::Vector2d p(x[k] + (i + 0.5) * width, y);
         seen += width;
-        if (ply.empty() || inside(ply, p)) stretched += width * std::sqrt(1 + surface.sample(p).gradient.squaredNorm());
+        if (ply.empty() || ply.inside(p)) stretched += width * std::sqrt(1 + surface.sample(p).gradient.squaredNorm());
       }
     }
   }

@@ -8,7 +8,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/net/area.hpp"
-#include "debulk/pocket/polygon.hpp"
+#include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
 namespace {
@@ -35,7 +35,14 @@ struct Place {
 class PocketMesher {
  public:
   PocketMesher(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options)
-      : ply_(ply), mold_(mold), shape_(shape), options_(options), box_(bounding_box(shape.outline)) {}
+      : ply_(ply),
+        mold_(mold),
+        shape_(shape),
+        options_(options),
+        outline_(shape.outline),
+        ply_outline_(shape.ply_outline),
+        rms_outline_(shape.rms_outline),
+        box_(bounding_box(shape.outline)) {}
 
   PocketNet net(double spacing) const {
     LayOptions laying;
@@ -52,9 +59,7 @@ class PocketMesher {
  private:
   static constexpr int kSteps[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};  // by Direction
 
-  bool edge_within(const Vector2d& xy, double distance) const {
-    return !shape_.ply_outline.empty() && distance_to_outline(shape_.ply_outline, xy) <= distance;
-  }
+  bool edge_within(const Vector2d& xy, double distance) const { return ply_outline_.within(xy, distance); }
 
   static bool kept(const Lattice& lattice, const std::vector<Place>& places, int i, int j) {
     return lattice.has(i, j) && places[lattice.index(i, j)].kept;
@@ -73,9 +78,9 @@ class PocketMesher {
       const Vector2d xy = lattice.nodes[k].head<2>();
       const double d = lattice.spacing;
       if (!xy.allFinite() || ((xy - box_.low).array() < -d).any() || ((xy - box_.high).array() > d).any()) continue;
-      places[k].inside = debulk::inside(shape_.outline, xy);
-      if (!places[k].inside && distance_to_outline(shape_.outline, xy) > d) continue;
-      places[k].past_edge = !shape_.ply_outline.empty() && !debulk::inside(shape_.ply_outline, xy);
+      places[k].inside = outline_.inside(xy);
+      if (!places[k].inside && !outline_.within(xy, d)) continue;
+      places[k].past_edge = !ply_outline_.empty() && !ply_outline_.inside(xy);
       places[k].kept = !places[k].past_edge;
     }
     return places;
@@ -148,7 +153,7 @@ class PocketMesher {
       const std::size_t k = lattice.index(out.net.lattice[n][0], out.net.lattice[n][1]);
       const Vector2d xy = lattice.nodes[k].head<2>();
       out.net.kinds[n] = kinds[k];
-      out.net.inside[n] = shape_.rms_outline.empty() ? places[k].inside : debulk::inside(shape_.rms_outline, xy);
+      out.net.inside[n] = rms_outline_.empty() ? places[k].inside : rms_outline_.inside(xy);
       const Neighbours& around = out.net.neighbours[n];
       const bool misses = *std::min_element(around.begin(), around.end()) < 0;
       if (misses && kinds[k] == NodeKind::inner && !edge_within(xy, options_.edge_tol)) out.open_ends.push_back(static_cast<int>(n));
@@ -160,6 +165,7 @@ class PocketMesher {
   const Surface& mold_;
   const PocketShape& shape_;
   const FibreNetOptions& options_;
+  const OutlineSearch outline_, ply_outline_, rms_outline_;
   const Box box_;
 };
 
@@ -173,12 +179,13 @@ double estimated_spacing(double area, double perimeter, double crossing_sine, do
 // The number of nodes falls with the spacing, but in steps and not always. So: scale the estimate until the count is within
 // 3 % of the target (the spacing then follows the outline's size smoothly, whatever the noise on it); once both sides of the
 // target are known, bisect between them; in the end take the best seen.
-PocketNet net_with_about(const PocketMesher& mesher, double target, double estimate) {
+PocketNet net_with_about(const PocketMesher& mesher, double target, double estimate, const Stop& stop) {
   const double near_enough = std::max(1.0, 0.03 * target);
   double too_fine = 0, too_coarse = std::numeric_limits<double>::infinity(), spacing = estimate;
   PocketNet best;
   double best_error = std::numeric_limits<double>::infinity();
   for (int trial = 0; trial < 24; ++trial) {
+    if (stop.now()) throw Stopped("the laying of a net was stopped");
     PocketNet net = mesher.net(spacing);
     const double count = static_cast<double>(net.net.nodes.size());
     const double error = std::abs(count - target);
@@ -205,7 +212,7 @@ void FibreNetOptions::check() const {
   require(std::isfinite(mold_tol) && mold_tol > 0, "mold_tol_mm", "a positive length in mm", mold_tol);
 }
 
-PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& given, const FibreNetOptions& options) {
+PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& given, const FibreNetOptions& options, const Stop& stop) {
   options.check();
   PocketShape shape = given;
   shape.outline = outline_with_area(given.outline, "outline_mm");
@@ -221,7 +228,7 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
   const double area = surface_area(ply, shape.outline, shape.ply_outline);
   const double sine = std::max(std::abs(std::sin(shape.angles[1] - shape.angles[0])), 0.1);
   const double estimate = estimated_spacing(area, polygon_perimeter(shape.outline), sine, options.node_target);
-  PocketNet net = options.spacing ? mesher.net(*options.spacing) : net_with_about(mesher, options.node_target, estimate);
+  PocketNet net = options.spacing ? mesher.net(*options.spacing) : net_with_about(mesher, options.node_target, estimate, stop);
   net.area = area;
   return net;
 }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "debulk/core/stop.hpp"
 #include "debulk/net/lay.hpp"
 #include "debulk/net/net.hpp"
 #include "debulk/surface/surface.hpp"
@@ -44,6 +45,7 @@ struct PocketNet {
 //  * An inner node on a single segment (none but a band node can be) is a loose pendulum: pressure and gravity on it say
 //    nothing about the pocket, so it is taken away, again and again until none is left. A fixed node on a single segment is a
 //    clamp at its fibre's end, a free one a fibre's end at the ply's edge: both stay.
-PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options = {});
+PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options = {},
+                    const Stop& stop = Stop());  // throws Stopped
 
 }  // namespace debulk

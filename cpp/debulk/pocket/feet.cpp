@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
+#include <vector>
 
 #include "debulk/core/error.hpp"
+#include "debulk/core/runs.hpp"
 #include "debulk/pocket/outline.hpp"
 #include "debulk/pocket/smooth.hpp"
 
@@ -23,12 +24,52 @@ constexpr std::int32_t kNobody = -1;  // above the cut, but no pocket
 constexpr int kDi[8] = {1, -1, 0, 0, 1, 1, -1, -1};
 constexpr int kDj[8] = {0, 0, 1, -1, 1, -1, 1, -1};
 
+void check(const Stop& stop) {
+  if (stop.now()) throw Stopped("the search for feet was stopped");
+}
+
 // A point to flood on from, with the lowest height on its way.
 struct Front {
   float level;
   long turn;  // first come, first served among equals
   std::size_t point;
   bool operator<(const Front& other) const { return level != other.level ? level < other.level : turn > other.turn; }
+};
+
+// The fronts, highest first. Levels only fall in a flood, so they are sorted roughly into bins as they come, and exactly when
+// their bin is the highest.
+class Fronts {
+ public:
+  Fronts(double low, double high) : low_(low), scale_(kBins / std::max(high - low, 1e-9)), bins_(kBins), at_(kBins - 1) {}
+
+  void push(const Front& front) {
+    const int bin = std::clamp(static_cast<int>((front.level - low_) * scale_), 0, at_);
+    std::vector<Front>& fronts = bins_[static_cast<std::size_t>(bin)];
+    fronts.push_back(front);
+    if (bin == at_ && heap_) std::push_heap(fronts.begin(), fronts.end());
+  }
+
+  bool pop(Front& front) {
+    while (bins_[static_cast<std::size_t>(at_)].empty()) {
+      if (at_ == 0) return false;
+      --at_;
+      heap_ = false;
+    }
+    std::vector<Front>& fronts = bins_[static_cast<std::size_t>(at_)];
+    if (!heap_) std::make_heap(fronts.begin(), fronts.end());
+    heap_ = true;
+    std::pop_heap(fronts.begin(), fronts.end());
+    front = fronts.back();
+    fronts.pop_back();
+    return true;
+  }
+
+ private:
+  static constexpr int kBins = 2048;
+  double low_, scale_;
+  std::vector<std::vector<Front>> bins_;
+  int at_;  // no front is in a higher bin
+  bool heap_ = false;
 };
 
 // Where smoothing can matter: blocks of the grid whose mean stands up, or that a pocket reaches, and two blocks round them.
@@ -39,12 +80,19 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
   Grid<double> sums(bx, by, heights.origin, block * heights.spacing);
   auto counts = sums.like<int>(), labelled = sums.like<int>();
   for (int j = 0; j < heights.ny; ++j)
-    for (int i = 0; i < heights.nx; ++i) {
-      const std::size_t b = sums.index(i / block, j / block);
-      if (segmentation.labels.at(i, j) > 0) labelled.values[b] = 1;
-      if (std::isnan(heights.at(i, j))) continue;
-      sums.values[b] += heights.at(i, j);
-      ++counts.values[b];
+    for (int bi = 0; bi < bx; ++bi) {
+      const std::size_t b = sums.index(bi, j / block), row = heights.index(0, j);
+      const float* h = &heights.values[row];
+      const std::int32_t* label = &segmentation.labels.values[row];
+      double sum = sums.values[b];
+      int count = 0, has = 0;
+      for (int i = bi * block; i < std::min(heights.nx, (bi + 1) * block); ++i) {
+        has |= label[i] > 0;
+        if (std::isnan(h[i])) continue;
+        sum += h[i];
+        ++count;
+      }
+      sums.values[b] = sum, counts.values[b] += count, labelled.values[b] |= has;
     }
   auto active = sums.like<std::uint8_t>();
   for (int j = 0; j < by; ++j)
@@ -56,13 +104,17 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
     }
   auto where = heights.like<std::uint8_t>();
   for (int j = 0; j < heights.ny; ++j)
-    for (int i = 0; i < heights.nx; ++i) where.at(i, j) = active.at(i / block, j / block);
+    for (int bi = 0; bi < bx; ++bi)
+      if (active.at(bi, j / block)) std::fill_n(&where.at(bi * block, j), std::min(block, heights.nx - bi * block), std::uint8_t{1});
   return where;
 }
 
 // labels: the seeds, which stay. Gives every point above `level` that is reached the label it is reached from.
-void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise) {
-  std::priority_queue<Front> fronts;
+void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
+  float highest = 0;
+  for (std::size_t k = 0; k < labels.size(); ++k)
+    if (labels.values[k] != 0 && heights.values[k] > highest) highest = heights.values[k];
+  Fronts fronts(level - 1, highest);
   long turn = 0;
   const auto nx = static_cast<std::size_t>(labels.nx);
   for (int j = 0; j < labels.ny; ++j)
@@ -72,9 +124,9 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
       for (int k = 0; k < 8; ++k) at_rim |= labels.contains(i + kDi[k], j + kDj[k]) && labels.at(i + kDi[k], j + kDj[k]) == 0;
       if (at_rim) fronts.push({heights.at(i, j), turn++, labels.index(i, j)});
     }
-  while (!fronts.empty()) {
-    const Front front = fronts.top();
-    fronts.pop();
+  Front front{};
+  for (long popped = 0; fronts.pop(front); ++popped) {
+    if (popped % 16384 == 0) check(stop);
     const int i = static_cast<int>(front.point % nx), j = static_cast<int>(front.point / nx);
     for (int k = 0; k < 8; ++k) {
       const int qi = i + kDi[k], qj = j + kDj[k];
@@ -89,42 +141,36 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
 
 // What one foot alone surrounds becomes part of it.
 void fill_within(Grid<std::int32_t>& labels) {
-  auto seen = labels.like<std::uint8_t>();
-  std::vector<std::size_t> hole;
-  const auto nx = static_cast<std::size_t>(labels.nx);
-  for (std::size_t first = 0; first < labels.size(); ++first) {
-    if (labels.values[first] > 0 || seen.values[first]) continue;
-    hole.assign(1, first);
-    seen.values[first] = 1;
-    std::int32_t owner = 0;
-    bool one_owner = true;
-    for (std::size_t k = 0; k < hole.size(); ++k) {
-      const int i = static_cast<int>(hole[k] % nx), j = static_cast<int>(hole[k] / nx);
-      for (int d = 0; d < 4; ++d) {
-        const int qi = i + kDi[d], qj = j + kDj[d];
-        if (!labels.contains(qi, qj)) {
-          one_owner = false;
-          continue;
-        }
-        const std::int32_t label = labels.at(qi, qj);
-        if (label > 0) {
-          one_owner &= owner == 0 || owner == label;
-          owner = label;
-        } else if (const std::size_t q = labels.index(qi, qj); !seen.values[q]) {
-          seen.values[q] = 1;
-          hole.push_back(q);
-        }
-      }
-    }
-    if (one_owner && owner > 0)
-      for (const std::size_t k : hole) labels.values[k] = owner;
+  auto taken = labels.like<std::uint8_t>();
+  for (std::size_t k = 0; k < labels.size(); ++k) taken.values[k] = labels.values[k] > 0;
+  const std::vector<Run> runs = find_runs(taken, false);
+  const std::vector<int> first = join_runs(runs, 0);
+  constexpr std::int32_t unseen = 0, several = -1;
+  std::vector<std::int32_t> owner(runs.size(), unseen);
+  const auto at_border = [&](const Run& r) { return r.row == 0 || r.row == labels.ny - 1 || r.begin == 0 || r.end == labels.nx; };
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    if (at_border(runs[k])) owner[static_cast<std::size_t>(first[k])] = several;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    std::int32_t& one = owner[static_cast<std::size_t>(first[k])];
+    const auto beside = [&](int i, int j) {
+      const std::int32_t label = labels.at(i, j);
+      if (label > 0 && label != one) one = one == unseen ? label : several;
+    };
+    if (one == several) continue;
+    const Run& r = runs[k];
+    beside(r.begin - 1, r.row), beside(r.end, r.row);
+    for (int i = r.begin; i < r.end && one != several; ++i) beside(i, r.row - 1), beside(i, r.row + 1);
   }
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    if (const std::int32_t one = owner[static_cast<std::size_t>(first[k])]; one > 0)
+      std::fill(&labels.at(runs[k].begin, runs[k].row), &labels.at(runs[k].begin, runs[k].row) + (runs[k].end - runs[k].begin), one);
 }
 
 }  // namespace
 
-FootMap find_feet(const Segmentation& segmentation, const FootOptions& options) {
+FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, const Stop& stop) {
   options.check();
+  check(stop);
   FootMap out;
   out.options = options;
   const double noise = options.noise_mm.value_or(height_noise(segmentation.heights));
@@ -134,18 +180,20 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options) 
   require(level < cut, "mold_tol_mm", "thickness + mold tolerance (at least 3 sigma of the noise) below the cut height", level);
 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
-  out.heights = smooth_heights(segmentation.heights, segmentation.ply, options.smooth_mm, &where);
+  out.heights = smooth_heights(segmentation.heights, segmentation.ply, options.smooth_mm, &where, stop);
   out.labels = segmentation.labels;
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
     if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= cut && out.heights.values[k] >= cut) out.labels.values[k] = kNobody;
-  flood_downhill(out.labels, out.heights, level, out.mold_tol_mm);
+  check(stop);
+  flood_downhill(out.labels, out.heights, level, out.mold_tol_mm, stop);
+  check(stop);
   fill_within(out.labels);
   for (std::int32_t& label : out.labels.values) label = std::max(label, 0);
 
   const int count = static_cast<int>(segmentation.pockets.size());
   for (Outline& outline : trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply)) {
     Foot foot;
-    foot.outline = std::move(outline.polygon);
+    foot.outline = rounded(std::move(outline.polygon));
     foot.area = polygon_area(foot.outline);
     foot.box = bounding_box(foot.outline);
     foot.closed = !outline.at_unknown && !outline.at_grid_border;

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "debulk/core/error.hpp"
-#include "debulk/core/parallel.hpp"
 
 namespace debulk {
 
@@ -21,6 +20,7 @@ struct Offset {
   int i = 0, j = 0;
   bool found = false;
   double length() const { return found ? std::hypot(i, j) : std::numeric_limits<double>::infinity(); }
+  long squared() const { return found ? static_cast<long>(i) * i + static_cast<long>(j) * j : std::numeric_limits<long>::max(); }
 };
 
 // From every point to (nearly) the nearest marked one: vectors handed on from neighbour to neighbour, down and up.
@@ -32,7 +32,7 @@ Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked) {
     Offset o = nearest.at(i + di, j + dj);
     if (!o.found) return;
     o.i += di, o.j += dj;
-    if (o.length() < nearest.at(i, j).length()) nearest.at(i, j) = o;
+    if (o.squared() < nearest.at(i, j).squared()) nearest.at(i, j) = o;
   };
   const auto sweep_row = [&](int j, int from) {
     for (int i = 0; i < marked.nx; ++i) {
@@ -56,11 +56,12 @@ struct Window {
   int i0, j0;
   const Segmentation& segmentation;
   const FootMap& feet;
+  PlyMask ply;  // on the patch's points, beyond the map too
 
   bool known(int i, int j) const {
     return feet.heights.contains(i + i0, j + j0) && !std::isnan(feet.heights.at(i + i0, j + j0)) && segmentation.ply.on_ply(i + i0, j + j0);
   }
-  bool off_ply(int i, int j) const { return segmentation.heights.contains(i + i0, j + j0) && !segmentation.ply.on_ply(i + i0, j + j0); }
+  bool off_ply(int i, int j) const { return !ply.on_ply(i, j); }
   double height(int i, int j) const { return feet.heights.at(i + i0, j + j0); }
 };
 
@@ -114,9 +115,10 @@ Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, 
   const Box box = bounding_box(patch.outline);
   const Eigen::Vector2d low = map.locate(box.low - Eigen::Vector2d::Constant(options.margin_mm));
   const Eigen::Vector2d high = map.locate(box.high + Eigen::Vector2d::Constant(options.margin_mm));
-  const Window window{static_cast<int>(std::floor(low.x())), static_cast<int>(std::floor(low.y())), segmentation, feet};
+  Window window{static_cast<int>(std::floor(low.x())), static_cast<int>(std::floor(low.y())), segmentation, feet, {}};
   const int nx = static_cast<int>(std::ceil(high.x())) - window.i0 + 1, ny = static_cast<int>(std::ceil(high.y())) - window.j0 + 1;
   patch.within = Grid<std::uint8_t>(nx, ny, map.position(window.i0, window.j0), map.spacing);
+  if (segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);
   const Grid<std::int32_t>& labels = paper ? segmentation.labels : feet.labels;
   for (int j = 0; j < ny; ++j)
     for (int i = 0; i < nx; ++i)
@@ -132,14 +134,8 @@ Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, 
   }
   patch.reference = patch.within.like<double>();
   patch.surface = patch.within.like<double>();
-  parallel_for(ny, 16, 0, [&](long begin, long end) {
-    for (int j = static_cast<int>(begin); j < end; ++j)
-      for (int i = 0; i < nx; ++i) {
-        const double f = reference.height(patch.reference.position(i, j));
-        patch.reference.at(i, j) = f;
-        patch.surface.at(i, j) = f + excess.at(i, j);
-      }
-  });
+  reference.heights_on(patch.reference, 1);
+  for (std::size_t k = 0; k < excess.size(); ++k) patch.surface.values[k] = patch.reference.values[k] + excess.values[k];
   return patch;
 }
 

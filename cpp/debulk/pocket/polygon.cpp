@@ -81,6 +81,12 @@ Box bounding_box(const Polygon& polygon) {
   return box;
 }
 
+Polygon rounded(Polygon polygon) {
+  constexpr double fine = 1048576.0;
+  for (Eigen::Vector2d& p : polygon) p = (p.array() * fine).round() / fine;
+  return polygon;
+}
+
 Polygon checked_polygon(Polygon polygon, const char* argument) {
   for (std::size_t k = 0; k < polygon.size(); ++k)
     if (!polygon[k].allFinite())

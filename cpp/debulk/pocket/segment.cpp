@@ -119,7 +119,7 @@ bool near_ply_edge(const Polygon& outline, const SegmentOptions& options, double
 Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, const Segmentation& s, const Grid<float>& given,
                const Grid<std::uint8_t>* measured) {
   Pocket p;
-  p.outline = std::move(outline.polygon);
+  p.outline = rounded(std::move(outline.polygon));
   p.area = polygon_area(p.outline);
   p.volume = outline.volume;
   p.centroid = polygon_centroid(p.outline);

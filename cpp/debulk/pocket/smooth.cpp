@@ -5,17 +5,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/core/wide.hpp"
 
 namespace debulk {
 namespace {
 
 constexpr long kRowsPerChunk = 32;
-constexpr std::size_t kSamples = 500000;  // of the noise: more do not tell more
+constexpr std::size_t kSamples = 100000;  // of the noise: more do not tell more
 
 // Sums over the known points of one row's window: of x^a, and of x^a times the height.
 struct RowMoments {
@@ -44,18 +46,14 @@ class WindowFit {
 
   double whole() const { return whole_; }
 
-  // row(k): the moments k rows from the centre. NaN when fewer than `least` points are known.
-  template <class Row>
-  double at_centre(const Row& row, double least) const {
-    double count = 0, value = 0;
-    for (int k = -half_; k <= half_; ++k) {
-      const RowMoments& m = row(k);
-      count += m.x[0];
-      value += (a_ + b_ * power_of_[static_cast<std::size_t>(k + half_)][2]) * m.xh[0] + b_ * m.xh[2];
-    }
-    if (count == whole_) return value;
-    if (count < std::max(9.0, least)) return std::numeric_limits<double>::quiet_NaN();
+  double a() const { return a_; }
+  double b() const { return b_; }
 
+  // Of the known points alone. row(k): the moments k rows from the centre.
+  template <class Row>
+  double at_centre(const Row& row) const {
+    double count = 0;
+    for (int k = -half_; k <= half_; ++k) count += row(k).x[0];
     double moment[5][5] = {};  // sum x^a y^b, a + b <= 4
     Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
     for (int k = -half_; k <= half_; ++k) {
@@ -94,57 +92,127 @@ RowMoments row_moments(const Grid<float>& heights, int i, int j, int half, const
   return m;
 }
 
+// Windows in which some points are not known. What a row tells of one column's window serves all windows of that column:
+// kept for the rows that were asked for last.
+class IncompleteWindows {
+ public:
+  IncompleteWindows(const Grid<float>& heights, const WindowFit& fit, int half)
+      : heights_(heights), fit_(fit), half_(half), rows_(2 * half + 1), row_of_(static_cast<std::size_t>(heights.nx) * rows_, kNone) {}
+
+  double at_centre(int i, int j) {
+    if (moments_.empty()) moments_.resize(row_of_.size());
+    return fit_.at_centre([&](int k) -> const RowMoments& { return moment(i, j + k); });
+  }
+
+ private:
+  static constexpr int kNone = std::numeric_limits<int>::min();
+
+  const RowMoments& moment(int i, int j) {
+    const int slot = ((j % rows_) + rows_) % rows_;
+    const std::size_t at = static_cast<std::size_t>(i) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(slot);
+    if (row_of_[at] != j) {
+      row_of_[at] = j;
+      moments_[at] = row_moments(heights_, i, j, half_, fit_);
+    }
+    return moments_[at];
+  }
+
+  const Grid<float>& heights_;
+  const WindowFit& fit_;
+  int half_, rows_;
+  std::vector<int> row_of_;
+  std::vector<RowMoments> moments_;
+};
+
+#define DEBULK_KERNEL "debulk/pocket/smooth_kernel.inl"
+#include "debulk/core/each_isa.inl"
+
+void row_sums(const double* values, const int* known, const double* squares, int half, int count, double* s0, double* s2, int* number) {
+  return DEBULK_ON(best_isa(), row_sums(values, known, squares, half, count, s0, s2, number));
+}
+
+void add_row(const double* s0, const double* s2, const int* number, double c0, double c2, int count, double* value, int* total) {
+  return DEBULK_ON(best_isa(), add_row(s0, s2, number, c0, c2, count, value, total));
+}
+
 }  // namespace
 
 double height_noise(const Grid<float>& heights) {
+  return height_noise(std::vector<GridPart>{{&heights, 0, 0, heights.nx, heights.ny}});
+}
+
+double height_noise(const std::vector<GridPart>& parts) {
+  std::size_t points = 0;
+  for (const GridPart& p : parts) points += static_cast<std::size_t>(p.i1 - p.i0) * static_cast<std::size_t>(p.j1 - p.j0);
+  const int stride = 1 + static_cast<int>(points / kSamples);
   std::vector<float> sizes;
-  const int stride = 1 + static_cast<int>(heights.size() / kSamples);
-  for (int j = 1; j + 1 < heights.ny; j += stride)
-    for (int i = 1; i + 1 < heights.nx; ++i) {
-      const auto h = [&](int di, int dj) { return static_cast<double>(heights.at(i + di, j + dj)); };
-      const double d = h(-1, -1) + h(1, -1) + h(-1, 1) + h(1, 1) - 2 * (h(0, -1) + h(0, 1) + h(-1, 0) + h(1, 0)) + 4 * h(0, 0);
-      if (std::isfinite(d)) sizes.push_back(static_cast<float>(std::abs(d)));
-    }
+  for (const GridPart& p : parts)
+    for (int j = p.j0 + 1; j + 1 < p.j1; j += stride)
+      for (int i = p.i0 + 1; i + 1 < p.i1; ++i) {
+        const auto h = [&](int di, int dj) { return static_cast<double>(p.grid->at(i + di, j + dj)); };
+        const double d = h(-1, -1) + h(1, -1) + h(-1, 1) + h(1, 1) - 2 * (h(0, -1) + h(0, 1) + h(-1, 0) + h(1, 0)) + 4 * h(0, 0);
+        if (std::isfinite(d)) sizes.push_back(static_cast<float>(std::abs(d)));
+      }
   if (sizes.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = sizes.begin() + static_cast<long>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
   return *middle / 0.674490 / 6;  // median of |normal|; the root of the sum of squared weights
 }
 
-Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where) {
+Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where,
+                           const Stop& stop) {
   require(std::isfinite(window_mm) && window_mm >= 0, "smooth_mm", "a length in mm, not negative", window_mm);
   const int half = static_cast<int>(std::lround(window_mm / (2 * heights.spacing)));
   auto out = heights;
   if (half < 1) return out;
   const WindowFit fit(half);
+  std::vector<double> squares;
+  for (int k = -half; k <= half; ++k) squares.push_back(fit.powers(k)[2]);
   const auto wanted = [&](int i, int j) { return !where || where->at(i, j) != 0; };
-  parallel_for(heights.ny, kRowsPerChunk, 0, [&](long begin, long end) {
+  parallel_for(heights.ny, kRowsPerChunk, 0, stop, [&](long begin, long end) {
     const int first = static_cast<int>(begin), last = static_cast<int>(end) - 1;
     int left = heights.nx, right = -1;  // columns in which anything is wanted
     for (int j = first; j <= last; ++j)
       for (int i = 0; i < heights.nx; ++i)
         if (wanted(i, j)) left = std::min(left, i), right = std::max(right, i);
     if (right < 0) return;
-    const auto width = static_cast<std::size_t>(right - left + 1);
-    std::vector<RowMoments> moments(width * static_cast<std::size_t>(last - first + 1 + 2 * half));
-    const auto moment = [&](int i, int j) -> RowMoments& {
-      return moments[static_cast<std::size_t>(j - first + half) * width + static_cast<std::size_t>(i - left)];
-    };
-    const auto near_wanted = [&](int i, int j) {
-      for (int k = std::max(first, j - half); k <= std::min(last, j + half); ++k)
-        if (wanted(i, k)) return true;
-      return false;
-    };
-    for (int j = first - half; j <= last + half; ++j)
-      for (int i = left; i <= right; ++i)
-        if (near_wanted(i, j)) moment(i, j) = row_moments(heights, i, j, half, fit);
-    for (int j = first; j <= last; ++j)
+    const int width = right - left + 1, rows = last - first + 1 + 2 * half;
+    const auto size = static_cast<std::size_t>(width);
+    std::vector<double> values(size + 2 * static_cast<std::size_t>(half)), s0(size * static_cast<std::size_t>(rows)), s2(s0.size());
+    std::vector<int> known(values.size()), number(s0.size());
+    for (int r = 0; r < rows; ++r) {
+      const int j = first - half + r;
+      for (int k = 0; k < width + 2 * half; ++k) {
+        const int i = left - half + k;
+        const float h = heights.contains(i, j) ? heights.at(i, j) : std::numeric_limits<float>::quiet_NaN();
+        values[static_cast<std::size_t>(k)] = std::isnan(h) ? 0.0 : static_cast<double>(h);
+        known[static_cast<std::size_t>(k)] = !std::isnan(h);
+      }
+      const std::size_t at = static_cast<std::size_t>(r) * size;
+      row_sums(values.data(), known.data(), squares.data(), half, width, &s0[at], &s2[at], &number[at]);
+    }
+    std::vector<double> value(size);
+    std::vector<int> total(size);
+    IncompleteWindows incomplete(heights, fit, half);
+    for (int j = first; j <= last; ++j) {
+      std::fill(value.begin(), value.end(), 0.0), std::fill(total.begin(), total.end(), 0);
+      for (int k = -half; k <= half; ++k) {
+        const std::size_t at = static_cast<std::size_t>(j - first + half + k) * size;
+        add_row(&s0[at], &s2[at], &number[at], fit.a() + fit.b() * fit.powers(k)[2], fit.b(), width, value.data(), total.data());
+      }
       for (int i = left; i <= right; ++i) {
         if (!wanted(i, j) || !ply.on_ply(i, j)) continue;
+        const auto k = static_cast<std::size_t>(i - left);
+        if (total[k] == static_cast<int>(fit.whole())) {
+          out.at(i, j) = static_cast<float>(value[k]);
+          continue;
+        }
         const double least = std::isnan(heights.at(i, j)) ? fit.whole() / 2 : 0;
-        const double value = fit.at_centre([&](int k) -> const RowMoments& { return moment(i, j + k); }, least);
-        if (!std::isnan(value)) out.at(i, j) = static_cast<float>(value);
+        if (total[k] < std::max(9.0, least)) continue;
+        const double fitted = incomplete.at_centre(i, j);
+        if (!std::isnan(fitted)) out.at(i, j) = static_cast<float>(fitted);
       }
+    }
   });
   return out;
 }

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 #include "debulk/pocket/ply_mask.hpp"
 
 namespace debulk {
@@ -11,11 +13,18 @@ namespace debulk {
 // [1 -2 1; -2 4 -2; 1 -2 1], which no quadratic surface feels and few pockets' rims can shift. Noise that is correlated
 // over neighbours (after a median filter, say) is told too low. NaN where no 3 by 3 points are known.
 double height_noise(const Grid<float>& heights);
+// Over rectangles of grids, [i0, i1) by [j0, j1), as over one grid.
+struct GridPart {
+  const Grid<float>* grid;
+  int i0, j0, i1, j1;
+};
+double height_noise(const std::vector<GridPart>& parts);
 
 // Local quadratic least squares in a square window (Savitzky-Golay in the plane): white noise falls to about
 // 0.9 / half-width in points, cubics stay. Fewer known points in the window (drop-outs, the ply's edge): the same fit over
 // those that are there. An unknown point on the ply gets the fit's value if at least half of its window is known. A window
 // below three points leaves the heights alone, and so does a 0 in `where`, if that is given.
-Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where = nullptr);
+Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where = nullptr,
+                           const Stop& stop = Stop());
 
 }  // namespace debulk

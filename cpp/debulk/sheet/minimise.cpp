@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <tuple>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
@@ -216,9 +217,11 @@ std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& 
 }
 
 const Minimum& best(const std::vector<Minimum>& minima) {
+  // Strained fibres save energy: a compliant minimum is the best only where there is no other.
+  const auto rank = [](const Minimum& m) { return std::tuple(!m.certified(), m.certificate.compliant, m.energy_mj); };
   const Minimum* found = &minima.front();
   for (const Minimum& m : minima)
-    if (m.certified() && (!found->certified() || m.energy_mj < found->energy_mj)) found = &m;
+    if (m.certified() && rank(m) < rank(*found)) found = &m;
   return *found;
 }
 

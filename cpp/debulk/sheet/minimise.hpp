@@ -43,7 +43,7 @@ std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options
 // sheet k alone, bit for bit.
 std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& sheets, const MinimiseOptions& options, int threads = 0);
 
-// The certified one of lowest energy, or, if none is, the first.
+// The certified one of lowest energy, one without a compliance if there is any; if none is certified, the first.
 const Minimum& best(const std::vector<Minimum>& minima);
 
 }  // namespace debulk

@@ -20,10 +20,10 @@ constexpr long share = 64;  // holes that one thread fills before it asks for mo
 }  // namespace
 
 // What was measured, and the missing regions that are to be filled, in the order of their first cells.
-void HoleFilling::find(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& measured, int threads) {
+void HoleFilling::find(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& measured, int threads, const Stop& stop) {
   missing_.clear(heights.ny);
   const Isa isa = best_isa();
-  parallel_for(heights.ny, StripRuns::rows, threads, [&](long first, long last) {
+  parallel_for(heights.ny, StripRuns::rows, threads, stop, [&](long first, long last) {
     for (int j = static_cast<int>(first); j < last; ++j) {
       RunWriter runs(missing_.strip(first), j);
       DEBULK_ON(isa, run(&heights.at(0, j), heights.nx, &measured.at(0, j), runs));
@@ -69,16 +69,16 @@ void HoleFilling::find(const Grid<float>& heights, double diameter, Grid<std::ui
   }
 }
 
-void HoleFilling::run(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads) {
+void HoleFilling::run(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads, const Stop& stop) {
   options.check();
   measured.nx = heights.nx, measured.ny = heights.ny, measured.origin = heights.origin, measured.spacing = heights.spacing;
   measured.values.resize(heights.size());
   if (heights.size() == 0) return;
-  find(heights, options.diameter, measured, threads);
+  find(heights, options.diameter, measured, threads, stop);
   const SmallHoles& small = SmallHoles::table();
   const long count = static_cast<long>(holes_.size());
   patches_.resize(static_cast<std::size_t>((count + share - 1) / share));
-  parallel_for(count, share, threads, [&](long begin, long end) {
+  parallel_for(count, share, threads, stop, [&](long begin, long end) {
     HolePatch& patch = patches_[static_cast<std::size_t>(begin / share)];
     for (auto h = static_cast<std::size_t>(begin); h < static_cast<std::size_t>(end); ++h) {
       float* out = fillings_.data() + (holes_[h].cells - cells_.data());

@@ -5,6 +5,7 @@
 
 #include "debulk/core/grid.hpp"
 #include "debulk/core/runs.hpp"
+#include "debulk/core/stop.hpp"
 #include "debulk/surface/hole_patch.hpp"
 
 namespace debulk {
@@ -29,10 +30,10 @@ void fill_holes(Grid<float>& heights, const FillOptions& options, Grid<std::uint
 // The same for one grid after the other, in memory that is kept.
 class HoleFilling {
  public:
-  void run(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads);
+  void run(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads, const Stop& stop = Stop());
 
  private:
-  void find(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& measured, int threads);
+  void find(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& measured, int threads, const Stop& stop);
 
   StripRuns missing_;
   std::vector<int> first_, region_;

@@ -32,6 +32,7 @@ void FrontEndOptions::check() const {
   require(std::isfinite(spacing) && spacing > 0, "spacing_mm", "a positive length in mm", spacing);
   gridding.check();
   fill.check();
+  require(std::isfinite(spike) && spike >= 0, "spike_mm", "a height in mm, or 0 to look for none", spike);
   require(median == 1 || median == 3 || median == 5, "median_cells", "1, 3 or 5", median);
 }
 
@@ -53,11 +54,11 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
 const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
   Clock clock;
   fast_ = gridding_ && scan.width == view_.width && scan.height == view_.height &&
-          image_.run(scan, view_.camera, options_.outliers, &base_, threads_);
+          image_.run(scan, view_.camera, options_.outliers, &base_, threads_, stop);
   if (fast_) {
     outliers_ = image_.summary();
     times_.clean = clock.lap();
-    gridding_->run(image_, map_.heights, image_.isa, threads_);
+    gridding_->run(image_, map_.heights, image_.isa, threads_, stop);
     times_.grid = clock.lap();
   } else {
     outliers_ = remove_outliers(scan, options_.outliers, threads_, stop);
@@ -65,11 +66,15 @@ const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
     grid_generally(scan, stop);
     times_.grid = clock.lap();
   }
-  if (stop.now()) throw Stopped("the height map was stopped");
-  filling_.run(map_.heights, options_.fill, map_.measured, threads_);
+  filling_.run(map_.heights, options_.fill, map_.measured, threads_, stop);
   times_.fill = clock.lap();
+  if (options_.spike > 0) {
+    without_spikes(map_.heights, options_.spike, filtered_, threads_, stop);
+    map_.heights.values.swap(filtered_.values);
+  }
+  times_.spikes = clock.lap();
   if (options_.median > 1) {
-    median(map_.heights, options_.median, filtered_, threads_);
+    median(map_.heights, options_.median, filtered_, threads_, stop);
     map_.heights.values.swap(filtered_.values);
   }
   times_.median = clock.lap();
@@ -77,12 +82,12 @@ const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
 }
 
 void FrontEnd::grid_generally(const CloudView& scan, const Stop& stop) {
-  std::vector<float> points = transform(scan, view_.mold_from_scanner, threads_);
+  std::vector<float> points = transform(scan, view_.mold_from_scanner, threads_, stop);
   for (std::size_t k = 0; k < scan.size(); ++k)
     if (outliers_.keep[k] == 0) std::fill_n(&points[3 * k], 3, std::numeric_limits<float>::quiet_NaN());
   if (stop.now()) throw Stopped("the height map was stopped");
-  grid_heights({points.data(), scan.width, scan.height}, map_.heights, options_.gridding, threads_);
-  parallel_for(map_.heights.ny, 8, threads_, [&](long begin, long end) {
+  grid_heights({points.data(), scan.width, scan.height}, map_.heights, options_.gridding, threads_, stop);
+  parallel_for(map_.heights.ny, 8, threads_, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < map_.heights.nx; ++i) {
         float& z = map_.heights.at(i, j);

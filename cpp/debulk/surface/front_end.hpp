@@ -17,13 +17,14 @@ struct FrontEndOptions {
   double spacing = 0.5;  // mm, of the height map
   GriddingOptions gridding;
   FillOptions fill;
-  int median = 3;  // cells: 1 (none), 3 or 5
+  double spike = 0.0;  // mm; heights that stand out further are no ply (see median.hpp). 0: none is looked for
+  int median = 3;      // cells: 1 (none), 3 or 5
 
   void check() const;
 };
 
 // From a scan to its height map above one reference, cycle after cycle: outliers removed, heights on a grid, holes filled,
-// median. Everything that depends on the reference and the camera alone is prepared once, and the buffers stay.
+// spikes, median. Everything that depends on the reference and the camera alone is prepared once, and the buffers stay.
 //
 // The scan of a pinhole camera takes the fast way: outliers by PinholeOutliers, heights along the rays, ImageGridding. Any
 // other takes the general one, by remove_outliers and grid_heights.
@@ -34,7 +35,8 @@ class FrontEnd {
   FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
            bool pinhole, const FrontEndOptions& options, int threads = 0);
 
-  // The height map stays valid until the next call.
+  // The height map stays valid until the next call. Throws Stopped within some milliseconds when the stop is raised (before
+  // the search of a cloud that is no pinhole's has begun or ended, within some tenths of a second).
   const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
 
   // Of the last run.
@@ -42,7 +44,7 @@ class FrontEnd {
   const Outliers& outliers() const { return outliers_; }  // but which points; see `keep`
   const std::vector<std::uint8_t>& keep() const { return fast_ ? image_.keep() : outliers_.keep; }
   struct Times {
-    double clean = 0, grid = 0, fill = 0, median = 0;  // ms
+    double clean = 0, grid = 0, fill = 0, spikes = 0, median = 0;  // ms
   };
   const Times& times() const { return times_; }
 

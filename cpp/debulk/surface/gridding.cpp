@@ -96,13 +96,13 @@ struct Band {
 
 class OrganisedGridding {
  public:
-  OrganisedGridding(const CloudView& cloud, Grid<float>& grid, double longest, int times, int threads)
-      : cloud_(cloud), grid_(grid), fine_{grid, times}, longest_squared_(longest * longest), threads_(threads) {}
+  OrganisedGridding(const CloudView& cloud, Grid<float>& grid, double longest, int times, int threads, const Stop& stop)
+      : cloud_(cloud), grid_(grid), fine_{grid, times}, longest_squared_(longest * longest), threads_(threads), stop_(stop) {}
 
   void run() {
     find_tiles();
     const int rows = std::max(1, band_lines / fine_.times);
-    parallel_for(grid_.ny, rows, threads_, [&](long begin, long end) {
+    parallel_for(grid_.ny, rows, threads_, stop_, [&](long begin, long end) {
       Band band{static_cast<int>(begin) * fine_.times, static_cast<int>(end) * fine_.times, fine_.columns(), {}};
       band.z.assign(static_cast<std::size_t>(band.last - band.first) * band.columns, nothing);
       for (const Tile& tile : tiles_)
@@ -128,7 +128,7 @@ class OrganisedGridding {
     const int across = (cloud_.width - 2) / tile_side + 1, down = (cloud_.height - 2) / tile_side + 1;
     constexpr double infinity = std::numeric_limits<double>::infinity();
     tiles_.assign(static_cast<std::size_t>(across) * down, Tile{0, 0, infinity, -infinity});
-    parallel_for(down, 1, threads_, [&](long begin, long) {
+    parallel_for(down, 1, threads_, stop_, [&](long begin, long) {
       for (int t = 0; t < across; ++t) {
         Tile& tile = tiles_[static_cast<std::size_t>(begin) * across + t];
         tile.column = t * tile_side;
@@ -196,6 +196,7 @@ class OrganisedGridding {
   FineGrid fine_;
   double longest_squared_;
   int threads_;
+  Stop stop_;
   std::vector<Tile> tiles_;
 };
 
@@ -217,17 +218,18 @@ Grid<float> covering_grid(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
                      std::numeric_limits<float>::quiet_NaN());
 }
 
-void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options, int threads) {
+void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options, int threads,
+                  const Stop& stop) {
   options.check();
   require(std::isfinite(grid.spacing) && grid.spacing > 0, "spacing_mm", "a positive length in mm", grid.spacing);
   require(grid.origin.allFinite(), "origin_mm", "two finite coordinates in mm", grid.origin.transpose());
   std::fill(grid.values.begin(), grid.values.end(), std::numeric_limits<float>::quiet_NaN());
   const double pitch = median_pitch(cloud, threads);
   if (!(pitch > 0) || grid.size() == 0) return;
-  if (!cloud.organised()) return grid_unorganised(cloud, grid, pitch, threads);
+  if (!cloud.organised()) return grid_unorganised(cloud, grid, pitch, threads, stop);
   int times = 1;
   if (grid.spacing > 1.5 * pitch) times = 2 * static_cast<int>(std::ceil((grid.spacing / pitch - 1) / 2)) + 1;
-  OrganisedGridding(cloud, grid, options.jump_ratio * pitch, std::min(times, 99), threads).run();
+  OrganisedGridding(cloud, grid, options.jump_ratio * pitch, std::min(times, 99), threads, stop).run();
 }
 
 }  // namespace debulk

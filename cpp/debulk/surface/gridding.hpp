@@ -2,6 +2,7 @@
 
 #include "debulk/cloud/cloud_view.hpp"
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 
 namespace debulk {
 
@@ -25,6 +26,7 @@ Grid<float> covering_grid(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
 //
 // Unorganised clouds: a plane is fitted to the points within max(spacing, 2 pitches) with weights (1 - d²/r²)², and its
 // height taken; missing where that height would be noisier than a single measured point.
-void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options = {}, int threads = 0);
+void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options = {}, int threads = 0,
+                  const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -68,10 +68,10 @@ class PlaneFit {
 
 }  // namespace
 
-void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads) {
+void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads, const Stop& stop) {
   const double radius = std::max(grid.spacing, 2 * pitch);
   const Cells cells(cloud, grid, radius);
-  parallel_for(grid.ny, 8, threads, [&](long begin, long end) {
+  parallel_for(grid.ny, 8, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < grid.nx; ++i) {
         const Eigen::Vector2d at = grid.position(i, j);

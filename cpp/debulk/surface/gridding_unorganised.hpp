@@ -2,10 +2,11 @@
 
 #include "debulk/cloud/cloud_view.hpp"
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 
 namespace debulk {
 
 // The second half of grid_heights (gridding.hpp): local planes through a cloud whose points come in any order.
-void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads);
+void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads, const Stop& stop);
 
 }  // namespace debulk

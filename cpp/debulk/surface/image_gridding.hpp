@@ -6,6 +6,7 @@
 
 #include "debulk/cloud/pinhole_outliers.hpp"
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 #include "debulk/core/wide.hpp"
 #include "debulk/surface/reference.hpp"
 
@@ -36,7 +37,15 @@ class ImageGridding {
   ImageGridding(const Reference& reference, const View& view, const Grid<float>& grid, int threads = 0);
 
   // Overwrites the grid's values; NaN where less than four tenths of the kernel were kept.
-  void run(const PinholeOutliers& image, Grid<float>& grid, Isa isa = best_isa(), int threads = 0) const;
+  void run(const PinholeOutliers& image, Grid<float>& grid, Isa isa = best_isa(), int threads = 0, const Stop& stop = Stop()) const;
+
+  // Where a part of the image, which was cleaned alone, lies in the whole.
+  struct Part {
+    int column = 0, row = 0, width = 0, height = 0;  // pixels
+  };
+  // The same on a part of the grid that begins at node (i0, j0), i0 a multiple of 16.
+  void run(const PinholeOutliers& image, const Part& part, Grid<float>& grid, int i0, int j0, Isa isa, int threads,
+           const Stop& stop = Stop()) const;
 
  private:
   View view_;

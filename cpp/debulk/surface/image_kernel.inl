@@ -59,8 +59,8 @@ DEBULK_INLINE Floats smooth(const Places& at, const Floats* wx, const Floats* wy
 }
 
 void run(const ImageTables& t, int j, float* out) {
-  const Floats first_column = all(1), last_column = all(static_cast<float>(t.width - 2));
-  const Floats first_row = all(1), last_row = all(static_cast<float>(t.height - 2));
+  const Floats first_column = all(static_cast<float>(t.left + 1)), last_column = all(static_cast<float>(t.left + t.width - 2));
+  const Floats first_row = all(static_cast<float>(t.top + 1)), last_row = all(static_cast<float>(t.top + t.height - 2));
   const Floats steps = Floats{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} / lanes;
   for (int stretch = 0; stretch * lanes < t.nx; ++stretch) {
     const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(t.across) + static_cast<std::size_t>(stretch);
@@ -74,7 +74,10 @@ void run(const ImageTables& t, int j, float* out) {
       return (p.column >= first_column) & (p.column <= last_column) & (p.row >= first_row) & (p.row <= last_row);
     };
     // Who is outside looks to the first inner pixel, and takes nothing from there.
-    const auto nearest = [](Floats v, Ints in) DEBULK_LAMBDA { return __builtin_convertvector(in ? v + 0.5f : all(1), Ints); };
+    const auto near_column = [&](const Pixels& q, Ints in)
+                                 DEBULK_LAMBDA { return __builtin_convertvector(in ? q.column + 0.5f : first_column, Ints) - t.left; };
+    const auto near_row = [&](const Pixels& q, Ints in)
+                              DEBULK_LAMBDA { return __builtin_convertvector(in ? q.row + 0.5f : first_row, Ints) - t.top; };
 
     Pixels p = project(all(0));
     Ints in = inside(p);
@@ -82,15 +85,16 @@ void run(const ImageTables& t, int j, float* out) {
       for (int k = 0; k < std::min(lanes, t.nx - stretch * lanes); ++k) out[stretch * lanes + k] = nan;
       continue;
     }
-    const Floats coarse = look_up<1>(t.tiles, t.tile_pitch, nearest(p.column, in) / tile_width, nearest(p.row, in) / tile_height);
+    const Floats coarse = look_up<1>(t.tiles, t.tile_pitch, near_column(p, in) / tile_width, near_row(p, in) / tile_height);
     const Floats h = coarse == coarse ? coarse : all(0);
     p = project(h), in = inside(p);
-    const Floats seen = look_up<3>(t.heights, t.width, nearest(p.column, in), nearest(p.row, in));
+    const Floats seen = look_up<3>(t.heights, t.width, near_column(p, in), near_row(p, in));
     p = project(seen == seen ? seen : h), in = inside(p);
 
-    Places centre{t.heights, t.width, nearest(p.column, in), nearest(p.row, in)};
+    Places centre{t.heights, t.width, near_column(p, in), near_row(p, in)};
     centre.look_closely<3>(1);
-    const Floats u = p.column - __builtin_convertvector(centre.column, Floats), v = p.row - __builtin_convertvector(centre.row, Floats);
+    const Floats u = p.column - __builtin_convertvector(centre.column + t.left, Floats);
+    const Floats v = p.row - __builtin_convertvector(centre.row + t.top, Floats);
     const Floats wx[3] = {0.5f * (0.5f - u) * (0.5f - u), 0.75f - u * u, 0.5f * (0.5f + u) * (0.5f + u)};
     const Floats wy[3] = {0.5f * (0.5f - v) * (0.5f - v), 0.75f - v * v, 0.5f * (0.5f + v) * (0.5f + v)};
     const Floats found = smooth(centre, wx, wy), height = in ? found : all(nan);

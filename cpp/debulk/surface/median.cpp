@@ -14,53 +14,66 @@
 namespace debulk {
 namespace {
 
+constexpr int most = 1024;  // columns that the kernel looks at before it hands out the incomplete windows
+
 #define DEBULK_KERNEL "debulk/surface/median_kernel.inl"
 #include "debulk/core/each_isa.inl"
 
-int whole_windows(const float* above, const float* row, const float* below, int nx, float* out, int* incomplete, int& count) {
-  return DEBULK_ON(best_isa(), run(above, row, below, nx, out, incomplete, count));
-}
-
-// Of the values that are there.
-float window_median(const Grid<float>& grid, int i, int j, int reach) {
+// The median of the values that are there, at columns and rows `step` apart, up to `reach` steps away.
+float window_median(const Grid<float>& grid, int i, int j, int reach, int step) {
   if (std::isnan(grid.at(i, j))) return std::numeric_limits<float>::quiet_NaN();
   std::array<float, 25> window{};
   auto last = window.begin();
-  for (int y = std::max(0, j - reach); y <= std::min(grid.ny - 1, j + reach); ++y)
-    for (int x = std::max(0, i - reach); x <= std::min(grid.nx - 1, i + reach); ++x)
-      if (!std::isnan(grid.at(x, y))) *last++ = grid.at(x, y);
+  for (int y = j - reach * step; y <= j + reach * step; y += step)
+    for (int x = i - reach * step; x <= i + reach * step; x += step)
+      if (grid.contains(x, y) && !std::isnan(grid.at(x, y))) *last++ = grid.at(x, y);
   const auto middle = window.begin() + (last - window.begin()) / 2;
   std::nth_element(window.begin(), middle, last);
   return (last - window.begin()) % 2 == 0 ? (*middle + *std::max_element(window.begin(), middle)) / 2 : *middle;
 }
 
-}  // namespace
-
-void median(const Grid<float>& grid, int size, Grid<float>& out, int threads) {
-  require(size == 3 || size == 5, "size", "3 or 5", size);
+// Values farther than the tolerance from their medians become these.
+void filter(const Grid<float>& grid, int reach, int step, float tolerance, Grid<float>& out, int threads, const Stop& stop) {
   out.nx = grid.nx, out.ny = grid.ny, out.origin = grid.origin, out.spacing = grid.spacing;
   out.values.resize(grid.size());
-  const int reach = size / 2;
-  parallel_for(grid.ny, 32, threads, [&](long begin, long end) {
-    std::vector<int> incomplete(static_cast<std::size_t>(grid.nx));
+  const Isa isa = best_isa();
+  parallel_for(grid.ny, 32, threads, stop, [&](long begin, long end) {
+    std::array<int, most> incomplete;
     for (int j = static_cast<int>(begin); j < end; ++j) {
-      int done = 1, count = 0;
-      if (size == 3 && j > 0 && j + 1 < grid.ny)
-        done = whole_windows(&grid.at(0, j - 1), &grid.at(0, j), &grid.at(0, j + 1), grid.nx, &out.at(0, j), incomplete.data(), count);
-      for (int k = 0; k < count; ++k) {
-        const int i = incomplete[static_cast<std::size_t>(k)];
-        out.at(i, j) = window_median(grid, i, j, reach);
+      const auto slow = [&](int i) {
+        const float found = window_median(grid, i, j, reach, step), value = grid.at(i, j);
+        out.at(i, j) = std::abs(value - found) > tolerance ? found : value;
+      };
+      int done = std::min(step, grid.nx);
+      for (int i = 0; i < done; ++i) slow(i);
+      for (bool more = reach == 1 && j >= step && j + step < grid.ny; more;) {
+        int count = 0;
+        const int next = DEBULK_ON(isa, run(step, &grid.at(0, j - step), &grid.at(0, j), &grid.at(0, j + step), done, grid.nx, tolerance,
+                                            &out.at(0, j), incomplete.data(), count));
+        for (int k = 0; k < count; ++k) slow(incomplete[static_cast<std::size_t>(k)]);
+        more = next > done, done = next;
       }
-      if (grid.nx > 0) out.at(0, j) = window_median(grid, 0, j, reach);
-      for (int i = done; i < grid.nx; ++i) out.at(i, j) = window_median(grid, i, j, reach);
+      for (int i = done; i < grid.nx; ++i) slow(i);
     }
   });
+}
+
+}  // namespace
+
+void median(const Grid<float>& grid, int size, Grid<float>& out, int threads, const Stop& stop) {
+  require(size == 3 || size == 5, "size", "3 or 5", size);
+  filter(grid, size / 2, 1, 0, out, threads, stop);
 }
 
 Grid<float> median(const Grid<float>& grid, int size, int threads) {
   Grid<float> out;
   median(grid, size, out, threads);
   return out;
+}
+
+void without_spikes(const Grid<float>& grid, double tolerance, Grid<float>& out, int threads, const Stop& stop) {
+  require(std::isfinite(tolerance) && tolerance > 0, "tolerance_mm", "a positive height in mm", tolerance);
+  filter(grid, 1, 2, static_cast<float>(tolerance), out, threads, stop);
 }
 
 }  // namespace debulk

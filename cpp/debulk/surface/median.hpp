@@ -1,6 +1,7 @@
 #pragma once
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 
 namespace debulk {
 
@@ -8,6 +9,10 @@ namespace debulk {
 // two where their number is even. A missing value stays missing.
 Grid<float> median(const Grid<float>& grid, int size = 3, int threads = 0);
 // The same into a grid that is there; it must be another.
-void median(const Grid<float>& grid, int size, Grid<float>& out, int threads);
+void median(const Grid<float>& grid, int size, Grid<float>& out, int threads, const Stop& stop = Stop());
+
+// Spikes that are no ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median. A value further
+// than the tolerance (mm) from the median of itself and the eight values two away takes that median.
+void without_spikes(const Grid<float>& grid, double tolerance, Grid<float>& out, int threads, const Stop& stop = Stop());
 
 }  // namespace debulk

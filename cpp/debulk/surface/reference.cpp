@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "debulk/core/error.hpp"
+#include "debulk/core/parallel.hpp"
 
 namespace debulk {
 namespace {
@@ -13,23 +14,57 @@ namespace {
 // The not-a-knot condition, c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, with the first three equations gives
 // c[1] = (8 f[1] - f[0] - f[2]) / 6 at once, likewise at the other end; a tridiagonal system is left between them.
 // out[0] is c[-1].
-void spline_coefficients(const double* f, int n, int stride, double* out, int out_stride, std::vector<double>& work) {
-  const auto in = [&](int i) { return f[static_cast<long>(i) * stride]; };
-  const auto c = [&](int i) -> double& { return out[static_cast<long>(i + 1) * out_stride]; };
-  c(1) = (8 * in(1) - in(0) - in(2)) / 6;
-  c(n - 2) = (8 * in(n - 2) - in(n - 1) - in(n - 3)) / 6;
+void spline_coefficients(const double* in, int n, double* out, std::vector<double>& work) {
+  double* c = out + 1;
+  c[1] = (8 * in[1] - in[0] - in[2]) / 6;
+  c[n - 2] = (8 * in[n - 2] - in[n - 1] - in[n - 3]) / 6;
   work.resize(static_cast<std::size_t>(n));
   for (int i = 2; i <= n - 3; ++i) {  // c[i-1] + 4 c[i] + c[i+1] = 6 f[i], forward elimination
     const double above = i == 2 ? 0.0 : work[static_cast<std::size_t>(i - 1)];
     const double pivot = 4 - above;
     work[static_cast<std::size_t>(i)] = 1 / pivot;
-    c(i) = (6 * in(i) - c(i - 1)) / pivot;
+    c[i] = (6 * in[i] - c[i - 1]) / pivot;
   }
-  for (int i = n - 3; i >= 2; --i) c(i) -= work[static_cast<std::size_t>(i)] * c(i + 1);
-  c(0) = 6 * in(1) - 4 * c(1) - c(2);
-  c(-1) = 6 * in(0) - 4 * c(0) - c(1);
-  c(n - 1) = 6 * in(n - 2) - 4 * c(n - 2) - c(n - 3);
-  c(n) = 6 * in(n - 1) - 4 * c(n - 1) - c(n - 2);
+  for (int i = n - 3; i >= 2; --i) c[i] -= work[static_cast<std::size_t>(i)] * c[i + 1];
+  c[0] = 6 * in[1] - 4 * c[1] - c[2];
+  c[-1] = 6 * in[0] - 4 * c[0] - c[1];
+  c[n - 1] = 6 * in[n - 2] - 4 * c[n - 2] - c[n - 3];
+  c[n] = 6 * in[n - 1] - 4 * c[n - 1] - c[n - 2];
+}
+
+// The same along every column of `in` (n rows of `wide`) at once, row by row; `out` has two rows more.
+void spline_columns(const std::vector<double>& in, int wide, int n, std::vector<double>& out) {
+  const auto f = [&](int j) { return in.data() + static_cast<long>(j) * wide; };
+  const auto c = [&](int j) { return out.data() + static_cast<long>(j + 1) * wide; };
+  const auto end = [&](int at, const double* a, const double* b, const double* d) {  // 6 a - 4 b - d
+    double* to = c(at);
+    for (int i = 0; i < wide; ++i) to[i] = 6 * a[i] - 4 * b[i] - d[i];
+  };
+  const auto next_to_end = [&](int at, const double* a, const double* b, const double* d) {  // (8 a - b - d) / 6
+    double* to = c(at);
+    for (int i = 0; i < wide; ++i) to[i] = (8 * a[i] - b[i] - d[i]) / 6;
+  };
+  next_to_end(1, f(1), f(0), f(2));
+  next_to_end(n - 2, f(n - 2), f(n - 1), f(n - 3));
+  std::vector<double> work(static_cast<std::size_t>(n));
+  for (int j = 2; j <= n - 3; ++j) {
+    const double above = j == 2 ? 0.0 : work[static_cast<std::size_t>(j - 1)];
+    const double pivot = 4 - above;
+    work[static_cast<std::size_t>(j)] = 1 / pivot;
+    double* to = c(j);
+    const double *from = f(j), *before = c(j - 1);
+    for (int i = 0; i < wide; ++i) to[i] = (6 * from[i] - before[i]) / pivot;
+  }
+  for (int j = n - 3; j >= 2; --j) {
+    double* to = c(j);
+    const double* after = c(j + 1);
+    const double w = work[static_cast<std::size_t>(j)];
+    for (int i = 0; i < wide; ++i) to[i] -= w * after[i];
+  }
+  end(0, f(1), c(1), c(2));
+  end(-1, f(0), c(0), c(1));
+  end(n - 1, f(n - 2), c(n - 2), c(n - 3));
+  end(n, f(n - 1), c(n - 1), c(n - 2));
 }
 
 // The four B-splines that are not zero at parameter u (in spacings), with first and second derivatives by u.
@@ -82,10 +117,9 @@ Reference::Reference(const Grid<double>& heights) : heights_(heights) {
   const int nx = heights.nx, ny = heights.ny, wide = nx + 2;
   std::vector<double> rows(static_cast<std::size_t>(ny) * wide), work;
   for (int j = 0; j < ny; ++j)
-    spline_coefficients(&heights_.values[heights_.index(0, j)], nx, 1, &rows[static_cast<std::size_t>(j) * wide], 1, work);
+    spline_coefficients(&heights_.values[heights_.index(0, j)], nx, &rows[static_cast<std::size_t>(j) * wide], work);
   coefficients_.resize(static_cast<std::size_t>(ny + 2) * wide);
-  for (int i = 0; i < wide; ++i)
-    spline_coefficients(&rows[static_cast<std::size_t>(i)], ny, wide, &coefficients_[static_cast<std::size_t>(i)], wide, work);
+  spline_columns(rows, wide, ny, coefficients_);
 }
 
 SurfaceSample Reference::sample_at(const Eigen::Vector2d& u) const {
@@ -114,6 +148,29 @@ SurfaceSample Reference::sample_at(const Eigen::Vector2d& u) const {
   out.hessian << fxx, fxy, fxy, fyy;
   out.hessian /= step * step;
   return out;
+}
+
+void Reference::heights_on(Grid<double>& grid, int threads) const {
+  std::vector<Weights> across(static_cast<std::size_t>(grid.nx));
+  for (int i = 0; i < grid.nx; ++i) across[static_cast<std::size_t>(i)] = weights(heights_.locate(grid.position(i, 0)).x(), heights_.nx);
+  const int wide = heights_.nx + 2;
+  parallel_for(grid.ny, 16, threads, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j) {
+      const Weights wy = weights(heights_.locate(grid.position(0, j)).y(), heights_.ny);
+      const double* rows = &coefficients_[static_cast<std::size_t>(wy.first) * static_cast<std::size_t>(wide)];
+      for (int i = 0; i < grid.nx; ++i) {
+        const Weights& wx = across[static_cast<std::size_t>(i)];
+        double f = 0;
+        for (std::size_t b = 0; b < 4; ++b) {
+          const double* row = rows + b * static_cast<std::size_t>(wide) + wx.first;
+          double v = 0;
+          for (std::size_t a = 0; a < 4; ++a) v += wx.value[a] * row[a];
+          f += wy.value[b] * v;
+        }
+        grid.at(i, j) = f;
+      }
+    }
+  });
 }
 
 bool Reference::inside(const Eigen::Vector2d& xy) const {

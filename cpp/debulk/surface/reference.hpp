@@ -17,6 +17,7 @@ class Reference : public Surface {
 
   SurfaceSample sample(const Eigen::Vector2d& xy) const override { return sample_at(heights_.locate(xy)); }
   SurfaceSample sample_at(const Eigen::Vector2d& u) const;  // the same, u in grid spacings from the first height
+  void heights_on(Grid<double>& grid, int threads = 0) const override;
   bool inside(const Eigen::Vector2d& xy) const;
   const Grid<double>& heights() const { return heights_; }
 

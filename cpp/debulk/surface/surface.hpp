@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "debulk/core/grid.hpp"
+
 namespace debulk {
 
 // Height of a surface above the mold frame's XY plane with its first and second derivatives, at one point.
@@ -18,6 +20,12 @@ class Surface {
   virtual ~Surface() = default;
   virtual SurfaceSample sample(const Eigen::Vector2d& xy) const = 0;
   virtual double height(const Eigen::Vector2d& xy) const { return sample(xy).height; }
+  // At every point of the grid, to the same bits.
+  virtual void heights_on(Grid<double>& grid, int threads = 0) const {
+    (void)threads;
+    for (int j = 0; j < grid.ny; ++j)
+      for (int i = 0; i < grid.nx; ++i) grid.at(i, j) = height(grid.position(i, j));
+  }
 };
 
 }  // namespace debulk

@@ -21,7 +21,7 @@ struct Criteria {
   double max_ridge_height = 0.60;     // mm; bridging ply must stay below it too
   double min_coverage = 0.98;         // share of the ply that the scan must have seen
   double min_pocket_coverage = 0.80;  // share of a pocket's area; the rest was filled by the height map's rule
-  // mm; a figure nearer to its limit decides nothing. A few starts leave so much unknown, a second scan changes less (bench/study).
+  // mm; a figure nearer to its limit decides nothing: other starts, or a second scan, move it about as much (bench/study).
   double rms_margin = 0.01;
   double ridge_margin = 0.05;
   // mm; the same where the length constraints needed a compliance. A strain of 1e-3 has been seen to move an RMS by 0.018 mm.

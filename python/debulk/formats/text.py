@@ -26,6 +26,7 @@ class _Line(NamedTuple):
     number: int
     offset: int
     text: str
+    comment: bool = False
 
 
 def read_text(source: Source, factor: float) -> Points:
@@ -73,7 +74,7 @@ def _head(source: Source, begin: int) -> tuple[_Line | None, _Line]:
         offset += len(raw)
         comment = line.text.startswith(("#", "//"))
         if comment:
-            names = line._replace(text=line.text.lstrip("#/ "))
+            names = line._replace(text=line.text.lstrip("#/ "), comment=True)
             if not plain and _is_header(names.text):
                 header = names  # as "# x y z intensity"
         elif line.text:
@@ -82,7 +83,8 @@ def _head(source: Source, begin: int) -> tuple[_Line | None, _Line]:
             if _looks_like_numbers(line.text):
                 return None, line  # with a fault that is better named than passed over
             header, plain = line, True
-    return source.fail(offset, "no points in the file", _REMEDY)
+    where = "the file" if offset == source.size else f"its first {MAX_HEADER_BYTES} bytes"
+    return source.fail(offset, f"no points in {where}", _REMEDY)
 
 
 def _separator(text: str) -> str | None:
@@ -119,7 +121,9 @@ def _columns(source: Source, header: _Line | None, separator: str, count: int, f
         return [0, 1, 2]
     words = _split(header.text, separator)
     names = _named(words)
-    if len(words) != count:
+    if header.comment and len(words) > count:  # prose, in which the letters stand
+        return [0, 1, 2]
+    if len(words) != count and not header.comment:
         _fail(source, header, f"{len(words)} names over {count} columns")
     if any(names.count(axis) != 1 for axis in "xyz"):
         _fail(source, header, f"expected columns named x, y and z, got {_shown(header.text)}", "name them")

@@ -119,6 +119,7 @@ def layup(
     dropout_share: float = 0.02,
     thickness_mm: float = 0.3,
     cut_height_mm: float = 2.0,
+    repeat: int = 0,
     threads: int | None = None,
 ) -> Layup:
     """Make a virtual layup: a ply with 14 air pockets on a double-curved mold, seen by a tilted pinhole camera.
@@ -149,6 +150,8 @@ def layup(
     cut_height_mm
         Height above the reference at which the truth's areas are taken, 1.2 to 2.2 mm; the pockets are sized so that
         they have their areas there.
+    repeat
+        Number of the scan, from 0: the same ply before the same scanner, with other faults; the reference stays.
     threads
         None: one a core. The result does not depend on it.
 
@@ -181,6 +184,7 @@ def layup(
     _check("dropout_share", dropout_share, 0.0, 0.5, "a share of 0 to 0.5")
     _check("thickness_mm", thickness_mm, 0.0, 0.6, "a thickness above 0, at most 0.6 mm", above=True)
     _check("cut_height_mm", cut_height_mm, 1.2, 2.2, "a height of 1.2 to 2.2 mm")
+    _check_whole("repeat", repeat, 0, 10**6)
     if threads is not None:
         _check_whole("threads", threads, 1, 1024)
 
@@ -190,7 +194,8 @@ def layup(
     pockets, decoys = place(rng, outline, thickness_mm, cut_height_mm)
     ply = StarPolygon(outline)
     target = Target(ply, thickness_mm, tuple(b.bell for b in (*pockets, *decoys)))
-    faults, reference_faults = (spoil((seed, k), camera, noise_mm, flying_share, dropout_share) for k in (1, 2))
+    streams = (1 if repeat == 0 else 3 + repeat, 2)  # 3 is the debulked scan's
+    faults, reference_faults = (spoil((seed, k), camera, noise_mm, flying_share, dropout_share) for k in streams)
     workers = threads or os.cpu_count() or 1
     scan, reference = cast(camera, target, faults, reference_faults, workers)
     assert reference is not None

@@ -12,6 +12,7 @@ import numpy as np
 from debulk import _core, net, pocket, ridge, scenes, sheet, solve, starts, surface, verdict
 from debulk.evaluation import Evaluation, criteria, lay_net
 from debulk.inspector import Inspector
+from debulk.regions import Found
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -69,9 +70,16 @@ class Case:
         return Figures(out.rms_mm, out.ridge_height_mm, out.bridge_height_mm)
 
     def judge(
-        self, solution: solve.Solution, figures: starts.Figures, every: Sequence[starts.Figures]
+        self,
+        solution: solve.Solution,
+        figures: starts.Figures,
+        every: Sequence[starts.Figures],
+        recipe: Recipe | None = None,
     ) -> verdict.Verdict:
-        """Verdict on a solution whose certified starts have the figures `every`, as the inspector gives it."""
+        """Verdict on a solution whose certified starts have the figures `every`, as the inspector gives it.
+
+        With the limits of the case's recipe, or of another.
+        """
         return verdict.judge(
             certified=solution.certified,
             rms_mm=figures.rms_mm,
@@ -84,7 +92,7 @@ class Case:
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status == "too_few_movable_nodes" else "",
-            criteria=criteria(self.recipe),
+            criteria=criteria(recipe or self.recipe),
         ).verdict
 
     def perturbed(self, amplitude: float, seed: int) -> np.ndarray:
@@ -123,7 +131,8 @@ def cases(
     """
     for seed in layups:
         layup = scenes.layup(seed=seed, pixels=pixels)
-        front = _FrontEnd(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+        whole = recipe.model_copy(update={"segmentation": {"regions": False}})
+        front = _FrontEnd(whole, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
         front.inspect(layup.scan)
         found = []
         for index, one in enumerate(front.segmentation.pockets[:pockets]):
@@ -142,8 +151,8 @@ class _FrontEnd(Inspector):
     segmentation: pocket.Segmentation
     feet: pocket.Feet
 
-    def _evaluate(self, segmentation: pocket.Segmentation, feet: pocket.Feet, cycle: object) -> list[Evaluation]:
-        self.segmentation, self.feet = segmentation, feet
+    def _evaluate(self, found: Found, cycle: object) -> list[Evaluation]:
+        [(self.segmentation, self.feet)] = found.parts
         return []
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from debulk._core import InputError
+from debulk.recipe import Recipe
 from debulk.study.curves import Mark, note_marks
 from debulk.study.summary import Line, profile
 
@@ -327,12 +328,14 @@ def _rules(plt: Any, results: Results) -> Any:
         ("overconfident", "Decided, though undecidable", "share of pockets"),
         ("undecided", "Called UNDECIDED", "share of pockets"),
     )
-    usual = results.solved[0][0].recipe.solve if results.solved else None
+    usual = Recipe()
     curves: dict[str, list[Rule]] = {}
     for rule in results.rules:
+        if rule.rms_margin_mm != usual.verdict.rms_margin_mm:
+            continue
         if rule.starts == rule.most_starts:
             curves.setdefault("the same for all", []).append(rule)
-        elif usual and rule.close_rms_mm == usual.close_rms_mm:
+        elif rule.close_rms_mm == usual.solve.close_rms_mm:
             curves.setdefault(f"{rule.starts}, further ones close to a limit", []).append(rule)
     figure, axes = plt.subplots(1, 3, figsize=(14, 4.8), layout="constrained")
     noted = []

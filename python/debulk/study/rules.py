@@ -17,6 +17,7 @@ ORDERS = 20  # random orders of the perturbed starts, over which a rule is avera
 _FIXED = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 _MOST = (4, 8, 12, 16, 24)
 _WINDOWS = (0.5, 1.0, 1.5)  # of the recipe's
+_MARGINS = (0.1, 0.5, 1.5)  # of the recipe's, beside it
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class Rule:
     most_starts: int
     close_ridge_mm: float
     close_rms_mm: float
+    ridge_margin_mm: float
+    rms_margin_mm: float
     starts_mean: float
     starts_p90: float
     cpu_mean_ms: float
@@ -40,28 +43,49 @@ class Rule:
 
 
 def rules(solved: Sequence[tuple[Case, Reference]]) -> list[Rule]:
-    """Try fixed numbers of starts, and further ones close to a limit, with several windows."""
-    usual = Recipe().solve
-    every = [usual.model_copy(update={"starts": n, "most_starts": n}) for n in _FIXED]
-    every += [
-        usual.model_copy(
-            update={
+    """Try fixed numbers of starts, and further ones close to a limit, with several windows and margins."""
+    usual = Recipe()
+    first, most = usual.solve.starts, usual.solve.most_starts
+    wanted = [_recipe(n, n) for n in _FIXED]
+    wanted += [_recipe(f, m) for f in (2, 3) for m in _MOST]
+    wanted += [_recipe(first, most, windows=w) for w in _WINDOWS if w != 1.0]
+    wanted += [_recipe(n, m, margins=w) for n, m in ((3, 3), (first, most), (first, 16)) for w in _MARGINS]
+    there = min((sum(s.amplitude == AMPLITUDE for s in r.starts) for _, r in solved), default=0) + 1
+    sides = [_sides(case, reference) for case, reference in solved]
+    return [_rule(solved, sides, recipe) for recipe in wanted if recipe.solve.most_starts <= there]
+
+
+def _recipe(first: int, most: int, windows: float = 1.0, margins: float = 1.0) -> Recipe:
+    usual = Recipe()
+    return usual.model_copy(
+        update={
+            "solve": {
                 "starts": first,
                 "most_starts": most,
-                "close_ridge_mm": width * usual.close_ridge_mm,
-                "close_rms_mm": width * usual.close_rms_mm,
-            }
-        )
-        for first in (2, 3)
-        for most in _MOST
-        for width in (_WINDOWS if most == usual.most_starts and first == usual.starts else (1.0,))
-    ]
-    there = min((sum(s.amplitude == AMPLITUDE for s in r.starts) for _, r in solved), default=0) + 1
-    return [_rule(solved, Recipe(solve=wanted)) for wanted in every if wanted.most_starts <= there]
+                "close_ridge_mm": windows * usual.solve.close_ridge_mm,
+                "close_rms_mm": windows * usual.solve.close_rms_mm,
+            },
+            "verdict": {
+                "ridge_margin_mm": margins * usual.verdict.ridge_margin_mm,
+                "rms_margin_mm": margins * usual.verdict.rms_margin_mm,
+            },
+        }
+    )
 
 
-def _rule(solved: Sequence[tuple[Case, Reference]], recipe: Recipe) -> Rule:
-    table = np.array([[_outcome(case, reference, recipe, k) for k in range(ORDERS)] for case, reference in solved])
+def _sides(case: Case, reference: Reference) -> list[verdict.Verdict]:
+    """On which side of the limits each certified start lies, however near."""
+    sharp = Recipe().model_copy(update={"verdict": {"ridge_margin_mm": 0.0, "rms_margin_mm": 0.0}})
+    return [case.judge(reference.solution, s.figures, [s.figures], sharp) for s in reference.starts if s.certified]
+
+
+def _rule(solved: Sequence[tuple[Case, Reference]], sides: Sequence[Sequence[verdict.Verdict]], recipe: Recipe) -> Rule:
+    table = np.array(
+        [
+            [_outcome(case, reference, side, recipe, k) for k in range(ORDERS)]
+            for (case, reference), side in zip(solved, sides, strict=True)
+        ]
+    )
     counts, ms, cease, crease, contrary, flipped = np.moveaxis(table, 2, 0)
     undecidable = np.array([r.verdict_of_all is verdict.Verdict.UNDECIDED for _, r in solved])
     decided = cease + crease
@@ -70,6 +94,8 @@ def _rule(solved: Sequence[tuple[Case, Reference]], recipe: Recipe) -> Rule:
         most_starts=recipe.solve.most_starts,
         close_ridge_mm=recipe.solve.close_ridge_mm,
         close_rms_mm=recipe.solve.close_rms_mm,
+        ridge_margin_mm=recipe.verdict.ridge_margin_mm,
+        rms_margin_mm=recipe.verdict.rms_margin_mm,
         starts_mean=float(counts.mean()),
         starts_p90=float(np.quantile(counts, 0.9, method="higher")),
         cpu_mean_ms=float(ms.mean()),
@@ -83,7 +109,9 @@ def _rule(solved: Sequence[tuple[Case, Reference]], recipe: Recipe) -> Rule:
     )
 
 
-def _outcome(case: Case, reference: Reference, recipe: Recipe, order: int) -> list[float]:
+def _outcome(
+    case: Case, reference: Reference, sides: Sequence[verdict.Verdict], recipe: Recipe, order: int
+) -> list[float]:
     """Return starts, ms, CEASE, CREASE, contrary and flipped of one order of a pocket's starts."""
     pool = [s for s in reference.starts if s.amplitude == AMPLITUDE]
     shuffled = np.random.default_rng([case.layup, case.pocket, order]).permutation(len(pool))
@@ -96,7 +124,7 @@ def _outcome(case: Case, reference: Reference, recipe: Recipe, order: int) -> li
     judged = verdict.Verdict.UNDECIDED
     if good:
         best = min(good, key=lambda s: s.energy_mj)
-        judged = case.judge(reference.solution, best.figures, _figures(good))
+        judged = case.judge(reference.solution, best.figures, _figures(good), recipe)
     decided = judged in DECIDED
     other = next((v for v in DECIDED if v is not judged), judged)
     return [
@@ -104,7 +132,7 @@ def _outcome(case: Case, reference: Reference, recipe: Recipe, order: int) -> li
         sum(s.cpu_ms for s in taken),
         float(judged is verdict.Verdict.CEASE),
         float(judged is verdict.Verdict.CREASE),
-        float(np.mean([v is other for v in reference.verdicts])) if decided else 0.0,
+        float(np.mean([v is other for v in sides])) if decided else 0.0,
         float(decided and reference.verdict is other),
     ]
 

@@ -73,8 +73,10 @@ _GROWTH = {
 _RULES = {
     "starts": ("starts", "d"),
     "most_starts": ("at most", "d"),
-    "close_ridge_mm": ("while ridge within mm", ".2f"),
+    "close_ridge_mm": ("ridge within mm", ".2f"),
     "close_rms_mm": ("RMS within mm", ".3f"),
+    "ridge_margin_mm": ("margin ridge mm", ".3f"),
+    "rms_margin_mm": ("RMS mm", ".4f"),
     "starts_mean": ("starts mean", ".1f"),
     "starts_p90": ("90 %", ".0f"),
     "cpu_mean_ms": ("ms mean", ".1f"),

@@ -114,6 +114,23 @@ TEST(PinholeOutliers, AreTheExactOnesAtHolesBordersAndSteps) {
   expect_exact(view(0.1, 0.1, 0.2, 19, 129, 131), "more than two bands");
 }
 
+TEST(PinholeOutliers, AreTheExactOnesInStripsWithPointsFarFromAll) {
+  Cloud cloud = view(0.1, 0.2, 0.02, 41);
+  for (int j = 0; j < 220; ++j)
+    for (int i = 0; i < 300; ++i)
+      if (i % 100 > 12) cloud.point(i, j)[0] = nan;  // three strips, and points in the empty tiles between them
+  for (int k = 0; k < 8; ++k) {
+    const Cloud whole = view(0.1, 0.2, 0.02, 41);
+    const int i = 40 + 25 * k, j = 17 + 23 * k;
+    std::copy_n(&whole.xyz[3 * (static_cast<std::size_t>(j) * 300 + static_cast<std::size_t>(i))], 3, cloud.point(i, j));
+  }
+  expect_exact(cloud, "strips");
+  const Pinhole narrow{1600.0, 10, 550};
+  Cloud tall = view(0, 0.1, 0.004, 43, 3, 1100, narrow);
+  lift(tall, 1, 500, 9), lift(tall, 0, 800, -7), lift(tall, 2, 1099, 30);
+  expect_exact(tall, "three columns", {}, narrow);
+}
+
 TEST(PinholeOutliers, HeedTheOtherOptions) {
   Cloud cloud = view(0.3, -0.2, 0.02, 17);
   for (int k = 0; k < 200; ++k) lift(cloud, 5 + k, 7 + k, k % 2 ? 4 : -0.4);
@@ -142,6 +159,9 @@ TEST(PinholeOutliers, LeaveOtherCloudsToTheGeneralSearch) {
   EXPECT_FALSE(fast.run(good.view(), {camera.f, camera.cx + 0.3, camera.cy}, {}, nullptr)) << "another camera";
   EXPECT_FALSE(fast.run(good.flat(), camera, {}, nullptr)) << "unorganised";
   Cloud bad = good;
+  for (int a = 0; a < 3; ++a) bad.point(77, 88)[a] = bad.point(78, 88)[a];
+  EXPECT_FALSE(fast.run(bad.view(), camera, {}, nullptr)) << "a copy";
+  bad = good;
   bad.point(77, 88)[0] += 3;
   EXPECT_FALSE(fast.run(bad.view(), camera, {}, nullptr)) << "one point off its ray";
   bad = good;

@@ -217,5 +217,39 @@ TEST(Minimise, AStiffPlyThatHardlyFeelsTheVacuumIsCertified) {
   EXPECT_TRUE(minima[0].certified()) << name(minima[0].status) << minima[0].certificate.failure();
 }
 
+TEST(Minimise, GoesOnFromALaterStart) {
+  const Sheet sheet = ridge(0.5);
+  MinimiseOptions options;
+  options.starts = 4;
+  const auto all = minimise(sheet, options);
+  options.first_start = 2;
+  const auto later = minimise(sheet, options);
+  ASSERT_EQ(all.size(), 4u);
+  ASSERT_EQ(later.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_EQ(later[k].nodes, all[k + 2].nodes);
+  EXPECT_EQ(minimise_all({&sheet}, options)[0][1].nodes, all[3].nodes);
+  options.first_start = 4;
+  EXPECT_THROW(minimise(sheet, options), InputError);
+}
+
+TEST(Best, IsOneWithoutAComplianceIfThereIsAny) {
+  const auto minimum = [](SolveStatus status, double energy, double length_error) {
+    Minimum m;
+    m.status = status;
+    m.energy_mj = energy;
+    m.certificate.length_error = length_error;
+    m.certificate.compliant = length_error > 1e-4;
+    return m;
+  };
+  const Minimum good = minimum(SolveStatus::converged, -5, 0), better = minimum(SolveStatus::converged, -6, 0);
+  const Minimum strained = minimum(SolveStatus::converged, -9, 5e-4), failed = minimum(SolveStatus::iteration_limit, -99, 0);
+  ASSERT_TRUE(strained.certified());
+  const auto energy_of_best = [](const std::vector<Minimum>& minima) { return best(minima).energy_mj; };
+  EXPECT_EQ(energy_of_best({good, better, strained}), -6);
+  EXPECT_EQ(energy_of_best({strained, good}), -5);
+  EXPECT_EQ(energy_of_best({failed, strained}), -9);
+  EXPECT_EQ(energy_of_best({failed}), -99);
+}
+
 }  // namespace
 }  // namespace debulk

@@ -38,5 +38,34 @@ TEST(Median, AgreesWithSortingTheWindow) {
   EXPECT_THROW(median(Grid<float>(5, 5, {0, 0}, 1.0), 4), InputError);
 }
 
+TEST(WithoutSpikes, ComparesEachValueWithTheNineTwoApart) {
+  Noise noise(2);
+  for (const auto& [nx, ny, missing] : {std::tuple{131, 17, 0.01}, std::tuple{40, 9, 0.3}, std::tuple{3, 2, 0.1}}) {
+    Grid<float> grid(nx, ny, {0, 0}, 1.0), out;
+    for (float& v : grid.values) v = noise.uniform() < missing ? nanf : static_cast<float>(noise.normal());
+    without_spikes(grid, 0.5, out, 2);
+    long spikes = 0;
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i) {
+        if (std::isnan(grid.at(i, j))) {
+          EXPECT_TRUE(std::isnan(out.at(i, j)));
+          continue;
+        }
+        std::vector<float> window;
+        for (int y = j - 2; y <= j + 2; y += 2)
+          for (int x = i - 2; x <= i + 2; x += 2)
+            if (grid.contains(x, y) && !std::isnan(grid.at(x, y))) window.push_back(grid.at(x, y));
+        std::sort(window.begin(), window.end());
+        const float middle = (window[(window.size() - 1) / 2] + window[window.size() / 2]) / 2;
+        const bool spike = std::abs(grid.at(i, j) - middle) > 0.5f;
+        EXPECT_EQ(out.at(i, j), spike ? middle : grid.at(i, j));
+        spikes += spike;
+      }
+    EXPECT_GE(spikes, nx > 5 ? 10 : 0);
+  }
+  Grid<float> out;
+  EXPECT_THROW(without_spikes(Grid<float>(5, 5, {0, 0}, 1.0), 0, out, 1), InputError);
+}
+
 }  // namespace
 }  // namespace debulk

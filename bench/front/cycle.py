@@ -1,0 +1,130 @@
+"""The whole Python cycle on a virtual layup, stage by stage: cycle.py SCENES OUTPUT [WIDTH HEIGHT] [CYCLES].
+
+Scenes are written by make_scene.py. Wall times are those of the best cycle; the processor time of a cycle, over all
+threads, tells what a quiet machine would take at least: that time over the threads. Writes cycle.txt and cycle.svg.
+"""
+
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+import debulk
+
+COLOURS = ("#4c72b0", "#55a868", "#c44e52", "#8172b2", "#ccb974", "#64b5cd", "#8c8c8c", "#dd8452")
+
+
+def load(stem: str, width: int, height: int):
+    """Scan, reference, pose and outline of a scene."""
+    scan, reference = (
+        np.fromfile(f"{stem}.{kind}", np.float32).reshape(height, width, 3) for kind in ("scan", "reference")
+    )
+    return scan, reference, np.loadtxt(f"{stem}.view")[:16].reshape(4, 4), np.loadtxt(f"{stem}.outline")
+
+
+def cycles(inspector, scan, count: int):
+    """(wall ms, processor ms, report) of the best cycle but the first, by wall time."""
+    best = None
+    for number in range(count + 1):
+        wall, processor = time.perf_counter(), time.process_time()
+        report = inspector.inspect(scan)
+        took = 1e3 * (time.perf_counter() - wall), 1e3 * (time.process_time() - processor), report
+        if number and (best is None or took[0] < best[0]):
+            best = took
+    return best
+
+
+def latencies(inspector, scan, wall_ms: float, cancel: bool) -> list[float]:
+    """Milliseconds from cancel() to the end of inspect(), or past a deadline, at moments all over a cycle."""
+    missed = []
+    for share in np.linspace(0.05, 0.95, 10):
+        after = 1e-3 * wall_ms * share
+        if cancel:
+            called = []
+
+            def stop(called=called) -> None:
+                called.append(time.perf_counter())
+                inspector.cancel()
+
+            timer = threading.Timer(after, stop)
+            timer.start()
+            try:
+                inspector.inspect(scan)
+            except debulk.Cancelled:
+                missed.append(1e3 * (time.perf_counter() - called[0]))
+            timer.join()
+        else:
+            began = time.perf_counter()
+            inspector.inspect(scan, deadline_s=after)
+            missed.append(max(0.0, 1e3 * (time.perf_counter() - began - after)))
+    return missed
+
+
+def bars(rows) -> str:
+    """One bar a row, of its stages, as SVG."""
+    scale = 700 / max(sum(stages.values()) for _, stages in rows)
+    names = list(dict.fromkeys(name for _, stages in rows for name in stages))
+    out, y = [], 20
+    for title, stages in rows:
+        x = 160.0
+        out.append(f'<text x="150" y="{y + 18}" text-anchor="end">{title}</text>')
+        for name, ms in stages.items():
+            colour = COLOURS[names.index(name) % len(COLOURS)]
+            out.append(f'<rect x="{x:.1f}" y="{y}" width="{scale * ms:.1f}" height="26" fill="{colour}"/>')
+            x += scale * ms
+        out.append(f'<text x="{x + 6:.1f}" y="{y + 18}">{sum(stages.values()):.0f} ms</text>')
+        y += 40
+    for k, name in enumerate(names):
+        colour = COLOURS[k % len(COLOURS)]
+        x, row = 160 + 180 * (k % 4), y + 10 + 22 * (k // 4)
+        out.append(f'<rect x="{x}" y="{row}" width="12" height="12" fill="{colour}"/>')
+        out.append(f'<text x="{x + 18}" y="{row + 11}">{name}</text>')
+    height = y + 40 + 22 * (len(names) // 4)
+    style = 'font-family="sans-serif" font-size="14" fill="#222"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{height}" {style}>' + "".join(out) + "</svg>\n"
+
+
+def main() -> None:
+    folder, output, *numbers = sys.argv[1:]
+    width, height, count = (*map(int, numbers), *(5120, 3840, 5)[len(numbers) :])
+    scan, reference, pose, outline = load(f"{folder}/{width}x{height}", width, height)
+    ways = {
+        "regions": debulk.Recipe(),
+        "whole scan": debulk.Recipe(segmentation={"regions": False}),
+    }
+    lines = [f"One inspection of {width} x {height} pixels, {debulk._core.default_threads()} threads", ""]
+    rows, prepared = [], None
+    for name, recipe in ways.items():
+        began = time.perf_counter()
+        inspector = debulk.Inspector(
+            recipe, reference if prepared is None else prepared, outline, mold_from_scanner=pose
+        )
+        if prepared is None:
+            lines += [f"reference prepared in {time.perf_counter() - began:.1f} s", ""]
+            prepared = inspector.prepared
+        wall, processor, report = cycles(inspector, scan, count)
+        lines.append(f"{name}: {wall:.0f} ms, {processor:.0f} ms of processor time, {len(report.pockets)} pockets")
+        lines += [f"  {stage:<14}{ms:8.1f} ms" for stage, ms in report.timings_ms.items()]
+        parts = {
+            part: sum(p.runtime_split_ms.get(part, 0.0) for p in report.pockets) for part in ("net", "solve", "ridge")
+        }
+        lines.append("  in debulk, over its threads: " + ", ".join(f"{part} {ms:.0f} ms" for part, ms in parts.items()))
+        for kind, cancel in (("cancel()", True), ("deadline", False)):
+            late = latencies(inspector, scan, wall, cancel)
+            if late:
+                lines.append(f"  {kind} answered after {np.median(late):.0f} ms, {max(late):.0f} ms at most")
+        lines.append("")
+        rows.append((name, report.timings_ms))
+        if name == "regions":
+            lines += [f"  left out: {entry.what}: {entry.why} ({entry.bound})" for entry in report.left_out[-2:]] + [""]
+    text = "\n".join(lines)
+    print(text)
+    Path(output).mkdir(parents=True, exist_ok=True)
+    Path(output, "cycle.txt").write_text(text)
+    Path(output, "cycle.svg").write_text(bars(rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""What a second scan changes: python bench/study/scans.py [--layups 10] [--repeats 3] [--out bench/study].
+
+Each virtual layup is scanned several times: the same ply before the same scanner, with other noise, flying points and
+drop-outs. A verdict is worth no more than two scans agree on it. Writes scans.txt and scans.csv.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import fill
+
+import numpy as np
+
+from debulk import Inspector, scenes
+from debulk.recipe import Recipe
+from debulk.study import Plan
+from debulk.study.summary import write_csv
+
+MARGINS = {"rms_margin_mm": 0.005, "ridge_margin_mm": 0.005}
+RULES: dict[str, dict[str, dict[str, float]]] = {
+    "the recipe": {},
+    "the recipe, margins 0.005 mm": {"verdict": MARGINS},
+    "3 starts, margins 0.005 mm": {"solve": {"starts": 3, "most_starts": 3}, "verdict": MARGINS},
+    "1 start, margins 0.005 mm": {"solve": {"starts": 1, "most_starts": 1}, "verdict": MARGINS},
+}
+DECIDED = ("cease", "crease")
+
+
+@dataclass
+class Seen:
+    """A pocket in a scan."""
+
+    rule: str
+    layup: int
+    repeat: int
+    pocket: int
+    verdict: str
+    rms_mm: float
+    ridge_mm: float
+    starts: int
+    seconds: float  # of the whole inspection
+
+
+def scan_all(layups: int, repeats: int, pixels: tuple[int, int]) -> list[Seen]:
+    """Inspect every scan by every rule."""
+    seen = []
+    for seed in range(layups):
+        scans = [scenes.layup(seed, pixels, repeat=k) for k in range(repeats)]
+        first = scans[0]
+        prepared = None
+        for rule, changed in RULES.items():
+            recipe = Recipe().model_copy(update=changed)
+            inspector = Inspector(
+                recipe, prepared or first.reference, first.ply_outline, mold_from_scanner=first.mold_from_scanner
+            )
+            prepared = inspector.prepared
+            for repeat, layup in enumerate(scans):
+                began = time.perf_counter()
+                report = inspector.inspect(layup.scan)
+                seconds = time.perf_counter() - began
+                for p in report.pockets:
+                    if p.solve is not None and p.rms_mm is not None and p.ridge_height_mm is not None:
+                        seen.append(
+                            Seen(rule, seed, repeat, p.id, p.verdict.value, p.rms_mm, p.ridge_height_mm,
+                                 p.solve.starts, seconds)
+                        )  # fmt: skip
+    return seen
+
+
+def table(seen: list[Seen], layups: int, repeats: int) -> str:
+    """Return what was found as text."""
+    about = (
+        f"{layups} virtual layups, {repeats} scans of each: the same ply and scanner, other noise, flying points and "
+        "drop-outs. Pairs: of scans of one pocket. Opposite: CEASE in one, CREASE in the other. Differ: any other "
+        "difference. RMS and ridge differ: mean absolute difference in a pair, mm."
+    )
+    head = f"  {'rule':<30} {'pockets':>7} {'starts':>6} {'UNDECIDED':>9} {'pairs':>6} {'opposite':>8} {'differ':>7}"
+    lines = ["WHAT A SECOND SCAN CHANGES", "", fill(about, 110), "", head + f" {'RMS differ':>10} {'ridge differ':>12}"]
+    for rule in RULES:
+        mine = [s for s in seen if s.rule == rule]
+        if not mine:
+            continue
+        pockets: dict[tuple[int, int], list[Seen]] = {}
+        for s in mine:
+            pockets.setdefault((s.layup, s.pocket), []).append(s)
+        pairs = [pair for of in pockets.values() for pair in itertools.combinations(of, 2)]
+        opposite = [a.verdict in DECIDED and b.verdict in DECIDED and a.verdict != b.verdict for a, b in pairs]
+        differ = [a.verdict != b.verdict for a, b in pairs]
+        rms, ridge = ([abs(getattr(a, n) - getattr(b, n)) for a, b in pairs] for n in ("rms_mm", "ridge_mm"))
+        lines.append(
+            f"  {rule:<30} {len(pockets):>7} {np.mean([s.starts for s in mine]):>6.1f} "
+            f"{np.mean([s.verdict == 'undecided' for s in mine]):>9.1%} {len(pairs):>6} {np.mean(opposite):>8.2%} "
+            f"{np.mean(differ) - np.mean(opposite):>7.2%} {np.mean(rms):>10.4f} "
+            f"{np.mean(ridge):>12.3f}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--layups", type=int, default=10)
+    parser.add_argument("--repeats", type=int, default=3, help="scans of each")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
+    options = parser.parse_args(arguments)
+    seen = scan_all(options.layups, options.repeats, Plan().pixels)
+    options.out.mkdir(parents=True, exist_ok=True)
+    text = table(seen, options.layups, options.repeats)
+    (options.out / "scans.txt").write_text(text, encoding="utf-8")
+    write_csv(options.out / "scans.csv", seen)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

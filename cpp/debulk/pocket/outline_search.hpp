@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "debulk/pocket/polygon.hpp"
+
+namespace debulk {
+
+// What polygon.hpp tells of a polygon and a point, to the last bit, for many points: sides in groups with boxes round them,
+// and only groups that can matter are looked at.
+class OutlineSearch {
+ public:
+  OutlineSearch() = default;
+  explicit OutlineSearch(const Polygon& polygon);
+
+  bool empty() const { return polygon_.empty(); }
+  const Polygon& polygon() const { return polygon_; }
+  bool inside(const Eigen::Vector2d& point) const;
+  double distance(const Eigen::Vector2d& point) const;            // infinite for an empty polygon
+  bool within(const Eigen::Vector2d& point, double reach) const;  // distance(point) <= reach
+
+ private:
+  static constexpr std::size_t group = 32;                             // sides
+  double nearest(const Eigen::Vector2d& point, double squared) const;  // squared distance, or `squared` if that is less
+
+  Polygon polygon_;
+  std::vector<Box> boxes_;  // of the groups
+};
+
+}  // namespace debulk

@@ -1,0 +1,238 @@
+#include "debulk/pocket/region_work.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "debulk/cloud/transform.hpp"
+#include "debulk/core/error.hpp"
+#include "debulk/core/parallel.hpp"
+#include "debulk/core/runs.hpp"
+#include "debulk/pocket/smooth.hpp"
+#include "debulk/surface/median.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr double smallest_mm = 10.0;  // a scan; else its unit is in doubt, and the whole is looked at
+constexpr int rounds = 5;             // of windows growing
+
+class Laps {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double passed = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return passed;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+RegionFront::~RegionFront() = default;
+
+void RegionOptions::check() const {
+  front.check();
+  segment.check();
+  feet.check();
+}
+
+RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
+                         const View& view, const RegionOptions& options, int threads)
+    : reference_(std::move(reference)), view_(view), options_(options), threads_(threads) {
+  options.check();
+  transform(CloudView{}, view.mold_from_scanner);  // is it rigid?
+  require(view.width > 1 && view.height > 1, "shape", "an image of at least 2 by 2 pixels",
+          std::to_string(view.height) + " by " + std::to_string(view.width));
+  const Grid<double>& domain = reference_->heights();
+  const Eigen::Vector2d last = domain.position(domain.nx - 1, domain.ny - 1);
+  frame_ = covering_grid(low.cwiseMax(domain.origin), high.cwiseMin(last), options.front.spacing);
+  base_ = ray_base(*reference_, view_, threads);
+  gridding_.emplace(*reference_, view_, frame_, threads);
+  if (options_.segment.ply_outline) options_.segment.ply_outline = checked_polygon(*options_.segment.ply_outline, "ply_outline");
+  prepare_ply();
+  prepare_overview();
+  frame_.values = {};
+}
+
+bool RegionFront::refuse(const char* why) {
+  reason_ = why;
+  regions_.clear(), maps_.clear();
+  return false;
+}
+
+// Whether something of a pocket or its foot lies on heights of the coarse pass, or at a side of the window behind which the
+// frame goes on: then more blocks are to be exact, and the window is to hold them.
+bool RegionFront::wants_more(const Work& work, Blocks& blocks, Window& window) const {
+  constexpr int side = Blocks::side;
+  const Window& w = work.window;
+  const Segmentation& s = *work.segmentation;
+  bool open = false;
+  for (const Pocket& p : s.pockets) open |= p.touches_unknown;
+  for (const Foot& f : work.feet->feet) open |= !f.closed;
+  const auto taken = [&](int i, int j) {
+    return s.labels.at(i, j) > 0 || work.feet->labels.at(i, j) > 0 || (open && std::isnan(s.heights.at(i, j)) && s.ply.on_ply(i, j));
+  };
+  std::vector<Window> more;
+  const int nx = s.labels.nx, ny = s.labels.ny;
+  for (int bj = 0; bj < ny; bj += side)
+    for (int bi = 0; bi < nx; bi += side) {
+      const Window block{bi, bj, std::min(bi + side, nx), std::min(bj + side, ny), work.window.top};
+      const bool coarse = !blocks.wanted((w.i0 + bi) / side, (w.j0 + bj) / side);
+      const bool at_side =
+          (bi == 0 && w.i0 > 0) || (bj == 0 && w.j0 > 0) || (block.i1 == nx && w.i1 < frame_.nx) || (block.j1 == ny && w.j1 < frame_.ny);
+      if (!coarse && !at_side) continue;
+      bool found = false;
+      for (int j = block.j0; j < block.j1 && !found; ++j)
+        for (int i = block.i0; i < block.i1 && !found; ++i) {
+          const bool edge =
+              (i == 0 && w.i0 > 0) || (j == 0 && w.j0 > 0) || (i == nx - 1 && w.i1 < frame_.nx) || (j == ny - 1 && w.j1 < frame_.ny);
+          found = (coarse || edge) && taken(i, j);
+        }
+      if (found) more.push_back(block);
+    }
+  for (const Window& block : more) {
+    const Window ring = grown({w.i0 + block.i0, w.j0 + block.j0, w.i0 + block.i1, w.j0 + block.j1, w.top}, 2 * side, frame_.nx, frame_.ny);
+    blocks.add(ring, w.top);
+    window = {std::min(window.i0, ring.i0), std::min(window.j0, ring.j0), std::max(window.i1, ring.i1), std::max(window.j1, ring.j1),
+              window.top};
+  }
+  return !more.empty();
+}
+
+// Each item by one thread, the largest first; one that is larger than a thread's share by all of them.
+template <class Item, class Body>
+void RegionFront::largest_first(std::vector<Item>& items, const Body& body) const {
+  std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.size() > b.size(); });
+  const int threads = threads_ == 0 ? default_threads() : threads_;
+  long left = 0;
+  for (const Item& item : items) left += item.size();
+  std::size_t alone = 0;
+  for (; threads > 1 && alone < items.size() && items[alone].size() * threads > left; ++alone) {
+    left -= items[alone].size();
+    body(items[alone], threads_);
+  }
+  parallel_for(static_cast<long>(items.size() - alone), 1, threads_,
+               [&](long begin, long) { body(items[alone + static_cast<std::size_t>(begin)], 1); });
+}
+
+bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const Stop& stop) {
+  times_ = {};
+  Laps laps;
+  if (!mesh_.exists()) return refuse("no mesh of pixels is fine enough for the area tolerance");
+  if (options_.front.outliers.neighbours != 4) return refuse("only four neighbours are searched in the image");
+  if (scan.width != view_.width || scan.height != view_.height) return refuse("the scan has another shape than the reference");
+  threshold_ = sample_threshold(scan, masked, view_.camera, options_.front.outliers, threads_, stop);
+  times_.sample = laps.lap();
+  if (!threshold_.pinhole) return refuse("the scan is not an image of the camera, or shows little");
+
+  MeshOptions mesh;
+  mesh.high_mm = flag_mm();
+  mesh.clamp_mm = options_.segment.cut_height_mm;
+  mesh.reach_mm = 1.5 * threshold_.value;
+  pass_.run(scan, masked, view_, mesh_, base_, mesh, options_.segment.ply_outline ? &near_ply_ : nullptr, threads_, stop);
+  if (!(pass_.across_mm() >= smallest_mm)) return refuse("the scan shows little");
+  if (pass_.strays() > 0) return refuse("the scan is not an image of the camera");
+  read_share_ = static_cast<double>(pass_.read() + threshold_.points) / static_cast<double>(scan.size());
+  account_for_holes();
+  WindowOptions around;
+  around.low_mm = options_.feet.thickness_mm + options_.feet.mold_tol_mm / 2;
+  Blocks blocks(frame_);
+  std::vector<Window> windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
+  times_.coarse = laps.lap();
+
+  struct Strip {
+    Window window;
+    Work* work;
+    long size() const { return window.size(); }
+  };
+  struct Job {
+    Work* work;
+    long size() const { return work->window.size(); }
+  };
+  std::vector<std::unique_ptr<Work>> works;
+  FootOptions feet = options_.feet;
+  std::vector<std::uint8_t> again(windows.size(), 1);  // windows to be made
+  for (int round = 0;; ++round) {
+    std::vector<std::unique_ptr<Work>> next;
+    std::vector<Job> jobs;
+    for (std::size_t k = 0; k < windows.size(); ++k) {
+      const auto same = std::find_if(works.begin(), works.end(), [&](const auto& old) { return old && old->window == windows[k]; });
+      if (same != works.end() && !again[k]) {
+        next.push_back(std::move(*same));
+        continue;
+      }
+      next.push_back(std::make_unique<Work>());
+      next.back()->window = windows[k];
+      jobs.push_back({next.back().get()});
+    }
+    works = std::move(next);
+    std::vector<Strip> strips;
+    image_share_ = 0;
+    for (const auto& work : works)
+      for (const Window& strip : blocks.strips(work->window)) {
+        const CloudPart part = image_part(strip, threshold_.value);
+        image_share_ += static_cast<double>(part.width) * part.height / static_cast<double>(scan.size());
+        if (!work->segmentation) strips.push_back({strip, work.get()});
+      }
+    if (image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
+
+    laps.lap();
+    std::atomic<bool> fits{true};
+    largest_first(jobs, [&](Job& job, int) { lay_coarse(*job.work); });
+    largest_first(strips, [&](Strip& strip, int threads) {
+      if (!make_exact(strip.window, *strip.work, scan, masked, threads, stop)) fits = false;
+    });
+    if (!fits) return refuse("the scan is not an image of the camera");
+    times_.windows += laps.lap();
+    largest_first(jobs, [&](Job& job, int threads) { filter(*job.work, threads, stop); });
+    times_.filter += laps.lap();
+    largest_first(jobs, [&](Job& job, int) {
+      if (stop.now()) throw Stopped("the segmentation was stopped");
+      job.work->segmentation = segment(job.work->map.heights, options_.segment, &job.work->map.measured);
+    });
+    times_.segment += laps.lap();
+    if (!feet.noise_mm) {  // once: windows that grow tell nothing new
+      std::vector<GridPart> parts;
+      for (const Strip& s : strips) {
+        const Window& w = s.work->window;
+        parts.push_back({&s.work->segmentation->heights, s.window.i0 - w.i0, s.window.j0 - w.j0, s.window.i1 - w.i0, s.window.j1 - w.j0});
+      }
+      const double noise = height_noise(parts);
+      feet.noise_mm = std::isnan(noise) ? 0 : noise;
+    }
+    largest_first(jobs, [&](Job& job, int) {
+      if (stop.now()) throw Stopped("the search for feet was stopped");
+      job.work->feet = find_feet(*job.work->segmentation, feet, stop);
+    });
+    times_.feet += laps.lap();
+
+    bool grew = false;
+    again.assign(windows.size(), 0);
+    std::vector<Window> wider = windows;
+    for (std::size_t k = 0; k < works.size(); ++k)
+      if (wants_more(*works[k], blocks, wider[k])) again[k] = 1, grew = true;
+    if (!grew) break;
+    if (round + 1 == rounds) return refuse("a pocket's foot runs on and on");
+    const std::vector<Window> old = std::move(windows);
+    windows = merged(wider);
+    std::vector<std::uint8_t> anew(windows.size(), 0);
+    for (std::size_t k = 0; k < windows.size(); ++k)
+      for (std::size_t o = 0; o < old.size(); ++o) anew[k] |= again[o] && windows[k].overlaps(wider[o]);
+    again = std::move(anew);
+  }
+  regions_.clear(), maps_.clear();
+  for (auto& work : works) {
+    regions_.push_back({work->window, std::move(*work->segmentation), std::move(*work->feet)});
+    maps_.push_back(std::move(work->map));
+  }
+  reason_.clear();
+  return true;
+}
+
+}  // namespace debulk

@@ -1,0 +1,186 @@
+// The coarse pass misses nothing that its mesh rules out, parts of a job are the whole's, and a raised stop ends each stage
+// before its work.
+
+#include "debulk/pocket/windows.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "debulk/core/error.hpp"
+#include "debulk/pocket/outline_search.hpp"
+#include "debulk/pocket/region_front.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr int kWidth = 400, kHeight = 320;
+
+// A camera 500 mm above the plane z = 0, looking down; 0.5 mm a pixel.
+View looking_down() {
+  View view;
+  view.camera = {1000, 199.5, 159.5};
+  view.width = kWidth, view.height = kHeight;
+  view.mold_from_scanner.topLeftCorner<3, 3>() = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  view.mold_from_scanner(2, 3) = 500;
+  return view;
+}
+
+std::shared_ptr<Reference> plane() {
+  return std::make_shared<Reference>(Grid<double>(61, 49, {-120, -96}, 4.0, 0.0));
+}
+
+// The scan of a surface that is high (5 mm) at some pixels and 0 elsewhere.
+std::vector<float> scan_of(const std::vector<std::uint8_t>& high) {
+  const View view = looking_down();
+  std::vector<float> points;
+  for (int j = 0; j < kHeight; ++j)
+    for (int i = 0; i < kWidth; ++i) {
+      const double z = high[static_cast<std::size_t>(j * kWidth + i)] ? 495 : 500;
+      for (const double v : {view.camera.u(i) * z, view.camera.v(j) * z, z}) points.push_back(static_cast<float>(v));
+    }
+  return points;
+}
+
+TEST(Mesh, IsAsWideAsTheAreaAllows) {
+  const View view = looking_down();
+  const RayBase base = ray_base(*plane(), view);
+  const Mesh mesh = choose_mesh(base, view, 200, nullptr);
+  EXPECT_NEAR(mesh.pixel_mm, 0.5, 1e-3);
+  EXPECT_NEAR(mesh.pixel_mm2, 0.25, 1e-3);
+  EXPECT_EQ(mesh.row_step, 4);
+  EXPECT_EQ(mesh.column_step, 64);
+  EXPECT_LE(mesh.eye_mm2(), 100);
+  EXPECT_FALSE(choose_mesh(base, view, 0, nullptr).exists());
+  EXPECT_EQ(choose_mesh(base, view, 2 * 16 * 0.26, nullptr).row_step, 1);
+}
+
+// Connected regions of any shape, two pixels thick, with more pixels than an eye holds: a walk at random, or straight along
+// a row between two rows of the mesh.
+TEST(MeshPass, SeesEveryRegionThatIsLargerThanAnEye) {
+  const View view = looking_down();
+  const RayBase base = ray_base(*plane(), view);
+  const Mesh mesh = choose_mesh(base, view, 200, nullptr);
+  MeshOptions options;
+  MeshPass pass;
+  std::mt19937 random(7);
+  for (int trial = 0; trial < 60; ++trial) {
+    std::vector<std::uint8_t> high(kWidth * kHeight, 0);
+    int i = 40 + static_cast<int>(random() % 200), j = 40 + static_cast<int>(random() % 200), count = 0;
+    const int wanted = mesh.row_step * mesh.column_step;
+    const bool straight = trial % 3 == 0;
+    for (long step = 0; count < wanted && step < 1000000; ++step) {
+      for (int dj = 0; dj < 2; ++dj)
+        for (int di = 0; di < 2; ++di) {
+          std::uint8_t& pixel = high[static_cast<std::size_t>((j + dj) * kWidth + i + di)];
+          count += !pixel;
+          pixel = 1;
+        }
+      const int turn = straight ? 0 : static_cast<int>(random() % 4);
+      const int next_i = i + (turn == 0) - (turn == 1), next_j = j + (turn == 2) - (turn == 3);
+      if (next_i > 2 && next_i < kWidth - 4) i = next_i;
+      if (next_j > 2 && next_j < kHeight - 4) j = next_j;
+    }
+    if (count < wanted) continue;
+    const std::vector<float> points = scan_of(high);
+    pass.run({points.data(), kWidth, kHeight}, nullptr, view, mesh, base, options, nullptr, 1, Stop());
+    bool seen = false;
+    for (const std::uint8_t tile : pass.tile_high()) seen |= tile != 0;
+    EXPECT_TRUE(seen) << "trial " << trial;
+    EXPECT_EQ(pass.strays(), 0);
+  }
+}
+
+TEST(MeshPass, SingleFlyingPixelsAreNothingHigh) {
+  const View view = looking_down();
+  const RayBase base = ray_base(*plane(), view);
+  std::vector<std::uint8_t> high(kWidth * kHeight, 0);
+  for (int j = 2; j < kHeight; j += 8)
+    for (int i = 3; i + 6 < kWidth; i += 20)
+      for (int k = 0; k < 1 + i % 6; ++k) high[static_cast<std::size_t>(j * kWidth + i + k)] = 1;
+  const std::vector<float> points = scan_of(high);
+  MeshPass pass;
+  pass.run({points.data(), kWidth, kHeight}, nullptr, view, choose_mesh(base, view, 200, nullptr), base, {}, nullptr, 2, Stop());
+  for (const std::uint8_t tile : pass.tile_high()) EXPECT_EQ(tile, 0);
+}
+
+TEST(Windows, MergeUntilNoneOverlaps) {
+  const std::vector<Window> out = merged({{0, 0, 16, 16}, {64, 0, 80, 16}, {8, 8, 32, 32}, {24, 24, 70, 48}});
+  ASSERT_EQ(out.size(), 1U);
+  EXPECT_EQ(out[0], (Window{0, 0, 80, 48}));
+  EXPECT_EQ(merged({{0, 16, 16, 32}, {0, 0, 16, 16}}).size(), 2U);
+}
+
+TEST(Windows, StripsCoverTheWantedBlocksOnce) {
+  const Grid<float> frame(700, 500, {0, 0}, 0.5);
+  Blocks blocks(frame);
+  blocks.add({40, 50, 130, 300}, 3);
+  blocks.add({400, 280, 690, 480}, 5);
+  Grid<int> covered(700, 500, {0, 0}, 0.5, 0);
+  for (const Window& strip : blocks.strips({0, 0, 700, 500}))
+    for (int j = strip.j0; j < strip.j1; ++j)
+      for (int i = strip.i0; i < strip.i1; ++i) ++covered.at(i, j);
+  for (int j = 0; j < 500; ++j)
+    for (int i = 0; i < 700; ++i) {
+      EXPECT_LE(covered.at(i, j), 1);
+      if (blocks.wanted(i / 16, j / 16)) {
+        EXPECT_EQ(covered.at(i, j), 1) << i << " " << j;
+      }
+    }
+}
+
+TEST(OutlineSearch, TellsThePolygonsOwnBits) {
+  Polygon outline;
+  std::mt19937 random(3);
+  const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(random()) / 4294967295.0; };
+  for (int k = 0; k < 500; ++k) {
+    const double angle = 2 * std::acos(-1.0) * k / 500, r = uniform(60, 100);
+    outline.emplace_back(r * std::cos(angle), r * std::sin(angle));
+  }
+  const OutlineSearch search(outline);
+  for (int k = 0; k < 2000; ++k) {
+    const Eigen::Vector2d p(uniform(-120, 120), uniform(-120, 120));
+    EXPECT_EQ(search.inside(p), inside(outline, p));
+    EXPECT_EQ(search.distance(p), distance_to_outline(outline, p));
+  }
+  EXPECT_TRUE(std::isinf(OutlineSearch().distance({0, 0})));
+}
+
+TEST(Reference, HeightsOnAGridAreItsHeights) {
+  Grid<double> heights(20, 15, {-3, 4}, 4.0);
+  std::mt19937 random(5);
+  for (double& h : heights.values) h = static_cast<double>(random() % 1000) / 100;
+  const Reference reference(heights);
+  Grid<double> out(60, 50, {-20, -10}, 1.7);  // past all sides
+  reference.heights_on(out, 2);
+  for (int j = 0; j < out.ny; ++j)
+    for (int i = 0; i < out.nx; ++i) EXPECT_EQ(out.at(i, j), reference.height(out.position(i, j)));
+}
+
+TEST(RegionFront, ARaisedStopEndsItBeforeItsWork) {
+  RegionOptions options;
+  options.front.outliers = {4, 1.0, 2.0};
+  const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
+  RegionFront front(plane(), -far, far, looking_down(), options, 2);
+  std::vector<std::uint8_t> high(kWidth * kHeight, 0);
+  for (int j = 100; j < 200; ++j)
+    for (int i = 100; i < 200; ++i) high[static_cast<std::size_t>(j * kWidth + i)] = 1;
+  const std::vector<float> points = scan_of(high);
+  const CloudView scan{points.data(), kWidth, kHeight};
+  ASSERT_TRUE(front.run(scan, nullptr));
+  EXPECT_EQ(front.regions().size(), 1U);
+  Stop stop;
+  stop.cancel();
+  EXPECT_THROW(front.run(scan, nullptr, stop), Stopped);
+  EXPECT_THROW(front.run(scan, nullptr, Stop(-1)), Stopped);
+  EXPECT_TRUE(front.run(scan, nullptr)) << "usable again";
+  const RayBase base = ray_base(*plane(), looking_down());
+  MeshPass pass;
+  EXPECT_THROW(pass.run(scan, nullptr, looking_down(), front.mesh(), base, {}, nullptr, 1, stop), Stopped);
+  EXPECT_THROW(sample_threshold(scan, nullptr, looking_down().camera, options.front.outliers, 1, stop), Stopped);
+}
+
+}  // namespace
+}  // namespace debulk
