@@ -36,8 +36,8 @@ class Case:
 
     @property
     def reach_mm(self) -> float:
-        """Radius of the pocket that `nodes` cover."""
-        return self.spacing_mm * np.sqrt(self.nodes / np.pi)
+        """Radius, seen from above, of the pocket that `nodes` cover on the tilted mold."""
+        return self.spacing_mm * np.sqrt(self.nodes * np.cos(np.radians(self.tilt_deg)) / np.pi)
 
     def text(self) -> str:
         """What differs from the default."""

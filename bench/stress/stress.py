@@ -20,7 +20,6 @@ from cases import Case, build, latin_hypercube, one_at_a_time
 
 from debulk import InputError, replay, solve
 
-DEADLINE_S = 20.0
 REFUSALS = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "no net")
 
 
@@ -36,6 +35,7 @@ class Row:
     nodes: int = 0
     movable: int = 0
     kkt_error: float = np.nan
+    strict_kkt_error: float = np.nan  # in units of P A / N, or of a node's weight, for stiff plies too
     length_error: float = np.nan
     penetration_mm: float = np.nan
     iterations: int = 0
@@ -43,21 +43,21 @@ class Row:
     rms_spacings: float = np.nan  # of the movable nodes' gaps
 
 
-def run(job: tuple[int, str, Case, str, str]) -> Row:
+def run(job: tuple[int, str, Case, str, str, float]) -> Row:
     """One case."""
-    number, group, case, method, dumps = job
+    number, group, case, method, dumps, deadline_s = job
     try:
         model = build(case)
     except InputError as error:
         return Row(
             group, case, "refused", "no net", str(error).split(":")[0] + ": " + str(error).split(": ", 1)[1][:60]
         )
-    started = time.perf_counter()
-    solution = solve.minimise(model, method, deadline_s=DEADLINE_S)
-    ms = 1e3 * (time.perf_counter() - started)
+    started = time.process_time()
+    solution = solve.minimise(model, method, deadline_s=deadline_s)
+    ms = 1e3 * (time.process_time() - started)
     certificate = solution.certificate
-    if solution.status in REFUSALS:
-        ending = "refused"
+    if solution.status in REFUSALS and solution.iterations == 0:
+        ending = "refused"  # up front; what slides off during the solve counts as failed
     elif not solution.certified:
         ending = "failed"
     else:
@@ -72,14 +72,14 @@ def run(job: tuple[int, str, Case, str, str]) -> Row:
     why = solution.certificate.failure if ending == "failed" else ""
     return Row(
         group, case, ending, solution.status, why, len(movable), int(movable.sum()), certificate.kkt_error,
-        certificate.length_error, certificate.penetration_mm, solution.iterations, ms, rms,
+        certificate.strict_kkt_error, certificate.length_error, certificate.penetration_mm, solution.iterations, ms, rms,
     )  # fmt: skip
 
 
 def table(rows: list[Row], combinations: list[Row]) -> str:
     """The table as text."""
     lines = [
-        "Stress table of the solve. Machine shared with other work; times are single runs, solve and certificate.",
+        "Stress table of the solve. Machine shared with other work; times are CPU times of single runs, solve and certificate.",
         "",
     ]
     head = f"{'parameter':<20} {'case':<44} {'ending':<10} {'status':<22} {'nodes':>5} {'mov':>4} {'it':>5} {'ms':>8} "
@@ -97,6 +97,8 @@ def table(rows: list[Row], combinations: list[Row]) -> str:
         f"  refused up front {endings['refused']}, solved {asked}; certified {good}: {100 * good / max(1, asked):.2f} %"
     )
     lines.append(f"  of the certified, with a compliance: {endings['compliant']}; not certified: {endings['failed']}")
+    strict = sum(r.ending in ("certified", "compliant") and r.strict_kkt_error <= 1e-4 for r in combinations)
+    lines.append(f"  with the residual in units of P A / N for stiff plies, too, it would be {strict} of the {good}")
     reasons = Counter((r.status, r.why) for r in combinations if r.ending == "refused")
     for (status, why), count in reasons.most_common():
         lines.append(f"    refused, {status} {why}: {count}")
@@ -158,11 +160,12 @@ def main() -> None:
     parser.add_argument("--method", default="auto")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--deadline", type=float, default=20.0, help="seconds a solve may take")
     options = parser.parse_args()
     dumps = Path("build/stress")
     dumps.mkdir(parents=True, exist_ok=True)
     named = list(one_at_a_time()) + [("combination", case) for case in latin_hypercube(options.count)]
-    jobs = [(k, group, case, options.method, str(dumps)) for k, (group, case) in enumerate(named)]
+    jobs = [(k, group, case, options.method, str(dumps), options.deadline) for k, (group, case) in enumerate(named)]
     with ProcessPoolExecutor(options.workers) as pool:
         rows = list(pool.map(run, jobs, chunksize=4))
     single = [r for r in rows if r.group != "combination"]

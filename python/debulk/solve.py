@@ -26,9 +26,13 @@ class Certificate:
     Attributes
     ----------
     kkt_error
-        Largest component of ∇Π - Jᵀλ - ν over the movable nodes, in units of the nodal vacuum force P A / N (or a
-        hundredth of the largest elastic force on a node of the initial net, if that is more: a stiff ply). The
-        multipliers λ of the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4.
+        Largest component of ∇Π - Jᵀλ - ν over the movable nodes, in units of the nodal vacuum force P A / N (without
+        vacuum: of a node's weight), or of 1 % of the largest force of a single spring (a corner's bending or shear) in
+        the initial net, if that is more: a stiff ply, whose fibres hold forces that dwarf the vacuum's. The
+        multipliers λ of the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4. Not a number
+        where a stop came before it was known.
+    strict_kkt_error
+        The same in units of P A / N (or of a node's weight) whatever the ply; no limit.
     length_error
         Largest relative error of a segment's length. Limit 1e-4; up to 1e-3 with a compliance.
     penetration_mm
@@ -36,7 +40,7 @@ class Certificate:
     energy_gain_mj
         Π above that of the initial configuration, mJ; 0 where it is not above. Limit 0.
     curvature
-        Smallest curvature of Π within the active constraints, in units of P A / (N Δ); 0 where none is negative.
+        Smallest curvature of Π within the active constraints, in the unit of `kkt_error` over Δ; 0 where none is negative.
     compliant
         Whether the length error needed the wider limit.
     certified
@@ -67,7 +71,8 @@ class Solution:
     status
         How the solve ended: converged, nothing_moves, iteration_limit, deadline, cancelled, infeasible,
         numerical_failure; or refused up front: too_few_movable_nodes (more lengths to keep than coordinates to keep
-        them with), no_minimum (nothing fixed, and friction does not hold the ply on the mold), not_a_surface (segments
+        them with), no_minimum (nothing fixed, and friction does not hold the ply on the mold; where that shows only
+        during the solve, iterations is above 0), not_a_surface (segments
         off by more than half their length). Only the first two can be a success.
     explanation
         The same as a sentence.
@@ -149,7 +154,8 @@ def minimise(
     seed
         Of the perturbations.
     deadline_s
-        Seconds until the solve stops with status "deadline"; kept within one iteration.
+        Seconds until the solve stops with status "deadline"; the default method keeps it within a few milliseconds at
+        1000 nodes, the others within an iteration.
     tolerance, max_iterations
         Of the method.
     stiffness

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "debulk/solve/multipliers.hpp"
 
@@ -61,11 +62,11 @@ class Stationarity {
   }
 
   // Fits the multipliers; with a compliance those of the lengths are -stiffness * strain.
-  Multipliers fit(bool compliant, double stiffness) const {
+  Multipliers fit(bool compliant, double stiffness, const Stop& stop) const {
     std::vector<int> pushing(static_cast<std::size_t>(contacts()));
     const int first = compliant ? 0 : lengths();
     for (int k = 0; k < contacts(); ++k) pushing[static_cast<std::size_t>(k)] = first + k;
-    if (!compliant) return fit_multipliers(columns(true), gradient_, pushing);
+    if (!compliant) return fit_multipliers(columns(true), gradient_, pushing, stop);
 
     Eigen::VectorXd tensions(lengths());
     for (int k = 0; k < lengths(); ++k) {  // derivative of k/2 ((L/Delta)^2 - 1)^2 / 4 by L, over the force unit
@@ -74,7 +75,7 @@ class Stationarity {
       tensions[k] = -stiffness * (ratio * ratio - 1) / 2 * ratio;
     }
     const Sparse all = columns(true);
-    const Multipliers gaps = fit_multipliers(columns(false), gradient_ - all.leftCols(lengths()) * tensions, pushing);
+    const Multipliers gaps = fit_multipliers(columns(false), gradient_ - all.leftCols(lengths()) * tensions, pushing, stop);
     Multipliers fit;
     fit.x.resize(lengths() + contacts());
     fit.x << tensions, gaps.x;
@@ -144,7 +145,7 @@ struct Curvature {
 
 // Is the Hessian positive on the null space of `active`? It is where H + rho A A^T has a Cholesky factorisation; where it
 // has none, inverse iteration finds the direction to blame, which is then projected into the null space and measured.
-Curvature smallest_curvature(const Sparse& hessian, const Sparse& active) {
+Curvature smallest_curvature(const Sparse& hessian, const Sparse& active, const Stop& stop) {
   const double largest = std::max(1.0, hessian.coeffs().size() ? hessian.coeffs().abs().maxCoeff() : 0.0);
   const Sparse normal = active * Sparse(active.transpose());
   Curvature out;
@@ -154,6 +155,7 @@ Curvature smallest_curvature(const Sparse& hessian, const Sparse& active) {
     factors.analyzePattern(penalised);
     double shift = -Certificate::curvature_limit / 2;
     const auto factor = [&] {
+      if (stop.now()) throw Stopped("while the curvature was sought");
       factors.setShift(shift);
       factors.factorize(penalised);
       return factors.info() == Eigen::Success;
@@ -173,7 +175,7 @@ Curvature smallest_curvature(const Sparse& hessian, const Sparse& active) {
       v.swap(next);
       if (turned < 1e-12) break;
     }
-    const Eigen::VectorXd inside = fit_multipliers(active, v, {}).residual;
+    const Eigen::VectorXd inside = fit_multipliers(active, v, {}, stop).residual;
     const double size = inside.norm();
     if (size < 1e-3) continue;
     const double curvature = inside.dot(hessian * inside) / (size * size);
@@ -185,7 +187,7 @@ Curvature smallest_curvature(const Sparse& hessian, const Sparse& active) {
 
 // A node that touches without pushing only holds against going down. The active set is the pushing nodes; a direction of
 // negative curvature that would press such a node into the mold, with either sign, has that node held, and is sought again.
-Curvature curvature_within_contacts(const Stationarity& at, const Eigen::VectorXd& multipliers) {
+Curvature curvature_within_contacts(const Stationarity& at, const Eigen::VectorXd& multipliers, const Stop& stop) {
   constexpr double kPushing = 1e-6;  // in force units
   const Sparse hessian = at.hessian(multipliers), columns = at.columns(true);
   std::vector<char> held(static_cast<std::size_t>(columns.cols()), 1);
@@ -200,7 +202,7 @@ Curvature curvature_within_contacts(const Stationarity& at, const Eigen::VectorX
     }
     Sparse active(columns.rows(), next);
     active.setFromTriplets(entries.begin(), entries.end());
-    Curvature found = smallest_curvature(hessian, active);
+    Curvature found = smallest_curvature(hessian, active, stop);
     if (found.smallest >= Certificate::curvature_limit) return found;
     std::vector<int> sinking, rising;
     for (int k = at.lengths(); k < columns.cols(); ++k) {
@@ -218,9 +220,29 @@ Curvature curvature_within_contacts(const Stationarity& at, const Eigen::VectorX
   }
 }
 
+// Residual, curvature, and a direction of descent.
+void judge_derivatives(const Sheet& sheet, const Points& x, double stiffness, const Stop& stop, Judged& judged) {
+  Certificate& certificate = judged.certificate;
+  if (stop.now()) throw Stopped("before the derivatives");
+  const Stationarity at(sheet, x);
+  const Multipliers fit = at.fit(certificate.compliant, stiffness, stop);
+  certificate.kkt_error = fit.residual.lpNorm<Eigen::Infinity>();
+  certificate.strict_kkt_error = certificate.kkt_error * (sheet.force_unit_n() / sheet.strict_force_n());
+  if (!(certificate.kkt_error <= Certificate::kkt_limit)) return;  // curvature means nothing where a slope is left
+
+  const Curvature curvature = curvature_within_contacts(at, fit.x, stop);
+  certificate.curvature = curvature.smallest;
+  if (curvature.smallest < Certificate::curvature_limit) {
+    judged.descent.assign(x.size(), Eigen::Vector3d::Zero());
+    const Eigen::VectorXd direction = curvature.direction / curvature.direction.lpNorm<Eigen::Infinity>();
+    for (std::size_t k = 0; k < sheet.movable().size(); ++k)
+      judged.descent[static_cast<std::size_t>(sheet.movable()[k])] = direction.segment<3>(3 * static_cast<long>(k));
+  }
+}
+
 }  // namespace
 
-Judged certify(const Sheet& sheet, const Points& x, double stiffness) {
+Judged certify(const Sheet& sheet, const Points& x, double stiffness, const Stop& stop) {
   Judged judged;
   Certificate& certificate = judged.certificate;
   for (const double length : sheet.lengths(x))
@@ -235,19 +257,11 @@ Judged certify(const Sheet& sheet, const Points& x, double stiffness) {
   certificate.energy_gain_mj = now - start > 1e-8 * scale ? now - start : 0.0;
   if (sheet.movable().empty()) return judged;
 
-  const Stationarity at(sheet, x);
-  const Multipliers fit = at.fit(certificate.compliant, stiffness);
-  certificate.kkt_error = fit.residual.lpNorm<Eigen::Infinity>();
-  certificate.strict_kkt_error = certificate.kkt_error * (sheet.force_unit_n() / sheet.strict_force_n());
-  if (!(certificate.kkt_error <= Certificate::kkt_limit)) return judged;  // curvature means nothing where a slope is left
-
-  const Curvature curvature = curvature_within_contacts(at, fit.x);
-  certificate.curvature = curvature.smallest;
-  if (curvature.smallest < Certificate::curvature_limit) {
-    judged.descent.assign(x.size(), Eigen::Vector3d::Zero());
-    const Eigen::VectorXd direction = curvature.direction / curvature.direction.lpNorm<Eigen::Infinity>();
-    for (std::size_t k = 0; k < sheet.movable().size(); ++k)
-      judged.descent[static_cast<std::size_t>(sheet.movable()[k])] = direction.segment<3>(3 * static_cast<long>(k));
+  try {
+    judge_derivatives(sheet, x, stiffness, stop, judged);
+  } catch (const Stopped&) {
+    judged.complete = false;
+    certificate.kkt_error = certificate.strict_kkt_error = std::numeric_limits<double>::quiet_NaN();
   }
   return judged;
 }

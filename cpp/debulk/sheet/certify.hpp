@@ -1,5 +1,6 @@
 #pragma once
 
+#include "debulk/core/stop.hpp"
 #include "debulk/sheet/sheet.hpp"
 #include "debulk/solve/certificate.hpp"
 
@@ -10,9 +11,11 @@ namespace debulk {
 // multipliers of the lengths must be stiffness times strain instead of fitted ones.
 struct Judged {
   Certificate certificate;
-  Points descent;  // where curvature is negative: a direction of it, largest component 1; else empty
+  bool complete = true;  // false: stopped before the residual and the curvature were known; kkt_error is then not a number
+  Points descent;        // where curvature is negative: a direction of it, largest component 1; else empty
 };
 
-Judged certify(const Sheet& sheet, const Points& x, double stiffness);
+// stop: when raised, what is not known yet is left out.
+Judged certify(const Sheet& sheet, const Points& x, double stiffness, const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -45,11 +45,11 @@ Eigen::VectorXd perturbed(Eigen::VectorXd y, double amplitude, Random& random) {
   return y;
 }
 
-Minimum refused(const Sheet& sheet, SolveStatus status, double stiffness) {
+Minimum refused(const Sheet& sheet, SolveStatus status, double stiffness, const Stop& stop) {
   Minimum out;
   out.nodes = sheet.start();
   out.status = status;
-  out.certificate = certify(sheet, out.nodes, stiffness).certificate;
+  out.certificate = certify(sheet, out.nodes, stiffness, stop).certificate;
   out.energy_mj = sheet.energy(out.nodes);
   return out;
 }
@@ -73,7 +73,8 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
     const bool sound = outcome.y.allFinite();
     minimum.status = sound ? outcome.status : SolveStatus::numerical_failure;
     minimum.nodes = problem.to_points(sound ? outcome.y : next);
-    const Judged judged = certify(sheet, minimum.nodes, solve.stiffness);
+    const Judged judged = certify(sheet, minimum.nodes, solve.stiffness, solve.stop);
+    if (!judged.complete) minimum.status = solve.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline;
     minimum.certificate = judged.certificate;
     minimum.energy_mj = sheet.energy(minimum.nodes);
     if (minimum.certified() || minimum.status == SolveStatus::no_minimum || options.solve.stop.now()) break;
@@ -142,7 +143,13 @@ SolveStatus refusal(const Sheet& sheet) {
 // Start k: 0 is the given one (or the sheet's), the others are seeded perturbations of it.
 Minimum from_start(const Sheet& sheet, const MinimiseOptions& options, const Points* start, int k) {
   const SolveStatus known = refusal(sheet);
-  if (known != SolveStatus::converged) return refused(sheet, known, options.solve.stiffness);
+  if (known != SolveStatus::converged) return refused(sheet, known, options.solve.stiffness, options.solve.stop);
+  if (options.solve.stop.now()) {
+    Minimum minimum = refused(sheet, options.solve.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline,
+                              options.solve.stiffness, options.solve.stop);
+    if (start) minimum.nodes = *start;
+    return minimum;
+  }
   if (const Eigen::Vector3d far = sheet.start().front(); !far.isZero(0)) {
     // So far from the origin, differences of coordinates lack the digits that stiff fibres need: solve near it. The
     // certificate is that of the configuration there, of which the returned nodes are the rounded ones.

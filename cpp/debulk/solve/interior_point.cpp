@@ -37,7 +37,12 @@ struct Iterate {
 class InteriorPoint {
  public:
   InteriorPoint(const Problem& problem, const SolveOptions& options)
-      : problem_(problem), options_(options), n_(problem.variables()), m_(problem.equalities()), lower_(problem.lower()), system_(problem) {
+      : problem_(problem),
+        options_(options),
+        n_(problem.variables()),
+        m_(problem.equalities()),
+        lower_(problem.lower()),
+        system_(problem, options.stop) {
     for (int i = 0; i < n_; ++i)
       if (std::isfinite(lower_[i])) bounded_.push_back(i);
   }
@@ -62,7 +67,7 @@ class InteriorPoint {
     now_.c.resize(m_);
     evaluate(now_);
     differentiate();
-    now_.lambda = system_.fitted_multipliers(gradient_ - now_.z);
+    if (!options_.stop.now()) now_.lambda = system_.fitted_multipliers(gradient_ - now_.z);
     if (!now_.lambda.allFinite() || now_.lambda.lpNorm<Eigen::Infinity>() > 1e3) now_.lambda.setZero();
     const double theta = infeasibility(now_);
     theta_min_ = 1e-4 * std::max(1.0, theta);
@@ -114,7 +119,7 @@ class InteriorPoint {
       VectorXd dy, dl;
       system_.solve(slope, deficit, dy, dl);
       for (int again = 0; again < kDampings && dy.lpNorm<Eigen::Infinity>() > kLongest; ++again) {
-        if (!system_.factor(sigma, options_.stiffness, std::max(kDamping, 8 * system_.shift()))) return false;
+        if (options_.stop.now() || !system_.factor(sigma, options_.stiffness, std::max(kDamping, 8 * system_.shift()))) return false;
         system_.solve(slope, deficit, dy, dl);
       }
       if (dy.allFinite() && dl.allFinite() && search(barrier_gradient, slope, dy, dl)) return true;

@@ -49,7 +49,7 @@ Eigen::VectorXd least_squares(const Eigen::SparseMatrix<double>& columns, const 
 // Block principal pivoting: all wrong columns change sides at once; if that stops helping, one at a time (the last one,
 // Murty's rule), which ends for certain.
 Multipliers fit_multipliers(const Eigen::SparseMatrix<double>& columns, const Eigen::VectorXd& gradient,
-                            const std::vector<int>& non_negative) {
+                            const std::vector<int>& non_negative, const Stop& stop) {
   std::vector<char> in(static_cast<std::size_t>(columns.cols()), 1);
   const double scale = std::max(1e-300, gradient.lpNorm<Eigen::Infinity>());
   Multipliers fit;
@@ -57,6 +57,7 @@ Multipliers fit_multipliers(const Eigen::SparseMatrix<double>& columns, const Ei
   int patience = 3;
   const int most = 20 + 3 * static_cast<int>(non_negative.size());
   for (int round = 0; round < most; ++round) {
+    if (stop.now()) throw Stopped("while multipliers were fitted");
     fit.x = least_squares(columns, gradient, in);
     fit.residual = gradient - columns * fit.x;
     std::vector<int> wrong;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace debulk {
 namespace {
@@ -13,8 +14,9 @@ constexpr int kRefinements = 6;
 
 }  // namespace
 
-NewtonSystem::NewtonSystem(const Problem& problem)
+NewtonSystem::NewtonSystem(const Problem& problem, Stop stop)
     : problem_(problem),
+      stop_(std::move(stop)),
       n_(problem.variables()),
       m_(problem.equalities()),
       jacobian_(problem.jacobian_pattern()),
@@ -74,6 +76,7 @@ void NewtonSystem::add_normal(double rho) {
 // Waechter and Biegler's Algorithm IC: the shift as it is, then from a third of the last that helped, growing.
 bool NewtonSystem::shift_until_positive(const Eigen::VectorXd& w, const Eigen::VectorXd& sigma) {
   while (!try_factor(w, sigma)) {
+    if (stop_.now()) return false;
     if (shift_ == 0)
       shift_ = last_shift_ == 0 ? kShiftFirst : std::max(kShiftLeast, last_shift_ / 3);
     else
@@ -90,6 +93,7 @@ bool NewtonSystem::factor(const Eigen::VectorXd& sigma, double stiffness, double
   shift_ = least_shift;
   convexified_ = shift_ > 0 || !try_factor(w_, sigma);
   if (!convexified_) return true;
+  if (stop_.now()) return false;
   assemble_convex();
   return shift_until_positive(convex_, sigma);
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include "debulk/core/stop.hpp"
 #include "debulk/solve/problem.hpp"
 #include "debulk/solve/skyline.hpp"
 
@@ -20,7 +21,8 @@ namespace debulk {
 // growing sequence with which it does.
 class NewtonSystem {
  public:
-  explicit NewtonSystem(const Problem& problem);
+  // Once the stop is raised, factor() gives up after the factorisation that it is at.
+  NewtonSystem(const Problem& problem, Stop stop);
 
   void differentiate(const Eigen::VectorXd& y);                            // J
   void assemble(const Eigen::VectorXd& y, const Eigen::VectorXd& lambda);  // W
@@ -44,6 +46,7 @@ class NewtonSystem {
   bool shift_until_positive(const Eigen::VectorXd& w, const Eigen::VectorXd& sigma);
 
   const Problem& problem_;
+  Stop stop_;
   int n_, m_;
   std::vector<Problem::Entry> jacobian_, hessian_;
   Eigen::VectorXd j_, w_, convex_;  // convex_: W without fibres in compression, made where it is needed

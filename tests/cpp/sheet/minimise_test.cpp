@@ -79,6 +79,45 @@ TEST(Minimise, StopsWithinAnIterationAndSaysSo) {
     }
 }
 
+TEST(Minimise, ReturnsTheStartWhereTheStopIsRaisedAlready) {
+  const Sheet sheet = ridge(0.5);
+  for (const char* name : {"interior_point", "ipopt", "nlopt"})
+    for (const bool cancelled : {true, false}) {
+      MinimiseOptions options;
+      options.method = name;
+      options.starts = 3;
+      if (cancelled)
+        options.solve.stop.cancel();
+      else
+        options.solve.stop.set_deadline(-1);
+      const std::vector<Minimum> minima = minimise(sheet, options);
+      ASSERT_EQ(minima.size(), 1u);
+      EXPECT_EQ(minima[0].status, cancelled ? SolveStatus::cancelled : SolveStatus::deadline);
+      EXPECT_EQ(minima[0].nodes, sheet.start());
+      EXPECT_EQ(minima[0].evaluations, 0);
+      EXPECT_FALSE(minima[0].certified());
+    }
+}
+
+// Wherever it is raised, also while a point is judged: nothing is called certified whose certificate was cut short.
+TEST(Minimise, SaysSoWhereverItIsStopped) {
+  const auto whole = std::make_shared<Impatient>(1L << 40);
+  const Minimum minimum = minimise(Sheet(ridge_net(9, 7, 0.5), 900.0, Ply(), whole), MinimiseOptions())[0];
+  ASSERT_TRUE(minimum.certified());
+  const long samples = (1L << 40) - whole->left;
+  for (long most = samples - 200; most <= samples; most += 8) {
+    const auto mold = std::make_shared<Impatient>(most);
+    MinimiseOptions options;
+    options.solve.stop = mold->stop;
+    const Minimum stopped = minimise(Sheet(ridge_net(9, 7, 0.5), 900.0, Ply(), mold), options)[0];
+    if (stopped.status == SolveStatus::converged)
+      EXPECT_EQ(stopped.certificate.kkt_error, minimum.certificate.kkt_error);
+    else
+      EXPECT_EQ(stopped.status, SolveStatus::cancelled);
+    EXPECT_EQ(stopped.certified(), stopped.status == SolveStatus::converged);
+  }
+}
+
 TEST(Minimise, KeepsWhatWasCertifiedBeforeTheStop) {
   const Sheet quick = ridge(0.5);
   const Minimum whole = minimise(quick, MinimiseOptions())[0];
