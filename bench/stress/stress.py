@@ -72,14 +72,15 @@ def run(job: tuple[int, str, Case, str, str, float]) -> Row:
     why = solution.certificate.failure if ending == "failed" else ""
     return Row(
         group, case, ending, solution.status, why, len(movable), int(movable.sum()), certificate.kkt_error,
-        certificate.strict_kkt_error, certificate.length_error, certificate.penetration_mm, solution.iterations, ms, rms,
+        certificate.strict_kkt_error, certificate.length_error, certificate.penetration_mm, solution.iterations,
+        ms, rms,
     )  # fmt: skip
 
 
 def table(rows: list[Row], combinations: list[Row]) -> str:
     """The table as text."""
     lines = [
-        "Stress table of the solve. Machine shared with other work; times are CPU times of single runs, solve and certificate.",
+        "Stress table of the solve. Times are CPU times of single runs, solve and certificate.",
         "",
     ]
     head = f"{'parameter':<20} {'case':<44} {'ending':<10} {'status':<22} {'nodes':>5} {'mov':>4} {'it':>5} {'ms':>8} "

@@ -40,7 +40,8 @@ class Certificate:
     energy_gain_mj
         Π above that of the initial configuration, mJ; 0 where it is not above. Limit 0.
     curvature
-        Smallest curvature of Π within the active constraints, in the unit of `kkt_error` over Δ; 0 where none is negative.
+        Smallest curvature of Π within the active constraints, in the unit of `kkt_error` over Δ; 0 where none is
+        negative.
     compliant
         Whether the length error needed the wider limit.
     certified
