@@ -13,7 +13,9 @@ import numpy as np
 
 import debulk
 
-COLOURS = ("#4c72b0", "#55a868", "#c44e52", "#8172b2", "#ccb974", "#64b5cd", "#8c8c8c", "#dd8452")
+COLOURS = (
+    "#4c72b0", "#55a868", "#c44e52", "#8172b2", "#ccb974", "#64b5cd", "#8c8c8c", "#dd8452", "#222222", "#da8bc3"
+)  # fmt: skip
 
 
 def load(stem: str, width: int, height: int):

@@ -88,7 +88,9 @@ def study(
 
 
 def replay(
-    file: Annotated[list[Path], typer.Argument(help="Solves dumped by debulk.replay.dump().")],
+    file: Annotated[
+        list[Path], typer.Argument(help="Solves kept in the recipe's run.dump_folder, or by debulk.replay.dump().")
+    ],
 ) -> None:
     """Solve dumped problems again and print what came of them, then and now."""
     with outcome():

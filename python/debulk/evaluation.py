@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core, net, pocket, ridge, sheet, solve, starts, surface, verdict
+from debulk import _core, dumps, net, pocket, ridge, sheet, solve, starts, surface, verdict
 from debulk.grid import Grid
 from debulk.report import LeftOut, PocketNet, PocketReport, SolveReport
 
@@ -94,6 +94,7 @@ def evaluate(
         ply = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe)
         outcome = starts.settle(ply, recipe, post_process, stop)
     solution = outcome.solution
+    dumps.keep(ply, solution, _refused(solution), watch.split_ms["solve"], seen.id, recipe)
     judged = _judge(outcome, found, foot, laid, recipe, stop)
     worst = max(outcome.best.sections, key=lambda section: section.height_mm, default=None)
     report = replace(
@@ -211,8 +212,7 @@ def _judge(
     stop: _core.Stop,
 ) -> verdict.Judgement:
     solution = outcome.solution
-    up_front = solution.status in ("too_few_movable_nodes", "no_minimum", "not_a_surface")
-    refused = solution.explanation if up_front else ""
+    refused = solution.explanation if _refused(solution) else ""
     return verdict.judge(
         certified=solution.certified,
         rms_mm=outcome.best.rms_mm,
@@ -229,6 +229,10 @@ def _judge(
         refused=refused,
         criteria=criteria(recipe),
     )
+
+
+def _refused(solution: solve.Solution) -> bool:
+    return solution.status in ("too_few_movable_nodes", "no_minimum", "not_a_surface")
 
 
 def _solve_report(solution: solve.Solution, recipe: Recipe) -> SolveReport:

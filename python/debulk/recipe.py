@@ -247,6 +247,12 @@ class Run(Section):
     threads: int = Field(
         default=0, ge=0, le=4096, description="worker threads; 0: one a core. The result does not depend on it"
     )
+    dump_folder: str | None = Field(
+        default=None,
+        min_length=1,
+        description="folder for the solves that fail or are slow, to be done again by `debulk replay`; unset: none",
+    )
+    slow_ms: float = Field(default=1000.0, gt=0, description="a pocket's solves that take longer are slow")
 
 
 class Recipe(Section):

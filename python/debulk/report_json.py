@@ -1,4 +1,4 @@
-"""The report as JSON, schema 1.
+"""The report as JSON, schema 2.
 
 Records are objects, arrays nested lists, and the numbers that JSON lacks are the strings "NaN", "Infinity" and
 "-Infinity". The height map alone is packed: base64 of zlib of little-endian float32, row by row. Every number comes
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from debulk.report import Report
 
 FORMAT = "debulk report"
-SCHEMA = 1
+SCHEMA = 2
 _ODD = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 _MAX_CELLS = 1 << 30
 RecordT = TypeVar("RecordT")
@@ -74,8 +74,10 @@ def loads_record(kind: type[RecordT], data: bytes, format_name: str) -> RecordT:
         raise InputError(f'not a {what}: expected "format": "{format_name}"')
     schema = tree.get("schema")
     if schema != SCHEMA or isinstance(schema, bool):
-        newer = isinstance(schema, int) and schema > SCHEMA
-        remedy = "; install a newer debulk" if newer else ""
+        remedy = ""
+        if isinstance(schema, int) and not isinstance(schema, bool):
+            newer = schema > SCHEMA
+            remedy = "; install a newer debulk" if newer else "; an older debulk wrote it: inspect the scan again"
         raise InputError(f"schema: expected {SCHEMA}, got {json.dumps(schema)[:40]}{remedy}")
     return cast(RecordT, _decode(kind, {k: v for k, v in tree.items() if k not in ("format", "schema")}, ""))
 

@@ -158,7 +158,7 @@ def test_a_report_is_no_comparison(report, tmp_path):
     report.save(tmp_path / "r.json")
     with pytest.raises(debulk.InputError, match="not a comparison"):
         Comparison.load(tmp_path / "r.json")
-    (tmp_path / "cut.json").write_text('{"format": "debulk comparison", "schema": 1,')
+    (tmp_path / "cut.json").write_text('{"format": "debulk comparison", "schema": 2,')
     with pytest.raises(debulk.InputError, match="cut off"):
         Comparison.load(tmp_path / "cut.json")
 

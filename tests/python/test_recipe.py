@@ -46,12 +46,14 @@ def test_every_setting_is_described_and_every_dimension_named():
         "friction", "bulk_factor", "vacuum", "neighbours", "std_ratio", "least_ratio", "median_cells", "mode",
         "node_target", "paths", "regions",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
-        "min_coverage", "min_pocket_coverage", "threads",
+        "min_coverage", "min_pocket_coverage", "threads", "dump_folder",
     }  # fmt: skip
     for section in Recipe.model_fields:
         for name, entry in type(getattr(Recipe(), section)).model_fields.items():
             assert entry.description, f"{section}.{name}"
-            assert name in plain or name.endswith(("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2")), f"{section}.{name}"
+            assert name in plain or name.endswith(("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2", "_ms")), (
+                f"{section}.{name}"
+            )
 
 
 def test_toml_reads_back_to_an_equal_recipe(tmp_path):

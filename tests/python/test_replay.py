@@ -1,9 +1,12 @@
 """A solve in one file: the same again."""
 
+import json
+
 import numpy as np
 import pytest
 
-from debulk import InputError, replay, sheet, solve, surface
+import debulk
+from debulk import InputError, Recipe, dumps, replay, scenes, sheet, solve, surface
 
 
 @pytest.fixture
@@ -69,3 +72,31 @@ def test_what_is_no_dump_is_one_clear_error(tmp_path, text):
         replay.load(tmp_path / "solve.json")
     with pytest.raises(InputError, match="cannot be read"):
         replay.load(tmp_path / "none.json")
+
+
+def test_an_inspection_keeps_what_failed_and_what_was_slow(tmp_path, capsys):
+    layup = scenes.layup(seed=0, pixels=(640, 480))
+    folder = tmp_path / "solves"
+
+    def inspect(**sections):
+        sections.setdefault("run", {})["dump_folder"] = str(folder)
+        recipe = Recipe(segmentation={"area_tol_mm2": 5000.0}, **sections)  # the largest pockets
+        return debulk.inspect(
+            layup.scan, layup.reference, recipe, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner
+        )
+
+    assert all(p.solve.certified for p in inspect().pockets)
+    assert not folder.exists()
+    assert len(inspect(run={"slow_ms": 1e-3}).pockets) == len(list(folder.iterdir())) > 1
+    failed = inspect(solve={"max_iterations": 2})
+    assert {p.verdict for p in failed.pockets} == {"undecided"}
+    kept = next(path for path in folder.iterdir() if not json.loads(path.read_text())["ended"]["certified"])
+    assert replay.main([str(kept)]) == 1
+    assert "iteration" in capsys.readouterr().out
+
+
+def test_a_folder_that_cannot_be_made_does_not_change_the_verdict(model, tmp_path, caplog):
+    (tmp_path / "file").write_text("in the way")
+    solution = solve.minimise(model)
+    dumps.keep(model, solution, False, 2.0, 7, Recipe(run={"dump_folder": str(tmp_path / "file"), "slow_ms": 1.0}))
+    assert "pocket 7 could not be kept" in caplog.text
