@@ -140,9 +140,8 @@ def picture(combinations: list[Row], path: Path) -> None:
                 x, [r.ms for r in of], s=5 if ending == "certified" else 18, c=colour, label=f"{ending} ({len(of)})"
             )
         if name not in ("tilt_deg", "curvature"):
-            axis.set_xscale(
-                "symlog", linthresh=max(1e-9, min(float(getattr(r.case, name)) or 1e9 for r in combinations))
-            )
+            least = min(float(getattr(r.case, name)) or np.inf for r in combinations)
+            axis.set_xscale("symlog", linthresh=10 ** np.floor(np.log10(least)))
         axis.set_yscale("log")
         axis.set_xlabel(label)
     for axis in axes[:, 0]:
@@ -174,12 +173,13 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "stress.txt").write_text(text := table(single, combinations))
     with (options.out / "stress.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, [*asdict(Case()), *(k for k in asdict(rows[0]) if k != "case")])
+        names = {"nodes": "net_nodes", "movable": "net_movable"}  # a case asks for such, too
+        results = [names.get(k, k) for k in asdict(rows[0]) if k != "case"]
+        writer = csv.DictWriter(file, [*asdict(Case()), *results])
         writer.writeheader()
         for r in rows:
             row = asdict(r)
-            case = row.pop("case")
-            writer.writerow({**case, **row})
+            writer.writerow({**row.pop("case"), **{names.get(k, k): v for k, v in row.items()}})
     picture(combinations, options.out / "stress.png")
     print(text)
 
