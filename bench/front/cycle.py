@@ -88,6 +88,20 @@ def bars(rows) -> str:
     return f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{height}" {style}>' + "".join(out) + "</svg>\n"
 
 
+def difference(regions, whole) -> str:
+    """What the short cut changes in the answer."""
+    if len(regions.pockets) != len(whole.pockets):
+        return f"regions against the whole scan: {len(regions.pockets)} pockets instead of {len(whole.pockets)}"
+    pairs = list(zip(regions.pockets, whole.pockets, strict=True))
+    area, volume = (max(abs(getattr(a, k) / getattr(b, k) - 1) for a, b in pairs) for k in ("area_mm2", "volume_mm3"))
+    rms, ridge = (max(abs(getattr(a, k) - getattr(b, k)) for a, b in pairs) for k in ("rms_mm", "ridge_height_mm"))
+    same = sum(a.verdict == b.verdict for a, b in pairs)
+    return (
+        f"regions against the whole scan: {same} of {len(pairs)} verdicts the same; "
+        f"largest differences: area {area:.1e}, volume {volume:.1e}, RMS {rms:.1e} mm, ridge {ridge:.1e} mm"
+    )
+
+
 def main() -> None:
     folder, output, *numbers = sys.argv[1:]
     width, height, count = (*map(int, numbers), *(5120, 3840, 5)[len(numbers) :])
@@ -97,7 +111,7 @@ def main() -> None:
         "whole scan": debulk.Recipe(segmentation={"regions": False}),
     }
     lines = [f"One inspection of {width} x {height} pixels, {debulk._core.default_threads()} threads", ""]
-    rows, prepared = [], None
+    rows, reports, prepared = [], [], None
     for name, recipe in ways.items():
         began = time.perf_counter()
         inspector = debulk.Inspector(
@@ -119,10 +133,11 @@ def main() -> None:
                 lines.append(f"  {kind} answered after {np.median(late):.0f} ms, {max(late):.0f} ms at most")
         lines.append("")
         rows.append((name, report.timings_ms))
+        reports.append(report)
         if name == "regions":
             lines += [f"  left out: {entry.what}: {entry.why} ({entry.bound})" for entry in report.left_out[-2:]] + [""]
-    text = "\n".join(lines)
-    print(text)
+    text = "\n".join([*lines, difference(*reports), ""])
+    print(text, end="")
     Path(output).mkdir(parents=True, exist_ok=True)
     Path(output, "cycle.txt").write_text(text)
     Path(output, "cycle.svg").write_text(bars(rows))

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "debulk/cloud/transform.hpp"
+#include "debulk/core/clock.hpp"
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/runs.hpp"
@@ -18,19 +18,6 @@ namespace {
 
 constexpr double smallest_mm = 10.0;  // a scan; else its unit is in doubt, and the whole is looked at
 constexpr int rounds = 5;             // of windows growing
-
-class Laps {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double passed = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return passed;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace
 
@@ -123,7 +110,7 @@ void RegionFront::largest_first(std::vector<Item>& items, const Body& body) cons
 
 bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const Stop& stop) {
   times_ = {};
-  Laps laps;
+  Clock laps;
   if (!mesh_.exists()) return refuse("no mesh of pixels is fine enough for the area tolerance");
   if (options_.front.outliers.neighbours != 4) return refuse("only four neighbours are searched in the image");
   if (scan.width != view_.width || scan.height != view_.height) return refuse("the scan has another shape than the reference");

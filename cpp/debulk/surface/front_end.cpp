@@ -1,32 +1,15 @@
 #include "debulk/surface/front_end.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 
 #include "debulk/cloud/transform.hpp"
+#include "debulk/core/clock.hpp"
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/median.hpp"
 
 namespace debulk {
-namespace {
-
-class Clock {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double passed = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return passed;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-}  // namespace
-
 void FrontEndOptions::check() const {
   outliers.check();
   require(std::isfinite(spacing) && spacing > 0, "spacing_mm", "a positive length in mm", spacing);

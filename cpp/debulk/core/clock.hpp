@@ -1,0 +1,22 @@
+#pragma once
+
+#include <chrono>
+
+namespace debulk {
+
+// Wall time of the stages of a run.
+class Clock {
+ public:
+  // Milliseconds since the last call, or since it was made.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double passed = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return passed;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace debulk
