@@ -166,12 +166,11 @@ TEST(PointRecords, ReadsAnyLayoutLikeTheObviousLoop) {
       std::string record(static_cast<std::size_t>(c.layout.bytes), '\0');
       for (std::size_t k = 0; k < 3; ++k) {
         const float value = static_cast<float>(random() % 100000) / 64;
-        char raw[8];
         const double wide = value;
-        std::memcpy(raw, c.layout.widths[k] == 4 ? static_cast<const void*>(&value) : &wide, static_cast<std::size_t>(c.layout.widths[k]));
-        if (c.layout.big_endian) std::reverse(raw, raw + c.layout.widths[k]);
-        record.replace(static_cast<std::size_t>(c.layout.offsets[k]), static_cast<std::size_t>(c.layout.widths[k]), raw,
-                       static_cast<std::size_t>(c.layout.widths[k]));
+        const auto width = static_cast<std::size_t>(c.layout.widths[k]);
+        std::string raw(width == 4 ? reinterpret_cast<const char*>(&value) : reinterpret_cast<const char*>(&wide), width);
+        if (c.layout.big_endian) raw = std::string(raw.rbegin(), raw.rend());
+        record.replace(static_cast<std::size_t>(c.layout.offsets[k]), width, raw);
         expected.push_back(static_cast<float>(wide * c.factor));
       }
       bytes += record;
