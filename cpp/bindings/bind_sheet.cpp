@@ -136,7 +136,6 @@ void bind_sheet(py::module_& m) {
   m.def("certify", [](const Sheet& sheet, const Array<double>& x, double stiffness) {
     return certify(sheet, points<3>(x, "nodes_mm"), stiffness).certificate;
   });
-  m.def("best_minimum", [](const std::vector<Minimum>& minima) { return static_cast<int>(&best(minima) - minima.data()); });
 
   py::class_<Minimum>(m, "Minimum")
       .def_property_readonly("nodes_mm", [](const Minimum& s) { return to_array<3>(s.nodes); })

@@ -344,8 +344,7 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
 
 
 def _best(found: list[_core.Minimum]) -> Solution:
-    minima = tuple(_solution(minimum) for minimum in found)
-    return _solution(found[_core.best_minimum(found)], minima)
+    return best([_solution(minimum) for minimum in found])
 
 
 def _certificate(c: _core.Certificate) -> Certificate:
@@ -362,7 +361,7 @@ def _certificate(c: _core.Certificate) -> Certificate:
     )
 
 
-def _solution(m: _core.Minimum, minima: tuple[Solution, ...] = ()) -> Solution:
+def _solution(m: _core.Minimum) -> Solution:
     return Solution(
         m.nodes_mm,
         m.status,
@@ -372,5 +371,4 @@ def _solution(m: _core.Minimum, minima: tuple[Solution, ...] = ()) -> Solution:
         m.energy_mj,
         m.iterations,
         m.evaluations,
-        minima,
     )

@@ -6,6 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
+from cloud_files import pcd
 from debulk import InputError, files
 
 KINDS = ["npy", "npz", "ply", "pcd"]
@@ -43,16 +44,6 @@ def ply(header, body=b""):
 
 XYZ = "property float x\nproperty float y\nproperty float z\n"
 LE = "format binary_little_endian 1.0\n"
-
-
-def pcd(body, data="binary", **lines):
-    header = {
-        "VERSION": "0.7", "FIELDS": "x y z", "SIZE": "4 4 4", "TYPE": "F F F", "COUNT": "1 1 1", "WIDTH": "2",
-        "HEIGHT": "1", "VIEWPOINT": "0 0 0 1 0 0 0", "POINTS": "2",
-    }  # fmt: skip
-    header |= lines
-    text = "".join(f"{key} {value}\n" for key, value in header.items() if value is not None)
-    return f"{text}DATA {data}\n".encode() + body
 
 
 TWO = np.array([[10, 20, 30], [40, np.nan, 60]], dtype="<f4")

@@ -1,6 +1,5 @@
 """Whatever becomes of a file: a cloud or one InputError, and no more memory than the file's size warrants."""
 
-import importlib.util
 import os
 import random
 import subprocess
@@ -12,19 +11,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import cloud_files as made
 from debulk import InputError, files
 
 HERE = Path(__file__).resolve().parent
-
-
-def helper(name):
-    spec = importlib.util.spec_from_file_location(name, HERE / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-made = helper("cloud_files")
 POINTS = np.random.default_rng(1).normal(0, 300, (5, 8, 3)).astype(np.float32)
 POINTS[1, 2:5] = np.nan
 FILES = made.all_kinds(POINTS)
@@ -116,9 +106,9 @@ def many_rounds(folder, rounds, seed):
 
 def test_no_change_makes_a_reader_take_much_memory(tmp_path):
     script = (
-        "import importlib.util, resource, sys\n"
-        f"spec = importlib.util.spec_from_file_location('fuzz', {__file__!r})\n"
-        "fuzz = importlib.util.module_from_spec(spec); spec.loader.exec_module(fuzz)\n"
+        "import resource, sys\n"
+        f"sys.path.insert(0, {str(HERE)!r})\n"
+        "import test_files_fuzz as fuzz\n"
         "[fuzz.check(fuzz.Path(sys.argv[1]) / name, data) for name, data in fuzz.FILES]\n"
         "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024\n"
         f"before = peak(); clouds = fuzz.many_rounds(sys.argv[1], {ROUNDS}, 7); after = peak()\n"

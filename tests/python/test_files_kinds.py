@@ -2,7 +2,6 @@
 
 import bz2
 import gzip
-import importlib.util
 import lzma
 import os
 import pickle
@@ -14,21 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import cloud_files as made
 from debulk import InputError, files
 
 HERE = Path(__file__).resolve().parent
 CAPTURES = HERE.parents[2] / "shared" / "data" / "organised_clouds"
-
-
-def helper(name):
-    """Return a module that lies beside this one: pytest imports by path."""
-    spec = importlib.util.spec_from_file_location(name, HERE / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-made = helper("cloud_files")
 
 
 def cloud(*shape):
