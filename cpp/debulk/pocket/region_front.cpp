@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
+#include <cstdlib>
 #include <cmath>
 #include <limits>
 
@@ -122,7 +124,7 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
   mesh.high_mm = flag_mm();
   mesh.clamp_mm = options_.segment.cut_height_mm;
   mesh.reach_mm = 1.5 * threshold_.value;
-  pass_.run(scan, masked, view_, mesh_, base_, mesh, options_.segment.ply_outline ? &near_ply_ : nullptr, threads_, stop);
+  pass_.run(scan, masked, view_, mesh_, base_, mesh, options_.segment.ply_outline ? &near_ply_ : nullptr, spans_, threads_, stop);
   if (!(pass_.across_mm() >= smallest_mm)) return refuse("the scan shows little");
   if (pass_.strays() > 0) return refuse("the scan is not an image of the camera");
   read_share_ = static_cast<double>(pass_.read() + threshold_.points) / static_cast<double>(scan.size());
@@ -133,7 +135,8 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
   std::vector<Window> windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
   times_.coarse = laps.lap();
 
-  struct Strip {
+  const double margin = (4 * threshold_.value + 11 * mesh_.pixel_mm) / frame_.spacing;  // about that of image_part
+  struct Part {
     Window window;
     Work* work;
     long size() const { return window.size(); }
@@ -159,21 +162,22 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
       jobs.push_back({next.back().get()});
     }
     works = std::move(next);
-    std::vector<Strip> strips;
+    std::vector<Part> parts;
     image_share_ = 0;
     for (const auto& work : works)
-      for (const Window& strip : blocks.strips(work->window)) {
-        const CloudPart part = image_part(strip, threshold_.value);
+      for (const Window& window : blocks.rectangles(work->window, margin)) {
+        const CloudPart part = image_part(window, threshold_.value);
         image_share_ += static_cast<double>(part.width) * part.height / static_cast<double>(scan.size());
-        if (!work->segmentation) strips.push_back({strip, work.get()});
+        if (!work->segmentation) parts.push_back({window, work.get()});
       }
+    if (getenv("DBG")) { long all=0,want=0,sp=0,px=0; for (auto& w:works) all+=w->window.size(); for (auto&t:blocks.top.values) want+=t>=0; for (auto&x:parts){sp+=x.window.size(); auto q=image_part(x.window, threshold_.value); px+=(long)q.width*q.height; fprintf(stderr,"  %d x %d top %.1f -> %d x %d\n", x.window.i1-x.window.i0,x.window.j1-x.window.j0,x.window.top,q.width,q.height);} fprintf(stderr,"round %d windows %zu pts %ld wanted %ld parts %zu pts %ld px %ld margin %.1f\n",round,works.size(),all,want*256,parts.size(),sp,px,margin);}
     if (image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
 
     laps.lap();
     std::atomic<bool> fits{true};
     largest_first(jobs, [&](Job& job, int) { lay_coarse(*job.work); });
-    largest_first(strips, [&](Strip& strip, int threads) {
-      if (!make_exact(strip.window, *strip.work, scan, masked, threads, stop)) fits = false;
+    largest_first(parts, [&](Part& part, int threads) {
+      if (!make_exact(part.window, *part.work, scan, masked, threads, stop)) fits = false;
     });
     if (!fits) return refuse("the scan is not an image of the camera");
     times_.windows += laps.lap();
@@ -185,12 +189,12 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
     });
     times_.segment += laps.lap();
     if (!feet.noise_mm) {  // once: windows that grow tell nothing new
-      std::vector<GridPart> parts;
-      for (const Strip& s : strips) {
-        const Window& w = s.work->window;
-        parts.push_back({&s.work->segmentation->heights, s.window.i0 - w.i0, s.window.j0 - w.j0, s.window.i1 - w.i0, s.window.j1 - w.j0});
+      std::vector<GridPart> exact;
+      for (const Part& p : parts) {
+        const Window& w = p.work->window;
+        exact.push_back({&p.work->segmentation->heights, p.window.i0 - w.i0, p.window.j0 - w.j0, p.window.i1 - w.i0, p.window.j1 - w.j0});
       }
-      const double noise = height_noise(parts);
+      const double noise = height_noise(exact);
       feet.noise_mm = std::isnan(noise) ? 0 : noise;
     }
     largest_first(jobs, [&](Job& job, int) {

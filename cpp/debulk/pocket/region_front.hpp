@@ -97,6 +97,7 @@ class RegionFront {
   Mesh mesh_;
   Grid<std::uint8_t> on_ply_, near_ply_;  // coarse: the ply, and a little round it
   std::vector<std::uint8_t> tile_near_;
+  std::vector<TileSpan> spans_;  // of the tiles that are near the ply
   std::vector<float> cell_mm2_;  // of the ply
   double visible_mm2_ = 0;
   int overview_step_ = 1;

@@ -85,7 +85,7 @@ TEST(MeshPass, SeesEveryRegionThatIsLargerThanAnEye) {
     }
     if (count < wanted) continue;
     const std::vector<float> points = scan_of(high);
-    pass.run({points.data(), kWidth, kHeight}, nullptr, view, mesh, base, options, nullptr, 1, Stop());
+    pass.run({points.data(), kWidth, kHeight}, nullptr, view, mesh, base, options, nullptr, {}, 1, Stop());
     bool seen = false;
     for (const std::uint8_t tile : pass.tile_high()) seen |= tile != 0;
     EXPECT_TRUE(seen) << "trial " << trial;
@@ -102,7 +102,7 @@ TEST(MeshPass, SingleFlyingPixelsAreNothingHigh) {
       for (int k = 0; k < 1 + i % 6; ++k) high[static_cast<std::size_t>(j * kWidth + i + k)] = 1;
   const std::vector<float> points = scan_of(high);
   MeshPass pass;
-  pass.run({points.data(), kWidth, kHeight}, nullptr, view, choose_mesh(base, view, 200, nullptr), base, {}, nullptr, 2, Stop());
+  pass.run({points.data(), kWidth, kHeight}, nullptr, view, choose_mesh(base, view, 200, nullptr), base, {}, nullptr, {}, 2, Stop());
   for (const std::uint8_t tile : pass.tile_high()) EXPECT_EQ(tile, 0);
 }
 
@@ -113,13 +113,13 @@ TEST(Windows, MergeUntilNoneOverlaps) {
   EXPECT_EQ(merged({{0, 16, 16, 32}, {0, 0, 16, 16}}).size(), 2U);
 }
 
-TEST(Windows, StripsCoverTheWantedBlocksOnce) {
+TEST(Windows, RectanglesCoverTheWantedBlocksOnce) {
   const Grid<float> frame(700, 500, {0, 0}, 0.5);
   Blocks blocks(frame);
   blocks.add({40, 50, 130, 300}, 3);
   blocks.add({400, 280, 690, 480}, 5);
   Grid<int> covered(700, 500, {0, 0}, 0.5, 0);
-  for (const Window& strip : blocks.strips({0, 0, 700, 500}))
+  for (const Window& strip : blocks.rectangles({0, 0, 700, 500}, 12))
     for (int j = strip.j0; j < strip.j1; ++j)
       for (int i = strip.i0; i < strip.i1; ++i) ++covered.at(i, j);
   for (int j = 0; j < 500; ++j)
@@ -178,7 +178,7 @@ TEST(RegionFront, ARaisedStopEndsItBeforeItsWork) {
   EXPECT_TRUE(front.run(scan, nullptr)) << "usable again";
   const RayBase base = ray_base(*plane(), looking_down());
   MeshPass pass;
-  EXPECT_THROW(pass.run(scan, nullptr, looking_down(), front.mesh(), base, {}, nullptr, 1, stop), Stopped);
+  EXPECT_THROW(pass.run(scan, nullptr, looking_down(), front.mesh(), base, {}, nullptr, {}, 1, stop), Stopped);
   EXPECT_THROW(sample_threshold(scan, nullptr, looking_down().camera, options.front.outliers, 1, stop), Stopped);
 }
 
