@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
-#include <cstdlib>
 #include <cmath>
 #include <limits>
 
@@ -170,7 +168,6 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
         image_share_ += static_cast<double>(part.width) * part.height / static_cast<double>(scan.size());
         if (!work->segmentation) parts.push_back({window, work.get()});
       }
-    if (getenv("DBG")) { long all=0,want=0,sp=0,px=0; for (auto& w:works) all+=w->window.size(); for (auto&t:blocks.top.values) want+=t>=0; for (auto&x:parts){sp+=x.window.size(); auto q=image_part(x.window, threshold_.value); px+=(long)q.width*q.height; fprintf(stderr,"  %d x %d top %.1f -> %d x %d\n", x.window.i1-x.window.i0,x.window.j1-x.window.j0,x.window.top,q.width,q.height);} fprintf(stderr,"round %d windows %zu pts %ld wanted %ld parts %zu pts %ld px %ld margin %.1f\n",round,works.size(),all,want*256,parts.size(),sp,px,margin);}
     if (image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
 
     laps.lap();
