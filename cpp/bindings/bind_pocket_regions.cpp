@@ -60,11 +60,15 @@ void bind_regions(py::module_& m) {
             return front.run(cloud, masked, stop);
           },
           py::arg("scan"), py::arg("mask").none(true), py::arg("stop"))
-      .def("take",  // the regions' segmentations and feet; the next call has none
-           [](RegionFront& front) {
+      // The regions' segmentations and feet. Their memory is used again by the first run that begins when nobody holds them.
+      .def("regions",
+           [](const RegionFront& front) {
              py::list out;
-             for (Region& region : front.regions()) out.append(py::make_tuple(std::move(region.segmentation), std::move(region.feet)));
-             front.regions().clear();
+             for (const auto& region : front.regions()) {
+               const auto ours = std::const_pointer_cast<Region>(region);  // Python's views are read-only
+               out.append(
+                   py::make_tuple(std::shared_ptr<Segmentation>(ours, &ours->segmentation), std::shared_ptr<FootMap>(ours, &ours->feet)));
+             }
              return out;
            })
       .def("overview",
@@ -79,11 +83,13 @@ void bind_regions(py::module_& m) {
              return py::make_tuple(grid_values(std::move(map)), py::array_t<double>(2, origin.data()), spacing);
            })
       .def_property_readonly("windows",
-                             [](RegionFront& front) {
+                             [](const RegionFront& front) {
                                std::vector<std::array<int, 4>> out;
-                               for (const Region& r : front.regions()) out.push_back({r.window.i0, r.window.j0, r.window.i1, r.window.j1});
+                               for (const auto& r : front.regions())
+                                 out.push_back({r->window.i0, r->window.j0, r->window.i1, r->window.j1});
                                return out;
                              })
+      .def_property_readonly("usable", &RegionFront::usable)
       .def_property_readonly("reason", &RegionFront::reason)
       .def_property_readonly("known_mm2", &RegionFront::known_mm2)
       .def_property_readonly("image_share", &RegionFront::image_share)

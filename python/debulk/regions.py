@@ -55,8 +55,9 @@ class RegionFront:
 
     A coarse pass over some rows and columns of pixels finds what stands up; windows round that are processed exactly
     as the whole scan would be: outliers, heights, holes, spikes, median, segmentation, feet. It takes the scans of a
-    pinhole camera; others are for `debulk.front.FrontEnd`. Memory is kept from scan to scan. One object serves one
-    thread at a time.
+    pinhole camera; others are for `debulk.front.FrontEnd`. One object serves one thread at a time. Memory is kept from
+    scan to scan: `inspect` writes where an earlier `Found` was that nobody holds any more, and never changes one that
+    is held. Reports hold none.
 
     Parameters
     ----------
@@ -142,14 +143,19 @@ class RegionFront:
         share, windows = self._core.image_share, len(self._core.windows)
         overview = self._core.overview()
         parts = []
-        for segmentation, feet in self._core.take():
+        for segmentation, feet in self._core.regions():
             found = pocket.from_core(segmentation)
             parts.append((found, pocket.feet_from_core(found, feet, self._recipe.material.thickness_mm)))
         return Found(parts, self._core.known_mm2, Grid(*overview), self._left_out(share, windows))
 
     @property
+    def usable(self) -> bool:
+        """Whether scans can be taken at all; if not, `reason` says why."""
+        return bool(self._core.usable)
+
+    @property
     def reason(self) -> str:
-        """Why the last scan is to be processed whole; empty if not."""
+        """Why the last scan, or any, is to be processed whole; empty if not."""
         return str(self._core.reason)
 
     @property

@@ -65,9 +65,38 @@ void RegionFront::give_back(std::unique_ptr<Scratch> scratch) {
   spare_.push_back(std::move(scratch));
 }
 
+// The smallest spare memory that is large enough, or the largest; not that of a result that somebody still holds.
+std::unique_ptr<RegionFront::Work> RegionFront::fresh_work(const Window& window) {
+  const auto held = [](const std::unique_ptr<Work>& work) { return work->region.use_count() > 1; };
+  spare_works_.erase(std::remove_if(spare_works_.begin(), spare_works_.end(), held), spare_works_.end());
+  const auto room = [](const std::unique_ptr<Work>& work) { return work->map.heights.values.capacity(); };
+  std::stable_sort(spare_works_.begin(), spare_works_.end(), [&](const auto& a, const auto& b) { return room(a) < room(b); });
+  auto found = std::find_if(spare_works_.begin(), spare_works_.end(),
+                            [&](const auto& work) { return room(work) >= static_cast<std::size_t>(window.size()); });
+  if (found == spare_works_.end() && found != spare_works_.begin()) --found;
+  std::unique_ptr<Work> out;
+  if (found == spare_works_.end()) {
+    out = std::make_unique<Work>();
+  } else {
+    out = std::move(*found);
+    spare_works_.erase(found);
+  }
+  out->region->window = window;
+  out->done = false;
+  return out;
+}
+
+void RegionFront::segment(Work& work, int threads) {
+  std::unique_ptr<Scratch> scratch = borrow();
+  scratch->segmenter.reuse(std::move(work.region->segmentation));
+  scratch->segmenter.run(work.map.heights, options_.segment, &work.map.measured, threads);
+  work.region->segmentation = scratch->segmenter.take();
+  give_back(std::move(scratch));
+}
+
 // The window's heights as the coarse pass has them.
 void RegionFront::lay_coarse(Work& work) const {
-  const Window& w = work.window;
+  const Window& w = work.window();
   Grid<float>& heights = work.map.heights;
   heights.nx = w.i1 - w.i0, heights.ny = w.j1 - w.j0, heights.spacing = frame_.spacing, heights.origin = frame_.position(w.i0, w.j0);
   heights.values.resize(static_cast<std::size_t>(heights.nx) * static_cast<std::size_t>(heights.ny));
@@ -118,7 +147,7 @@ bool RegionFront::make_exact(const Window& strip, Work& work, const CloudView& s
     exact.values.resize(static_cast<std::size_t>(exact.nx) * static_cast<std::size_t>(exact.ny));
     gridding_->run(image, {part.column, part.row, part.width, part.height}, exact, strip.i0, strip.j0, image.isa, threads, stop);
     for (int j = 0; j < exact.ny; ++j)
-      std::copy_n(&exact.at(0, j), exact.nx, &work.map.heights.at(strip.i0 - work.window.i0, strip.j0 - work.window.j0 + j));
+      std::copy_n(&exact.at(0, j), exact.nx, &work.map.heights.at(strip.i0 - work.window().i0, strip.j0 - work.window().j0 + j));
   }
   give_back(std::move(scratch));
   return fits;

@@ -170,8 +170,8 @@ Grid<float> RegionFront::overview() const {
     if (overview_cell_.values[k] >= 0) out.values[k] = cells[static_cast<std::size_t>(overview_cell_.values[k])];
   const int step = overview_step_;
   for (std::size_t r = 0; r < regions_.size(); ++r) {
-    const Window& w = regions_[r].window;
-    const Grid<float>& exact = maps_[r].heights;
+    const Window& w = regions_[r]->window;
+    const Grid<float>& exact = works_[r]->map.heights;
     for (int j = (w.j0 + step - 1) / step; j * step < w.j1; ++j)
       for (int i = (w.i0 + step - 1) / step; i * step < w.i1; ++i) out.at(i, j) = exact.at(i * step - w.i0, j * step - w.j0);
   }
