@@ -6,30 +6,10 @@
 #include <vector>
 
 #include "debulk/core/stop.hpp"
-#include "debulk/pocket/feet.hpp"
-#include "debulk/pocket/segment.hpp"
-#include "debulk/pocket/windows.hpp"
-#include "debulk/surface/front_end.hpp"
+#include "debulk/pocket/region.hpp"
 #include "debulk/surface/sampled_threshold.hpp"
 
 namespace debulk {
-
-struct RegionOptions {
-  FrontEndOptions front;
-  SegmentOptions segment;
-  FootOptions feet;
-  double largest_share = 0.8;  // of the image in regions: above it, the whole scan is cheaper
-
-  void check() const;
-};
-
-// A part of the ply with pockets in it. Its heights are exact round everything that stands up, and the coarse pass's
-// elsewhere.
-struct Region {
-  Window window;  // of the whole height map
-  Segmentation segmentation;
-  FootMap feet;
-};
 
 // From a scan to its pockets through regions of interest: a coarse pass (MeshPass) finds what stands up, and only windows
 // round that are cleaned, gridded, filtered and segmented, with the same exact steps as the whole scan (FrontEnd, segment,
