@@ -41,14 +41,14 @@ CloudPart RegionFront::image_part(const Window& window, double threshold) const 
   const double reach = 4 * threshold * view_.camera.f * stretch / std::max(1.0, nearest - depth_slack) + 1;  // pixels
   const int margin = static_cast<int>(std::ceil(std::min(reach, 1e5))) + 3;
   CloudPart part;
-  const int first = std::clamp(static_cast<int>(std::floor(left)) - margin, 0, view_.width - 1) / 16 * 16;
-  part.column = first;
-  part.row = std::clamp(static_cast<int>(std::floor(top)) - margin, 0, view_.height - 1) / 16 * 16;
+  const auto down = [](int pixel) { return pixel / 16 * 16; };  // the tiles, where heights are first looked up, are the whole image's
+  part.column = down(std::clamp(static_cast<int>(std::floor(left)) - margin, 0, view_.width - 1));
+  part.row = down(std::clamp(static_cast<int>(std::floor(top)) - margin, 0, view_.height - 1));
   part.width = std::clamp(static_cast<int>(std::ceil(right)) + margin + 1, part.column + 1, view_.width) - part.column;
   part.height = std::clamp(static_cast<int>(std::ceil(bottom)) + margin + 1, part.row + 1, view_.height) - part.row;
   part.width = std::max(part.width, std::min(16, view_.width - part.column));
   part.height = std::max(part.height, 2);
-  part.row = std::min(part.row, (view_.height - part.height) / 16 * 16);
+  part.row = std::min(part.row, down(view_.height - part.height));
   return part;
 }
 

@@ -59,23 +59,24 @@ bool RegionFront::refuse(const char* why) {
   return false;
 }
 
-// Whether something of a pocket or its foot lies on heights of the coarse pass, or at a side of the window behind which the
-// frame goes on: then more blocks are to be exact, and the window is to hold them.
-bool RegionFront::wants_more(const Work& work, Blocks& blocks, Window& window) const {
+// Blocks in which something of a pocket or its foot lies on heights of the coarse pass, or at a side of the window behind
+// which the frame goes on.
+std::vector<Window> RegionFront::unsure(const Work& work, const Blocks& blocks) const {
   constexpr int side = Blocks::side;
   const Window& w = work.window();
   const Segmentation& s = work.region->segmentation;
+  const FootMap& feet = work.region->feet;
   bool open = false;
   for (const Pocket& p : s.pockets) open |= p.touches_unknown;
-  for (const Foot& f : work.region->feet.feet) open |= !f.closed;
+  for (const Foot& f : feet.feet) open |= !f.closed;
   const auto taken = [&](int i, int j) {
-    return s.labels.at(i, j) > 0 || work.region->feet.labels.at(i, j) > 0 || (open && std::isnan(s.heights.at(i, j)) && s.ply.on_ply(i, j));
+    return s.labels.at(i, j) > 0 || feet.labels.at(i, j) > 0 || (open && std::isnan(s.heights.at(i, j)) && s.ply.on_ply(i, j));
   };
-  std::vector<Window> more;
+  std::vector<Window> out;
   const int nx = s.labels.nx, ny = s.labels.ny;
   for (int bj = 0; bj < ny; bj += side)
     for (int bi = 0; bi < nx; bi += side) {
-      const Window block{bi, bj, std::min(bi + side, nx), std::min(bj + side, ny), work.window().top};
+      const Window block{bi, bj, std::min(bi + side, nx), std::min(bj + side, ny), 0};
       const bool coarse = !blocks.wanted((w.i0 + bi) / side, (w.j0 + bj) / side);
       const bool at_side =
           (bi == 0 && w.i0 > 0) || (bj == 0 && w.j0 > 0) || (block.i1 == nx && w.i1 < frame_.nx) || (block.j1 == ny && w.j1 < frame_.ny);
@@ -87,15 +88,19 @@ bool RegionFront::wants_more(const Work& work, Blocks& blocks, Window& window) c
               (i == 0 && w.i0 > 0) || (j == 0 && w.j0 > 0) || (i == nx - 1 && w.i1 < frame_.nx) || (j == ny - 1 && w.j1 < frame_.ny);
           found = (coarse || edge) && taken(i, j);
         }
-      if (found) more.push_back(block);
+      if (found) out.push_back({w.i0 + block.i0, w.j0 + block.j0, w.i0 + block.i1, w.j0 + block.j1, w.top});
     }
-  for (const Window& block : more) {
-    const Window ring = grown({w.i0 + block.i0, w.j0 + block.j0, w.i0 + block.i1, w.j0 + block.j1, w.top}, 2 * side, frame_.nx, frame_.ny);
-    blocks.add(ring, w.top);
+  return out;
+}
+
+// Such blocks, and those round them, are to be exact, and the window is to hold them.
+void RegionFront::grow(Window& window, const std::vector<Window>& unsure, Blocks& blocks) const {
+  for (const Window& block : unsure) {
+    const Window ring = grown(block, 2 * Blocks::side, frame_.nx, frame_.ny);
+    blocks.add(ring, window.top);
     window = {std::min(window.i0, ring.i0), std::min(window.j0, ring.j0), std::max(window.i1, ring.i1), std::max(window.j1, ring.j1),
               window.top};
   }
-  return !more.empty();
 }
 
 // Each item by one thread, the largest first; one that is larger than a thread's share by all of them.
@@ -134,11 +139,16 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
   if (!(pass_.across_mm() >= smallest_mm)) return refuse("the scan shows little");
   if (pass_.strays() > 0) return refuse("the scan is not an image of the camera");
   read_share_ = static_cast<double>(pass_.read() + threshold_.points) / static_cast<double>(scan.size());
-  account_for_holes();
   WindowOptions around;
   around.low_mm = options_.feet.thickness_mm + options_.feet.mold_tol_mm / 2;
   Blocks blocks(frame_);
-  std::vector<Window> windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
+  std::vector<Window> windows;
+  parallel_for(2, 1, threads_, [&](long which, long) {
+    if (which == 0)
+      windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
+    else
+      account_for_holes();
+  });
   times_.coarse = laps.lap();
 
   const double margin = (4 * threshold_.value + 11 * mesh_.pixel_mm) / frame_.spacing;  // about that of image_part
@@ -206,6 +216,7 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
     largest_first(jobs, [&](Job& job, int) {
       if (stop.now()) throw Stopped("the search for feet was stopped");
       job.work->region->feet = find_feet(job.work->region->segmentation, feet, stop);
+      job.work->unsure = unsure(*job.work, blocks);
       job.work->done = true;
     });
     times_.feet += laps.lap();
@@ -213,8 +224,11 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
     bool grew = false;
     again.assign(windows.size(), 0);
     std::vector<Window> wider = windows;
-    for (std::size_t k = 0; k < works_.size(); ++k)
-      if (wants_more(*works_[k], blocks, wider[k])) again[k] = 1, grew = true;
+    for (std::size_t k = 0; k < works_.size(); ++k) {
+      if (works_[k]->unsure.empty()) continue;
+      again[k] = 1, grew = true;
+      grow(wider[k], works_[k]->unsure, blocks);
+    }
     if (!grew) break;
     if (round + 1 == rounds) return refuse("a pocket's foot runs on and on");
     const std::vector<Window> before = std::move(windows);

@@ -65,7 +65,8 @@ class RegionFront {
   bool make_exact(const Window& strip, Work& work, const CloudView& scan, const std::uint8_t* masked, int threads, const Stop& stop);
   void filter(Work& work, int threads, const Stop& stop);
   void segment(Work& work, int threads);
-  bool wants_more(const Work& work, Blocks& blocks, Window& window) const;
+  std::vector<Window> unsure(const Work& work, const Blocks& blocks) const;
+  void grow(Window& window, const std::vector<Window>& unsure, Blocks& blocks) const;
   std::unique_ptr<Scratch> borrow();
   void give_back(std::unique_ptr<Scratch> scratch);
   std::unique_ptr<Work> fresh_work(const Window& window);

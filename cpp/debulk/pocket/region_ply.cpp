@@ -139,7 +139,7 @@ void RegionFront::account_for_holes() {
     constexpr int cells = MeshPass::tile_side / MeshPass::cell_columns;
     for (int i = span.begin * cells; i < std::min(known.nx, span.end * cells); ++i) known.at(i, j) = row[i] == row[i];
   }
-  const std::vector<Run> runs = find_runs(known, false, threads_);
+  const std::vector<Run> runs = find_runs(known, false, 1);
   const std::vector<int> first = join_runs(runs, 1);
   struct Gap {
     int left = std::numeric_limits<int>::max(), right = -1, low = std::numeric_limits<int>::max(), high = -1;

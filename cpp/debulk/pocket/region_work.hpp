@@ -17,7 +17,8 @@ struct RegionFront::Scratch {
 struct RegionFront::Work {
   HeightMap map;
   std::shared_ptr<Region> region = std::make_shared<Region>();
-  bool done = false;  // segmented, with feet
+  bool done = false;           // segmented, with feet
+  std::vector<Window> unsure;  // blocks that are not exact and should be
 
   const Window& window() const { return region->window; }
 };
