@@ -26,7 +26,7 @@ void bind_regions(py::module_& m) {
                        const Array<double>& pose, double std_ratio, double least_ratio, int neighbours, double spacing,
                        double hole_diameter, double spike, int median_cells, double cut_height, double area_tol, double peak_tol,
                        const std::optional<Array<double>>& ply_outline, double thickness, double mold_tol, double smooth,
-                       double largest_share, int threads) {
+                       double largest_share, const std::optional<std::array<int, 2>>& mesh, int threads) {
              require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
              View view;
              view.height = shape[0], view.width = shape[1];
@@ -42,6 +42,7 @@ void bind_regions(py::module_& m) {
              options.feet.mold_tol_mm = mold_tol;
              options.feet.smooth_mm = smooth;
              options.largest_share = largest_share;
+             if (mesh) options.row_step = (*mesh)[0], options.column_step = (*mesh)[1];
              const py::gil_scoped_release release;
              const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
              return std::make_unique<RegionFront>(std::move(reference), -far, far, view, options, threads);
@@ -50,7 +51,7 @@ void bind_regions(py::module_& m) {
            py::arg("least_ratio"), py::arg("neighbours"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("spike_mm"),
            py::arg("median_cells"), py::arg("cut_height_mm"), py::arg("area_tol_mm2"), py::arg("peak_tol_mm"),
            py::arg("ply_outline").none(true), py::arg("thickness_mm"), py::arg("mold_tol_mm"), py::arg("smooth_mm"),
-           py::arg("largest_share"), py::arg("threads"))
+           py::arg("largest_share"), py::arg("mesh").none(true), py::arg("threads"))
       .def(
           "run",
           [](RegionFront& front, const Points& scan, const std::optional<Array<std::uint8_t>>& mask, const Stop& stop) {

@@ -345,6 +345,7 @@ class RegionFront(metaclass=_Bound):
         mold_tol_mm: float,
         smooth_mm: float,
         largest_share: float,
+        mesh: tuple[int, int] | None,
         threads: int,
     ) -> None: ...
     def overview(self) -> tuple[_Singles, _Floats, float]: ...

@@ -73,6 +73,9 @@ class RegionFront:
         (M, 2), mold XY, mm, or None.
     recipe
         The sections clean, segmentation, patch, material and run.
+    mesh
+        (rows, columns): the coarse pass reads every so-manyth, for studies; a sparse mesh can miss pockets. None: as
+        sparse as the area tolerance allows without missing any.
 
     Examples
     --------
@@ -95,6 +98,7 @@ class RegionFront:
         spacing_mm: float,
         ply_outline: Floats | None,
         recipe: Recipe,
+        mesh: tuple[int, int] | None = None,
     ) -> None:
         clean, wanted, patch = recipe.clean, recipe.segmentation, recipe.patch
         self._recipe = recipe
@@ -118,6 +122,7 @@ class RegionFront:
             mold_tol_mm=patch.mold_tol_mm,
             smooth_mm=patch.smooth_mm,
             largest_share=0.8,
+            mesh=mesh,
             threads=recipe.run.threads,
         )
 
@@ -164,6 +169,17 @@ class RegionFront:
         return len(self._core.windows)
 
     @property
+    def mesh(self) -> tuple[int, int, float, float]:
+        """Steps of the rows and columns that the coarse pass reads; a pixel's longest side, mm; an eye's area, mm²."""
+        rows, columns, pixel_mm, eye_mm2 = self._core.mesh
+        return rows, columns, pixel_mm, eye_mm2
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Of the pixels: what the last scan's coarse pass and sample read, and what lay in its windows."""
+        return self._core.read_share, self._core.image_share
+
+    @property
     def times_ms(self) -> dict[str, float]:
         """How long the last scan took, stage by stage; "clean" with gridding, "fill" with spikes and median."""
         sample, coarse, windows, filtering, segment, feet = self._core.times
@@ -176,7 +192,7 @@ class RegionFront:
         }
 
     def _left_out(self, share: float, windows: int) -> tuple[LeftOut, ...]:
-        rows, columns, pixel_mm, eye_mm2 = self._core.mesh
+        rows, columns, pixel_mm, eye_mm2 = self.mesh
         threshold, error, points = self._core.threshold
         wanted = self._recipe.segmentation
         return (

@@ -11,7 +11,8 @@ struct RegionOptions {
   FrontEndOptions front;
   SegmentOptions segment;
   FootOptions feet;
-  double largest_share = 0.8;  // of the image in regions: above it, the whole scan is cheaper
+  double largest_share = 0.8;         // of the image in regions: above it, the whole scan is cheaper
+  int row_step = 0, column_step = 0;  // of the coarse mesh, pixels, for studies; 0: the widest that the area tolerance allows
 
   void check() const;
 };

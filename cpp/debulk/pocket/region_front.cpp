@@ -27,6 +27,8 @@ void RegionOptions::check() const {
   front.check();
   segment.check();
   feet.check();
+  require(row_step >= 0 && column_step >= 0 && (row_step > 0) == (column_step > 0), "mesh", "two positive numbers of pixels, or none",
+          std::to_string(row_step) + ", " + std::to_string(column_step));
 }
 
 RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high,

@@ -62,6 +62,7 @@ void RegionFront::prepare_ply() {
       for (int i = 0; i < nx; ++i) on_ply_.at(i, j) = ply.on_ply(i, j);
   }
   mesh_ = choose_mesh(base_, view_, options_.segment.area_tol_mm2, options_.segment.ply_outline ? &on_ply_ : nullptr);
+  if (options_.row_step > 0) mesh_.row_step = options_.row_step, mesh_.column_step = options_.column_step;
   near_ply_ = widened(on_ply_, static_cast<int>(std::ceil(beside_mm / ply_cell_mm)));
   const double stands = std::max(stands_mm, options_.front.fill.diameter + 2 * ply_cell_mm);
   const Grid<std::uint8_t> far = widened(on_ply_, static_cast<int>(std::ceil(stands / ply_cell_mm)));
