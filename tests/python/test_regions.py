@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import debulk
 from debulk import _core
-from debulk.regions import Found, in_order
+from debulk.regions import Found, RegionFront, in_order
 
 Floats = NDArray[np.float64]
 
@@ -377,6 +377,26 @@ def test_the_same_bits_on_any_number_of_threads(level: Bench) -> None:
     for other in results[1:]:
         for a, b in zip(results[0], other, strict=True):
             assert np.array_equal(a, b, equal_nan=True)
+
+
+def test_windows_grow_until_they_hold_what_a_sparse_mesh_saw_in_part() -> None:
+    layup = debulk.scenes.layup(seed=1, pixels=(1280, 960))
+    inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    sparse = RegionFront(
+        inspector.reference,
+        inspector.prepared.image,
+        layup.mold_from_scanner,
+        inspector.grid_spacing_mm,
+        layup.ply_outline,
+        inspector.recipe,
+        mesh=(16, 256),  # a row in 18 mm
+    )
+    found = sparse.inspect(layup.scan, None, _core.Stop())
+    assert found is not None
+    assert sparse.mesh[:2] == (16, 256)
+    assert_same(found, find(inspector, layup.scan))
+    with pytest.raises(debulk.InputError, match="mesh"):
+        RegionFront(inspector.reference, inspector.prepared.image, None, 1.0, None, inspector.recipe, mesh=(0, 64))
 
 
 @pytest.mark.parametrize("seed", [0, 3])

@@ -52,19 +52,6 @@ CloudPart RegionFront::image_part(const Window& window, double threshold) const 
   return part;
 }
 
-std::unique_ptr<RegionFront::Scratch> RegionFront::borrow() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (spare_.empty()) return std::make_unique<Scratch>();
-  std::unique_ptr<Scratch> out = std::move(spare_.back());
-  spare_.pop_back();
-  return out;
-}
-
-void RegionFront::give_back(std::unique_ptr<Scratch> scratch) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  spare_.push_back(std::move(scratch));
-}
-
 // The smallest spare memory that is large enough, or the largest; not that of a result that somebody still holds.
 std::unique_ptr<RegionFront::Work> RegionFront::fresh_work(const Window& window) {
   const auto held = [](const std::unique_ptr<Work>& work) { return work->region.use_count() > 1; };
@@ -82,16 +69,15 @@ std::unique_ptr<RegionFront::Work> RegionFront::fresh_work(const Window& window)
     spare_works_.erase(found);
   }
   out->region->window = window;
-  out->done = false;
+  out->done = false, out->unsure.clear();
   return out;
 }
 
 void RegionFront::segment(Work& work, int threads) {
-  std::unique_ptr<Scratch> scratch = borrow();
+  const std::shared_ptr<Scratch> scratch = scratch_.borrow();
   scratch->segmenter.reuse(std::move(work.region->segmentation));
   scratch->segmenter.run(work.map.heights, options_.segment, &work.map.measured, threads);
   work.region->segmentation = scratch->segmenter.take();
-  give_back(std::move(scratch));
 }
 
 // The window's heights as the coarse pass has them.
@@ -119,7 +105,7 @@ void RegionFront::lay_coarse(Work& work) const {
 bool RegionFront::make_exact(const Window& strip, Work& work, const CloudView& scan, const std::uint8_t* masked, int threads,
                              const Stop& stop) {
   if (stop.now()) throw Stopped("a region's height map was stopped");
-  std::unique_ptr<Scratch> scratch = borrow();
+  const std::shared_ptr<Scratch> scratch = scratch_.borrow();
   const CloudPart wanted = image_part(strip, threshold_.value);
   CloudPart& part = scratch->part;
   part.column = wanted.column, part.row = wanted.row, part.width = wanted.width, part.height = wanted.height;
@@ -149,7 +135,6 @@ bool RegionFront::make_exact(const Window& strip, Work& work, const CloudView& s
     for (int j = 0; j < exact.ny; ++j)
       std::copy_n(&exact.at(0, j), exact.nx, &work.map.heights.at(strip.i0 - work.window().i0, strip.j0 - work.window().j0 + j));
   }
-  give_back(std::move(scratch));
   return fits;
 }
 
@@ -157,7 +142,7 @@ void RegionFront::filter(Work& work, int threads, const Stop& stop) {
   const auto check = [&] {
     if (stop.now()) throw Stopped("a region's height map was stopped");
   };
-  std::unique_ptr<Scratch> scratch = borrow();
+  const std::shared_ptr<Scratch> scratch = scratch_.borrow();
   Grid<float>& heights = work.map.heights;
   check();
   scratch->filling.run(heights, options_.front.fill, work.map.measured, threads, stop);
@@ -169,7 +154,6 @@ void RegionFront::filter(Work& work, int threads, const Stop& stop) {
     median(heights, options_.front.median, scratch->other, threads, stop);
     heights.values.swap(scratch->other.values);
   }
-  give_back(std::move(scratch));
 }
 
 }  // namespace debulk

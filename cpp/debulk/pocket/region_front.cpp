@@ -121,18 +121,12 @@ void RegionFront::largest_first(std::vector<Item>& items, const Body& body) cons
                [&](long begin, long) { body(items[alone + static_cast<std::size_t>(begin)], 1); });
 }
 
-bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const Stop& stop) {
-  times_ = {};
+// Finds out what stands up: threshold_, pass_, known_mm2_, and windows and blocks round it. False: refused.
+bool RegionFront::look(const CloudView& scan, const std::uint8_t* masked, Blocks& blocks, std::vector<Window>& windows, const Stop& stop) {
   Clock laps;
-  regions_.clear();
-  for (std::unique_ptr<Work>& work : works_) spare_works_.push_back(std::move(work));
-  works_.clear();
-  if (!usable_) return false;
-  if (scan.width != view_.width || scan.height != view_.height) return refuse("the scan has another shape than the reference");
-  threshold_ = sample_threshold(scan, masked, view_.camera, options_.front.outliers, threads_, stop);
+  threshold_ = sampler_.run(scan, masked, view_.camera, options_.front.outliers, threads_, stop);
   times_.sample = laps.lap();
   if (!threshold_.pinhole) return refuse("the scan is not an image of the camera, or shows little");
-
   MeshOptions mesh;
   mesh.high_mm = flag_mm();
   mesh.clamp_mm = options_.segment.cut_height_mm;
@@ -143,8 +137,6 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
   read_share_ = static_cast<double>(pass_.read() + threshold_.points) / static_cast<double>(scan.size());
   WindowOptions around;
   around.low_mm = options_.feet.thickness_mm + options_.feet.mold_tol_mm / 2;
-  Blocks blocks(frame_);
-  std::vector<Window> windows;
   parallel_for(2, 1, threads_, [&](long which, long) {
     if (which == 0)
       windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
@@ -152,8 +144,23 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
       account_for_holes();
   });
   times_.coarse = laps.lap();
+  return true;
+}
 
-  const double margin = (4 * threshold_.value + 11 * mesh_.pixel_mm) / frame_.spacing;  // about that of image_part
+// Puts works_ in the windows' order. What is there already stays, but where `again` says otherwise.
+void RegionFront::lay_out(const std::vector<Window>& windows, const std::vector<std::uint8_t>& again) {
+  std::vector<std::unique_ptr<Work>> old = std::move(works_);
+  works_.clear();
+  for (std::size_t k = 0; k < windows.size(); ++k) {
+    const auto same = std::find_if(old.begin(), old.end(), [&](const auto& w) { return w && w->window() == windows[k]; });
+    works_.push_back(same != old.end() && !again[k] ? std::move(*same) : fresh_work(windows[k]));
+  }
+  for (std::unique_ptr<Work>& work : old)
+    if (work) spare_works_.push_back(std::move(work));
+}
+
+// From the scan to the pockets and feet of the windows that are not done. False: refused.
+bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, const Blocks& blocks, FootOptions& feet, const Stop& stop) {
   struct Part {
     Window window;
     Work* work;
@@ -163,82 +170,78 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
     Work* work;
     long size() const { return work->window().size(); }
   };
+  const double margin = (4 * threshold_.value + 11 * mesh_.pixel_mm) / frame_.spacing;  // about that of image_part
+  std::vector<Part> parts;
+  std::vector<Job> jobs;
+  image_share_ = 0;
+  for (const auto& work : works_) {
+    if (!work->done) jobs.push_back({work.get()});
+    for (const Window& window : blocks.rectangles(work->window(), margin)) {
+      const CloudPart part = image_part(window, threshold_.value);
+      image_share_ += static_cast<double>(part.width) * part.height / static_cast<double>(scan.size());
+      if (!work->done) parts.push_back({window, work.get()});
+    }
+  }
+  if (image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
+
+  Clock laps;
+  std::atomic<bool> fits{true};
+  largest_first(jobs, [&](Job& job, int) { lay_coarse(*job.work); });
+  largest_first(parts, [&](Part& part, int threads) {
+    if (!make_exact(part.window, *part.work, scan, masked, threads, stop)) fits = false;
+  });
+  if (!fits) return refuse("the scan is not an image of the camera");
+  times_.windows += laps.lap();
+  largest_first(jobs, [&](Job& job, int threads) { filter(*job.work, threads, stop); });
+  times_.filter += laps.lap();
+  largest_first(jobs, [&](Job& job, int threads) {
+    if (stop.now()) throw Stopped("the segmentation was stopped");
+    segment(*job.work, threads);
+  });
+  times_.segment += laps.lap();
+  if (!feet.noise_mm) {  // once: windows that grow tell nothing new
+    std::vector<GridPart> exact;
+    for (const Part& p : parts) {
+      const Window &w = p.work->window(), &e = p.window;
+      exact.push_back({&p.work->region->segmentation.heights, e.i0 - w.i0, e.j0 - w.j0, e.i1 - w.i0, e.j1 - w.j0});
+    }
+    const double noise = height_noise(exact);
+    feet.noise_mm = std::isnan(noise) ? 0 : noise;
+  }
+  largest_first(jobs, [&](Job& job, int) {
+    if (stop.now()) throw Stopped("the search for feet was stopped");
+    job.work->region->feet = find_feet(job.work->region->segmentation, feet, stop);
+    job.work->unsure = unsure(*job.work, blocks);
+    job.work->done = true;
+  });
+  times_.feet += laps.lap();
+  return true;
+}
+
+bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const Stop& stop) {
+  times_ = {};
+  regions_.clear();
+  for (std::unique_ptr<Work>& work : works_) spare_works_.push_back(std::move(work));
+  works_.clear();
+  if (!usable_) return false;
+  if (scan.width != view_.width || scan.height != view_.height) return refuse("the scan has another shape than the reference");
+  Blocks blocks(frame_);
+  std::vector<Window> windows;
+  if (!look(scan, masked, blocks, windows, stop)) return false;
   FootOptions feet = options_.feet;
-  std::vector<std::uint8_t> again(windows.size(), 1);  // windows to be made
+  std::vector<std::uint8_t> again(windows.size(), 0);
   for (int round = 0;; ++round) {
-    std::vector<std::unique_ptr<Work>> old = std::move(works_);
-    works_.clear();
-    std::vector<Job> jobs;
-    for (std::size_t k = 0; k < windows.size(); ++k) {
-      const auto same = std::find_if(old.begin(), old.end(), [&](const auto& w) { return w && w->window() == windows[k]; });
-      if (same != old.end() && !again[k]) {
-        works_.push_back(std::move(*same));
-        continue;
-      }
-      works_.push_back(fresh_work(windows[k]));
-      jobs.push_back({works_.back().get()});
-    }
-    for (std::unique_ptr<Work>& work : old)
-      if (work) spare_works_.push_back(std::move(work));
-    std::vector<Part> parts;
-    image_share_ = 0;
-    for (const auto& work : works_)
-      for (const Window& window : blocks.rectangles(work->window(), margin)) {
-        const CloudPart part = image_part(window, threshold_.value);
-        image_share_ += static_cast<double>(part.width) * part.height / static_cast<double>(scan.size());
-        if (!work->done) parts.push_back({window, work.get()});
-      }
-    if (image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
-
-    laps.lap();
-    std::atomic<bool> fits{true};
-    largest_first(jobs, [&](Job& job, int) { lay_coarse(*job.work); });
-    largest_first(parts, [&](Part& part, int threads) {
-      if (!make_exact(part.window, *part.work, scan, masked, threads, stop)) fits = false;
-    });
-    if (!fits) return refuse("the scan is not an image of the camera");
-    times_.windows += laps.lap();
-    largest_first(jobs, [&](Job& job, int threads) { filter(*job.work, threads, stop); });
-    times_.filter += laps.lap();
-    largest_first(jobs, [&](Job& job, int threads) {
-      if (stop.now()) throw Stopped("the segmentation was stopped");
-      segment(*job.work, threads);
-    });
-    times_.segment += laps.lap();
-    if (!feet.noise_mm) {  // once: windows that grow tell nothing new
-      std::vector<GridPart> exact;
-      for (const Part& p : parts) {
-        const Window& w = p.work->window();
-        exact.push_back(
-            {&p.work->region->segmentation.heights, p.window.i0 - w.i0, p.window.j0 - w.j0, p.window.i1 - w.i0, p.window.j1 - w.j0});
-      }
-      const double noise = height_noise(exact);
-      feet.noise_mm = std::isnan(noise) ? 0 : noise;
-    }
-    largest_first(jobs, [&](Job& job, int) {
-      if (stop.now()) throw Stopped("the search for feet was stopped");
-      job.work->region->feet = find_feet(job.work->region->segmentation, feet, stop);
-      job.work->unsure = unsure(*job.work, blocks);
-      job.work->done = true;
-    });
-    times_.feet += laps.lap();
-
-    bool grew = false;
-    again.assign(windows.size(), 0);
-    std::vector<Window> wider = windows;
-    for (std::size_t k = 0; k < works_.size(); ++k) {
-      if (works_[k]->unsure.empty()) continue;
-      again[k] = 1, grew = true;
-      grow(wider[k], works_[k]->unsure, blocks);
-    }
-    if (!grew) break;
+    lay_out(windows, again);
+    if (!process(scan, masked, blocks, feet, stop)) return false;
+    const auto sure = [](const auto& work) { return work->unsure.empty(); };
+    if (std::all_of(works_.begin(), works_.end(), sure)) break;
     if (round + 1 == rounds) return refuse("a pocket's foot runs on and on");
-    const std::vector<Window> before = std::move(windows);
+    std::vector<Window> wider = windows;
+    for (std::size_t k = 0; k < works_.size(); ++k) grow(wider[k], works_[k]->unsure, blocks);
     windows = merged(wider);
-    std::vector<std::uint8_t> anew(windows.size(), 0);
+    again.assign(windows.size(), 0);
     for (std::size_t k = 0; k < windows.size(); ++k)
-      for (std::size_t o = 0; o < before.size(); ++o) anew[k] |= again[o] && windows[k].overlaps(wider[o]);
-    again = std::move(anew);
+      for (std::size_t o = 0; o < works_.size(); ++o) again[k] |= !sure(works_[o]) && windows[k].overlaps(wider[o]);
   }
   for (const auto& work : works_) regions_.push_back(work->region);
   reason_.clear();

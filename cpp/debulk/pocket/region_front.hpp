@@ -1,10 +1,10 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
+#include "debulk/core/pool.hpp"
 #include "debulk/core/stop.hpp"
 #include "debulk/pocket/region.hpp"
 #include "debulk/surface/sampled_threshold.hpp"
@@ -57,6 +57,9 @@ class RegionFront {
   struct Work;
 
   bool refuse(const char* why);
+  bool look(const CloudView& scan, const std::uint8_t* masked, Blocks& blocks, std::vector<Window>& windows, const Stop& stop);
+  void lay_out(const std::vector<Window>& windows, const std::vector<std::uint8_t>& again);
+  bool process(const CloudView& scan, const std::uint8_t* masked, const Blocks& blocks, FootOptions& feet, const Stop& stop);
   void prepare_ply();
   void prepare_overview();
   void account_for_holes();
@@ -67,8 +70,6 @@ class RegionFront {
   void segment(Work& work, int threads);
   std::vector<Window> unsure(const Work& work, const Blocks& blocks) const;
   void grow(Window& window, const std::vector<Window>& unsure, Blocks& blocks) const;
-  std::unique_ptr<Scratch> borrow();
-  void give_back(std::unique_ptr<Scratch> scratch);
   std::unique_ptr<Work> fresh_work(const Window& window);
   template <class Item, class Body>
   void largest_first(std::vector<Item>& items, const Body& body) const;
@@ -90,12 +91,12 @@ class RegionFront {
   Grid<std::int32_t> overview_cell_;
 
   MeshPass pass_;
+  ThresholdSampler sampler_;
   SampledThreshold threshold_;
   std::vector<std::shared_ptr<const Region>> regions_;
   std::vector<std::unique_ptr<Work>> works_;        // of the regions
   std::vector<std::unique_ptr<Work>> spare_works_;  // whose memory may be used
-  mutable std::mutex mutex_;
-  std::vector<std::unique_ptr<Scratch>> spare_;
+  Pool<Scratch> scratch_;
   bool usable_ = false;
   std::string reason_;
   double known_mm2_ = 0, image_share_ = 0, read_share_ = 0;

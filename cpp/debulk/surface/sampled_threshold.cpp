@@ -70,13 +70,14 @@ void CloudPart::copy(const CloudView& cloud, const std::uint8_t* masked) {
   }
 }
 
-SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* masked, const Pinhole& camera, const OutlierOptions& options,
-                                  int threads, const Stop& stop) {
+SampledThreshold ThresholdSampler::run(const CloudView& cloud, const std::uint8_t* masked, const Pinhole& camera,
+                                       const OutlierOptions& options, int threads, const Stop& stop) {
   SampledThreshold out;
   if (cloud.size() <= small) {
-    CloudPart part;
+    const std::shared_ptr<Block> whole = blocks_.borrow();
+    CloudPart& part = whole->part;
+    PinholeOutliers& outliers = whole->outliers;
     part.width = cloud.width, part.height = cloud.height;
-    PinholeOutliers outliers;
     if (masked) part.copy(cloud, masked);
     out.pinhole = outliers.run(masked ? part.view() : cloud, camera, options, nullptr, threads, stop);
     const Outliers& found = outliers.summary();
@@ -94,8 +95,9 @@ SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* ma
   std::vector<Sums> sums(static_cast<std::size_t>(count));
   std::vector<std::uint8_t> right(sums.size(), 1);
   parallel_for(count, (count + 7) / 8, threads, [&](long begin, long end) {
-    CloudPart part;
-    PinholeOutliers outliers;
+    const std::shared_ptr<Block> block = blocks_.borrow();
+    CloudPart& part = block->part;
+    PinholeOutliers& outliers = block->outliers;
     outliers.fixed = 1;  // one pass: only its figures are wanted
     for (long b = begin; b < end; ++b) {
       if (stop.now()) throw Stopped("the sample of the outlier threshold was stopped");

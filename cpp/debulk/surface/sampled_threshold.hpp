@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "debulk/cloud/pinhole_outliers.hpp"
+#include "debulk/core/pool.hpp"
 #include "debulk/core/stop.hpp"
 
 namespace debulk {
@@ -29,10 +30,20 @@ struct SampledThreshold {
 };
 
 // Samples blocks of pixels, spread evenly over the image with a jitter: a twentieth of it or a million at least; all of an
-// image of up to two million. What a
-// block's border does is left out: its outermost points do not count, nor flying ones near it, whose neighbours may be
-// outside; those farther in stand for them.
-SampledThreshold sample_threshold(const CloudView& cloud, const std::uint8_t* masked, const Pinhole& camera, const OutlierOptions& options,
-                                  int threads, const Stop& stop);
+// image of up to two million. What a block's border does is left out: its outermost points do not count, nor flying ones
+// near it, whose neighbours may be outside; those farther in stand for them. Keeps its memory.
+class ThresholdSampler {
+ public:
+  // Throws Stopped.
+  SampledThreshold run(const CloudView& cloud, const std::uint8_t* masked, const Pinhole& camera, const OutlierOptions& options,
+                       int threads, const Stop& stop);
+
+ private:
+  struct Block {
+    CloudPart part;
+    PinholeOutliers outliers;
+  };
+  Pool<Block> blocks_;
+};
 
 }  // namespace debulk

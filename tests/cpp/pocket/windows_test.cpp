@@ -226,7 +226,7 @@ TEST(RegionFront, ARaisedStopEndsItBeforeItsWork) {
   const RayBase base = ray_base(*plane(), looking_down());
   MeshPass pass;
   EXPECT_THROW(pass.run(scan, nullptr, looking_down(), front.mesh(), base, {}, nullptr, {}, 1, stop), Stopped);
-  EXPECT_THROW(sample_threshold(scan, nullptr, looking_down().camera, options.front.outliers, 1, stop), Stopped);
+  EXPECT_THROW(ThresholdSampler().run(scan, nullptr, looking_down().camera, options.front.outliers, 1, stop), Stopped);
 }
 
 TEST(RegionFront, LeavesResultsThatAreHeldAndUsesTheMemoryOfOthers) {

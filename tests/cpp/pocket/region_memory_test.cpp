@@ -1,0 +1,88 @@
+// Cycle after cycle a RegionFront takes little memory anew.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "debulk/pocket/region_front.hpp"
+
+// Memory taken by this program's C++ code; tests look at the difference.
+namespace {
+std::atomic<long> bytes_taken{0}, largest_taken{0};
+
+void* take(std::size_t size) {
+  const long bytes = static_cast<long>(size);
+  bytes_taken += bytes;
+  if (bytes > largest_taken) largest_taken = bytes;
+  if (void* p = std::malloc(std::max<std::size_t>(size, 1))) return p;
+  throw std::bad_alloc();
+}
+}  // namespace
+void* operator new(std::size_t size) {
+  return take(size);
+}
+void* operator new[](std::size_t size) {
+  return take(size);
+}
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete[](void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+void operator delete[](void* p, std::size_t) noexcept {
+  std::free(p);
+}
+
+namespace debulk {
+namespace {
+
+constexpr int width = 1024, height = 640;
+
+// A camera 500 mm above the plane z = 0, looking down, 0.5 mm a pixel, and a round hill of 10 mm.
+View looking_down() {
+  View view;
+  view.camera = {1000, 511.5, 319.5};
+  view.width = width, view.height = height;
+  view.mold_from_scanner.topLeftCorner<3, 3>() = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  view.mold_from_scanner(2, 3) = 500;
+  return view;
+}
+
+std::vector<float> hill() {
+  const View view = looking_down();
+  std::vector<float> points;
+  for (int j = 0; j < height; ++j)
+    for (int i = 0; i < width; ++i) {
+      const double r = 0.5 * std::hypot(i - 500.0, j - 300.0), z = 500 - (r < 120 ? 5 * (1 + std::cos(std::acos(-1.0) * r / 120)) : 0);
+      for (const double v : {view.camera.u(i) * z, view.camera.v(j) * z, z}) points.push_back(static_cast<float>(v));
+    }
+  return points;
+}
+
+TEST(RegionFront, TakesLittleMemoryInTheSecondCycle) {
+  RegionOptions options;
+  options.front.outliers = {4, 1.0, 2.0};
+  const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
+  RegionFront front(std::make_shared<Reference>(Grid<double>(161, 121, {-320, -240}, 4.0, 0.0)), -far, far, looking_down(), options, 2);
+  const std::vector<float> points = hill();
+  const CloudView scan{points.data(), width, height};
+  ASSERT_TRUE(front.run(scan, nullptr));
+  ASSERT_EQ(front.regions().size(), 1U);
+  ASSERT_TRUE(front.run(scan, nullptr));
+  const long before = bytes_taken;
+  largest_taken = 0;
+  ASSERT_TRUE(front.run(scan, nullptr));
+  std::printf("%ld taken, largest %ld, window %ld\n", bytes_taken - before, largest_taken.load(), front.regions()[0]->window.size());
+}
+
+}  // namespace
+}  // namespace debulk
