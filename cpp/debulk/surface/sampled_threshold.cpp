@@ -77,7 +77,8 @@ SampledThreshold ThresholdSampler::run(const CloudView& cloud, const std::uint8_
     const std::shared_ptr<Block> whole = blocks_.borrow();
     CloudPart& part = whole->part;
     PinholeOutliers& outliers = whole->outliers;
-    part.width = cloud.width, part.height = cloud.height;
+    part.column = part.row = 0, part.width = cloud.width, part.height = cloud.height;
+    outliers.fixed = 0;
     if (masked) part.copy(cloud, masked);
     out.pinhole = outliers.run(masked ? part.view() : cloud, camera, options, nullptr, threads, stop);
     const Outliers& found = outliers.summary();
@@ -95,9 +96,9 @@ SampledThreshold ThresholdSampler::run(const CloudView& cloud, const std::uint8_
   std::vector<Sums> sums(static_cast<std::size_t>(count));
   std::vector<std::uint8_t> right(sums.size(), 1);
   parallel_for(count, (count + 7) / 8, threads, [&](long begin, long end) {
-    const std::shared_ptr<Block> block = blocks_.borrow();
-    CloudPart& part = block->part;
-    PinholeOutliers& outliers = block->outliers;
+    const std::shared_ptr<Block> mine = blocks_.borrow();
+    CloudPart& part = mine->part;
+    PinholeOutliers& outliers = mine->outliers;
     outliers.fixed = 1;  // one pass: only its figures are wanted
     for (long b = begin; b < end; ++b) {
       if (stop.now()) throw Stopped("the sample of the outlier threshold was stopped");
