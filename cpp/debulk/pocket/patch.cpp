@@ -80,19 +80,25 @@ void add_foot_excess(const Window& window, const Grid<std::uint8_t>& within, con
   const double off_ply_mm = std::max(options.margin_mm, options.fade_mm);
   const int reach = static_cast<int>(std::ceil((window.ply.everywhere() ? options.fade_mm : off_ply_mm) / spacing));
   int left = within.nx, right = -1, bottom = within.ny, top = -1;
-  bool all_known = true;
-  for (int j = 0; j < within.ny; ++j)
-    for (int i = 0; i < within.nx; ++i) {
-      if (!within.at(i, j)) continue;
-      left = std::min(left, i), right = std::max(right, i), bottom = std::min(bottom, j), top = j;
-      all_known = all_known && window.known(i, j);
-    }
+  for (int j = 0; j < within.ny; ++j) {
+    const std::uint8_t *row = &within.at(0, j), *end = row + within.nx, *first = std::find(row, end, 1);
+    if (first == end) continue;
+    while (end[-1] == 0) --end;
+    left = std::min(left, static_cast<int>(first - row)), right = std::max(right, static_cast<int>(end - row) - 1);
+    bottom = std::min(bottom, j), top = j;
+  }
   if (right < 0) return;
   left = std::max(left - reach, 0), right = std::min(right + reach, within.nx - 1);
   bottom = std::max(bottom - reach, 0), top = std::min(top + reach, within.ny - 1);
   Grid<std::uint8_t> marked(right - left + 1, top - bottom + 1, within.position(left, bottom), spacing);
+  bool all_known = true;
   for (int j = bottom; j <= top; ++j)
-    for (int i = left; i <= right; ++i) marked.at(i - left, j - bottom) = within.at(i, j) && window.known(i, j);
+    for (int i = left; i <= right; ++i) {
+      if (!within.at(i, j)) continue;
+      const bool known = window.known(i, j);
+      marked.at(i - left, j - bottom) = known;
+      all_known = all_known && known;
+    }
 
   const Grid<Offset> nearest = nearest_marked(marked, all_known ? reach : Offset::kNone);
   for (int j = bottom; j <= top; ++j)
@@ -140,9 +146,9 @@ Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, 
   patch.within = Grid<std::uint8_t>(nx, ny, map.position(window.i0, window.j0), map.spacing);
   if (segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);
   const Grid<std::int32_t>& labels = paper ? segmentation.labels : feet.labels;
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i)
-      patch.within.at(i, j) = labels.contains(i + window.i0, j + window.j0) && labels.at(i + window.i0, j + window.j0) == id;
+  const int first = std::max(0, -window.i0), end = std::min(nx, labels.nx - window.i0);  // columns on the map
+  for (int j = std::max(0, -window.j0); j < std::min(ny, labels.ny - window.j0); ++j)
+    for (int i = first; i < end; ++i) patch.within.at(i, j) = labels.at(i + window.i0, j + window.j0) == id;
 
   patch.surface = patch.within.like<double>();
   reference.heights_on(patch.surface, 1);
