@@ -173,7 +173,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   check(stop);
   FootMap out;
   out.options = options;
-  const double noise = options.noise_mm.value_or(height_noise(segmentation.heights));
+  const double noise = options.noise_mm ? *options.noise_mm : height_noise(segmentation.heights);
   out.noise_mm = std::isnan(noise) ? 0 : noise;
   out.mold_tol_mm = std::max(options.mold_tol_mm, 3 * out.noise_mm);
   const double cut = segmentation.options.cut_height_mm, level = options.thickness_mm + out.mold_tol_mm;

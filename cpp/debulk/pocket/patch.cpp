@@ -21,6 +21,7 @@ struct Offset {
   std::int16_t i = kNone, j = 0;
   static constexpr std::int16_t kNone = std::numeric_limits<std::int16_t>::max();
   bool found() const { return i != kNone; }
+  bool marked() const { return i == 0 && j == 0; }
   int squared() const { return i * i + j * j; }
 };
 
@@ -41,13 +42,13 @@ Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked, int reach) {
     if (j + dj >= 0 && j + dj < marked.ny) {
       const Offset* beside = &nearest.at(0, j + dj);
       for (int i = 0; i < marked.nx; ++i)
-        if (row[i].squared() > 0)
+        if (!row[i].marked())
           for (int di = -1; di <= 1; ++di) take(row[i], beside, i, di, dj);
     }
     for (int i = 0; i < marked.nx; ++i)
-      if (row[i].squared() > 0) take(row[i], row, i, -1, 0);
+      if (!row[i].marked()) take(row[i], row, i, -1, 0);
     for (int i = marked.nx - 1; i >= 0; --i)
-      if (row[i].squared() > 0) take(row[i], row, i, 1, 0);
+      if (!row[i].marked()) take(row[i], row, i, 1, 0);
   };
   for (int j = 0; j < marked.ny; ++j) sweep_row(j, -1);
   for (int j = marked.ny - 1; j >= 0; --j) sweep_row(j, 1);
@@ -64,7 +65,7 @@ struct Window {
   int i0, j0;
   const Segmentation& segmentation;
   const FootMap& feet;
-  PlyMask ply;  // on the patch's points, beyond the map too
+  PlyMask ply;  // on the patch's points, beyond the map too; everywhere for a pocket that does not touch the ply's edge
 
   bool known(int i, int j) const {
     return feet.heights.contains(i + i0, j + j0) && !std::isnan(feet.heights.at(i + i0, j + j0)) && segmentation.ply.on_ply(i + i0, j + j0);
@@ -78,7 +79,7 @@ void add_foot_excess(const Window& window, const Grid<std::uint8_t>& within, con
   // Points within and, as far as what stands up there reaches, round them.
   const double t = window.feet.options.thickness_mm, spacing = within.spacing;
   const double off_ply_mm = std::max(options.margin_mm, options.fade_mm);
-  const int reach = static_cast<int>(std::ceil((window.ply.everywhere() ? options.fade_mm : off_ply_mm) / spacing));
+  const int reach = static_cast<int>(std::ceil((window.ply.known() ? off_ply_mm : options.fade_mm) / spacing));
   int left = within.nx, right = -1, bottom = within.ny, top = -1;
   for (int j = 0; j < within.ny; ++j) {
     const std::uint8_t *row = &within.at(0, j), *end = row + within.nx, *first = std::find(row, end, 1);
@@ -144,7 +145,7 @@ Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, 
   Window window{static_cast<int>(std::floor(low.x())), static_cast<int>(std::floor(low.y())), segmentation, feet, {}};
   const int nx = static_cast<int>(std::ceil(high.x())) - window.i0 + 1, ny = static_cast<int>(std::ceil(high.y())) - window.j0 + 1;
   patch.within = Grid<std::uint8_t>(nx, ny, map.position(window.i0, window.j0), map.spacing);
-  if (segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);
+  if (patch.touches_ply_edge && segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);
   const Grid<std::int32_t>& labels = paper ? segmentation.labels : feet.labels;
   const int first = std::max(0, -window.i0), end = std::min(nx, labels.nx - window.i0);  // columns on the map
   for (int j = std::max(0, -window.j0); j < std::min(ny, labels.ny - window.j0); ++j)

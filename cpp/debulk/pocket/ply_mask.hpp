@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -21,7 +20,6 @@ class PlyMask {
 
   bool known() const { return !on_ply_.empty(); }
   bool on_ply(int i, int j) const { return on_ply_.empty() || on_ply_[static_cast<std::size_t>(j) * nx_ + i] != 0; }
-  bool everywhere() const { return std::find(on_ply_.begin(), on_ply_.end(), 0) == on_ply_.end(); }  // no point is off the ply
   const std::uint8_t* row(int j) const { return on_ply_.empty() ? nullptr : &on_ply_[static_cast<std::size_t>(j) * nx_]; }
   // From a point (i, j) on the ply to its 4-neighbour (i + di, j + dj) off it: the fraction of the way at which the outline
   // is crossed first.
