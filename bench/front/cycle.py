@@ -130,7 +130,8 @@ def main() -> None:
         took = [p.runtime_ms for p in report.pockets]
         starts = max((p.solve.starts for p in report.pockets if p.solve), default=0)
         lines.append(
-            f"  a pocket, with net, starts (up to {starts}) and ridges: {np.median(took):.1f} ms median, {max(took):.1f} worst"
+            f"  a pocket, from its net to its verdict: {np.median(took):.1f} ms median, {max(took):.1f} ms at most "
+            f"(up to {starts} starts)"
         )
         for kind, cancel in (("cancel()", True), ("deadline", False)):
             late = latencies(inspector, scan, wall, cancel)
