@@ -17,8 +17,8 @@ enum class PatchMode : std::uint8_t {
 
 struct PatchOptions {
   PatchMode mode = PatchMode::foot;
-  double margin_mm = 30.0;  // of the window, round the outline: at least the offset of the net's boundary
-  double fade_mm = 4.0;     // outside the foot, over which what still stands up goes down to F; 0: at once
+  double margin_mm = 30.0;     // of the window, round the outline: at least the offset of the net's boundary
+  double fade_mm = 4.0;        // outside the foot, over which what still stands up goes down to F; 0: at once
   bool keep_reference = true;  // in Patch::reference
   void check() const;
 };
