@@ -29,14 +29,16 @@ float bound(double at, const WindowPass& pass) {
 DEBULK_INLINE void load_row(const CloudView& cloud, int at, int first, int columns, Row& row) {
   for (int k = margin - lanes; k < margin + columns + lanes; k += lanes) {
     const int column = first + k - margin;
-    Floats x, y, z;
+    Floats x = all(nan), y = x, z = x;
     if (at >= 0 && at < cloud.height && column >= 0 && column + lanes <= cloud.width) {
       load_points(cloud.point(column, at), x, y, z);
+      const char* soon = reinterpret_cast<const char*>(cloud.point(column, std::min(at + 1, cloud.height - 1)));
+      for (int i = 0; i < 3; ++i) __builtin_prefetch(soon + 64 * i);
     } else {
       for (int i = 0; i < lanes; ++i) {
-        const bool inside = at >= 0 && at < cloud.height && column + i >= 0 && column + i < cloud.width;
-        const float* p = inside ? cloud.point(column + i, at) : nullptr;
-        x[i] = inside ? p[0] : nan, y[i] = inside ? p[1] : nan, z[i] = inside ? p[2] : nan;
+        if (at < 0 || at >= cloud.height || column + i < 0 || column + i >= cloud.width) continue;
+        const float* p = cloud.point(column + i, at);
+        x[i] = p[0], y[i] = p[1], z[i] = p[2];
       }
     }
     const Floats sum = x + y + z;
