@@ -68,8 +68,8 @@ DEBULK_INLINE Floats pick(const float* from, Ints index) {
 #if DEBULK_ISA == 4
   static_assert(N == 1 || N == 3);
   if constexpr (N == 1) return __builtin_shuffle(load(from), index);
-  const Floats first = __builtin_shuffle(load(from), load(from + 16), index & 31);
-  return index < 32 ? first : __builtin_shuffle(load(from + 32), index & 15);
+  const Floats first = __builtin_shuffle(load(from), load(from + 16), index);
+  return index < 32 ? first : __builtin_shuffle(load(from + 32), index);
 #else
   return gather(from, index);
 #endif
