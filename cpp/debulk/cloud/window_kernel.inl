@@ -1,4 +1,6 @@
 // The loops of window_pass.cpp: included there once for each Isa (see core/each_isa.inl).
+#include "debulk/cloud/nearest_four.inl"
+
 constexpr int strip = 640;  // columns at once: what is needed of them stays in the first cache
 constexpr int margin = 32;  // columns to the left and right of a strip; the next 16 are its neighbours
 constexpr int wide_row = strip + 2 * margin;
@@ -11,17 +13,27 @@ struct Row {
   alignas(64) float x[wide_row], y[wide_row], z[wide_row];
 };
 
+// Points of a row of tiles that the window left open: where they are, their depth, the nearest four of the square round them.
+struct Doubtful {
+  static constexpr int most = strip * tile_height;
+  int count = 0;
+  std::uint32_t index[most];
+  int place[most];  // in the strip's arrays
+  alignas(64) float z[most], nearest[4][most];
+};
+
 struct Strip {
+  Doubtful doubtful;
   Row rows[2];
   Links links[2];
-  alignas(64) float u[wide_row], u_bound[wide_row], distance[wide_row];
+  alignas(64) float u[wide_row], u_bound[wide_row];
   alignas(64) float base[wide_row], gain[wide_row];
   alignas(64) float near[wide_row], far[wide_row], sum[wide_row], count[wide_row];  // of a row of tiles, lane by lane
 };
 
-// The plane's squared distance for a point at depth 1, less a little for rounding.
-float bound(double at, const WindowPass& pass) {
-  const double s = (2 - 2 * pass.tolerance) / pass.camera.f, far = std::abs(at) + 2 / pass.camera.f;
+// The squared distance, for a point at depth 1, of the plane beyond a window that reaches `reach` pixels, less a little for rounding.
+float bound(double at, int reach, const WindowPass& pass) {
+  const double s = (reach + 1 - 2 * pass.tolerance) / pass.camera.f, far = std::abs(at) + (reach + 1) / pass.camera.f;
   return static_cast<float>(s * s / (1 + far * far) * (1 - 1e-5));
 }
 
@@ -60,10 +72,6 @@ DEBULK_INLINE void link(const Row& row, const Row& next, int columns, Links& out
   }
 }
 
-DEBULK_INLINE void order(Floats& a, Floats& b) {
-  const Floats low = lower(a, b), high = higher(a, b);
-  a = low, b = high;
-}
 DEBULK_INLINE void sort(Floats* a) {
   order(a[0], a[1]), order(a[2], a[3]), order(a[0], a[2]), order(a[1], a[3]), order(a[1], a[2]);
 }
@@ -87,8 +95,10 @@ DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, I
 // Decides the row's points. above, here: the links of the row above and its own.
 DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns, const Row& row, const Links& above, const Links& here,
                           Strip& s, std::uint8_t* states, float* heights, WindowBand& out) {
+  const std::uint32_t index = static_cast<std::uint32_t>(at) * static_cast<std::uint32_t>(pass.cloud.width) + static_cast<std::uint32_t>(first);
+  Doubtful& doubtful = s.doubtful;
   const Pinhole& camera = pass.camera;
-  const Floats v = all(static_cast<float>(camera.v(at))), v_bound = all(bound(camera.v(at), pass));
+  const Floats v = all(static_cast<float>(camera.v(at))), v_bound = all(bound(camera.v(at), 1, pass));
   const Floats slack = all(static_cast<float>(pass.tolerance / camera.f));
   const Floats low = all(static_cast<float>(pass.low)), high = all(static_cast<float>(pass.high));
   Floats sum = {}, squares = {};
@@ -104,12 +114,20 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     const Ints placed = (absolute(x - load(s.u + k) * z) <= slack * z) & (absolute(y - v * z) <= slack * z);
     const Ints sure = (fourth <= lower(load(s.u_bound + k), v_bound) * (z * z)) & here_seen;
     const Floats distance = mean_root(nearest);
-    store(s.distance + k, distance);
     const Floats counted = sure ? distance : all(0);
     sum += counted, squares += counted * counted;
     certain += sure, seen += here_seen, strays += here_seen & ~placed;
 
     const Ints decided = distance <= low ? Ints{} + 1 : (distance > high ? Ints{} : Ints{} + static_cast<int>(pixel_close));
+    for (unsigned left = bits(here_seen & ~sure); left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(left);
+      doubtful.index[doubtful.count] = index + static_cast<std::uint32_t>(k - margin + lane);
+      doubtful.place[doubtful.count++] = k + lane;
+    }
+    for (unsigned left = bits(sure & (decided == static_cast<int>(pixel_close))); left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(left);
+      out.close.push_back({index + static_cast<std::uint32_t>(k - margin + lane), distance[lane]});
+    }
     const Ints state = here_seen & (sure ? decided : Ints{} + static_cast<int>(pixel_open));
     const Bytes narrow = __builtin_convertvector(state, Bytes);
     std::memcpy(states + (k - margin), &narrow, sizeof narrow);
@@ -124,7 +142,6 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     }
   }
   add_up(sum, squares, certain, seen, strays, out);
-  (void)first;
 }
 
 // The base's depths and gains of one row of pixels.
@@ -162,17 +179,79 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
   }
 }
 
-// Notes the pixels that are to be resolved.
-DEBULK_INLINE void note(const std::uint8_t* states, const float* distance, std::uint32_t index, int columns, WindowBand& out) {
-  for (int k = 0; k < columns; k += 8) {
-    unsigned long long word;
-    std::memcpy(&word, states + k, sizeof word);
-    if ((word & 0xC0C0C0C0C0C0C0C0ull) == 0) continue;
-    for (int i = k; i < k + 8; ++i) {
-      if (states[i] == pixel_open) out.open.push_back(index + static_cast<std::uint32_t>(i));
-      if (states[i] == pixel_close) out.close.push_back({index + static_cast<std::uint32_t>(i), distance[i]});
+  // All points of the square of 5 by 5 pixels round it, which lies within the image and is not its end.
+  DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nearest& found) {
+  const float* p = cloud.point(column, row);
+  const auto squared = [&](Floats x, Floats y, Floats z) DEBULK_LAMBDA {
+    const Floats dx = all(p[0]) - x, dy = all(p[1]) - y, dz = all(p[2]) - z;
+    return dx * dx + dy * dy + dz * dz;
+  };
+#if DEBULK_ISA == 4
+    Floats rows[5];
+    for (int j = 0; j < 5; ++j) rows[j] = load(cloud.point(column - 2, row - 2 + j));
+    // One coordinate of three rows, then of two; the self and what hangs over is far away.
+    const auto coordinate = [&](int a, const Floats* v) DEBULK_LAMBDA {
+      const Ints two = Ints{0, 3, 6, 9, 12, 16, 19, 22, 25, 28, 16, 16, 16, 16, 16, 16} + a;
+      const Ints three =
+          Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 16} + Ints{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1} * a;
+      return __builtin_shuffle(__builtin_shuffle(v[0], v[1], two), v[2], three);
+    };
+    const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const Floats above = squared(coordinate(0, rows), coordinate(1, rows), coordinate(2, rows));
+    const Floats last[3] = {rows[3], rows[4], rows[4]};
+    const Floats below = squared(coordinate(0, last), coordinate(1, last), coordinate(2, last));
+    found.add((lane == 12) | (lane == 15) ? all(infinity) : lower(above, all(infinity)));
+    found.add(lane >= 10 ? all(infinity) : lower(below, all(infinity)));
+#else
+    alignas(64) float x[2 * lanes], y[2 * lanes], z[2 * lanes];
+    for (int k = 0; k < 2 * lanes; ++k) {
+      const bool real = k < 25 && k != 12;
+      const float* q = real ? cloud.point(column - 2 + k % 5, row - 2 + k / 5) : nullptr;
+      x[k] = real ? q[0] : infinity, y[k] = real ? q[1] : 0, z[k] = real ? q[2] : 0;
+    }
+    for (int k = 0; k < 2 * lanes; k += lanes) found.add(lower(squared(load(x + k), load(y + k), load(z + k)), all(infinity)));
+#endif
+  }
+
+// Gives the doubtful points of a row of tiles their second chance: first all distances, then what follows from them.
+DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
+  const CloudView& cloud = pass.cloud;
+  Doubtful& d = s.doubtful;
+  const auto width = static_cast<std::uint32_t>(cloud.width);
+  for (int k = 0; k < d.count; ++k) {
+    const int column = static_cast<int>(d.index[k] % width), row = static_cast<int>(d.index[k] / width);
+    const auto inside = [](int at, int size) DEBULK_LAMBDA { return at >= 2 && at + 3 < size; };
+    Nearest found;
+    if (inside(column, cloud.width) && inside(row, cloud.height)) visit_square(cloud, column, row, found), found.fourth();
+    for (int n = 0; n < 4; ++n) d.nearest[n][k] = found.least[n][0];
+    d.z[k] = cloud.point(column, row)[2];
+  }
+  const Pinhole& camera = pass.camera;
+  const double widest = std::max({std::abs(camera.u(0)), std::abs(camera.u(cloud.width - 1.0)), std::abs(camera.v(0)),
+                                  std::abs(camera.v(cloud.height - 1.0))});
+  const float reach = pass.certified ? bound(widest, 2, pass) : std::numeric_limits<float>::max();
+  const float low = static_cast<float>(pass.low), high = static_cast<float>(pass.high);
+  for (int k = 0; k < d.count; k += lanes) {
+    const Floats nearest[4] = {load(d.nearest[0] + k), load(d.nearest[1] + k), load(d.nearest[2] + k), load(d.nearest[3] + k)};
+    const Floats z = load(d.z + k), distance = mean_root(nearest);
+    const unsigned sure = bits((nearest[3] < all(infinity)) & (nearest[3] <= reach * (z * z)));
+    for (int i = k; i < std::min(d.count, k + lanes); ++i) {
+      const int lane = i - k, place = d.place[i];
+      const std::uint32_t index = d.index[i];
+      if ((sure >> lane & 1) == 0) {
+        const float* p = cloud.point(index);
+        out.open.push_back({index, p[0], p[1], p[2], d.nearest[3][i]});
+        continue;
+      }
+      const float mean = distance[lane];
+      out.sum += mean, out.squares += static_cast<double>(mean) * mean, ++out.certain;
+      s.near[place] = std::min(s.near[place], d.z[i]), s.far[place] = std::max(s.far[place], d.z[i]);
+      pass.states[index] = mean <= low ? pixel_kept : mean > high ? pixel_gone : pixel_close;
+      if (pass.states[index] == pixel_close) out.close.push_back({index, mean});
+      if (pass.states[index] == pixel_gone && pass.base) pass.heights[index] = nan;
     }
   }
+  d.count = 0;
 }
 
 DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int first, int columns, Strip& s, WindowBand& out) {
@@ -180,7 +259,7 @@ DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int fi
   const int padded = (columns + lanes - 1) / lanes * lanes;
   for (int k = 0; k < wide_row; ++k) {
     const double u = pass.camera.u(first + k - margin);
-    s.u[k] = static_cast<float>(u), s.u_bound[k] = bound(u, pass);
+    s.u[k] = static_cast<float>(u), s.u_bound[k] = bound(u, 1, pass);
     s.near[k] = infinity, s.far[k] = -infinity, s.sum[k] = s.count[k] = 0;
     s.base[k] = s.gain[k] = nan;
   }
@@ -204,12 +283,13 @@ DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int fi
     std::uint8_t* to_states = whole ? pass.states + index : states;
     float* to_heights = pass.base ? (whole ? pass.heights + index : heights) : nullptr;
     decide(pass, at, first, padded, row, s.links[1 - odd], s.links[odd], s, to_states, to_heights, out);
-    note(to_states, s.distance + margin, static_cast<std::uint32_t>(index), padded, out);
     if (!whole) {
       std::memcpy(pass.states + index, states, static_cast<std::size_t>(columns));
       if (pass.base) std::memcpy(pass.heights + index, heights, static_cast<std::size_t>(columns) * sizeof(float));
     }
-    if ((at + 1) % tile_height == 0 || at + 1 == end) finish_tiles(pass, at, first, padded, s);
+    if ((at + 1) % tile_height != 0 && at + 1 != end) continue;
+    resolve(pass, s, out);
+    finish_tiles(pass, at, first, padded, s);
   }
 }
 
