@@ -27,7 +27,8 @@ struct Strip {
   Row rows[2];
   Links links[2];
   alignas(64) float u[wide_row], u_bound[wide_row];
-  alignas(64) float base[wide_row], gain[wide_row];
+  // The base on a row of its nodes, and how much more there is on the next.
+  alignas(64) float base[wide_row], base_more[wide_row], gain[wide_row], gain_more[wide_row];
   alignas(64) float near[wide_row], far[wide_row], sum[wide_row], count[wide_row];  // of a row of tiles, lane by lane
 };
 
@@ -37,7 +38,7 @@ float bound(double at, int reach, const WindowPass& pass) {
   return static_cast<float>(s * s / (1 + far * far) * (1 - 1e-5));
 }
 
-// One row of the strip, where nothing was seen NaN; in `row` position `margin` is column `first`.
+// One row of the strip, infinitely far away where nothing was seen; in `row` position `margin` is column `first`.
 DEBULK_INLINE void load_row(const CloudView& cloud, int at, int first, int columns, Row& row) {
   for (int k = margin - lanes; k < margin + columns + lanes; k += lanes) {
     const int column = first + k - margin;
@@ -54,13 +55,14 @@ DEBULK_INLINE void load_row(const CloudView& cloud, int at, int first, int colum
       }
     }
     const Floats sum = x + y + z;
-    store(row.x + k, sum - sum == 0 ? x : all(nan)), store(row.y + k, y), store(row.z + k, z);
+    const Ints seen = sum - sum == 0;
+    store(row.x + k, seen ? x : all(infinity)), store(row.y + k, seen ? y : all(0)), store(row.z + k, seen ? z : all(0));
   }
 }
 
 DEBULK_INLINE Floats squared(const Row& a, int i, const Row& b, int j) {
   const Floats dx = load(a.x + i) - load(b.x + j), dy = load(a.y + i) - load(b.y + j), dz = load(a.z + i) - load(b.z + j);
-  return lower(dx * dx + dy * dy + dz * dz, all(infinity));
+  return dx * dx + dy * dy + dz * dz;
 }
 
 DEBULK_INLINE void link(const Row& row, const Row& next, int columns, Links& out) {
@@ -96,11 +98,12 @@ DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, I
 DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns, const Row& row, const Links& above, const Links& here,
                           Strip& s, std::uint8_t* states, float* heights, WindowBand& out) {
   const std::uint32_t index = static_cast<std::uint32_t>(at) * static_cast<std::uint32_t>(pass.cloud.width) + static_cast<std::uint32_t>(first);
-  Doubtful& doubtful = s.doubtful;
+  int places[strip + lanes], distances[strip + lanes], count = 0;  // of pixels that are to be resolved; bits of a float
   const Pinhole& camera = pass.camera;
   const Floats v = all(static_cast<float>(camera.v(at))), v_bound = all(bound(camera.v(at), 1, pass));
   const Floats slack = all(static_cast<float>(pass.tolerance / camera.f));
   const Floats low = all(static_cast<float>(pass.low)), high = all(static_cast<float>(pass.high));
+  const Floats down = all(pass.base ? static_cast<float>(at % pass.base->step) / static_cast<float>(pass.base->step) : 0);
   Floats sum = {}, squares = {};
   Ints certain = {}, seen = {}, strays = {};
   for (int k = margin; k < margin + columns; k += lanes) {
@@ -110,7 +113,7 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     const Floats nearest[4] = {lower(a[0], b[3]), lower(a[1], b[2]), lower(a[2], b[1]), lower(a[3], b[0])};
     const Floats fourth = higher(higher(nearest[0], nearest[1]), higher(nearest[2], nearest[3]));
     const Floats x = load(row.x + k), y = load(row.y + k), z = load(row.z + k);
-    const Ints here_seen = x == x;
+    const Ints here_seen = x < all(infinity);
     const Ints placed = (absolute(x - load(s.u + k) * z) <= slack * z) & (absolute(y - v * z) <= slack * z);
     const Ints sure = (fourth <= lower(load(s.u_bound + k), v_bound) * (z * z)) & here_seen;
     const Floats distance = mean_root(nearest);
@@ -119,22 +122,17 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     certain += sure, seen += here_seen, strays += here_seen & ~placed;
 
     const Ints decided = distance <= low ? Ints{} + 1 : (distance > high ? Ints{} : Ints{} + static_cast<int>(pixel_close));
-    for (unsigned left = bits(here_seen & ~sure); left != 0; left &= left - 1) {
-      const int lane = __builtin_ctz(left);
-      doubtful.index[doubtful.count] = index + static_cast<std::uint32_t>(k - margin + lane);
-      doubtful.place[doubtful.count++] = k + lane;
-    }
-    for (unsigned left = bits(sure & (decided == static_cast<int>(pixel_close))); left != 0; left &= left - 1) {
-      const int lane = __builtin_ctz(left);
-      out.close.push_back({index + static_cast<std::uint32_t>(k - margin + lane), distance[lane]});
-    }
+    const unsigned noted = bits(here_seen & (~sure | (decided == static_cast<int>(pixel_close))));
+    pack(reinterpret_cast<Ints>(distance), noted, distances + count);
+    count += pack(Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} + k, noted, places + count);
     const Ints state = here_seen & (sure ? decided : Ints{} + static_cast<int>(pixel_open));
     const Bytes narrow = __builtin_convertvector(state, Bytes);
     std::memcpy(states + (k - margin), &narrow, sizeof narrow);
     store(s.near + k, lower(sure ? z : all(infinity), load(s.near + k)));
     store(s.far + k, higher(sure ? z : all(-infinity), load(s.far + k)));
     if (heights) {
-      const Floats height = (z - load(s.base + k)) * load(s.gain + k);
+      const Floats base = load(s.base + k) + down * load(s.base_more + k), gain = load(s.gain + k) + down * load(s.gain_more + k);
+      const Floats height = (z - base) * gain;
       store(heights + (k - margin), state != 0 ? height : all(nan));
       const Ints steady = sure & (decided != 0) & (height == height);
       store(s.sum + k, load(s.sum + k) + (steady ? height : all(0)));
@@ -142,24 +140,33 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     }
   }
   add_up(sum, squares, certain, seen, strays, out);
+  for (int n = 0; n < count; ++n) {
+    const std::uint32_t pixel = index + static_cast<std::uint32_t>(places[n] - margin);
+    float distance;
+    std::memcpy(&distance, distances + n, sizeof distance);
+    if (states[places[n] - margin] == pixel_close) {
+      out.close.push_back({pixel, distance});
+    } else {
+      s.doubtful.index[s.doubtful.count] = pixel;
+      s.doubtful.place[s.doubtful.count++] = places[n];
+    }
+  }
 }
 
-// The base's depths and gains of one row of pixels.
-DEBULK_INLINE void spread(const RayBase& base, int at, int first, int columns, Strip& s) {
-  const int step = base.step, j = at / step;
-  const float t = static_cast<float>(at - j * step) / static_cast<float>(step), inverse = 1 / static_cast<float>(step);
-  for (int k = 0; k < columns; k += step) {
-    const std::size_t i = static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>((first + k) / step);
-    const std::size_t below = i + static_cast<std::size_t>(base.nx);
-    const float left = base.depth[i] + t * (base.depth[below] - base.depth[i]);
-    const float right = base.depth[i + 1] + t * (base.depth[below + 1] - base.depth[i + 1]);
-    const float gain = base.gain[i] + t * (base.gain[below] - base.gain[i]);
-    const float gain_right = base.gain[i + 1] + t * (base.gain[below + 1] - base.gain[i + 1]);
+// The base's depths and gains along one row of its nodes.
+DEBULK_INLINE void spread(const RayBase& base, int row, int first, int columns, Strip& s) {
+  const int step = base.step;
+  const auto along = [&](const std::vector<float>& values, std::size_t i, int k, float* to, float* more) DEBULK_LAMBDA {
+    const float *here = &values[i], *below = here + base.nx;
     for (int m = 0; m < step; ++m) {
-      const float w = static_cast<float>(m) * inverse;
-      s.base[margin + k + m] = left + w * (right - left);
-      s.gain[margin + k + m] = gain + w * (gain_right - gain);
+      const float w = static_cast<float>(m) / static_cast<float>(step), value = here[0] + w * (here[1] - here[0]);
+      to[k + m] = value, more[k + m] = below[0] + w * (below[1] - below[0]) - value;
     }
+  };
+  for (int k = 0; k < columns; k += step) {
+    const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>((first + k) / step);
+    along(base.depth, i, margin + k, s.base, s.base_more);
+    along(base.gain, i, margin + k, s.gain, s.gain_more);
   }
 }
 
@@ -261,10 +268,10 @@ DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int fi
     const double u = pass.camera.u(first + k - margin);
     s.u[k] = static_cast<float>(u), s.u_bound[k] = bound(u, 1, pass);
     s.near[k] = infinity, s.far[k] = -infinity, s.sum[k] = s.count[k] = 0;
-    s.base[k] = s.gain[k] = nan;
+    s.base[k] = s.base_more[k] = s.gain[k] = s.gain_more[k] = nan;
   }
   for (Row& row : s.rows)
-    for (int k = 0; k < wide_row; ++k) row.x[k] = row.y[k] = row.z[k] = nan;
+    for (int k = 0; k < wide_row; ++k) row.x[k] = infinity, row.y[k] = row.z[k] = 0;
 
   alignas(64) std::uint8_t states[strip];
   alignas(64) float heights[strip];
@@ -277,7 +284,7 @@ DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int fi
     Row& next = s.rows[1 - odd];
     load_row(cloud, at + 1, first, padded, next);
     link(row, next, padded, s.links[odd]);
-    if (pass.base) spread(*pass.base, at, first, columns, s);
+    if (pass.base && at % pass.base->step == 0) spread(*pass.base, at / pass.base->step, first, columns, s);
     const std::size_t index = static_cast<std::size_t>(at) * static_cast<std::size_t>(cloud.width) + static_cast<std::size_t>(first);
     const bool whole = padded == columns;  // a last vector that hangs over goes through a buffer
     std::uint8_t* to_states = whole ? pass.states + index : states;
