@@ -91,9 +91,8 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
 }
 
 void OpenSearch::run(std::vector<float>& distances, int threads, const Stop& stop) const {
-  const OpenTables tables{&pass_,  stretch_,       u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(),
-                          bins_x_, starts_.data(), index_.data(), x_.data(),      y_.data(),     z_.data(),
-                          limit_.data()};
+  const OpenTables tables{&pass_,         stretch_,      u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(), bins_x_,
+                          starts_.data(), index_.data(), x_.data(),     y_.data(),      z_.data(),     limit_.data()};
   distances.resize(count_);
   parallel_for(static_cast<long>(starts_.size()) - 1, 128, threads, stop,
                [&](long begin, long end) { search(pass_.isa, tables, begin, end, distances.data()); });

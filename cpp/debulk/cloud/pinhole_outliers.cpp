@@ -43,7 +43,7 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
   if (!cloud.organised() || options.neighbours != 4 || cloud.size() >= (std::size_t{1} << 31)) return false;
   const std::size_t size = cloud.size();
   states_.resize(size);
-  if (base) heights_.resize(size + static_cast<std::size_t>(cloud.width) + 48);
+  if (base && heights_.size() < heights_for(cloud.width, cloud.height)) heights_.resize(heights_for(cloud.width, cloud.height));
   tiles_.resize(cloud.width, cloud.height);
   bands_.resize(static_cast<std::size_t>((cloud.height + band_rows - 1) / band_rows));
 

@@ -32,7 +32,7 @@ class HolePatch {
   int depth();
   void harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend);
 
-  int left_ = 0, top_ = 0, nx_ = 0;  // of the hole with its surroundings
+  int left_ = 0, top_ = 0, nx_ = 0;                      // of the hole with its surroundings
   std::vector<int> number_;                              // of the hole's cells, else -1
   std::vector<std::uint8_t> marks_, outside_, scratch_;  // the hole and what it has grown to; what it has not
   std::vector<RingPoint> ring_, inside_;
