@@ -12,7 +12,7 @@ namespace {
 
 constexpr int block_width = 256, block_height = 192;  // pixels
 constexpr int border = 24;                            // pixels in which open points do not count
-constexpr double share = 0.025;
+constexpr double share = 0.05;
 constexpr std::size_t small = std::size_t{1} << 21;  // pixels; of such an image every point is looked at
 
 struct Sums {
@@ -86,7 +86,7 @@ SampledThreshold ThresholdSampler::run(const CloudView& cloud, const std::uint8_
     return out;
   }
   if (cloud.width < block_width || cloud.height < block_height) return out;
-  const double pixels = static_cast<double>(cloud.size()), wanted = std::max(share * pixels, 0.25 * small);
+  const double pixels = static_cast<double>(cloud.size()), wanted = std::max(share * pixels, 0.5 * small);
   const double blocks = std::max(1.0, wanted / (block_width * block_height));
   const double aspect = static_cast<double>(cloud.width) / cloud.height * block_height / block_width;
   const int across = std::max(1, static_cast<int>(std::lround(std::sqrt(blocks * aspect))));

@@ -29,7 +29,7 @@ struct SampledThreshold {
   bool pinhole = false;            // false: not a pinhole's cloud, and nothing is told
 };
 
-// Samples blocks of pixels, spread evenly over the image with a jitter: a fortieth of it or half a million at least; all of an
+// Samples blocks of pixels, spread evenly over the image with a jitter: a twentieth of it or a million at least; all of an
 // image of up to two million. What a block's border does is left out: its outermost points do not count, nor flying ones
 // near it, whose neighbours may be outside; those farther in stand for them. Keeps its memory.
 class ThresholdSampler {
