@@ -64,50 +64,70 @@ DEBULK_INLINE Floats smooth(const Places& at, const Floats* wx, const Floats* wy
   return weights >= all(0.4f) ? sum / weights : all(nan);
 }
 
-void run(const ImageTables& t, int j, float* out) {
-  const Floats first_column = all(static_cast<float>(t.left + 1)), last_column = all(static_cast<float>(t.left + t.width - 2));
-  const Floats first_row = all(static_cast<float>(t.top + 1)), last_row = all(static_cast<float>(t.top + t.height - 2));
-  const Floats steps = Floats{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} / lanes;
-  for (int stretch = 0; stretch * lanes < t.nx; ++stretch) {
+// Sixteen nodes of a row.
+struct Nodes {
+  const ImageTables& t;
+  Floats x, y, z;
+
+  DEBULK_INLINE Nodes(const ImageTables& tables, int j, int stretch) : t(tables) {
+    const Floats steps = Floats{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} / lanes;
     const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(t.across) + static_cast<std::size_t>(stretch);
-    const Floats x = t.x[at] + steps * (t.x[at + 1] - t.x[at]), y = t.y[at] + steps * (t.y[at + 1] - t.y[at]);
-    const Floats z = t.z[at] + steps * (t.z[at + 1] - t.z[at]);
-    const auto project = [&](Floats h) DEBULK_LAMBDA {
-      const Floats scale = t.f / (z + h * t.up[2]);
-      return Pixels{t.cx + (x + h * t.up[0]) * scale, t.cy + (y + h * t.up[1]) * scale};
-    };
-    const auto inside = [&](const Pixels& p) DEBULK_LAMBDA {
-      return (p.column >= first_column) & (p.column <= last_column) & (p.row >= first_row) & (p.row <= last_row);
-    };
-    // Who is outside looks to the first inner pixel, and takes nothing from there.
-    const auto near_column = [&](const Pixels& q, Ints in)
-                                 DEBULK_LAMBDA { return __builtin_convertvector(in ? q.column + 0.5f : first_column, Ints) - t.left; };
-    const auto near_row = [&](const Pixels& q, Ints in)
-                              DEBULK_LAMBDA { return __builtin_convertvector(in ? q.row + 0.5f : first_row, Ints) - t.top; };
+    x = t.x[at] + steps * (t.x[at + 1] - t.x[at]), y = t.y[at] + steps * (t.y[at + 1] - t.y[at]);
+    z = t.z[at] + steps * (t.z[at + 1] - t.z[at]);
+  }
+  // Where they are seen at these heights.
+  DEBULK_INLINE Pixels project(Floats h) const {
+    const Floats scale = t.f / (z + h * t.up[2]);
+    return {t.cx + (x + h * t.up[0]) * scale, t.cy + (y + h * t.up[1]) * scale};
+  }
+};
 
-    Pixels p = project(all(0));
-    Ints in = inside(p);
-    if (!any(in)) {
-      for (int k = 0; k < std::min(lanes, t.nx - stretch * lanes); ++k) out[stretch * lanes + k] = nan;
-      continue;
-    }
-    const Floats coarse = look_up<1>(t.tiles, t.tile_pitch, near_column(p, in) / tile_width, near_row(p, in) / tile_height);
-    const Floats h = coarse == coarse ? coarse : all(0);
-    p = project(h), in = inside(p);
-    const Floats seen = look_up<3>(t.heights, t.width, near_column(p, in), near_row(p, in));
-    p = project(seen == seen ? seen : h), in = inside(p);
+// Whole numbers of pixels. Who is outside looks to the first inner pixel, and takes nothing from there.
+struct Nearest {
+  Ints in, column, row;
 
-    Places centre{t.heights, t.width, near_column(p, in), near_row(p, in)};
-    centre.look_closely<3>(1);
-    const Floats u = p.column - __builtin_convertvector(centre.column + t.left, Floats);
-    const Floats v = p.row - __builtin_convertvector(centre.row + t.top, Floats);
-    const Floats wx[3] = {0.5f * (0.5f - u) * (0.5f - u), 0.75f - u * u, 0.5f * (0.5f + u) * (0.5f + u)};
-    const Floats wy[3] = {0.5f * (0.5f - v) * (0.5f - v), 0.75f - v * v, 0.5f * (0.5f + v) * (0.5f + v)};
-    const Floats found = smooth(centre, wx, wy), height = in ? found : all(nan);
-    if ((stretch + 1) * lanes <= t.nx) {
-      store(out + stretch * lanes, height);
-    } else {
-      for (int k = 0; k < t.nx - stretch * lanes; ++k) out[stretch * lanes + k] = height[k];
+  DEBULK_INLINE Nearest(const ImageTables& t, const Pixels& p) {
+    const Floats first_column = all(static_cast<float>(t.left + 1)), last_column = all(static_cast<float>(t.left + t.width - 2));
+    const Floats first_row = all(static_cast<float>(t.top + 1)), last_row = all(static_cast<float>(t.top + t.height - 2));
+    in = (p.column >= first_column) & (p.column <= last_column) & (p.row >= first_row) & (p.row <= last_row);
+    column = __builtin_convertvector(in ? p.column + 0.5f : first_column, Ints) - t.left;
+    row = __builtin_convertvector(in ? p.row + 0.5f : first_row, Ints) - t.top;
+  }
+};
+
+// One look of many stretches after the other: a stretch's three looks wait for each other.
+void run(const ImageTables& t, int j, float* out) {
+  constexpr int most = 32;  // stretches at once
+  alignas(64) float heights[most * lanes];
+  for (int begin = 0; begin * lanes < t.nx; begin += most) {
+    const int count = std::min(most, (t.nx + lanes - 1) / lanes - begin);
+    for (int k = 0; k < count; ++k) {
+      const Nearest at(t, Nodes(t, j, begin + k).project(all(0)));
+      const Floats mean = any(at.in) ? look_up<1>(t.tiles, t.tile_pitch, at.column / tile_width, at.row / tile_height) : all(nan);
+      store(heights + k * lanes, at.in & (mean == mean) ? mean : all(0));
     }
+    for (int k = 0; k < count; ++k) {
+      const Floats h = load(heights + k * lanes);
+      const Nearest at(t, Nodes(t, j, begin + k).project(h));
+      const Floats seen = any(at.in) ? look_up<3>(t.heights, t.width, at.column, at.row) : all(nan);
+      store(heights + k * lanes, at.in & (seen == seen) ? seen : h);
+    }
+    for (int k = 0; k < count; ++k) {
+      const Pixels p = Nodes(t, j, begin + k).project(load(heights + k * lanes));
+      const Nearest at(t, p);
+      Floats height = all(nan);
+      if (any(at.in)) {
+        Places centre{t.heights, t.width, at.column, at.row};
+        centre.look_closely<3>(1);
+        const Floats u = p.column - __builtin_convertvector(centre.column + t.left, Floats);
+        const Floats v = p.row - __builtin_convertvector(centre.row + t.top, Floats);
+        const Floats wx[3] = {0.5f * (0.5f - u) * (0.5f - u), 0.75f - u * u, 0.5f * (0.5f + u) * (0.5f + u)};
+        const Floats wy[3] = {0.5f * (0.5f - v) * (0.5f - v), 0.75f - v * v, 0.5f * (0.5f + v) * (0.5f + v)};
+        const Floats found = smooth(centre, wx, wy);
+        height = at.in ? found : all(nan);
+      }
+      store(heights + k * lanes, height);
+    }
+    std::copy_n(heights, std::min(count * lanes, t.nx - begin * lanes), out + begin * lanes);
   }
 }

@@ -14,7 +14,7 @@
 namespace debulk {
 namespace {
 
-constexpr int most = 1024;  // columns that the kernel looks at before it hands out the incomplete windows
+constexpr float infinity = std::numeric_limits<float>::infinity();
 
 #define DEBULK_KERNEL "debulk/surface/median_kernel.inl"
 #include "debulk/core/each_isa.inl"
@@ -38,7 +38,6 @@ void filter(const Grid<float>& grid, int reach, int step, float tolerance, Grid<
   out.values.resize(grid.size());
   const Isa isa = best_isa();
   parallel_for(grid.ny, 32, threads, stop, [&](long begin, long end) {
-    std::array<int, most + 16> incomplete;
     for (int j = static_cast<int>(begin); j < end; ++j) {
       const auto slow = [&](int i) {
         const float found = window_median(grid, i, j, reach, step), value = grid.at(i, j);
@@ -46,13 +45,9 @@ void filter(const Grid<float>& grid, int reach, int step, float tolerance, Grid<
       };
       int done = std::min(step, grid.nx);
       for (int i = 0; i < done; ++i) slow(i);
-      for (bool more = reach == 1 && j >= step && j + step < grid.ny; more;) {
-        int count = 0;
-        const int next = DEBULK_ON(isa, run(step, &grid.at(0, j - step), &grid.at(0, j), &grid.at(0, j + step), done, grid.nx, tolerance,
-                                            &out.at(0, j), incomplete.data(), count));
-        for (int k = 0; k < count; ++k) slow(incomplete[static_cast<std::size_t>(k)]);
-        more = next > done, done = next;
-      }
+      if (reach == 1 && j >= step && j + step < grid.ny)
+        done = DEBULK_ON(isa,
+                         run(step, &grid.at(0, j - step), &grid.at(0, j), &grid.at(0, j + step), done, grid.nx, tolerance, &out.at(0, j)));
       for (int i = done; i < grid.nx; ++i) slow(i);
     }
   });
