@@ -60,5 +60,24 @@ TEST(Transform, RefusesWhatIsNotRigid) {
   EXPECT_NE(complaint(broken).find("finite"), std::string::npos);
 }
 
+TEST(Bounds, AreThoseOfThePointsThatWereSeen) {
+  for (const int width : {1, 15, 16, 37, 300}) {
+    Cloud cloud = sheet(width, 3, 7);
+    cloud.point(width - 1, 2)[1] = 1e9f, cloud.point(width - 1, 2)[0] = nan;
+    const CloudBounds box = bounds(cloud.view(), 2);
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+    long seen = 0;
+    for (std::size_t k = 0; k < cloud.view().size(); ++k) {
+      if (!cloud.view().seen(k)) continue;
+      const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3f>(cloud.view().point(k)).cast<double>();
+      low = low.cwiseMin(p), high = high.cwiseMax(p), ++seen;
+    }
+    EXPECT_EQ(box.seen, seen);
+    EXPECT_EQ(box.low, low);
+    EXPECT_EQ(box.high, high);
+  }
+  EXPECT_EQ(bounds(CloudView{}).seen, 0);
+}
+
 }  // namespace
 }  // namespace debulk
