@@ -46,6 +46,8 @@ class FrontEnd(metaclass=_Bound):
         self, scan: ArrayLike, stop: Stop
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.float64], float]: ...
     @property
+    def blur_mm2(self) -> float: ...
+    @property
     def fast(self) -> bool: ...
     @property
     def threshold(self) -> float: ...
@@ -619,6 +621,8 @@ def segment(
     peak_tol_mm: float,
     edge_tol_mm: float,
     bridge_mm: float,
+    smooth_mm: float,
+    blur_mm2: float,
     ply_outline: ArrayLike | None,
     measured: ArrayLike | None,
 ) -> Segmentation: ...

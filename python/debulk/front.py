@@ -157,7 +157,7 @@ class FrontEnd:
         values, measured, origin, spacing = self._core.run(_as_cloud(scan, "scan"), stop or _core.Stop())
         if copy:
             values, measured = values.copy(), measured.copy()
-        return HeightMap(values, origin, spacing, measured.view(np.bool_))
+        return HeightMap(values, origin, spacing, measured.view(np.bool_), self._core.blur_mm2)
 
     @property
     def fast(self) -> bool:

@@ -117,6 +117,7 @@ def segment(
     *,
     edge_tol_mm: float | None = None,
     bridge_mm: float = 12.0,
+    smooth_mm: float = 0.0,
 ) -> Segmentation:
     """Find the air pockets in a height map.
 
@@ -132,7 +133,8 @@ def segment(
     ----------
     height_map
         (ny, nx) float32 ply minus reference, mm, NaN = unknown. If it has an attribute ``measured``, a mask of that
-        shape, False where a height was filled, it decides `Pocket.measured_share`.
+        shape, False where a height was filled, it decides `Pocket.measured_share`; an attribute ``blur_mm2``
+        (`debulk.surface.HeightMap`) is undone where heights are smoothed.
     cut_height_mm
         A pocket is where the height is at least this.
     area_tol_mm2
@@ -145,6 +147,9 @@ def segment(
         A pocket whose outline is this near to the ply's touches the ply's edge. None: two grid spacings.
     bridge_mm
         Largest extent, along x and y, of a drop-out to bridge; 0: none.
+    smooth_mm
+        Window of the local quadratic smoothing of the surface on which pockets are measured; for a pocket narrower than
+        this, its area over its perimeter. What is a pocket is decided by the heights as given. 0: measured on these.
 
     Raises
     ------
@@ -174,6 +179,8 @@ def segment(
         peak_tol_mm=peak_tol_mm,
         edge_tol_mm=0.0 if edge_tol_mm is None else edge_tol_mm,
         bridge_mm=bridge_mm,
+        smooth_mm=smooth_mm,
+        blur_mm2=float(getattr(height_map, "blur_mm2", 0.0)),
         ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
         measured=None if measured is None else np.asarray(measured, dtype=bool).astype(np.uint8),
     )

@@ -93,9 +93,12 @@ class HeightMap(Grid):
         As in `debulk.Grid`.
     measured
         (ny, nx) bool: True where ply and reference were both seen, False where the height was filled in or is NaN.
+    blur_mm2
+        What gridding and median blurred the heights with, as a variance along x and along y; 0: not known.
     """
 
     measured: NDArray[np.bool_]
+    blur_mm2: float = 0.0
 
 
 def height_map(

@@ -19,6 +19,8 @@ struct SegmentOptions {
   double peak_tol_mm = 1.25;           // least peak above the cut (above the reference it could not drop anything)
   double edge_tol_mm = 0.0;            // an outline this near to the ply's touches the ply's edge; 0: two grid spacings
   double bridge_mm = 12.0;             // unknown regions up to this thickness are bridged; 0: none
+  double smooth_mm = 0.0;              // pockets are measured on a surface smoothed over this (smooth_outline.hpp); 0: on the heights as given
+  double blur_mm2 = 0.0;               // variance along x and along y of what blurred the heights before: undone where they are smoothed
   std::optional<Polygon> ply_outline;  // mold XY, mm; none: unknown
   void check() const;
 };

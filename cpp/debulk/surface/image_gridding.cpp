@@ -33,6 +33,13 @@ void grid_row(Isa isa, const ImageTables& tables, int row, float* out) {
 
 }  // namespace
 
+double pixel_pitch(const Reference& reference, const View& view) {
+  const Grid<double>& f = reference.heights();
+  const double middle = reference.height(f.position(f.nx / 2.0, f.ny / 2.0));
+  const Eigen::Vector3d ray = view.rotation() * Eigen::Vector3d(view.camera.u(view.width / 2.0), view.camera.v(view.height / 2.0), 1);
+  return std::abs((middle - view.centre().z()) / ray.z()) / view.camera.f;
+}
+
 RayBase ray_base(const Reference& reference, const View& view, int threads) {
   view.camera.check();
   const Eigen::Vector3d o = view.centre();
@@ -45,7 +52,7 @@ RayBase ray_base(const Reference& reference, const View& view, int threads) {
   const double middle = reference.height(f.position(f.nx / 2.0, f.ny / 2.0));
 
   RayBase base;
-  const double pitch = std::abs(depth_of(ray(view.width / 2.0, view.height / 2.0), middle)) / view.camera.f;
+  const double pitch = pixel_pitch(reference, view);
   for (base.step = 1; base.step < 16 && 2 * base.step * pitch <= base_mm;) base.step *= 2;
   base.nx = (view.width - 1) / base.step + 2, base.ny = (view.height - 1) / base.step + 2;
   base.depth.assign(static_cast<std::size_t>(base.nx) * static_cast<std::size_t>(base.ny), nan);

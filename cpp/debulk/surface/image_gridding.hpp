@@ -22,6 +22,9 @@ struct View {
   Eigen::Vector3d centre() const { return mold_from_scanner.topRightCorner<3, 1>(); }
 };
 
+// Distance of neighbouring pixels on the reference, mm, in the middle of the image.
+double pixel_pitch(const Reference& reference, const View& view);
+
 // The reference along the view's rays. With o the camera's centre, D = R ((i - cx)/f, (j - cy)/f, 1) the ray in the mold's
 // frame and Z0 the depth at which it meets F, the point at depth Z stands above F, at its own x and y, by
 //   h = (Z - Z0) (D_z - grad F . D_xy) + O((Z - Z0)² curvature),
