@@ -255,19 +255,19 @@ void bind_surface(py::module_& m) {
   m.def(
       "fit_reference",
       [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, double node_spacing, double window, double robust,
-         int threads) {
+         int doublings, int threads) {
         const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
         Grid<double> nodes;
         {
           py::gil_scoped_release release;
-          nodes = fit_reference(heights, {node_spacing, window, robust}, threads).heights();
+          nodes = fit_reference(heights, {node_spacing, window, robust, doublings}, threads).heights();
         }
         const Eigen::Vector2d first = nodes.origin;
         const double step = nodes.spacing;
         return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("node_spacing_mm"), py::arg("window_mm"), py::arg("robust"),
-      py::arg("threads"));
+      py::arg("doublings"), py::arg("threads"));
 
   bind_front_end(m);
 }

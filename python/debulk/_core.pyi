@@ -494,6 +494,7 @@ def fit_reference(
     node_spacing_mm: float,
     window_mm: float,
     robust: float,
+    doublings: int,
     threads: int,
 ) -> tuple[_Floats, _Floats, float]: ...
 def grid_heights(

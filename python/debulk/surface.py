@@ -280,6 +280,7 @@ def fit_reference(
     *,
     window_mm: float = 12.0,
     robust: float = 6.0,
+    doublings: int = 2,
     threads: int = 0,
 ) -> Reference:
     """Fit the smooth reference surface to measured heights with noise and gaps.
@@ -295,9 +296,11 @@ def fit_reference(
     spacing_mm
         Distance of the surface's nodes; rounded to a multiple of the grid's.
     window_mm
-        Half width of the window. Details narrower than the window are smoothed.
+        Half width of the window, at least. Details narrower than the window are smoothed.
     robust
         Robust standard deviations beyond which a height is left out.
+    doublings
+        Times that the window may be doubled, where the wider fit agrees with the narrower ones within their noise.
     threads
         0: as many as the process may use.
 
@@ -325,6 +328,7 @@ def fit_reference(
         float(spacing_mm),
         float(window_mm),
         float(robust),
+        doublings,
         threads,
     )
     return Reference(nodes, origin, step)
