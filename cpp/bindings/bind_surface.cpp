@@ -120,8 +120,10 @@ void bind_front_end(py::module_& m) {
               map = &front.run(cloud, stop);
             }
             const Grid<float>& h = map->heights;
-            return py::make_tuple(view_of(h.values.data(), h.ny, h.nx, self), view_of(map->measured.values.data(), h.ny, h.nx, self),
-                                  pair(h.origin), h.spacing);
+            const auto view = [&](const auto& values) -> py::object {
+              return values.empty() ? py::object(py::none()) : py::object(view_of(values.data(), h.ny, h.nx, self));
+            };
+            return py::make_tuple(view(h.values), view(map->measured.values), view(map->before_median.values), pair(h.origin), h.spacing);
           },
           py::arg("scan"), py::arg("stop"))
       .def("keep",

@@ -133,8 +133,8 @@ def segment(
     ----------
     height_map
         (ny, nx) float32 ply minus reference, mm, NaN = unknown. If it has an attribute ``measured``, a mask of that
-        shape, False where a height was filled, it decides `Pocket.measured_share`; an attribute ``blur_mm2``
-        (`debulk.surface.HeightMap`) is undone where heights are smoothed.
+        shape, False where a height was filled, it decides `Pocket.measured_share`. With `smooth_mm`, pockets are
+        measured on ``before_median``, and ``blur_mm2`` is undone, where it has these (`debulk.surface.HeightMap`).
     cut_height_mm
         A pocket is where the height is at least this.
     area_tol_mm2
@@ -170,6 +170,7 @@ def segment(
     measured = getattr(height_map, "measured", None)
     if isinstance(measured, Grid):
         measured = measured.values
+    before = getattr(height_map, "before_median", None)
     core = _core.segment(
         np.asarray(height_map.values, dtype=np.float32),
         np.asarray(height_map.origin_mm, dtype=np.float64),
@@ -183,6 +184,7 @@ def segment(
         blur_mm2=float(getattr(height_map, "blur_mm2", 0.0)),
         ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
         measured=None if measured is None else np.asarray(measured, dtype=bool).astype(np.uint8),
+        before_median=None if before is None else np.asarray(before, dtype=np.float32),
     )
     return from_core(core)
 

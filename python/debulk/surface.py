@@ -93,11 +93,15 @@ class HeightMap(Grid):
         As in `debulk.Grid`.
     measured
         (ny, nx) bool: True where ply and reference were both seen, False where the height was filled in or is NaN.
+    before_median
+        (ny, nx) heights before the median filter, if there was one: pockets are found in its result, but measured on
+        these, which are less blurred.
     blur_mm2
-        What gridding and median blurred the heights with, as a variance along x and along y; 0: not known.
+        What gridding blurred the heights with, as a variance along x and along y; 0: nothing, or not known.
     """
 
     measured: NDArray[np.bool_]
+    before_median: NDArray[np.float32] | None = None
     blur_mm2: float = 0.0
 
 

@@ -136,9 +136,10 @@ void RegionFront::filter(Work& work, int threads, const Stop& stop) {
     without_spikes(heights, options_.front.spike, scratch->other, threads, stop);
     heights.values.swap(scratch->other.values);
   }
+  work.map.before_median.values.clear();
   if (options_.front.median > 1) {
-    median(heights, options_.front.median, scratch->other, threads, stop);
-    heights.values.swap(scratch->other.values);
+    median(heights, options_.front.median, work.map.before_median, threads, stop);
+    heights.values.swap(work.map.before_median.values);
   }
   give_back(std::move(scratch));
 }

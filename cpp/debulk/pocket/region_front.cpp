@@ -42,7 +42,7 @@ RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen
   base_ = ray_base(*reference_, view_, threads);
   gridding_.emplace(*reference_, view_, frame_, threads);
   if (options_.segment.ply_outline) options_.segment.ply_outline = checked_polygon(*options_.segment.ply_outline, "ply_outline");
-  options_.segment.blur_mm2 = options_.front.blur_mm2(pixel_pitch(*reference_, view_));
+  options_.segment.blur_mm2 = gridding_->blur_mm2();
   prepare_ply();
   prepare_overview();
   frame_.values = {};
@@ -182,7 +182,7 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
     times_.filter += laps.lap();
     largest_first(jobs, [&](Job& job, int) {
       if (stop.now()) throw Stopped("the segmentation was stopped");
-      job.work->segmentation = segment(job.work->map.heights, options_.segment, &job.work->map.measured);
+      job.work->segmentation = segment(job.work->map.heights, options_.segment, &job.work->map.measured, &job.work->map.before_median);
     });
     times_.segment += laps.lap();
     if (!feet.noise_mm) {  // once: windows that grow tell nothing new

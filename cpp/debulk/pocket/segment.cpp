@@ -150,11 +150,12 @@ Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, co
 
 // The pocket's figures on a smooth surface. The window follows the pocket's width, area over perimeter, so that a narrow
 // one is not smoothed away.
-void measure_smoothly(const Regions& regions, std::size_t region, const std::vector<std::uint8_t>& pocket, const Segmentation& s, Pocket& p) {
+void measure_smoothly(const Regions& regions, std::size_t region, const std::vector<std::uint8_t>& pocket, const Segmentation& s,
+                      const Grid<float>* before_median, Pocket& p) {
   const SegmentOptions& o = s.options;
   const double window = std::min(o.smooth_mm, p.area / polygon_perimeter(p.outline));
-  auto smooth = smooth_outline(regions.begin(region), regions.end(region), static_cast<std::int32_t>(region) + 1, s.labels, pocket, s.heights,
-                               {o.cut_height_mm, window, o.blur_mm2, o.ply_outline});
+  auto smooth = smooth_outline(regions.begin(region), regions.end(region), static_cast<std::int32_t>(region) + 1, s.labels, pocket,
+                               s.heights, before_median, {o.cut_height_mm, window, o.blur_mm2, o.ply_outline});
   if (!smooth) return;
   const bool touches_unknown = p.touches_unknown;
   take(std::move(smooth->outline), s, p);
@@ -250,12 +251,16 @@ const std::vector<Run>& Segmenter::foreground(int threads) {
   return known_;
 }
 
-const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOptions& options, const Grid<std::uint8_t>* measured,
-                                   int threads) {
+const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOptions& options, const Grid<std::uint8_t>* measured, int threads,
+                                   const Grid<float>* before_median) {
   options.check();
   check_grid(given);
   require(!measured || (measured->nx == given.nx && measured->ny == given.ny), "measured", "a mask of the height map's shape",
           measured ? std::to_string(measured->ny) + " by " + std::to_string(measured->nx) : "none");
+  if (before_median && before_median->size() == 0) before_median = nullptr;
+  require(!before_median || (before_median->nx == given.nx && before_median->ny == given.ny), "before_median",
+          "heights of the height map's shape",
+          before_median ? std::to_string(before_median->ny) + " by " + std::to_string(before_median->nx) : "none");
   prepare(given, options);
   scan(given, threads);
   const Regions& regions = regions_.run(foreground(threads));
@@ -274,7 +279,7 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
   if (options.smooth_mm > 0)
     parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
       const auto k = static_cast<std::size_t>(begin);
-      if (pocket[k]) measure_smoothly(regions, k, pocket, out_, found[k]);
+      if (pocket[k]) measure_smoothly(regions, k, pocket, out_, before_median, found[k]);
     });
 
   std::vector<std::int32_t> id_of(count, 0);
@@ -297,9 +302,10 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
   return out_;
 }
 
-Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured) {
+Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured,
+                     const Grid<float>* before_median) {
   Segmenter segmenter;
-  segmenter.run(heights, options, measured);
+  segmenter.run(heights, options, measured, 0, before_median);
   return segmenter.take();
 }
 

@@ -27,8 +27,8 @@ int first_square(double origin, double spacing, int cell, int side) {
   return static_cast<int>(std::floor((std::round(origin / spacing) + cell) / side));
 }
 
-Squares gather(const Run* begin, const Run* end, std::int32_t id, const Grid<std::int32_t>& labels,
-               const std::vector<std::uint8_t>& pocket, const Grid<float>& heights, int side) {
+Squares gather(const Run* begin, const Run* end, std::int32_t id, const Grid<std::int32_t>& labels, const std::vector<std::uint8_t>& pocket,
+               const Grid<float>& heights, const Grid<float>* before_median, int side) {
   int left = heights.nx, right = 0;
   for (const Run* run = begin; run != end; ++run) left = std::min(left, run->begin), right = std::max(right, run->end);
   const int margin = 2 * half + 2;  // contour sought within half of it, windows reach as far again
@@ -53,7 +53,8 @@ Squares gather(const Run* begin, const Run* end, std::int32_t id, const Grid<std
             sum = std::numeric_limits<double>::quiet_NaN();
             continue;
           }
-          sum += heights.at(i, j);
+          sum += before_median && !std::isnan(before_median->at(i, j)) && !std::isnan(heights.at(i, j)) ? before_median->at(i, j)
+                                                                                                        : heights.at(i, j);
           const std::int32_t label = labels.at(i, j);
           if (label > 0) mark |= label == id ? ours : pocket[static_cast<std::size_t>(label - 1)] != 0 ? theirs : 0;
         }
@@ -93,10 +94,10 @@ void leave_out_the_edge(Squares& s, const PlyMask& ply) {
 
 std::optional<SmoothOutline> smooth_outline(const Run* begin, const Run* end, std::int32_t id, const Grid<std::int32_t>& labels,
                                             const std::vector<std::uint8_t>& pocket, const Grid<float>& heights,
-                                            const SmoothOutlineOptions& options) {
+                                            const Grid<float>* before_median, const SmoothOutlineOptions& options) {
   if (options.window_mm < 2 * heights.spacing || begin == end) return {};
   const int side = std::max(1, static_cast<int>(options.window_mm / (squares * heights.spacing) + 1e-6));
-  Squares s = gather(begin, end, id, labels, pocket, heights, side);
+  Squares s = gather(begin, end, id, labels, pocket, heights, before_median, side);
   PlyMask ply;
   if (options.ply_outline) {
     ply = PlyMask(*options.ply_outline, s.heights);
@@ -109,9 +110,10 @@ std::optional<SmoothOutline> smooth_outline(const Run* begin, const Run* end, st
     const bool known = !std::isnan(s.heights.values[k]) || (mark & at_edge);
     where.values[k] = known && !(mark & beside) && (near == ours || (mark & (ours | theirs)) == ours);
   }
-  // Gridding and filters blur, and so do the squares; straight lines between the fits' heights would blur a crest once more, on average over
-  // a side of length s by s² / 6.
-  const double blur = options.blur_mm2 + heights.spacing * heights.spacing * (side * side - 1) / 12.0 + s.heights.spacing * s.heights.spacing / 6.0;
+  // Gridding and filters blur, and so do the squares; straight lines between the fits' heights would blur a crest once more, on average
+  // over a side of length s by s² / 6.
+  const double blur =
+      options.blur_mm2 + heights.spacing * heights.spacing * (side * side - 1) / 12.0 + s.heights.spacing * s.heights.spacing / 6.0;
   const Grid<float> surface = smooth_heights(s.heights, ply, {options.window_mm, blur, at_the_edge}, &where);
 
   Grid<std::uint8_t> high = surface.like<std::uint8_t>();

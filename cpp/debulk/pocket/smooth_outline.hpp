@@ -35,6 +35,6 @@ struct SmoothOutlineOptions {
 // is below three heights, or the surface does not reach the level.
 std::optional<SmoothOutline> smooth_outline(const Run* begin, const Run* end, std::int32_t id, const Grid<std::int32_t>& labels,
                                             const std::vector<std::uint8_t>& pocket, const Grid<float>& heights,
-                                            const SmoothOutlineOptions& options);
+                                            const Grid<float>* before_median, const SmoothOutlineOptions& options);
 
 }  // namespace debulk

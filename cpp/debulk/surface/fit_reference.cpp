@@ -68,8 +68,8 @@ struct Quadratic {
   }
   struct Fit {
     double height = nan;  // at the middle
-    double variance = 0;   // of that, in units of one height's
-    double scatter2 = 0;   // variance of a height round the fit, mm²
+    double variance = 0;  // of that, in units of one height's
+    double scatter2 = 0;  // variance of a height round the fit, mm²
   };
   Fit fit() const {
     const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factors(normal);
@@ -192,7 +192,8 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
   const Nodes nodes(heights, options.spacing);
   const int reach = std::max({2, nodes.step, static_cast<int>(std::lround(options.window / heights.spacing))});
   const Reference first(fill_nodes(fit_heights(heights, nodes, reach, 0, threads)));
-  return Reference(fill_nodes(fit_heights(without_strays(heights, first, options.robust, threads), nodes, reach, options.doublings, threads)));
+  return Reference(
+      fill_nodes(fit_heights(without_strays(heights, first, options.robust, threads), nodes, reach, options.doublings, threads)));
 }
 
 }  // namespace debulk

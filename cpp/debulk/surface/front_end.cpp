@@ -19,13 +19,6 @@ void FrontEndOptions::check() const {
   require(median == 1 || median == 3 || median == 5, "median_cells", "1, 3 or 5", median);
 }
 
-double FrontEndOptions::blur_mm2(double pitch) const {
-  // The kernel of ImageGridding is a quadratic B-spline; the general way's are a triangle's and, on coarse grids, a square's.
-  const double gridding_mm2 = pitch > 0 ? pitch * pitch / 4 : spacing * spacing / 6;
-  // In noise a median blurs like a mean; without any it takes three quarters of that from a bell's top.
-  return gridding_mm2 + spacing * spacing * (median * median - 1) / 12;
-}
-
 FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
                    bool pinhole, const FrontEndOptions& options, int threads)
     : reference_(std::move(reference)), view_(view), options_(options), threads_(threads) {
@@ -37,7 +30,6 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
   if (!pinhole) return;
   require(view.width > 1 && view.height > 1, "shape", "an image of at least 2 by 2 pixels",
           std::to_string(view.height) + " by " + std::to_string(view.width));
-  pitch_ = pixel_pitch(*reference_, view_);
   base_ = ray_base(*reference_, view_, threads);
   gridding_.emplace(*reference_, view_, map_.heights, threads);
 }
@@ -59,14 +51,16 @@ const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
   }
   filling_.run(map_.heights, options_.fill, map_.measured, threads_, stop);
   times_.fill = clock.lap();
+  Grid<float>& other = map_.before_median;
   if (options_.spike > 0) {
-    without_spikes(map_.heights, options_.spike, filtered_, threads_, stop);
-    map_.heights.values.swap(filtered_.values);
+    without_spikes(map_.heights, options_.spike, other, threads_, stop);
+    map_.heights.values.swap(other.values);
   }
   times_.spikes = clock.lap();
+  other.values.clear();
   if (options_.median > 1) {
-    median(map_.heights, options_.median, filtered_, threads_, stop);
-    map_.heights.values.swap(filtered_.values);
+    median(map_.heights, options_.median, other, threads_, stop);
+    map_.heights.values.swap(other.values);
   }
   times_.median = clock.lap();
   return map_;

@@ -21,9 +21,6 @@ struct FrontEndOptions {
   int median = 3;      // cells: 1 (none), 3 or 5
 
   void check() const;
-  // What gridding and median blur heights with, as a variance along x and along y, mm²: a bell of curvature -c, along both, is lower
-  // by c times as much on top. pitch: of the pixels that ImageGridding took, mm; 0: the general way.
-  double blur_mm2(double pitch) const;
 };
 
 // From a scan to its height map above one reference, cycle after cycle: outliers removed, heights on a grid, holes filled,
@@ -44,7 +41,8 @@ class FrontEnd {
 
   // Of the last run.
   bool fast() const { return fast_; }
-  double blur_mm2() const { return options_.blur_mm2(fast_ ? pitch_ : 0); }
+  // What gridding blurred the heights with, as a variance along x and along y: a top of curvature -c along both is lower by c times that.
+  double blur_mm2() const { return fast_ ? gridding_->blur_mm2() : map_.heights.spacing * map_.heights.spacing / 6; }
   const Outliers& outliers() const { return outliers_; }  // but which points; see `keep`
   const std::vector<std::uint8_t>& keep() const { return fast_ ? image_.keep() : outliers_.keep; }
   struct Times {
@@ -59,14 +57,12 @@ class FrontEnd {
   View view_;
   FrontEndOptions options_;
   int threads_;
-  double pitch_ = 0;
   RayBase base_;
   std::optional<ImageGridding> gridding_;
   PinholeOutliers image_;
   HoleFilling filling_;
   Outliers outliers_;
   HeightMap map_;
-  Grid<float> filtered_;
   bool fast_ = false;
   Times times_;
 };

@@ -33,13 +33,6 @@ void grid_row(Isa isa, const ImageTables& tables, int row, float* out) {
 
 }  // namespace
 
-double pixel_pitch(const Reference& reference, const View& view) {
-  const Grid<double>& f = reference.heights();
-  const double middle = reference.height(f.position(f.nx / 2.0, f.ny / 2.0));
-  const Eigen::Vector3d ray = view.rotation() * Eigen::Vector3d(view.camera.u(view.width / 2.0), view.camera.v(view.height / 2.0), 1);
-  return std::abs((middle - view.centre().z()) / ray.z()) / view.camera.f;
-}
-
 RayBase ray_base(const Reference& reference, const View& view, int threads) {
   view.camera.check();
   const Eigen::Vector3d o = view.centre();
@@ -52,7 +45,7 @@ RayBase ray_base(const Reference& reference, const View& view, int threads) {
   const double middle = reference.height(f.position(f.nx / 2.0, f.ny / 2.0));
 
   RayBase base;
-  const double pitch = pixel_pitch(reference, view);
+  const double pitch = std::abs(depth_of(ray(view.width / 2.0, view.height / 2.0), middle)) / view.camera.f;
   for (base.step = 1; base.step < 16 && 2 * base.step * pitch <= base_mm;) base.step *= 2;
   base.nx = (view.width - 1) / base.step + 2, base.ny = (view.height - 1) / base.step + 2;
   base.depth.assign(static_cast<std::size_t>(base.nx) * static_cast<std::size_t>(base.ny), nan);
@@ -84,6 +77,9 @@ ImageGridding::ImageGridding(const Reference& reference, const View& view, const
   const std::size_t size = static_cast<std::size_t>(across_) * static_cast<std::size_t>(grid.ny);
   point_x_.resize(size), point_y_.resize(size), point_z_.resize(size);
   const Eigen::Matrix3d to_scanner = view.rotation().transpose();
+  const Eigen::Vector2d middle = grid.position(grid.nx / 2.0, grid.ny / 2.0);
+  const double depth = to_scanner.row(2).dot(Eigen::Vector3d(middle.x(), middle.y(), reference.height(middle)) - view.centre());
+  blur_mm2_ = std::pow(depth / view.camera.f, 2) / 4;
   parallel_for(grid.ny, 16, threads, [&](long begin, long end) {
     for (long j = begin; j < end; ++j)
       for (int i = 0; i < across_; ++i) {
