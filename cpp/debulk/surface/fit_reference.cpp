@@ -17,7 +17,6 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double noisier = 30.0;  // a node is left out if its variance is so many times that with a full window
-constexpr double agreeing = 4.0;  // standard deviations of the narrower of two fits
 
 using Moments = std::array<double, 9>;  // sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z²
 
@@ -131,24 +130,39 @@ Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, c
   return out;
 }
 
-// The nodes' heights, each from the widest window, of a few, that agrees with the narrower ones.
+// Whether a wider window's fits follow the surface round node (i, j) as well as a narrower one's: what sets them apart is no
+// larger than the noise, and like noise changes its sign from place to place.
+bool agree(const Grid<Quadratic::Fit>& narrow, const Grid<Quadratic::Fit>& wide, int i, int j, int reach, double scatter2) {
+  double sum = 0, squares = 0, noise = 0;
+  int count = 0;
+  for (int b = std::max(0, j - reach); b <= std::min(narrow.ny - 1, j + reach); ++b)
+    for (int a = std::max(0, i - reach); a <= std::min(narrow.nx - 1, i + reach); ++a) {
+      const double off = wide.at(a, b).height - narrow.at(a, b).height;
+      if (std::isnan(off)) continue;
+      sum += off, squares += off * off, noise += scatter2 * narrow.at(a, b).variance;
+      ++count;
+    }
+  const double mean2 = sum * sum / std::max(1, count);
+  return 2 * count > (2 * reach + 1) * (2 * reach + 1) && squares <= 2 * noise && mean2 <= (squares - mean2) / 3;
+}
+
+// The nodes' heights, each from the widest window, of a few, that agrees with the next narrower one, as that does.
 Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, int threads) {
   std::vector<Grid<Quadratic::Fit>> fits;
   for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), threads));
   Grid<double> out = fits.front().like<double>(nan);
-  for (std::size_t n = 0; n < out.size(); ++n) {
-    const double scatter2 = fits.front().values[n].scatter2;  // wider, it holds what they do not follow
-    std::size_t widest = 0;
-    const auto agrees = [&](std::size_t k) {
-      for (std::size_t l = 0; l < k; ++l) {
-        const Quadratic::Fit& narrow = fits[l].values[n];
-        if (!(std::abs(fits[k].values[n].height - narrow.height) <= agreeing * std::sqrt(scatter2 * narrow.variance))) return false;
+  parallel_for(nodes.ny, 4, threads, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j)
+      for (int i = 0; i < nodes.nx; ++i) {
+        const Quadratic::Fit& least = fits.front().at(i, j);
+        std::size_t widest = 0;
+        const auto around = [&](std::size_t k) { return std::max(2, 3 * (reach << k) / (2 * nodes.step)); };  // noise differs over this
+        while (!std::isnan(least.height) && widest + 1 < fits.size() &&
+               agree(fits[widest], fits[widest + 1], i, j, around(widest), least.scatter2))
+          ++widest;
+        out.at(i, j) = fits[widest].at(i, j).height;
       }
-      return true;
-    };
-    while (widest + 1 < fits.size() && agrees(widest + 1)) ++widest;
-    out.values[n] = fits[widest].values[n].height;
-  }
+  });
   return out;
 }
 
