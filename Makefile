@@ -91,8 +91,9 @@ bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; re
 		$(python) bench/front/open3d_outliers.py build/scenes/5120x3840 5120 3840 > build/bench/open3d.json; fi
 	$(python) bench/front/report.py build/bench/front.json build/bench/open3d.json
 	$(python) bench/files/loaders.py -o bench/files/loaders.txt
-	@[ -e build/scenes/5120x3840.view ] || $(python) bench/front/make_scene.py build/scenes
+	$(python) bench/front/make_scene.py --pitch 0.55 build/scenes/paper
 	$(python) bench/front/cycle.py build/scenes bench/front
+	$(python) bench/front/regions.py
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it

@@ -121,7 +121,7 @@ void bind_pocket(py::module_& m) {
       .def_readonly("peak", &Dropped::peak)
       .def_property_readonly("centroid", [](const Dropped& d) { return row(d.centroid); });
 
-  py::class_<Segmentation>(m, "Segmentation")
+  py::class_<Segmentation, std::shared_ptr<Segmentation>>(m, "Segmentation")
       .def_readonly("pockets", &Segmentation::pockets)
       .def_readonly("dropped", &Segmentation::dropped)
       .def_readonly("specks", &Segmentation::specks)
@@ -143,7 +143,7 @@ void bind_pocket(py::module_& m) {
       .def_readonly("touches_ply_edge", &Foot::touches_ply_edge)
       .def_readonly("parted", &Foot::parted);
 
-  py::class_<FootMap>(m, "FootMap")
+  py::class_<FootMap, std::shared_ptr<FootMap>>(m, "FootMap")
       .def_readonly("feet", &FootMap::feet)
       .def_property_readonly("labels", viewer(&FootMap::labels))
       .def_property_readonly("heights", viewer(&FootMap::heights))

@@ -26,7 +26,7 @@ void bind_regions(py::module_& m) {
                        const Array<double>& pose, double std_ratio, double least_ratio, int neighbours, double spacing,
                        double hole_diameter, double spike, int median_cells, double cut_height, double area_tol, double peak_tol,
                        const std::optional<Array<double>>& ply_outline, double thickness, double mold_tol, double smooth,
-                       double largest_share, int threads) {
+                       double largest_share, const std::optional<std::array<int, 2>>& mesh, int threads) {
              require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
              View view;
              view.height = shape[0], view.width = shape[1];
@@ -43,6 +43,7 @@ void bind_regions(py::module_& m) {
              options.feet.mold_tol_mm = mold_tol;
              options.feet.smooth_mm = smooth;
              options.largest_share = largest_share;
+             if (mesh) options.row_step = (*mesh)[0], options.column_step = (*mesh)[1];
              const py::gil_scoped_release release;
              const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
              return std::make_unique<RegionFront>(std::move(reference), -far, far, view, options, threads);
@@ -51,7 +52,7 @@ void bind_regions(py::module_& m) {
            py::arg("least_ratio"), py::arg("neighbours"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("spike_mm"),
            py::arg("median_cells"), py::arg("cut_height_mm"), py::arg("area_tol_mm2"), py::arg("peak_tol_mm"),
            py::arg("ply_outline").none(true), py::arg("thickness_mm"), py::arg("mold_tol_mm"), py::arg("smooth_mm"),
-           py::arg("largest_share"), py::arg("threads"))
+           py::arg("largest_share"), py::arg("mesh").none(true), py::arg("threads"))
       .def(
           "run",
           [](RegionFront& front, const Points& scan, const std::optional<Array<std::uint8_t>>& mask, const Stop& stop) {
@@ -61,11 +62,15 @@ void bind_regions(py::module_& m) {
             return front.run(cloud, masked, stop);
           },
           py::arg("scan"), py::arg("mask").none(true), py::arg("stop"))
-      .def("take",  // the regions' segmentations and feet; the next call has none
-           [](RegionFront& front) {
+      // The regions' segmentations and feet. Their memory is used again by the first run that begins when nobody holds them.
+      .def("regions",
+           [](const RegionFront& front) {
              py::list out;
-             for (Region& region : front.regions()) out.append(py::make_tuple(std::move(region.segmentation), std::move(region.feet)));
-             front.regions().clear();
+             for (const auto& region : front.regions()) {
+               const auto ours = std::const_pointer_cast<Region>(region);  // Python's views are read-only
+               out.append(
+                   py::make_tuple(std::shared_ptr<Segmentation>(ours, &ours->segmentation), std::shared_ptr<FootMap>(ours, &ours->feet)));
+             }
              return out;
            })
       .def("overview",
@@ -80,11 +85,13 @@ void bind_regions(py::module_& m) {
              return py::make_tuple(grid_values(std::move(map)), py::array_t<double>(2, origin.data()), spacing);
            })
       .def_property_readonly("windows",
-                             [](RegionFront& front) {
+                             [](const RegionFront& front) {
                                std::vector<std::array<int, 4>> out;
-                               for (const Region& r : front.regions()) out.push_back({r.window.i0, r.window.j0, r.window.i1, r.window.j1});
+                               for (const auto& r : front.regions())
+                                 out.push_back({r->window.i0, r->window.j0, r->window.i1, r->window.j1});
                                return out;
                              })
+      .def_property_readonly("usable", &RegionFront::usable)
       .def_property_readonly("reason", &RegionFront::reason)
       .def_property_readonly("known_mm2", &RegionFront::known_mm2)
       .def_property_readonly("image_share", &RegionFront::image_share)

@@ -106,12 +106,13 @@ class Inspector:
         self._lock = threading.Lock()
         self._running: set[_core.Stop] = set()
 
-        self._front: front.FrontEnd | None = None
-        self._regions: RegionFront | None = None
-        self._front_lock = threading.Lock()  # it keeps its buffers: one scan at a time
+        self._front_lock = threading.Lock()  # they keep their buffers: one scan at a time
         self.prepared = reference if isinstance(reference, Prepared) else self._prepare(reference)
         self.grid_spacing_mm = self.prepared.grid_spacing_mm
         self.reference = self.prepared.reference
+        # Made now, not in the first cycle; beside regions the front end of whole scans waits until a scan needs it.
+        self._regions, self._why_whole = self._region_front()
+        self._front = None if self._regions else self._front_end()
 
     def _prepare(self, reference: ArrayLike) -> Prepared:
         clean, threads = self.recipe.clean, self.recipe.run.threads
@@ -215,16 +216,13 @@ class Inspector:
 
     def _find(self, scan: ArrayLike, stop: _core.Stop) -> tuple[Found, dict[str, float]]:
         """Pockets, through regions of interest or in the whole scan; and times in ms."""
-        why_whole = ""
-        if self.recipe.segmentation.regions:
-            image = self.prepared.image
-            points = cloud.as_cloud(scan, "scan")
-            if image is None or self.recipe.segmentation.area_tol_mm2 <= 0 or points.shape[:2] != image[:2]:
-                why_whole = "the scan is not an image of the reference's camera"
+        why_whole = self._why_whole
+        if self._regions is not None:
+            image, points = self.prepared.image, cloud.as_cloud(scan, "scan")
+            if image is None or points.shape[:2] != image[:2]:
+                why_whole = "the scan has another shape than the reference's image"
             elif self.mask is None or self.mask.shape == points.shape[:2]:
                 with self._front_lock:
-                    if self._regions is None:
-                        self._regions = self._region_front(image)
                     found = self._regions.inspect(points, self.mask, stop)
                     if found is not None:
                         return found, self._regions.times_ms
@@ -337,10 +335,17 @@ class Inspector:
             threads=self.recipe.run.threads,
         )
 
-    def _region_front(self, image: tuple[int, int, float, float, float]) -> RegionFront:
-        return RegionFront(
+    def _region_front(self) -> tuple[RegionFront | None, str]:
+        """None: scans are processed whole, and why if regions were asked for."""
+        if not self.recipe.segmentation.regions:
+            return None, ""
+        image = self.prepared.image
+        if image is None:
+            return None, "the reference is not an image of a pinhole camera"
+        regions = RegionFront(
             self.reference, image, self.mold_from_scanner, self.grid_spacing_mm, self.ply_outline, self.recipe
         )
+        return (regions, "") if regions.usable else (None, regions.reason)
 
     def _segment(self, height_map: surface.HeightMap, stop: _core.Stop) -> tuple[pocket.Segmentation, pocket.Feet]:
         wanted, patch = self.recipe.segmentation, self.recipe.patch

@@ -55,8 +55,9 @@ class RegionFront:
 
     A coarse pass over some rows and columns of pixels finds what stands up; windows round that are processed exactly
     as the whole scan would be: outliers, heights, holes, spikes, median, segmentation, feet. It takes the scans of a
-    pinhole camera; others are for `debulk.front.FrontEnd`. Memory is kept from scan to scan. One object serves one
-    thread at a time.
+    pinhole camera; others are for `debulk.front.FrontEnd`. One object serves one thread at a time. Memory is kept from
+    scan to scan: `inspect` writes where an earlier `Found` was that nobody holds any more, and never changes one that
+    is held. Reports hold none.
 
     Parameters
     ----------
@@ -72,6 +73,9 @@ class RegionFront:
         (M, 2), mold XY, mm, or None.
     recipe
         The sections clean, segmentation, patch, material and run.
+    mesh
+        (rows, columns): the coarse pass reads every so-manyth, for studies; a sparse mesh can miss pockets. None: as
+        sparse as the area tolerance allows without missing any.
 
     Examples
     --------
@@ -94,6 +98,7 @@ class RegionFront:
         spacing_mm: float,
         ply_outline: Floats | None,
         recipe: Recipe,
+        mesh: tuple[int, int] | None = None,
     ) -> None:
         clean, wanted, patch = recipe.clean, recipe.segmentation, recipe.patch
         self._recipe = recipe
@@ -117,6 +122,7 @@ class RegionFront:
             mold_tol_mm=patch.mold_tol_mm,
             smooth_mm=patch.smooth_mm,
             largest_share=0.8,
+            mesh=mesh,
             threads=recipe.run.threads,
         )
 
@@ -142,20 +148,36 @@ class RegionFront:
         share, windows = self._core.image_share, len(self._core.windows)
         overview = self._core.overview()
         parts = []
-        for segmentation, feet in self._core.take():
+        for segmentation, feet in self._core.regions():
             found = pocket.from_core(segmentation)
             parts.append((found, pocket.feet_from_core(found, feet, self._recipe.material.thickness_mm)))
         return Found(parts, self._core.known_mm2, Grid(*overview), self._left_out(share, windows))
 
     @property
+    def usable(self) -> bool:
+        """Whether scans can be taken at all; if not, `reason` says why."""
+        return bool(self._core.usable)
+
+    @property
     def reason(self) -> str:
-        """Why the last scan is to be processed whole; empty if not."""
+        """Why the last scan, or any, is to be processed whole; empty if not."""
         return str(self._core.reason)
 
     @property
     def windows(self) -> int:
         """How many windows the last scan had."""
         return len(self._core.windows)
+
+    @property
+    def mesh(self) -> tuple[int, int, float, float]:
+        """Steps of the rows and columns that the coarse pass reads; a pixel's longest side, mm; an eye's area, mm²."""
+        rows, columns, pixel_mm, eye_mm2 = self._core.mesh
+        return rows, columns, pixel_mm, eye_mm2
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Of the pixels: what the last scan's coarse pass and sample read, and what lay in its windows."""
+        return self._core.read_share, self._core.image_share
 
     @property
     def times_ms(self) -> dict[str, float]:
@@ -170,7 +192,7 @@ class RegionFront:
         }
 
     def _left_out(self, share: float, windows: int) -> tuple[LeftOut, ...]:
-        rows, columns, pixel_mm, eye_mm2 = self._core.mesh
+        rows, columns, pixel_mm, eye_mm2 = self.mesh
         threshold, error, points = self._core.threshold
         wanted = self._recipe.segmentation
         return (

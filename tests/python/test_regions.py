@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import debulk
@@ -141,6 +143,40 @@ def test_what_the_bound_allows_is_not_a_pocket_of_the_whole_scan(level: Bench) -
     assert missed > 0
 
 
+@settings(max_examples=20, deadline=None, derandomize=True, database=None)
+@given(
+    width_mm=st.floats(2.0, 9.0),
+    length_mm=st.floats(20.0, 130.0),
+    height_mm=st.floats(3.5, 12.0),
+    angle_deg=st.floats(0.0, 180.0),
+    place=st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
+    noise_mm=st.floats(0.01, 0.12),
+    seed=st.integers(0, 10**6),
+)
+def test_a_ridge_of_any_size_at_any_place(
+    level: Bench,
+    width_mm: float,
+    length_mm: float,
+    height_mm: float,
+    angle_deg: float,
+    place: tuple[float, float],
+    noise_mm: float,
+    seed: int,
+) -> None:
+    """Up to the ply's edge and past it; also of such an area that it is just a pocket, or just none."""
+    at = (place[0] * level.outline[1, 0], place[1] * level.outline[2, 1])
+    scan = level.scan(ridge(width_mm, length_mm, angle_deg, at, height_mm), np.random.default_rng(seed), noise_mm)
+    found, whole = level.both(scan)
+    close = [d for s, _ in whole.parts for d in (*s.pockets, *s.dropped) if is_close_to_a_limit(d)]
+    if not close:
+        assert used_regions(found)
+        assert_same(found, whole, 3e-3)
+
+
+def is_close_to_a_limit(bump: debulk.pocket.Pocket | debulk.pocket.Dropped) -> bool:
+    return abs(bump.area_mm2 / 200 - 1) < 3e-3 or abs(bump.peak_mm - 3.25) < 0.02
+
+
 @pytest.mark.parametrize("noise_mm", [0.15, 0.3])
 def test_a_ridge_in_strong_noise(level: Bench, noise_mm: float) -> None:
     rng = np.random.default_rng(1)
@@ -245,6 +281,87 @@ def test_scans_that_regions_do_not_take_are_processed_whole(level: Bench) -> Non
         level.regions.inspect(scan / 1000)
     with pytest.raises(debulk.InputError, match="finite"):
         level.regions.inspect(np.full_like(scan, np.nan))
+
+
+def test_the_reason_for_the_whole_scan_is_the_true_one(level: Bench) -> None:
+    scan = level.scan(ridge(12.0, 60.0, 30.0, (0.0, 0.0)), np.random.default_rng(9))
+
+    def why(inspector: debulk.Inspector, points: Floats) -> str:
+        (entry,) = [e for e in find(inspector, points).left_out if e.what == "regions of interest"]
+        return entry.why
+
+    pose, outline, seen = level.pose, level.outline, level.regions.prepared
+    every = debulk.Recipe(segmentation={"area_tol_mm2": 0})
+    assert "area tolerance of 0" in why(debulk.Inspector(every, seen, outline, mold_from_scanner=pose), scan)
+    assert "another shape" in why(level.regions, scan[:, :-8])
+    no_camera = debulk.inspector_file.Prepared(seen.reference, seen.seen, seen.grid_spacing_mm)
+    assert "not an image of a pinhole" in why(debulk.Inspector(None, no_camera, outline, mold_from_scanner=pose), scan)
+    assert "not an image of the camera" in why(level.regions, scan + np.float32([3.0, 0, 0]))
+    assert not [e for e in find(level.whole, scan).left_out if e.what == "regions of interest"]  # not asked for
+
+
+def test_the_first_cycle_finds_everything_prepared(level: Bench) -> None:
+    pose, outline, seen = level.pose, level.outline, level.regions.prepared
+    for recipe in (debulk.Recipe(), without_regions(debulk.Recipe())):
+        inspector = debulk.Inspector(recipe, seen, outline, mold_from_scanner=pose)
+        before = inspector._regions, inspector._front
+        assert sum(made is not None for made in before) == 1
+        inspector.inspect(level.scan(ridge(12.0, 60.0, 30.0, (0.0, 0.0)), np.random.default_rng(9)))
+        assert (inspector._regions, inspector._front) == before
+
+
+def test_results_that_are_held_do_not_change(level: Bench) -> None:
+    scans = [level.scan(ridge(12.0, 60.0, angle, (0.0, 0.0)), np.random.default_rng(9)) for angle in (30.0, 80.0)]
+    front = level.regions._regions
+    assert front is not None
+
+    def look(scan: Floats) -> Found:
+        found = front.inspect(scan, None, _core.Stop())
+        assert found is not None
+        return found
+
+    def arrays(found: Found) -> list[NDArray]:
+        ((segmentation, feet),) = found.parts
+        maps = segmentation.labels, segmentation.heights, feet.labels, feet.heights, found.overview
+        return [grid.values for grid in maps]
+
+    first = look(scans[0])
+    copies = [values.copy() for values in arrays(first)]
+    second = look(scans[1])
+    assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(arrays(first), copies, strict=True))
+    assert not np.array_equal(arrays(first)[0], arrays(second)[0])
+    place = second.parts[0][0].heights.values.ctypes.data
+    del second
+    assert look(scans[1]).parts[0][0].heights.values.ctypes.data == place  # nobody held it
+    # Nor does a report.
+    report = level.regions.inspect(scans[0])
+    outlines = [p.outline_mm.copy() for p in report.pockets]
+    heights = report.height_map.values.copy()
+    level.regions.inspect(scans[1])
+    assert np.array_equal(report.height_map.values, heights, equal_nan=True)
+    assert all(np.array_equal(p.outline_mm, o) for p, o in zip(report.pockets, outlines, strict=True))
+
+
+@pytest.mark.parametrize("stage", ["height map", "debulk"])
+def test_a_cancelled_cycle_leaves_the_next_one_right(level: Bench, stage: str) -> None:
+    scan = level.scan(ridge(12.0, 60.0, 30.0, (0.0, 0.0)), np.random.default_rng(9))
+    inspector = level.regions
+    expected = inspector.inspect(scan)
+
+    def cancel(name: str, share: float) -> None:
+        if name == stage:
+            inspector.cancel()
+
+    with pytest.raises(debulk.Cancelled):
+        inspector.inspect(scan, progress=cancel)
+    for deadline_s in (1e-6, 1e-3, 3e-3, 1e-2):
+        late = inspector.inspect(scan, deadline_s=deadline_s)
+        assert late.verdict in (debulk.Verdict.UNDECIDED, debulk.Verdict.INVALID, expected.verdict)
+    again = inspector.inspect(scan)
+    assert [p.verdict for p in again.pockets] == [p.verdict for p in expected.pockets]
+    for a, b in zip(again.pockets, expected.pockets, strict=True):
+        assert np.array_equal(a.outline_mm, b.outline_mm)
+        assert a.rms_mm == b.rms_mm
 
 
 def test_the_same_bits_on_any_number_of_threads(level: Bench) -> None:

@@ -41,14 +41,14 @@ CloudPart RegionFront::image_part(const Window& window, double threshold) const 
   const double reach = 4 * threshold * view_.camera.f * stretch / std::max(1.0, nearest - depth_slack) + 1;  // pixels
   const int margin = static_cast<int>(std::ceil(std::min(reach, 1e5))) + 3;
   CloudPart part;
-  const int first = std::clamp(static_cast<int>(std::floor(left)) - margin, 0, view_.width - 1) / 16 * 16;
-  part.column = first;
-  part.row = std::clamp(static_cast<int>(std::floor(top)) - margin, 0, view_.height - 1) / 16 * 16;
+  const auto down = [](int pixel) { return pixel / 16 * 16; };  // the tiles, where heights are first looked up, are the whole image's
+  part.column = down(std::clamp(static_cast<int>(std::floor(left)) - margin, 0, view_.width - 1));
+  part.row = down(std::clamp(static_cast<int>(std::floor(top)) - margin, 0, view_.height - 1));
   part.width = std::clamp(static_cast<int>(std::ceil(right)) + margin + 1, part.column + 1, view_.width) - part.column;
   part.height = std::clamp(static_cast<int>(std::ceil(bottom)) + margin + 1, part.row + 1, view_.height) - part.row;
   part.width = std::max(part.width, std::min(16, view_.width - part.column));
   part.height = std::max(part.height, 2);
-  part.row = std::min(part.row, (view_.height - part.height) / 16 * 16);
+  part.row = std::min(part.row, down(view_.height - part.height));
   return part;
 }
 
@@ -65,9 +65,38 @@ void RegionFront::give_back(std::unique_ptr<Scratch> scratch) {
   spare_.push_back(std::move(scratch));
 }
 
+// The smallest spare memory that is large enough, or the largest; not that of a result that somebody still holds.
+std::unique_ptr<RegionFront::Work> RegionFront::fresh_work(const Window& window) {
+  const auto held = [](const std::unique_ptr<Work>& work) { return work->region.use_count() > 1; };
+  spare_works_.erase(std::remove_if(spare_works_.begin(), spare_works_.end(), held), spare_works_.end());
+  const auto room = [](const std::unique_ptr<Work>& work) { return work->map.heights.values.capacity(); };
+  std::stable_sort(spare_works_.begin(), spare_works_.end(), [&](const auto& a, const auto& b) { return room(a) < room(b); });
+  auto found = std::find_if(spare_works_.begin(), spare_works_.end(),
+                            [&](const auto& work) { return room(work) >= static_cast<std::size_t>(window.size()); });
+  if (found == spare_works_.end() && found != spare_works_.begin()) --found;
+  std::unique_ptr<Work> out;
+  if (found == spare_works_.end()) {
+    out = std::make_unique<Work>();
+  } else {
+    out = std::move(*found);
+    spare_works_.erase(found);
+  }
+  out->region->window = window;
+  out->done = false;
+  return out;
+}
+
+void RegionFront::segment(Work& work, int threads) {
+  std::unique_ptr<Scratch> scratch = borrow();
+  scratch->segmenter.reuse(std::move(work.region->segmentation));
+  scratch->segmenter.run(work.map.heights, options_.segment, &work.map.measured, threads, &work.map.before_median);
+  work.region->segmentation = scratch->segmenter.take();
+  give_back(std::move(scratch));
+}
+
 // The window's heights as the coarse pass has them.
 void RegionFront::lay_coarse(Work& work) const {
-  const Window& w = work.window;
+  const Window& w = work.window();
   Grid<float>& heights = work.map.heights;
   heights.nx = w.i1 - w.i0, heights.ny = w.j1 - w.j0, heights.spacing = frame_.spacing, heights.origin = frame_.position(w.i0, w.j0);
   heights.values.resize(static_cast<std::size_t>(heights.nx) * static_cast<std::size_t>(heights.ny));
@@ -118,7 +147,7 @@ bool RegionFront::make_exact(const Window& strip, Work& work, const CloudView& s
     exact.values.resize(static_cast<std::size_t>(exact.nx) * static_cast<std::size_t>(exact.ny));
     gridding_->run(image, {part.column, part.row, part.width, part.height}, exact, strip.i0, strip.j0, image.isa, threads, stop);
     for (int j = 0; j < exact.ny; ++j)
-      std::copy_n(&exact.at(0, j), exact.nx, &work.map.heights.at(strip.i0 - work.window.i0, strip.j0 - work.window.j0 + j));
+      std::copy_n(&exact.at(0, j), exact.nx, &work.map.heights.at(strip.i0 - work.window().i0, strip.j0 - work.window().j0 + j));
   }
   give_back(std::move(scratch));
   return fits;

@@ -27,6 +27,8 @@ void RegionOptions::check() const {
   front.check();
   segment.check();
   feet.check();
+  require(row_step >= 0 && column_step >= 0 && (row_step > 0) == (column_step > 0), "mesh", "two positive numbers of pixels, or none",
+          std::to_string(row_step) + ", " + std::to_string(column_step));
 }
 
 RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
@@ -46,31 +48,38 @@ RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen
   prepare_ply();
   prepare_overview();
   frame_.values = {};
+  if (!(options_.segment.area_tol_mm2 > 0))
+    reason_ = "with an area tolerance of 0 nothing may be missed, however small";
+  else if (!mesh_.exists())
+    reason_ = "no mesh of pixels is fine enough for the area tolerance";
+  else if (options_.front.outliers.neighbours != 4)
+    reason_ = "only four neighbours are searched in the image";
+  usable_ = reason_.empty();
 }
 
 bool RegionFront::refuse(const char* why) {
   reason_ = why;
-  regions_.clear(), maps_.clear();
   return false;
 }
 
-// Whether something of a pocket or its foot lies on heights of the coarse pass, or at a side of the window behind which the
-// frame goes on: then more blocks are to be exact, and the window is to hold them.
-bool RegionFront::wants_more(const Work& work, Blocks& blocks, Window& window) const {
+// Blocks in which something of a pocket or its foot lies on heights of the coarse pass, or at a side of the window behind
+// which the frame goes on.
+std::vector<Window> RegionFront::unsure(const Work& work, const Blocks& blocks) const {
   constexpr int side = Blocks::side;
-  const Window& w = work.window;
-  const Segmentation& s = *work.segmentation;
+  const Window& w = work.window();
+  const Segmentation& s = work.region->segmentation;
+  const FootMap& feet = work.region->feet;
   bool open = false;
   for (const Pocket& p : s.pockets) open |= p.touches_unknown;
-  for (const Foot& f : work.feet->feet) open |= !f.closed;
+  for (const Foot& f : feet.feet) open |= !f.closed;
   const auto taken = [&](int i, int j) {
-    return s.labels.at(i, j) > 0 || work.feet->labels.at(i, j) > 0 || (open && std::isnan(s.heights.at(i, j)) && s.ply.on_ply(i, j));
+    return s.labels.at(i, j) > 0 || feet.labels.at(i, j) > 0 || (open && std::isnan(s.heights.at(i, j)) && s.ply.on_ply(i, j));
   };
-  std::vector<Window> more;
+  std::vector<Window> out;
   const int nx = s.labels.nx, ny = s.labels.ny;
   for (int bj = 0; bj < ny; bj += side)
     for (int bi = 0; bi < nx; bi += side) {
-      const Window block{bi, bj, std::min(bi + side, nx), std::min(bj + side, ny), work.window.top};
+      const Window block{bi, bj, std::min(bi + side, nx), std::min(bj + side, ny), 0};
       const bool coarse = !blocks.wanted((w.i0 + bi) / side, (w.j0 + bj) / side);
       const bool at_side =
           (bi == 0 && w.i0 > 0) || (bj == 0 && w.j0 > 0) || (block.i1 == nx && w.i1 < frame_.nx) || (block.j1 == ny && w.j1 < frame_.ny);
@@ -82,15 +91,19 @@ bool RegionFront::wants_more(const Work& work, Blocks& blocks, Window& window) c
               (i == 0 && w.i0 > 0) || (j == 0 && w.j0 > 0) || (i == nx - 1 && w.i1 < frame_.nx) || (j == ny - 1 && w.j1 < frame_.ny);
           found = (coarse || edge) && taken(i, j);
         }
-      if (found) more.push_back(block);
+      if (found) out.push_back({w.i0 + block.i0, w.j0 + block.j0, w.i0 + block.i1, w.j0 + block.j1, w.top});
     }
-  for (const Window& block : more) {
-    const Window ring = grown({w.i0 + block.i0, w.j0 + block.j0, w.i0 + block.i1, w.j0 + block.j1, w.top}, 2 * side, frame_.nx, frame_.ny);
-    blocks.add(ring, w.top);
+  return out;
+}
+
+// Such blocks, and those round them, are to be exact, and the window is to hold them.
+void RegionFront::grow(Window& window, const std::vector<Window>& unsure, Blocks& blocks) const {
+  for (const Window& block : unsure) {
+    const Window ring = grown(block, 2 * Blocks::side, frame_.nx, frame_.ny);
+    blocks.add(ring, window.top);
     window = {std::min(window.i0, ring.i0), std::min(window.j0, ring.j0), std::max(window.i1, ring.i1), std::max(window.j1, ring.j1),
               window.top};
   }
-  return !more.empty();
 }
 
 // Each item by one thread, the largest first; one that is larger than a thread's share by all of them.
@@ -112,8 +125,10 @@ void RegionFront::largest_first(std::vector<Item>& items, const Body& body) cons
 bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const Stop& stop) {
   times_ = {};
   Clock laps;
-  if (!mesh_.exists()) return refuse("no mesh of pixels is fine enough for the area tolerance");
-  if (options_.front.outliers.neighbours != 4) return refuse("only four neighbours are searched in the image");
+  regions_.clear();
+  for (std::unique_ptr<Work>& work : works_) spare_works_.push_back(std::move(work));
+  works_.clear();
+  if (!usable_) return false;
   if (scan.width != view_.width || scan.height != view_.height) return refuse("the scan has another shape than the reference");
   threshold_ = sample_threshold(scan, masked, view_.camera, options_.front.outliers, threads_, stop);
   times_.sample = laps.lap();
@@ -123,102 +138,110 @@ bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const S
   mesh.high_mm = flag_mm();
   mesh.clamp_mm = options_.segment.cut_height_mm;
   mesh.reach_mm = 1.5 * threshold_.value;
-  pass_.run(scan, masked, view_, mesh_, base_, mesh, options_.segment.ply_outline ? &near_ply_ : nullptr, threads_, stop);
+  pass_.run(scan, masked, view_, mesh_, base_, mesh, options_.segment.ply_outline ? &near_ply_ : nullptr, spans_, threads_, stop);
   if (!(pass_.across_mm() >= smallest_mm)) return refuse("the scan shows little");
   if (pass_.strays() > 0) return refuse("the scan is not an image of the camera");
   read_share_ = static_cast<double>(pass_.read() + threshold_.points) / static_cast<double>(scan.size());
-  account_for_holes();
   WindowOptions around;
   around.low_mm = options_.feet.thickness_mm + options_.feet.mold_tol_mm / 2;
   Blocks blocks(frame_);
-  std::vector<Window> windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
+  std::vector<Window> windows;
+  parallel_for(2, 1, threads_, [&](long which, long) {
+    if (which == 0)
+      windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
+    else
+      account_for_holes();
+  });
   times_.coarse = laps.lap();
 
-  struct Strip {
+  const double margin = (4 * threshold_.value + 11 * mesh_.pixel_mm) / frame_.spacing;  // about that of image_part
+  struct Part {
     Window window;
     Work* work;
     long size() const { return window.size(); }
   };
   struct Job {
     Work* work;
-    long size() const { return work->window.size(); }
+    long size() const { return work->window().size(); }
   };
-  std::vector<std::unique_ptr<Work>> works;
   FootOptions feet = options_.feet;
   std::vector<std::uint8_t> again(windows.size(), 1);  // windows to be made
   for (int round = 0;; ++round) {
-    std::vector<std::unique_ptr<Work>> next;
+    std::vector<std::unique_ptr<Work>> old = std::move(works_);
+    works_.clear();
     std::vector<Job> jobs;
     for (std::size_t k = 0; k < windows.size(); ++k) {
-      const auto same = std::find_if(works.begin(), works.end(), [&](const auto& old) { return old && old->window == windows[k]; });
-      if (same != works.end() && !again[k]) {
-        next.push_back(std::move(*same));
+      const auto same = std::find_if(old.begin(), old.end(), [&](const auto& w) { return w && w->window() == windows[k]; });
+      if (same != old.end() && !again[k]) {
+        works_.push_back(std::move(*same));
         continue;
       }
-      next.push_back(std::make_unique<Work>());
-      next.back()->window = windows[k];
-      jobs.push_back({next.back().get()});
+      works_.push_back(fresh_work(windows[k]));
+      jobs.push_back({works_.back().get()});
     }
-    works = std::move(next);
-    std::vector<Strip> strips;
+    for (std::unique_ptr<Work>& work : old)
+      if (work) spare_works_.push_back(std::move(work));
+    std::vector<Part> parts;
     image_share_ = 0;
-    for (const auto& work : works)
-      for (const Window& strip : blocks.strips(work->window)) {
-        const CloudPart part = image_part(strip, threshold_.value);
+    for (const auto& work : works_)
+      for (const Window& window : blocks.rectangles(work->window(), margin)) {
+        const CloudPart part = image_part(window, threshold_.value);
         image_share_ += static_cast<double>(part.width) * part.height / static_cast<double>(scan.size());
-        if (!work->segmentation) strips.push_back({strip, work.get()});
+        if (!work->done) parts.push_back({window, work.get()});
       }
     if (image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
 
     laps.lap();
     std::atomic<bool> fits{true};
     largest_first(jobs, [&](Job& job, int) { lay_coarse(*job.work); });
-    largest_first(strips, [&](Strip& strip, int threads) {
-      if (!make_exact(strip.window, *strip.work, scan, masked, threads, stop)) fits = false;
+    largest_first(parts, [&](Part& part, int threads) {
+      if (!make_exact(part.window, *part.work, scan, masked, threads, stop)) fits = false;
     });
     if (!fits) return refuse("the scan is not an image of the camera");
     times_.windows += laps.lap();
     largest_first(jobs, [&](Job& job, int threads) { filter(*job.work, threads, stop); });
     times_.filter += laps.lap();
-    largest_first(jobs, [&](Job& job, int) {
+    largest_first(jobs, [&](Job& job, int threads) {
       if (stop.now()) throw Stopped("the segmentation was stopped");
-      job.work->segmentation = segment(job.work->map.heights, options_.segment, &job.work->map.measured, &job.work->map.before_median);
+      segment(*job.work, threads);
     });
     times_.segment += laps.lap();
     if (!feet.noise_mm) {  // once: windows that grow tell nothing new
-      std::vector<GridPart> parts;
-      for (const Strip& s : strips) {
-        const Window& w = s.work->window;
-        parts.push_back({&s.work->segmentation->heights, s.window.i0 - w.i0, s.window.j0 - w.j0, s.window.i1 - w.i0, s.window.j1 - w.j0});
+      std::vector<GridPart> exact;
+      for (const Part& p : parts) {
+        const Window& w = p.work->window();
+        exact.push_back(
+            {&p.work->region->segmentation.heights, p.window.i0 - w.i0, p.window.j0 - w.j0, p.window.i1 - w.i0, p.window.j1 - w.j0});
       }
-      const double noise = height_noise(parts);
+      const double noise = height_noise(exact);
       feet.noise_mm = std::isnan(noise) ? 0 : noise;
     }
     largest_first(jobs, [&](Job& job, int) {
       if (stop.now()) throw Stopped("the search for feet was stopped");
-      job.work->feet = find_feet(*job.work->segmentation, feet, stop);
+      job.work->region->feet = find_feet(job.work->region->segmentation, feet, stop);
+      job.work->unsure = unsure(*job.work, blocks);
+      job.work->done = true;
     });
     times_.feet += laps.lap();
 
     bool grew = false;
     again.assign(windows.size(), 0);
     std::vector<Window> wider = windows;
-    for (std::size_t k = 0; k < works.size(); ++k)
-      if (wants_more(*works[k], blocks, wider[k])) again[k] = 1, grew = true;
+    for (std::size_t k = 0; k < works_.size(); ++k) {
+      if (works_[k]->unsure.empty()) continue;
+      again[k] = 1, grew = true;
+      grow(wider[k], works_[k]->unsure, blocks);
+    }
     if (!grew) break;
     if (round + 1 == rounds) return refuse("a pocket's foot runs on and on");
-    const std::vector<Window> old = std::move(windows);
+    const std::vector<Window> before = std::move(windows);
     windows = merged(wider);
     std::vector<std::uint8_t> anew(windows.size(), 0);
     for (std::size_t k = 0; k < windows.size(); ++k)
-      for (std::size_t o = 0; o < old.size(); ++o) anew[k] |= again[o] && windows[k].overlaps(wider[o]);
+      for (std::size_t o = 0; o < before.size(); ++o) anew[k] |= again[o] && windows[k].overlaps(wider[o]);
     again = std::move(anew);
   }
-  regions_.clear(), maps_.clear();
-  for (auto& work : works) {
-    regions_.push_back({work->window, std::move(*work->segmentation), std::move(*work->feet)});
-    maps_.push_back(std::move(work->map));
-  }
+  for (const auto& work : works_) regions_.push_back(work->region);
   reason_.clear();
   return true;
 }

@@ -6,34 +6,15 @@
 #include <vector>
 
 #include "debulk/core/stop.hpp"
-#include "debulk/pocket/feet.hpp"
-#include "debulk/pocket/segment.hpp"
-#include "debulk/pocket/windows.hpp"
-#include "debulk/surface/front_end.hpp"
+#include "debulk/pocket/region.hpp"
 #include "debulk/surface/sampled_threshold.hpp"
 
 namespace debulk {
 
-struct RegionOptions {
-  FrontEndOptions front;
-  SegmentOptions segment;
-  FootOptions feet;
-  double largest_share = 0.8;  // of the image in regions: above it, the whole scan is cheaper
-
-  void check() const;
-};
-
-// A part of the ply with pockets in it. Its heights are exact round everything that stands up, and the coarse pass's
-// elsewhere.
-struct Region {
-  Window window;  // of the whole height map
-  Segmentation segmentation;
-  FootMap feet;
-};
-
 // From a scan to its pockets through regions of interest: a coarse pass (MeshPass) finds what stands up, and only windows
 // round that are cleaned, gridded, filtered and segmented, with the same exact steps as the whole scan (FrontEnd, segment,
-// find_feet). What is prepared, and the buffers, stay from scan to scan.
+// find_feet). What is prepared, and the buffers, stay from scan to scan; so does the memory of results that nobody holds any
+// more when the next run begins. A result that is still held stays as it is.
 //
 // Near a pocket, out to its foot and a margin beyond, a window holds what the whole scan's height map holds there, but for the outlier
 // threshold, which is told from a sample (SampledThreshold). Outlier decisions in a window are exact for that threshold T: its image part
@@ -48,13 +29,15 @@ class RegionFront {
   RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
               const RegionOptions& options, int threads = 0);
 
+  // Whether scans can be taken at all; if not, reason() says why.
+  bool usable() const { return usable_; }
   // False: the scan is to be processed whole; reason() says why. `masked`, if given, is nonzero where a pixel is not to be
   // used. Throws Stopped.
   bool run(const CloudView& scan, const std::uint8_t* masked, const Stop& stop = Stop());
 
   const std::string& reason() const { return reason_; }
-  // Of the last run.
-  std::vector<Region>& regions() { return regions_; }
+  // Of the last run; each is its holders' to keep.
+  const std::vector<std::shared_ptr<const Region>>& regions() const { return regions_; }
   const SampledThreshold& threshold() const { return threshold_; }
   const Mesh& mesh() const { return mesh_; }
   double flag_mm() const { return options_.segment.cut_height_mm / 2; }
@@ -81,9 +64,12 @@ class RegionFront {
   void lay_coarse(Work& work) const;
   bool make_exact(const Window& strip, Work& work, const CloudView& scan, const std::uint8_t* masked, int threads, const Stop& stop);
   void filter(Work& work, int threads, const Stop& stop);
-  bool wants_more(const Work& work, Blocks& blocks, Window& window) const;
+  void segment(Work& work, int threads);
+  std::vector<Window> unsure(const Work& work, const Blocks& blocks) const;
+  void grow(Window& window, const std::vector<Window>& unsure, Blocks& blocks) const;
   std::unique_ptr<Scratch> borrow();
   void give_back(std::unique_ptr<Scratch> scratch);
+  std::unique_ptr<Work> fresh_work(const Window& window);
   template <class Item, class Body>
   void largest_first(std::vector<Item>& items, const Body& body) const;
 
@@ -97,6 +83,7 @@ class RegionFront {
   Mesh mesh_;
   Grid<std::uint8_t> on_ply_, near_ply_;  // coarse: the ply, and a little round it
   std::vector<std::uint8_t> tile_near_;
+  std::vector<TileSpan> spans_;  // of the tiles that are near the ply
   std::vector<float> cell_mm2_;  // of the ply
   double visible_mm2_ = 0;
   int overview_step_ = 1;
@@ -104,10 +91,12 @@ class RegionFront {
 
   MeshPass pass_;
   SampledThreshold threshold_;
-  std::vector<Region> regions_;
-  std::vector<HeightMap> maps_;  // of the regions
+  std::vector<std::shared_ptr<const Region>> regions_;
+  std::vector<std::unique_ptr<Work>> works_;        // of the regions
+  std::vector<std::unique_ptr<Work>> spare_works_;  // whose memory may be used
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<Scratch>> spare_;
+  bool usable_ = false;
   std::string reason_;
   double known_mm2_ = 0, image_share_ = 0, read_share_ = 0;
   Times times_;

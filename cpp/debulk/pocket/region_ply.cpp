@@ -13,7 +13,7 @@ namespace {
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr double ply_cell_mm = 2.0;
 constexpr double beside_mm = 6.0;    // a high point so far off the ply still matters
-constexpr double stands_mm = 30.0;   // and what stands up so far off
+constexpr double stands_mm = 30.0;   // and what stands up so far off, at least a hole's diameter
 constexpr double overview_mm = 2.0;  // spacing, about
 
 // Everything within `reach` cells, along x and y each, of a marked cell.
@@ -62,8 +62,10 @@ void RegionFront::prepare_ply() {
       for (int i = 0; i < nx; ++i) on_ply_.at(i, j) = ply.on_ply(i, j);
   }
   mesh_ = choose_mesh(base_, view_, options_.segment.area_tol_mm2, options_.segment.ply_outline ? &on_ply_ : nullptr);
+  if (options_.row_step > 0) mesh_.row_step = options_.row_step, mesh_.column_step = options_.column_step;
   near_ply_ = widened(on_ply_, static_cast<int>(std::ceil(beside_mm / ply_cell_mm)));
-  const Grid<std::uint8_t> far = widened(on_ply_, static_cast<int>(std::ceil(stands_mm / ply_cell_mm)));
+  const double stands = std::max(stands_mm, options_.front.fill.diameter + 2 * ply_cell_mm);
+  const Grid<std::uint8_t> far = widened(on_ply_, static_cast<int>(std::ceil(stands / ply_cell_mm)));
 
   // How much of the ply the camera can see.
   const Eigen::Matrix3d to_scanner = view_.rotation().transpose();
@@ -85,8 +87,14 @@ void RegionFront::prepare_ply() {
 
   constexpr int side = MeshPass::tile_side;
   const int tiles_x = (view_.width + side - 1) / side, tiles_y = (view_.height + side - 1) / side;
-  for (int j = 0; j < tiles_y; ++j)
-    for (int i = 0; i < tiles_x; ++i) tile_near_.push_back(marked_at(far, under(base_, view_, (i + 0.5) * side, (j + 0.5) * side)));
+  for (int j = 0; j < tiles_y; ++j) {
+    TileSpan span{tiles_x, 0};
+    for (int i = 0; i < tiles_x; ++i) {
+      tile_near_.push_back(marked_at(far, under(base_, view_, (i + 0.5) * side, (j + 0.5) * side)));
+      if (tile_near_.back()) span = {std::min(span.begin, i), i + 1};
+    }
+    spans_.push_back(span);
+  }
   if (!mesh_.exists()) return;
   constexpr int across = MeshPass::cell_columns;
   const int cells_x = (view_.width + across - 1) / across, cells_y = (view_.height + mesh_.row_step - 1) / mesh_.row_step;
@@ -125,12 +133,14 @@ void RegionFront::prepare_overview() {
 
 // Area of the ply that is known: what the camera can see of it, less the holes that would not be filled.
 void RegionFront::account_for_holes() {
-  Grid<std::uint8_t> known(pass_.cells_x(), pass_.cells_y(), Eigen::Vector2d::Zero(), 1);
+  Grid<std::uint8_t> known(pass_.cells_x(), pass_.cells_y(), Eigen::Vector2d::Zero(), 1, 1);  // what is far off the ply, too
   for (int j = 0; j < known.ny; ++j) {
     const float* row = &pass_.cell_height()[static_cast<std::size_t>(j) * static_cast<std::size_t>(pass_.cell_pitch())];
-    for (int i = 0; i < known.nx; ++i) known.at(i, j) = row[i] == row[i];
+    const TileSpan& span = spans_[static_cast<std::size_t>(j * mesh_.row_step / MeshPass::tile_side)];
+    constexpr int cells = MeshPass::tile_side / MeshPass::cell_columns;
+    for (int i = span.begin * cells; i < std::min(known.nx, span.end * cells); ++i) known.at(i, j) = row[i] == row[i];
   }
-  const std::vector<Run> runs = find_runs(known, false, threads_);
+  const std::vector<Run> runs = find_runs(known, false, 1);
   const std::vector<int> first = join_runs(runs, 1);
   struct Gap {
     int left = std::numeric_limits<int>::max(), right = -1, low = std::numeric_limits<int>::max(), high = -1;
@@ -161,8 +171,8 @@ Grid<float> RegionFront::overview() const {
     if (overview_cell_.values[k] >= 0) out.values[k] = cells[static_cast<std::size_t>(overview_cell_.values[k])];
   const int step = overview_step_;
   for (std::size_t r = 0; r < regions_.size(); ++r) {
-    const Window& w = regions_[r].window;
-    const Grid<float>& exact = maps_[r].heights;
+    const Window& w = regions_[r]->window;
+    const Grid<float>& exact = works_[r]->map.heights;
     for (int j = (w.j0 + step - 1) / step; j * step < w.j1; ++j)
       for (int i = (w.i0 + step - 1) / step; i * step < w.i1; ++i) out.at(i, j) = exact.at(i * step - w.i0, j * step - w.j0);
   }

@@ -11,13 +11,16 @@ struct RegionFront::Scratch {
   RayBase base;
   Grid<float> other;
   HoleFilling filling;
+  Segmenter segmenter;
 };
 
 struct RegionFront::Work {
-  Window window;
   HeightMap map;
-  std::optional<Segmentation> segmentation;
-  std::optional<FootMap> feet;
+  std::shared_ptr<Region> region = std::make_shared<Region>();
+  bool done = false;           // segmented, with feet
+  std::vector<Window> unsure;  // blocks that are not exact and should be
+
+  const Window& window() const { return region->window; }
 };
 
 }  // namespace debulk

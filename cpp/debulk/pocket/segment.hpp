@@ -78,7 +78,8 @@ class Segmenter {
   // The result stays valid until the next call. threads, 0: as many as the process may use.
   const Segmentation& run(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
                           int threads = 0, const Grid<float>* before_median = nullptr);
-  Segmentation take() { return std::move(out_); }  // the last result; the next run allocates anew
+  Segmentation take() { return std::move(out_); }            // the last result; the next run allocates anew
+  void reuse(Segmentation&& old) { out_ = std::move(old); }  // for the next result's memory
 
  private:
   void prepare(const Grid<float>& given, const SegmentOptions& options);

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace debulk {
 namespace {
 
 constexpr int side = MeshPass::tile_side;
+constexpr long largest = 24 * 24;  // blocks of a rectangle: there is work for each thread, and a stop is soon seen
 constexpr int snap = 16;           // points: the stretches of ImageGridding
 constexpr float highest = 100.0F;  // mm
 
@@ -70,24 +72,47 @@ void Blocks::add(const Window& points, double height) {
       top.at(i, j) = std::max(top.at(i, j), static_cast<float>(std::max(height, 0.0)));
 }
 
-std::vector<Window> Blocks::strips(const Window& window) const {
-  constexpr int rows = 8, gap = 3;  // blocks; the image part of a rectangle has margins, so few and large ones are cheaper
-  std::vector<Window> out;
-  const int first = window.i0 / side, last = (window.i1 + side - 1) / side, end = (window.j1 + side - 1) / side;
-  for (int j = window.j0 / side; j < end; j += rows) {
-    const int below = std::min(j + rows, end);
-    std::vector<Window> row;  // in blocks
-    for (int i = first; i < last; ++i) {
-      double here = -1;
-      int low = below, high = j;
-      for (int k = j; k < below; ++k)
-        if (wanted(i, k)) here = std::max(here, static_cast<double>(top.at(i, k))), low = std::min(low, k), high = std::max(high, k + 1);
-      if (here < 0) continue;
-      if (row.empty() || i > row.back().i1 + gap) row.push_back({i, low, i + 1, high, here});
-      Window& r = row.back();
-      r = {r.i0, std::min(r.j0, low), i + 1, std::max(r.j1, high), std::max(r.top, here)};
+std::vector<Window> Blocks::rectangles(const Window& window, double margin) const {
+  const auto cost = [&](const Window& w) { return (side * (w.i1 - w.i0) + 2 * margin) * (side * (w.j1 - w.j0) + 2 * margin); };
+  const auto join = [](const Window& a, const Window& b) -> Window {
+    return {std::min(a.i0, b.i0), std::min(a.j0, b.j0), std::max(a.i1, b.i1), std::max(a.j1, b.j1), std::max(a.top, b.top)};
+  };
+  std::vector<Window> out, open{{window.i0 / side, window.j0 / side, (window.i1 + side - 1) / side, (window.j1 + side - 1) / side}};
+  while (!open.empty()) {
+    const Window w = open.back();
+    open.pop_back();
+    const Window none{w.i1, w.j1, w.i0, w.j0, -1};
+    // What is wanted in each column and row.
+    std::vector<Window> columns(static_cast<std::size_t>(w.i1 - w.i0), none), rows(static_cast<std::size_t>(w.j1 - w.j0), none);
+    for (int j = w.j0; j < w.j1; ++j)
+      for (int i = w.i0; i < w.i1; ++i) {
+        if (!wanted(i, j)) continue;
+        const Window block{i, j, i + 1, j + 1, top.at(i, j)};
+        Window &column = columns[static_cast<std::size_t>(i - w.i0)], &row = rows[static_cast<std::size_t>(j - w.j0)];
+        column = join(column, block), row = join(row, block);
+      }
+    const Window whole = std::accumulate(rows.begin(), rows.end(), none, join);
+    if (whole.top < 0) continue;
+    // The cut that saves most; of what is too large, one near its middle.
+    const bool too_large = whole.size() > largest;
+    double best = too_large ? std::numeric_limits<double>::infinity() : cost(whole);
+    Window first = none, second = none;
+    for (const std::vector<Window>* lines : {&columns, &rows}) {
+      std::vector<Window> behind(*lines);
+      for (std::size_t k = behind.size() - 1; k-- > 0;) behind[k] = join(behind[k], behind[k + 1]);
+      Window before = none;
+      for (std::size_t k = 0; k + 1 < lines->size(); ++k) {
+        before = join(before, (*lines)[k]);
+        if (before.top < 0 || behind[k + 1].top < 0 || (too_large && (3 * k < lines->size() || 3 * k > 2 * lines->size()))) continue;
+        const double both = cost(before) + cost(behind[k + 1]);
+        if (both < best) best = both, first = before, second = behind[k + 1];
+      }
     }
-    for (const Window& r : row) out.push_back({r.i0 * side, r.j0 * side, std::min(r.i1 * side, nx), std::min(r.j1 * side, ny), r.top});
+    if (first.top >= 0) {
+      open.push_back(second), open.push_back(first);
+      continue;
+    }
+    out.push_back({whole.i0 * side, whole.j0 * side, std::min(whole.i1 * side, nx), std::min(whole.j1 * side, ny), whole.top});
   }
   return out;
 }

@@ -29,7 +29,9 @@ struct Blocks {
   explicit Blocks(const Grid<float>& frame = {});
   bool wanted(int i, int j) const { return top.at(i, j) >= 0; }  // a block
   void add(const Window& points, double height);                 // every block that these touch
-  std::vector<Window> strips(const Window& window) const;        // rectangles that cover the window's wanted blocks, none twice
+  // Rectangles that cover the window's wanted blocks, none twice: few and large ones, for the image part of each reaches
+  // `margin` points beyond it, but not so many blocks more that these would cost less.
+  std::vector<Window> rectangles(const Window& window, double margin) const;
 
   int nx = 0, ny = 0;  // points of the frame
   Grid<float> top;     // mm, about the highest thing in the block; negative: not wanted

@@ -38,7 +38,7 @@ void filter(const Grid<float>& grid, int reach, int step, float tolerance, Grid<
   out.values.resize(grid.size());
   const Isa isa = best_isa();
   parallel_for(grid.ny, 32, threads, stop, [&](long begin, long end) {
-    std::array<int, most> incomplete;
+    std::array<int, most + 16> incomplete;
     for (int j = static_cast<int>(begin); j < end; ++j) {
       const auto slow = [&](int i) {
         const float found = window_median(grid, i, j, reach, step), value = grid.at(i, j);

@@ -14,7 +14,9 @@ DEBULK_INLINE Floats middle(Floats a, Floats b, Floats c) {
 template <int Step>
 DEBULK_INLINE int medians(const float* above, const float* row, const float* below, int i, int nx, float tolerance, float* out,
                           int* incomplete, int& count) {
-  for (const int last = std::min(nx - Step, i + most); i + lanes <= last; i += lanes) {
+  const int end = nx - Step, last = std::min(end, i + most);
+  for (; i + lanes <= last || (last == end && i < end && end >= lanes + Step); i += lanes) {
+    i = std::min(i, end - lanes);  // the last sixteen again rather than a few one by one
     Floats low[3], mid[3], high[3], all_there = {};
     for (int c = 0; c < 3; ++c) {
       const int at = i + (c - 1) * Step;

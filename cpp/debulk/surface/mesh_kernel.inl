@@ -26,6 +26,7 @@ void run(const MeshRow& in, MeshBuffers& b, MeshRowSums& out) {
     }
     store(x + k, vx), store(y + k, vy), store(z + k, vz);
   }
+  x[padded] = nan;  // a longer row may have been here
   const float inverse = 1 / static_cast<float>(in.base_step);
   for (int k = 0; k < padded; k += in.base_step) {
     const int i = std::min(k / in.base_step, in.base_nx - 2);
@@ -50,7 +51,7 @@ void run(const MeshRow& in, MeshBuffers& b, MeshRowSums& out) {
   for (int k = 0; k < padded; k += lanes) {
     const Floats px = load(x + k), py = load(y + k), pz = load(z + k);
     const Ints seen = px == px;
-    const Ints placed = (absolute(px - load(b.u.data() + k) * pz) <= slack * pz) & (absolute(py - v * pz) <= slack * pz);
+    const Ints placed = (absolute(px - load(in.u + k) * pz) <= slack * pz) & (absolute(py - v * pz) <= slack * pz);
     seen_all += seen, strays += seen & ~placed;
     left = lower(px, left), right = higher(px, right);
     const Floats height = (pz - load(b.base.data() + k)) * load(b.gain.data() + k);

@@ -12,8 +12,9 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr double row_mm = 2.3;           // largest distance of rows
+constexpr double row_mm = 2.5;           // largest distance of rows
 constexpr int widest = 256, least = 16;  // columns
+constexpr int ahead = 8;                 // rows that a column is fetched before it is read: its pixels are far apart in memory
 constexpr int around = 2;                // pixels that are looked at round a high one, each way
 constexpr int high_share = 8, of = 25;
 
@@ -21,13 +22,13 @@ struct MeshRow {
   const float* xyz;
   const std::uint8_t* masked;
   int width;
-  const float *depth, *depth_below, *gain, *gain_below;
+  const float *u, *depth, *depth_below, *gain, *gain_below;
   int base_step, base_nx;
   float t, v, slack, reach, high, clamp;
   float *cells, *tile_sum, *tile_count;
 };
 struct MeshBuffers {
-  std::vector<float> x, y, z, base, gain, u;
+  std::vector<float> x, y, z, base, gain;
 };
 struct MeshRowSums {
   std::vector<int> high;
@@ -128,16 +129,19 @@ Mesh choose_mesh(const RayBase& base, const View& view, double area_mm2, const G
 }
 
 void MeshPass::run(const CloudView& scan, const std::uint8_t* masked, const View& view, const Mesh& mesh, const RayBase& base,
-                   const MeshOptions& options, const Grid<std::uint8_t>* wanted, int threads, const Stop& stop) {
+                   const MeshOptions& options, const Grid<std::uint8_t>* wanted, const std::vector<TileSpan>& spans, int threads,
+                   const Stop& stop) {
   const int width = scan.width, height = scan.height, step = mesh.row_step;
   tiles_x_ = (width + tile_side - 1) / tile_side, tiles_y_ = (height + tile_side - 1) / tile_side;
   cells_x_ = (width + cell_columns - 1) / cell_columns, cells_y_ = (height + step - 1) / step;
   cell_pitch_ = tiles_x_ * (tile_side / cell_columns);
-  cell_height_.resize(static_cast<std::size_t>(cell_pitch_) * static_cast<std::size_t>(cells_y_));
+  cell_height_.assign(static_cast<std::size_t>(cell_pitch_) * static_cast<std::size_t>(cells_y_), nan);
   const std::size_t tiles = static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);
-  tile_height_.resize(tiles);
+  tile_height_.assign(tiles, nan);
   tile_high_.assign(tiles, 0);
   bands_.assign(static_cast<std::size_t>(tiles_y_), Band());
+  u_.resize(static_cast<std::size_t>(tiles_x_) * tile_side);
+  for (std::size_t k = 0; k < u_.size(); ++k) u_[k] = static_cast<float>(view.camera.u(static_cast<double>(k)));
   const float high = static_cast<float>(options.high_mm);
   const Isa isa = best_isa();
   const Pixels pixels{scan, masked, base};
@@ -147,13 +151,18 @@ void MeshPass::run(const CloudView& scan, const std::uint8_t* masked, const View
     if (stop.now()) throw Stopped("the coarse pass was stopped");
     MeshBuffers buffers;
     const std::size_t room = static_cast<std::size_t>(tiles_x_) * tile_side + 32;
-    for (std::vector<float>* v : {&buffers.x, &buffers.y, &buffers.z, &buffers.base, &buffers.gain, &buffers.u}) v->assign(room, nan);
-    for (int k = 0; k < width; ++k) buffers.u[static_cast<std::size_t>(k)] = static_cast<float>(view.camera.u(k));
+    for (std::vector<float>* v : {&buffers.x, &buffers.y, &buffers.z, &buffers.base, &buffers.gain}) v->assign(room, nan);
     std::vector<float> sums(static_cast<std::size_t>(tiles_x_)), counts(static_cast<std::size_t>(tiles_x_));
     MeshRowSums found;
     for (int tile_row = static_cast<int>(begin); tile_row < end; ++tile_row) {
+      const TileSpan span = spans.empty() ? TileSpan{0, tiles_x_} : spans[static_cast<std::size_t>(tile_row)];
+      if (span.begin >= span.end) continue;
+      const int left = span.begin * tile_side, right = std::min(width, span.end * tile_side);
+      const int first_column =
+          (left - mesh.column_step / 2 + mesh.column_step - 1) / mesh.column_step * mesh.column_step + mesh.column_step / 2;
       Band& band = bands_[static_cast<std::size_t>(tile_row)];
-      std::uint8_t* flags = &tile_high_[static_cast<std::size_t>(tile_row) * static_cast<std::size_t>(tiles_x_)];
+      const std::size_t first_tile = static_cast<std::size_t>(tile_row) * static_cast<std::size_t>(tiles_x_);
+      std::uint8_t* flags = &tile_high_[first_tile];
       std::fill(sums.begin(), sums.end(), 0.0f), std::fill(counts.begin(), counts.end(), 0.0f);
       const auto check = [&](int column, int row, const float* p) {
         std::uint8_t& flag = flags[column / tile_side];
@@ -162,33 +171,36 @@ void MeshPass::run(const CloudView& scan, const std::uint8_t* masked, const View
       for (int row = tile_row * tile_side; row < std::min(height, (tile_row + 1) * tile_side); ++row) {
         if (row % step == step / 2) {
           const int j = row / base.step;
-          const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx),
-                            below = at + static_cast<std::size_t>(base.nx);
-          const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
+          const std::size_t at =
+              static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>(left / base.step);
+          const std::size_t below = at + static_cast<std::size_t>(base.nx);
+          const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(left);
+          const std::size_t cell =
+              static_cast<std::size_t>(row / step) * static_cast<std::size_t>(cell_pitch_) + static_cast<std::size_t>(left / cell_columns);
           found.high.clear(), found.seen = found.strays = 0, found.across = 0;
-          read_row(
-              isa,
-              {scan.point(first), masked ? masked + first : nullptr, width, &base.depth[at], &base.depth[below], &base.gain[at],
-               &base.gain[below], base.step, base.nx, static_cast<float>(row - j * base.step) / static_cast<float>(base.step),
-               static_cast<float>(view.camera.v(row)), static_cast<float>(options.tolerance / view.camera.f),
-               static_cast<float>(options.reach_mm), high, static_cast<float>(options.clamp_mm),
-               &cell_height_[static_cast<std::size_t>(row / step) * static_cast<std::size_t>(cell_pitch_)], sums.data(), counts.data()},
-              buffers, found);
-          band.seen += found.seen, band.strays += found.strays, band.read += width;
+          read_row(isa,
+                   {scan.point(first), masked ? masked + first : nullptr, right - left, &u_[static_cast<std::size_t>(left)],
+                    &base.depth[at], &base.depth[below], &base.gain[at], &base.gain[below], base.step, base.nx - left / base.step,
+                    static_cast<float>(row - j * base.step) / static_cast<float>(base.step), static_cast<float>(view.camera.v(row)),
+                    static_cast<float>(options.tolerance / view.camera.f), static_cast<float>(options.reach_mm), high,
+                    static_cast<float>(options.clamp_mm), &cell_height_[cell], &sums[static_cast<std::size_t>(span.begin)],
+                    &counts[static_cast<std::size_t>(span.begin)]},
+                   buffers, found);
+          band.seen += found.seen, band.strays += found.strays, band.read += right - left;
           band.across = std::max(band.across, static_cast<double>(found.across));
-          for (const int column : found.high) check(column, row, scan.point(column, row));
+          for (const int column : found.high) check(left + column, row, scan.point(left + column, row));
           continue;
         }
-        for (int column = mesh.column_step / 2; column < width; column += mesh.column_step) {
+        for (int column = first_column; column < right; column += mesh.column_step) {
           ++band.read;
+          if (row + ahead < height) __builtin_prefetch(scan.point(column, row + ahead));
           const float* p = pixels.seen(column, row);
           if (p && pixels.height(column, row, p) >= high) check(column, row, p);
         }
       }
-      for (int i = 0; i < tiles_x_; ++i) {
+      for (int i = span.begin; i < span.end; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        tile_height_[static_cast<std::size_t>(tile_row) * static_cast<std::size_t>(tiles_x_) + k] =
-            counts[k] > 0 ? sums[k] / counts[k] : nan;
+        if (counts[k] > 0) tile_height_[first_tile + k] = sums[k] / counts[k];
       }
     }
   });

@@ -25,7 +25,7 @@ struct Mesh {
   double eye_mm2() const { return row_step * column_step * pixel_mm2; }
 };
 
-// The widest mesh whose eyes hold half of the area at most and whose rows are at most 2.3 mm apart, where `wanted` (of the
+// The widest mesh whose eyes hold half of the area at most and whose rows are at most 2.5 mm apart, where `wanted` (of the
 // mold's XY) is not 0; without it, on 98 % of the pixels, for beside the mold the reference may fall off steeply.
 Mesh choose_mesh(const RayBase& base, const View& view, double area_mm2, const Grid<std::uint8_t>* wanted);
 
@@ -36,6 +36,11 @@ struct MeshOptions {
   double tolerance = 0.1;  // pixels, of the camera's rays
 };
 
+// The tiles of one row of tiles that are read.
+struct TileSpan {
+  int begin = 0, end = 0;
+};
+
 // What one reading along the mesh tells.
 class MeshPass {
  public:
@@ -44,14 +49,14 @@ class MeshPass {
 
   // A high pixel counts if at least 8 of 25 pixels round it (of those that were seen) are high: what is 2 pixels wide in
   // any direction passes, and a single flying pixel or a run of six do not. `wanted`, if given (of the mold's XY), is 0
-  // where a high point does not matter.
+  // where a high point does not matter. `spans`, one a row of tiles, are what is read; empty: everything.
   void run(const CloudView& scan, const std::uint8_t* masked, const View& view, const Mesh& mesh, const RayBase& base,
-           const MeshOptions& options, const Grid<std::uint8_t>* wanted, int threads, const Stop& stop);
+           const MeshOptions& options, const Grid<std::uint8_t>* wanted, const std::vector<TileSpan>& spans, int threads, const Stop& stop);
 
   int cells_x() const { return cells_x_; }
   int cells_y() const { return cells_y_; }
   int cell_pitch() const { return cell_pitch_; }                          // of a row in `cell_height`
-  const std::vector<float>& cell_height() const { return cell_height_; }  // mean, NaN where less than half was seen
+  const std::vector<float>& cell_height() const { return cell_height_; }  // mean, NaN where less than half was seen, or read
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }
   const std::vector<float>& tile_height() const { return tile_height_; }     // clamped mean, NaN: none seen
@@ -67,7 +72,7 @@ class MeshPass {
     double across = 0;
   };
   int cells_x_ = 0, cells_y_ = 0, cell_pitch_ = 0, tiles_x_ = 0, tiles_y_ = 0;
-  std::vector<float> cell_height_, tile_height_;
+  std::vector<float> u_, cell_height_, tile_height_;
   std::vector<std::uint8_t> tile_high_;
   std::vector<Band> bands_;
   long strays_ = 0, seen_ = 0, read_ = 0;

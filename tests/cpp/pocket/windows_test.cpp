@@ -85,7 +85,7 @@ TEST(MeshPass, SeesEveryRegionThatIsLargerThanAnEye) {
     }
     if (count < wanted) continue;
     const std::vector<float> points = scan_of(high);
-    pass.run({points.data(), kWidth, kHeight}, nullptr, view, mesh, base, options, nullptr, 1, Stop());
+    pass.run({points.data(), kWidth, kHeight}, nullptr, view, mesh, base, options, nullptr, {}, 1, Stop());
     bool seen = false;
     for (const std::uint8_t tile : pass.tile_high()) seen |= tile != 0;
     EXPECT_TRUE(seen) << "trial " << trial;
@@ -102,8 +102,45 @@ TEST(MeshPass, SingleFlyingPixelsAreNothingHigh) {
       for (int k = 0; k < 1 + i % 6; ++k) high[static_cast<std::size_t>(j * kWidth + i + k)] = 1;
   const std::vector<float> points = scan_of(high);
   MeshPass pass;
-  pass.run({points.data(), kWidth, kHeight}, nullptr, view, choose_mesh(base, view, 200, nullptr), base, {}, nullptr, 2, Stop());
+  pass.run({points.data(), kWidth, kHeight}, nullptr, view, choose_mesh(base, view, 200, nullptr), base, {}, nullptr, {}, 2, Stop());
   for (const std::uint8_t tile : pass.tile_high()) EXPECT_EQ(tile, 0);
+}
+
+TEST(MeshPass, ReadsTheSameInItsSpansAndNothingElse) {
+  const View view = looking_down();
+  const RayBase base = ray_base(*plane(), view);
+  const Mesh mesh = choose_mesh(base, view, 200, nullptr);
+  std::vector<std::uint8_t> high(kWidth * kHeight, 0);
+  for (int j = 20; j < 300; ++j)
+    for (int i = 30; i < 380; ++i) high[static_cast<std::size_t>(j * kWidth + i)] = (i / 25 + j / 25) % 2 == 0;
+  std::vector<float> points = scan_of(high);
+  MeshPass whole, part;
+  whole.run({points.data(), kWidth, kHeight}, nullptr, view, mesh, base, {}, nullptr, {}, 1, Stop());
+  std::vector<TileSpan> spans;
+  for (int j = 0; j < whole.tiles_y(); ++j) spans.push_back({j % 5, j % 7 == 3 ? 0 : whole.tiles_x() - j % 4});
+  const auto read = [&](int i, int j) {
+    const TileSpan& s = spans[static_cast<std::size_t>(j)];
+    return i >= s.begin && i < s.end;
+  };
+  for (int j = 0; j < kHeight; ++j)  // what is not to be read is no image of the camera
+    for (int i = 0; i < kWidth; ++i)
+      if (!read(i / MeshPass::tile_side, j / MeshPass::tile_side)) points[static_cast<std::size_t>(3 * (j * kWidth + i))] += 50;
+  part.run({points.data(), kWidth, kHeight}, nullptr, view, mesh, base, {}, nullptr, spans, 2, Stop());
+  EXPECT_EQ(part.strays(), 0);
+  EXPECT_LT(part.read(), whole.read());
+  const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  for (int j = 0; j < whole.tiles_y(); ++j)
+    for (int i = 0; i < whole.tiles_x(); ++i) {
+      const auto k = static_cast<std::size_t>(j * whole.tiles_x() + i);
+      EXPECT_EQ(part.tile_high()[k], read(i, j) ? whole.tile_high()[k] : 0);
+      EXPECT_TRUE(read(i, j) ? same(part.tile_height()[k], whole.tile_height()[k]) : std::isnan(part.tile_height()[k])) << i << " " << j;
+    }
+  for (int j = 0; j < whole.cells_y(); ++j)
+    for (int i = 0; i < whole.cells_x(); ++i) {
+      const auto k = static_cast<std::size_t>(j * whole.cell_pitch() + i);
+      const bool seen = read(i * MeshPass::cell_columns / MeshPass::tile_side, j * mesh.row_step / MeshPass::tile_side);
+      EXPECT_TRUE(seen ? same(part.cell_height()[k], whole.cell_height()[k]) : std::isnan(part.cell_height()[k])) << i << " " << j;
+    }
 }
 
 TEST(Windows, MergeUntilNoneOverlaps) {
@@ -113,13 +150,13 @@ TEST(Windows, MergeUntilNoneOverlaps) {
   EXPECT_EQ(merged({{0, 16, 16, 32}, {0, 0, 16, 16}}).size(), 2U);
 }
 
-TEST(Windows, StripsCoverTheWantedBlocksOnce) {
+TEST(Windows, RectanglesCoverTheWantedBlocksOnce) {
   const Grid<float> frame(700, 500, {0, 0}, 0.5);
   Blocks blocks(frame);
   blocks.add({40, 50, 130, 300}, 3);
   blocks.add({400, 280, 690, 480}, 5);
   Grid<int> covered(700, 500, {0, 0}, 0.5, 0);
-  for (const Window& strip : blocks.strips({0, 0, 700, 500}))
+  for (const Window& strip : blocks.rectangles({0, 0, 700, 500}, 12))
     for (int j = strip.j0; j < strip.j1; ++j)
       for (int i = strip.i0; i < strip.i1; ++i) ++covered.at(i, j);
   for (int j = 0; j < 500; ++j)
@@ -171,15 +208,69 @@ TEST(RegionFront, ARaisedStopEndsItBeforeItsWork) {
   const CloudView scan{points.data(), kWidth, kHeight};
   ASSERT_TRUE(front.run(scan, nullptr));
   EXPECT_EQ(front.regions().size(), 1U);
+  const Foot first = front.regions()[0]->feet.feet.at(0);
   Stop stop;
   stop.cancel();
   EXPECT_THROW(front.run(scan, nullptr, stop), Stopped);
   EXPECT_THROW(front.run(scan, nullptr, Stop(-1)), Stopped);
-  EXPECT_TRUE(front.run(scan, nullptr)) << "usable again";
+  for (int tenths = 1; tenths < 60; tenths += 2) {  // within, wherever that is
+    try {
+      front.run(scan, nullptr, Stop(1e-4 * tenths));
+    } catch (const Stopped&) {
+    }
+    if (tenths % 10 != 1) continue;
+    ASSERT_TRUE(front.run(scan, nullptr)) << "usable again";
+    ASSERT_EQ(front.regions().size(), 1U);
+    EXPECT_EQ(front.regions()[0]->feet.feet.at(0).outline, first.outline);
+  }
   const RayBase base = ray_base(*plane(), looking_down());
   MeshPass pass;
-  EXPECT_THROW(pass.run(scan, nullptr, looking_down(), front.mesh(), base, {}, nullptr, 1, stop), Stopped);
+  EXPECT_THROW(pass.run(scan, nullptr, looking_down(), front.mesh(), base, {}, nullptr, {}, 1, stop), Stopped);
   EXPECT_THROW(sample_threshold(scan, nullptr, looking_down().camera, options.front.outliers, 1, stop), Stopped);
+}
+
+TEST(RegionFront, LeavesResultsThatAreHeldAndUsesTheMemoryOfOthers) {
+  RegionOptions options;
+  options.front.outliers = {4, 1.0, 2.0};
+  const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
+  RegionFront front(plane(), -far, far, looking_down(), options, 2);
+  const auto block_at = [](int left) {
+    std::vector<std::uint8_t> high(kWidth * kHeight, 0);
+    for (int j = 100; j < 200; ++j)
+      for (int i = left; i < left + 100; ++i) high[static_cast<std::size_t>(j * kWidth + i)] = 1;
+    return scan_of(high);
+  };
+  const std::vector<float> one = block_at(100), other = block_at(200);
+  ASSERT_TRUE(front.run({one.data(), kWidth, kHeight}, nullptr));
+  std::shared_ptr<const Region> held = front.regions().at(0);
+  const Region copy = *held;
+  ASSERT_TRUE(front.run({other.data(), kWidth, kHeight}, nullptr));
+  EXPECT_NE(front.regions().at(0), held);
+  EXPECT_EQ(held->segmentation.labels.values, copy.segmentation.labels.values);
+  EXPECT_EQ(held->segmentation.pockets.at(0).outline, copy.segmentation.pockets.at(0).outline);
+  EXPECT_EQ(held->feet.labels.values, copy.feet.labels.values);
+  held.reset();
+  const Region* before = front.regions().at(0).get();
+  const float* heights = before->segmentation.heights.values.data();
+  ASSERT_TRUE(front.run({other.data(), kWidth, kHeight}, nullptr));
+  EXPECT_EQ(front.regions().at(0).get(), before);
+  EXPECT_EQ(front.regions().at(0)->segmentation.heights.values.data(), heights);
+}
+
+TEST(RegionFront, SaysWhyItTakesNoScans) {
+  const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
+  const auto reason = [&](double area, int neighbours) {
+    RegionOptions options;
+    options.front.outliers = {neighbours, 1.0, 2.0};
+    options.segment.area_tol_mm2 = area;
+    const RegionFront front(plane(), -far, far, looking_down(), options, 1);
+    EXPECT_EQ(front.usable(), front.reason().empty());
+    return front.reason();
+  };
+  EXPECT_EQ(reason(200, 4), "");
+  EXPECT_NE(reason(0, 4).find("area tolerance of 0"), std::string::npos);
+  EXPECT_NE(reason(0.01, 4).find("no mesh"), std::string::npos);
+  EXPECT_NE(reason(200, 5).find("four neighbours"), std::string::npos);
 }
 
 }  // namespace

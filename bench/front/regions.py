@@ -1,0 +1,119 @@
+"""Regions of interest against the whole scan on layups of 20 million points, and the error of other coarse passes over
+their time: regions.py [--seeds N...] [--pixels WIDTH HEIGHT] [-o FILE]. Writes regions.txt.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+from cycle import difference
+
+import debulk
+from debulk import _core
+from debulk.regions import RegionFront, in_order
+
+MESHES = ((1, 16), (2, 32), (4, 64), None, (16, 256), (32, 512), (64, 1024), (128, 2048))
+
+
+def centres(found):
+    """(area, centroid) of the pockets, largest first."""
+    pockets = [found.parts[part][0].pockets[index] for part, index in in_order(found)]
+    return [(p.area_mm2, p.centroid_mm) for p in pockets]
+
+
+def worst(found, whole):
+    """How many of the pockets are missing, and the largest relative difference in area of the others."""
+    missing, most = 0, 0.0
+    for area, centre in whole:
+        near = [a for a, c in found if np.hypot(*(c - centre)) < 5]
+        missing += len(near) != 1
+        most = max([most, *(abs(a / area - 1) for a in near)])
+    return missing, most
+
+
+def study(inspector, scan, whole, cycles=5):
+    """A mesh at a time: its steps; mm between rows, mm² of an eye, shares read and worked on, ms of the coarse pass, ms
+    busy; (pockets missing, worst area) or (why refused,); whether it is the one in use.
+    """
+    standard = inspector._regions.mesh[:2]
+    for mesh in MESHES:
+        if mesh == standard:
+            continue
+        front = RegionFront(
+            inspector.reference,
+            inspector.prepared.image,
+            inspector.mold_from_scanner,
+            inspector.grid_spacing_mm,
+            inspector.ply_outline,
+            inspector.recipe,
+            mesh,
+        )
+        rows, columns, pixel_mm, eye_mm2 = front.mesh
+        busy, coarse, found = [], [], None
+        for _ in range(cycles):
+            began = time.process_time()
+            found = front.inspect(scan, None, _core.Stop())
+            busy.append(1e3 * (time.process_time() - began) / _core.default_threads())
+            coarse.append(front.times_ms["coarse"])
+        result = (front.reason,) if found is None else worst(centres(found), whole)
+        yield (rows, columns), (rows * pixel_mm, eye_mm2, *front.shares, min(coarse), min(busy)), result, mesh is None
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3])
+    parser.add_argument("--pixels", type=int, nargs=2, default=[5120, 3840])
+    parser.add_argument("-o", "--output", type=Path, default=Path(__file__).with_name("regions.txt"))
+    args = parser.parse_args()
+    lines = [f"Regions of interest against the whole scan, {args.pixels[0]} x {args.pixels[1]} pixels", ""]
+    table = {}
+    for seed in args.seeds:
+        layup = debulk.scenes.layup(seed=seed, pixels=tuple(args.pixels))
+        place = {"ply_outline": layup.ply_outline, "mold_from_scanner": layup.mold_from_scanner}
+        inspector = debulk.Inspector(None, layup.reference, **place)
+        plain = debulk.Inspector(
+            debulk.Recipe(segmentation={"regions": False}), inspector.prepared, camera=inspector.camera, **place
+        )
+        regions, whole = inspector.inspect(layup.scan), plain.inspect(layup.scan)
+        lines.append(f"layup {seed}: {len(whole.pockets)} pockets, {difference(regions, whole)}")
+        print(lines[-1], flush=True)
+        reference = [(p.area_mm2, centroid(p.outline_mm)) for p in whole.pockets]
+        for mesh, *row in study(inspector, layup.scan, reference):
+            table.setdefault(mesh, []).append(row)
+        del layup, inspector, plain
+    lines += [
+        "",
+        f"Coarse passes, over {len(args.seeds)} layups; * is in use: the sparsest that can miss nothing of AreaTol",
+        "   mesh, pixels   rows apart   an eye holds     read   worked on   coarse ms   busy ms   missing   worst area",
+    ]
+    for (rows, columns), cases in table.items():
+        apart, eye, read, worked, coarse, busy = np.mean([c[0] for c in cases], axis=0)
+        results = [c[1] for c in cases]
+        refused = [r for r in results if len(r) == 1]
+        missing = sum(r[0] for r in results if len(r) == 2)
+        most = max([0.0, *(r[1] for r in results if len(r) == 2)])
+        mark = "*" if cases[0][2] else " "
+        end = f"   ({len(refused)} refused: {refused[0][0]})" if refused else ""
+        lines.append(
+            f" {mark} {rows:4d} x {columns:<7d}{apart:8.1f} mm{eye / 100:11.2f} cm²{100 * read:7.1f} %"
+            f"{100 * worked:10.1f} %{coarse:12.1f}{busy:10.1f}{missing:10d}{most:13.1e}{end}"
+        )
+    lines += [
+        "",
+        "read: by the coarse pass and the sample of the outlier threshold; worked on: in windows. coarse: wall time;",
+        "busy: processors' time of the front end, segmentation and feet over the threads; the best of five.",
+    ]
+    args.output.write_text("\n".join(lines) + "\n")
+    print("\n".join(lines))
+
+
+def centroid(outline):
+    """Of the area of an (M, 2) polygon."""
+    x, y = (outline - outline[0]).T
+    cross = x * np.roll(y, -1) - np.roll(x, -1) * y
+    return outline[0] + np.array([((v + np.roll(v, -1)) * cross).sum() for v in (x, y)]) / (3 * cross.sum())
+
+
+if __name__ == "__main__":
+    main()
