@@ -101,7 +101,8 @@ def summary(title, rows):
     out += [line(what + name, what, part) for what in UNITS for name, part in classes.items()]
     for what, goal in GOALS.items():
         beyond = [row for row in clear if abs(row[what]) > goal]
-        out.append(f"  {what} off by more than {goal} {UNITS[what]}, no drop-out at the rim: {len(beyond)} of {len(clear)}")
+        share = f"{len(beyond)} of {len(clear)}"
+        out.append(f"  {what} off by more than {goal} {UNITS[what]}, no drop-out at the rim: {share}")
         for row in beyond if len(beyond) <= 8 else []:
             noise = f"window {row['window'][what]:.2f}, " if what != "peak" else ""
             out.append(f"    {row['name']}: {row[what]:+.2f} {UNITS[what]} ({noise}ideal {row['ideal'][what]:.2f})")

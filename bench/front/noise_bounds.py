@@ -8,7 +8,7 @@ from debulk.scenes.bump import cut_radius, measure
 from debulk.scenes.spoil import LEFT_NOISE
 
 CELL_MM = 1.0  # of the sums over a bell
-STEPS = {"x": 0.05, "y": 0.05, "long": 0.05, "short": 0.05, "angle": 0.2, "height": 0.01}  # for derivatives; mm, degrees
+STEPS = {"x": 0.05, "y": 0.05, "long": 0.05, "short": 0.05, "angle": 0.2, "height": 0.01}  # of derivatives; mm, deg
 
 
 def noise_density(layup, xy):
@@ -62,14 +62,16 @@ def ideal_errors(layup, true):
     scale = np.sqrt((slopes**2).mean(axis=1)) + 1e-12  # a round bell has no angle
     information = (slopes / scale[:, None] / noise_density(layup, xy) * CELL_MM**2) @ (slopes / scale[:, None]).T
     covariance = np.linalg.pinv(information, rcond=1e-9, hermitian=True)
-    area, peak, volume = np.sqrt(np.einsum("pk,pq,qk->k", changes / scale[:, None], covariance, changes / scale[:, None]))
+    changes /= scale[:, None]
+    area, peak, volume = np.sqrt(np.einsum("pk,pq,qk->k", changes, covariance, changes))
     return {"area": 100 * area / true.area_mm2, "peak": peak, "volume": 100 * volume / true.volume_mm3}
 
 
 def window_errors(layup, true, smooth_mm):
-    """Of area and volume, in %, for local quadratic fits in windows: noise of variance density · 2.25 / window across the outline.
+    """Of area and volume, in %, for local quadratic fits in windows.
 
-    (A quadratic's weights over a window w, (9 - 15 (2x/w)²) / 4w, have a sum of squares of 2.25 / w.)
+    A quadratic's weights over a window w, (9 - 15 (2x/w)²) / 4w, have a sum of squares of 2.25 / w: that much of the
+    noise's density is left across the outline, and shifts it by itself over the slope.
     """
     cut = layup.truth.cut_height_mm
     corner, ahead = true.outline_mm, np.roll(true.outline_mm, -1, axis=0)

@@ -48,7 +48,8 @@ class Pocket:
     volume_mm3
         Integral of the height above the reference inside the outline.
     peak_mm, peak_position_mm
-        Largest height above the reference, and the (2,) XY of its grid point.
+        Largest height above the reference, and the (2,) XY of its grid point. With `segment`'s `smooth_mm`, outline,
+        area, volume and peak are the smoothed surface's.
     centroid_mm
         (2,) of the area.
     box_mm

@@ -119,20 +119,20 @@ bool near_ply_edge(const Polygon& outline, const SegmentOptions& options, double
                      [&](const Eigen::Vector2d& p) { return distance_to_outline(*options.ply_outline, p) <= tolerance; });
 }
 
-void take(Outline&& outline, const Segmentation& s, Pocket& p) {
+void take(Outline&& outline, Pocket& p) {
   p.outline = rounded(std::move(outline.polygon));
   p.area = polygon_area(p.outline);
   p.volume = outline.volume;
   p.centroid = polygon_centroid(p.outline);
   p.box = bounding_box(p.outline);
-  p.touches_unknown = outline.at_unknown || outline.at_grid_border;
-  p.touches_ply_edge = outline.at_ply_edge || near_ply_edge(p.outline, s.options, s.heights.spacing);
+  p.touches_unknown |= outline.at_unknown || outline.at_grid_border;
+  p.touches_ply_edge = outline.at_ply_edge;
 }
 
 Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, const Segmentation& s, const Grid<float>& given,
                const Grid<std::uint8_t>* measured) {
   Pocket p;
-  take(std::move(outline), s, p);
+  take(std::move(outline), p);
   float peak = -std::numeric_limits<float>::infinity();
   int peak_i = 0, peak_j = 0;
   long seen = 0;
@@ -154,12 +154,9 @@ void measure_smoothly(const Regions& regions, std::size_t region, const std::vec
                       const Grid<float>* before_median, Pocket& p) {
   const SegmentOptions& o = s.options;
   const double window = std::min(o.smooth_mm, p.area / polygon_perimeter(p.outline));
-  auto smooth = smooth_outline(regions.begin(region), regions.end(region), static_cast<std::int32_t>(region) + 1, s.labels, pocket,
-                               s.heights, before_median, {o.cut_height_mm, window, o.blur_mm2, o.ply_outline});
+  auto smooth = smooth_outline(regions, region, pocket, s.heights, before_median, {o.cut_height_mm, window, o.blur_mm2, o.ply_outline});
   if (!smooth) return;
-  const bool touches_unknown = p.touches_unknown;
-  take(std::move(smooth->outline), s, p);
-  p.touches_unknown |= touches_unknown;
+  take(std::move(smooth->outline), p);
   p.peak = smooth->peak, p.peak_position = smooth->peak_position;
 }
 
@@ -276,11 +273,13 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
   const auto low = [&](const Pocket& p) { return p.peak - options.cut_height_mm < options.peak_tol_mm; };
   std::vector<std::uint8_t> pocket(count);
   for (std::size_t k = 0; k < count; ++k) pocket[k] = !small(found[k]) && !low(found[k]);
-  if (options.smooth_mm > 0)
-    parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
-      const auto k = static_cast<std::size_t>(begin);
-      if (pocket[k]) measure_smoothly(regions, k, pocket, out_, before_median, found[k]);
-    });
+  const std::vector<std::size_t> order = largest_first(found);  // so that no thread is left with the largest at the end
+  parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
+    const std::size_t k = order[static_cast<std::size_t>(begin)];
+    if (!pocket[k]) return;
+    if (options.smooth_mm > 0) measure_smoothly(regions, k, pocket, out_, before_median, found[k]);
+    found[k].touches_ply_edge |= near_ply_edge(found[k].outline, out_.options, given.spacing);
+  });
 
   std::vector<std::int32_t> id_of(count, 0);
   for (const std::size_t k : largest_first(found)) {

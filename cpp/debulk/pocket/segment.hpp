@@ -30,7 +30,7 @@ struct Pocket {
   Polygon outline;    // at the cut height, counter-clockwise, mold XY, mm
   double area = 0;    // inside the outline, mm2
   double volume = 0;  // integral of the height above the reference inside the outline, mm3
-  double peak = 0;    // largest height above the reference, mm
+  double peak = 0;    // largest height above the reference, mm; with smooth_mm, of the smooth surface, as outline and volume
   Eigen::Vector2d peak_position = Eigen::Vector2d::Zero();
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
   Box box;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "debulk/pocket/regions.hpp"
 #include "debulk/pocket/smooth.hpp"
 
 namespace debulk {
@@ -27,8 +26,9 @@ int first_square(double origin, double spacing, int cell, int side) {
   return static_cast<int>(std::floor((std::round(origin / spacing) + cell) / side));
 }
 
-Squares gather(const Run* begin, const Run* end, std::int32_t id, const Grid<std::int32_t>& labels, const std::vector<std::uint8_t>& pocket,
-               const Grid<float>& heights, const Grid<float>* before_median, int side) {
+Squares gather(const Regions& regions, std::size_t region, const std::vector<std::uint8_t>& pocket, const Grid<float>& heights,
+               const Grid<float>* before_median, int side) {
+  const Run *begin = regions.begin(region), *end = regions.end(region);
   int left = heights.nx, right = 0;
   for (const Run* run = begin; run != end; ++run) left = std::min(left, run->begin), right = std::max(right, run->end);
   const int margin = 2 * half + 2;  // contour sought within half of it, windows reach as far again
@@ -43,40 +43,45 @@ Squares gather(const Run* begin, const Run* end, std::int32_t id, const Grid<std
   out.heights = Grid<float>(u1 - u0, v1 - v0, heights.position(i0 + middle, j0 + middle), side * heights.spacing,
                             std::numeric_limits<float>::quiet_NaN());
   out.marks = out.heights.like<std::uint8_t>();
-  for (int v = 0; v < out.heights.ny; ++v)
-    for (int u = 0; u < out.heights.nx; ++u) {
-      double sum = 0;
-      unsigned mark = 0;
-      for (int j = j0 + v * side; j < j0 + (v + 1) * side; ++j)
-        for (int i = i0 + u * side; i < i0 + (u + 1) * side; ++i) {
-          if (!heights.contains(i, j)) {
-            sum = std::numeric_limits<double>::quiet_NaN();
-            continue;
-          }
-          sum += before_median && !std::isnan(before_median->at(i, j)) && !std::isnan(heights.at(i, j)) ? before_median->at(i, j)
-                                                                                                        : heights.at(i, j);
-          const std::int32_t label = labels.at(i, j);
-          if (label > 0) mark |= label == id ? ours : pocket[static_cast<std::size_t>(label - 1)] != 0 ? theirs : 0;
-        }
-      out.heights.at(u, v) = static_cast<float>(sum / (side * side));
-      out.marks.at(u, v) = static_cast<std::uint8_t>(mark);
+  // Squares that the map holds wholly.
+  const int first = i0 < 0 ? (side - 1 - i0) / side : 0, last = std::min(out.heights.nx, (heights.nx - i0) / side);
+  std::vector<double> sums(static_cast<std::size_t>(out.heights.nx));
+  for (int v = 0; v < out.heights.ny; ++v) {
+    const int j1 = j0 + v * side;
+    if (j1 < 0 || j1 + side > heights.ny) continue;
+    std::fill(sums.begin(), sums.end(), 0.0);
+    for (int j = j1; j < j1 + side; ++j) {
+      const float *h = &heights.at(0, j), *sharp = before_median ? &before_median->at(0, j) : h;
+      for (int u = first; u < last; ++u)
+        for (int i = i0 + u * side; i < i0 + (u + 1) * side; ++i)
+          sums[static_cast<std::size_t>(u)] += std::isnan(sharp[i]) || std::isnan(h[i]) ? h[i] : sharp[i];  // bridged; off the ply
     }
+    for (int u = first; u < last; ++u) out.heights.at(u, v) = static_cast<float>(sums[static_cast<std::size_t>(u)] / (side * side));
+  }
+  for (std::size_t r = 0; r < pocket.size(); ++r) {
+    if (pocket[r] == 0) continue;
+    for (const Run* run = regions.begin(r); run != regions.end(r); ++run) {
+      const int j = run->row - j0, i1 = std::max(run->begin - i0, 0), i2 = std::min(run->end - i0, out.marks.nx * side);
+      if (j < 0 || j >= out.marks.ny * side || i1 >= i2) continue;
+      std::uint8_t* mark = &out.marks.at(0, j / side);
+      for (int u = i1 / side; u <= (i2 - 1) / side; ++u) mark[u] |= r == region ? ours : theirs;
+    }
+  }
   return out;
 }
 
 // Every mark within `reach` squares along x and y, of the squares themselves.
 Grid<std::uint8_t> spread(const Grid<std::uint8_t>& marks, int reach) {
-  Grid<std::uint8_t> rows = marks, out = marks;
+  const auto add = [](std::uint8_t* to, const std::uint8_t* from, int count) {
+    for (int u = 0; u < count; ++u) to[u] |= from[u];
+  };
+  Grid<std::uint8_t> rows = marks;
   for (int k = 1; k <= reach; ++k)
-    for (int v = 0; v < marks.ny; ++v) {
-      const std::uint8_t* from = &marks.at(0, v);
-      std::uint8_t* to = &rows.at(0, v);
-      for (int u = k; u < marks.nx; ++u) to[u] = to[u] | from[u - k], to[u - k] = to[u - k] | from[u];
-    }
-  out = rows;
+    for (int v = 0; v < marks.ny; ++v)
+      add(&rows.at(k, v), &marks.at(0, v), marks.nx - k), add(&rows.at(0, v), &marks.at(k, v), marks.nx - k);
+  Grid<std::uint8_t> out = rows;
   for (int k = 1; k <= reach; ++k)
-    for (int v = k; v < marks.ny; ++v)
-      for (int u = 0; u < marks.nx; ++u) out.at(u, v) |= rows.at(u, v - k), out.at(u, v - k) |= rows.at(u, v);
+    for (int v = k; v < marks.ny; ++v) add(&out.at(0, v), &rows.at(0, v - k), marks.nx), add(&out.at(0, v - k), &rows.at(0, v), marks.nx);
   return out;
 }
 
@@ -92,12 +97,12 @@ void leave_out_the_edge(Squares& s, const PlyMask& ply) {
 
 }  // namespace
 
-std::optional<SmoothOutline> smooth_outline(const Run* begin, const Run* end, std::int32_t id, const Grid<std::int32_t>& labels,
-                                            const std::vector<std::uint8_t>& pocket, const Grid<float>& heights,
-                                            const Grid<float>* before_median, const SmoothOutlineOptions& options) {
-  if (options.window_mm < 2 * heights.spacing || begin == end) return {};
+std::optional<SmoothOutline> smooth_outline(const Regions& found, std::size_t region, const std::vector<std::uint8_t>& pocket,
+                                            const Grid<float>& heights, const Grid<float>* before_median,
+                                            const SmoothOutlineOptions& options) {
+  if (options.window_mm < 2 * heights.spacing) return {};
   const int side = std::max(1, static_cast<int>(options.window_mm / (squares * heights.spacing) + 1e-6));
-  Squares s = gather(begin, end, id, labels, pocket, heights, before_median, side);
+  Squares s = gather(found, region, pocket, heights, before_median, side);
   PlyMask ply;
   if (options.ply_outline) {
     ply = PlyMask(*options.ply_outline, s.heights);

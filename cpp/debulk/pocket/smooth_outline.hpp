@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
-#include "debulk/core/runs.hpp"
 #include "debulk/pocket/outline.hpp"
 #include "debulk/pocket/polygon.hpp"
+#include "debulk/pocket/regions.hpp"
 
 namespace debulk {
 
@@ -31,10 +31,11 @@ struct SmoothOutlineOptions {
 // outline, volume and peak are this surface's. Its contour is sought within half a window of the region's own; where the surface stands
 // above the level further out, or where a neighbour is as near, the outline ends there.
 //
-// The region (its runs, row by row) has the label `id`; labels of which `pocket` is not 0 are neighbours. None: the window
-// is below three heights, or the surface does not reach the level.
-std::optional<SmoothOutline> smooth_outline(const Run* begin, const Run* end, std::int32_t id, const Grid<std::int32_t>& labels,
-                                            const std::vector<std::uint8_t>& pocket, const Grid<float>& heights,
-                                            const Grid<float>* before_median, const SmoothOutlineOptions& options);
+// Of the regions, those are pockets of which `pocket` is not 0; `region` is one of them. before_median: the heights before a median
+// filter, of the same shape, if there are such; they are averaged, where they are known. None: the window is below three heights, or the
+// surface does not reach the level.
+std::optional<SmoothOutline> smooth_outline(const Regions& regions, std::size_t region, const std::vector<std::uint8_t>& pocket,
+                                            const Grid<float>& heights, const Grid<float>* before_median,
+                                            const SmoothOutlineOptions& options);
 
 }  // namespace debulk
