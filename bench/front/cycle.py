@@ -144,6 +144,12 @@ def case(title: str, stem: str, width: int, height: int, count: int):
             part: sum(p.runtime_split_ms.get(part, 0.0) for p in report.pockets) for part in ("net", "solve", "ridge")
         }
         lines.append("  in debulk, over its threads: " + ", ".join(f"{part} {ms:.0f} ms" for part, ms in parts.items()))
+        took = [p.runtime_ms for p in report.pockets]
+        starts = max((p.solve.starts for p in report.pockets if p.solve), default=0)
+        lines.append(
+            f"  a pocket, from its net to its verdict: {np.median(took):.1f} ms median, {max(took):.1f} ms at most "
+            f"(up to {starts} starts)"
+        )
         for kind, cancel in (("cancel()", True), ("deadline", False)):
             late = latencies(inspector, scan, wall, cancel)
             if late:

@@ -15,6 +15,7 @@ void bind_net(pybind11::module_& m);
 void bind_solve(pybind11::module_& m);
 void bind_sheet(pybind11::module_& m);
 void bind_ridge(pybind11::module_& m);
+void bind_section(pybind11::module_& m);
 void bind_verdict(pybind11::module_& m);
 
 }  // namespace debulk

@@ -31,5 +31,6 @@ PYBIND11_MODULE(_core, m) {
   debulk::bind_solve(m);
   debulk::bind_sheet(m);
   debulk::bind_ridge(m);
+  debulk::bind_section(m);
   debulk::bind_verdict(m);
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
@@ -53,10 +54,11 @@ def evaluate(
     recipe: Recipe,
     stop: _core.Stop,
     number: int | None = None,
+    pool: Executor | None = None,
 ) -> Evaluation:
     """Evaluate pocket number `index` (from 0) of a segmentation: patch, net, minimum, ridges, verdict.
 
-    Its report gets the id `number`, its own unless that is given.
+    Its report gets the id `number`, its own unless that is given. Idle threads of the pool help, see `starts.settle`.
     """
     found, foot = segmentation.pockets[index], feet.feet[index]
     watch = _Stopwatch()
@@ -92,7 +94,7 @@ def evaluate(
 
     with watch.step("solve"):
         ply = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe)
-        outcome = starts.settle(ply, recipe, post_process, stop)
+        outcome = starts.settle(ply, recipe, post_process, stop, pool)
     solution = outcome.solution
     dumps.keep(ply, solution, _refused(solution), watch.split_ms["solve"], seen.id, recipe)
     judged = _judge(outcome, found, foot, laid, recipe, stop)

@@ -382,13 +382,14 @@ class Inspector:
                 self.recipe,
                 cycle.stop,
                 number + 1,
+                pool,
             )
 
         count = len(order)
         threads = self.recipe.run.threads or _core.default_threads()
         evaluations = []
         # The core's calls release the GIL; whatever ends the wait (Ctrl-C, an error of progress) ends the solvers.
-        with ThreadPoolExecutor(max(1, min(threads, count)), "debulk") as pool, _stopping(cycle.stop):
+        with ThreadPoolExecutor(threads, "debulk") as pool, _stopping(cycle.stop):
             for done, evaluation in enumerate(pool.map(one, range(count)), start=1):
                 evaluations.append(evaluation)
                 cycle.report("debulk", 0.45 + 0.55 * done / count)

@@ -84,12 +84,11 @@ def loads_record(kind: type[RecordT], data: bytes, format_name: str) -> RecordT:
 
 def check_arrays(record: Any) -> None:
     """Convert a record's arrays to their declared types, check their shapes, and make them read-only."""
-    for name, hint in _hints(record.__class__).items():
-        plain, value = _plain(hint), getattr(record, name)
-        if typing.get_origin(plain) is not Annotated or value is None:
+    for name, dtype, shape in _arrays(record.__class__):
+        value = getattr(record, name)
+        if value is None:
             continue
-        kind, shape = typing.get_args(plain)
-        view = np.asarray(value, dtype=_dtype(kind)).view()
+        view = np.asarray(value, dtype=dtype).view()
         fits = view.ndim == len(shape) and all(
             want in (None, have) for want, have in zip(shape, view.shape, strict=True)
         )
@@ -97,6 +96,14 @@ def check_arrays(record: Any) -> None:
             raise InputError(f"{name}: expected the shape {_shape_text(shape)}, got {view.shape}")
         view.flags.writeable = False
         object.__setattr__(record, name, view)
+
+
+@functools.cache
+def _arrays(kind: Any) -> tuple[tuple[str, np.dtype[Any], tuple[int | None, ...]], ...]:
+    """Names, types and shapes of a record's arrays."""
+    hints = ((name, _plain(hint)) for name, hint in _hints(kind).items())
+    arrays = ((name, *typing.get_args(hint)) for name, hint in hints if typing.get_origin(hint) is Annotated)
+    return tuple((name, _dtype(elements), shape) for name, elements, shape in arrays)
 
 
 def _shape_text(shape: tuple[int | None, ...]) -> str:

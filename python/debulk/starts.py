@@ -7,9 +7,11 @@ close to a limit, decide as well as 6 for every pocket, in less than half the ti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import Executor
+from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from debulk import _core, ridge, sheet, solve
 
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
 Range = tuple[float, float]
 PostProcess = Callable[[solve.Solution], ridge.PostProcessed]
+Found = TypeVar("Found")
 
 
 class Figures(Protocol):
@@ -65,26 +68,34 @@ class Settled:
         return _range([p.bridge_height_mm for p in self.every])
 
 
-def settle(ply: sheet.Sheet, recipe: Recipe, post_process: PostProcess, stop: _core.Stop) -> Settled:
-    """Minimise from `recipe.solve.starts`, then from further ones while `close` says so, up to `most_starts`."""
+def settle(
+    ply: sheet.Sheet, recipe: Recipe, post_process: PostProcess, stop: _core.Stop, pool: Executor | None = None
+) -> Settled:
+    """Minimise from `recipe.solve.starts`, then from further ones while `close` says so, up to `most_starts`.
+
+    Idle threads of the pool work ahead on the further ones. What they find counts only where the rule asks for it, in
+    the order of the starts: the result does not depend on them.
+    """
     wanted = recipe.solve
     minima: list[solve.Solution] = []
     counted: list[tuple[solve.Solution, ridge.PostProcessed]] = []
 
-    def go_on(starts: int) -> None:
-        found = solve.minimise(
+    def minimise(first: int, end: int) -> tuple[solve.Solution, ...]:
+        return solve.minimise(
             ply,
             wanted.method,
-            starts=starts,
+            starts=end,
             seed=wanted.seed,
             tolerance=wanted.tolerance,
             max_iterations=wanted.max_iterations,
             stiffness=wanted.stiffness,
-            first_start=len(minima),
+            first_start=first,
             stop=stop,
-        )
-        minima.extend(found.minima)
-        counted.extend((m, post_process(m)) for m in found.minima if m.certified)
+        ).minima
+
+    def take(found: tuple[solve.Solution, ...]) -> None:
+        minima.extend(found)
+        counted.extend((m, post_process(m)) for m in found if m.certified)
         # A ply with softer fibres is another ply: it counts where all of them needed a compliance.
         if not all(m.certificate.compliant for m, _ in counted):
             counted[:] = [(m, p) for m, p in counted if not m.certificate.compliant]
@@ -92,15 +103,34 @@ def settle(ply: sheet.Sheet, recipe: Recipe, post_process: PostProcess, stop: _c
     def more() -> bool:
         return len(minima) < wanted.most_starts and close([p for _, p in counted], recipe)
 
-    go_on(wanted.starts)
-    while more() and not stop.now():
-        go_on(len(minima) + 1)
+    take(minimise(0, wanted.starts))
+    if more():
+        further = range(len(minima), wanted.most_starts)
+        with closing(_in_order(lambda k: minimise(k, k + 1), further, pool)) as results:
+            while more() and not stop.now():
+                take(next(results))
     cut = stop.now() and (more() or len(minima) < wanted.starts or minima[-1].status == "deadline")
     solution = solve.best(minima)
     if not counted:
         counted = [(solution, post_process(solution))]
-    best = min(counted, key=lambda found: solve.rank(found[0]))[1]
+    best = next(p for m, p in counted if m.nodes_mm is solution.nodes_mm)
     return Settled(solution, best, tuple(p for _, p in counted), cut)
+
+
+def _in_order(
+    work: Callable[[int], Found], numbers: Iterable[int], pool: Executor | None
+) -> Generator[Found, None, None]:
+    """Yield the work on each number, in order; what no idle thread of the pool has begun by then is done here."""
+    if pool is None:
+        yield from map(work, numbers)
+        return
+    ahead = [(number, pool.submit(work, number)) for number in numbers]
+    try:
+        for number, future in ahead:
+            yield work(number) if future.cancel() else future.result()
+    finally:
+        for _, future in ahead:
+            future.cancel()
 
 
 def close(every: Sequence[Figures], recipe: Recipe) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import debulk
 from debulk import pocket
+from debulk.evaluation import lay_net
 from debulk.grid import Grid
 
 ORIGIN = np.array([-10.0, 20.0])
@@ -184,3 +185,16 @@ def test_examples_in_the_docstrings() -> None:
     result = doctest.testmod(pocket)
     assert result.attempted > 5
     assert result.failed == 0
+
+
+def test_feet_and_nets_end_when_stopped() -> None:
+    stop = debulk._core.Stop()
+    stop.cancel()
+    found = pocket.segment(bells((90, 80, 8, 40)))
+    with pytest.raises(debulk._core.Stopped):
+        pocket.feet(found, stop=stop)
+    feet, mold = pocket.feet(found), debulk.surface.Reference(np.zeros((8, 8)), (-50, -50), 50.0)
+    given = found, feet, 0, mold, None, np.array([0.0, 90.0]), debulk.Recipe()
+    with pytest.raises(debulk._core.Stopped):
+        lay_net(*given, stop)
+    assert len(lay_net(*given).nodes_mm) > 90

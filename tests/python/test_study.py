@@ -122,7 +122,7 @@ def test_rules_ask_for_more_starts_only_where_a_limit_is_close(quick):
     assert max(most for _, most in found) <= results.plan.reference_starts + 1  # no more than there are
     for (first, most), rule in found.items():
         assert first <= rule.starts_mean <= max(first, most)
-        assert rule.overconfident <= 1 - rule.undecided
+        assert rule.false_cease <= rule.overconfident <= 1 - rule.undecided
     few, rule, most = found[2, 2], found[2, 4], found[4, 4]
     assert few.cpu_mean_ms <= rule.cpu_mean_ms < most.cpu_mean_ms
     assert few.undecided <= rule.undecided <= most.undecided

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "debulk/core/error.hpp"
-#include "debulk/pocket/outline_search.hpp"
+#include "debulk/pocket/polygon.hpp"
 
 namespace debulk {
 namespace {
@@ -26,7 +26,7 @@ std::vector<double> crossings(const Polygon& polygon, double y) {
 
 double surface_area(const Surface& surface, const Polygon& outline, const Polygon& ply_outline) {
   const Polygon polygon = checked_polygon(outline, "outline_mm");
-  const OutlineSearch ply(ply_outline.empty() ? Polygon() : checked_polygon(ply_outline, "ply_outline"));
+  const Polygon ply = ply_outline.empty() ? Polygon() : checked_polygon(ply_outline, "ply_outline");
   const double projected = polygon_area(polygon);
   const double pitch = std::sqrt(projected / kPoints);
   const Box box = bounding_box(polygon);
@@ -36,14 +36,15 @@ double surface_area(const Surface& surface, const Polygon& outline, const Polygo
   double stretched = 0, seen = 0;
   for (int j = 0; j < rows; ++j) {
     const double y = box.low.y() + (j + 0.5) * height;
-    const std::vector<double> x = crossings(polygon, y);
+    const std::vector<double> x = crossings(polygon, y), edge = crossings(ply, y);
     for (std::size_t k = 0; k + 1 < x.size(); k += 2) {
       const int cells = std::max(1, static_cast<int>(std::ceil((x[k + 1] - x[k]) / pitch)));
       const double width = (x[k + 1] - x[k]) / cells;
       for (int i = 0; i < cells; ++i) {
         const Eigen::Vector2d p(x[k] + (i + 0.5) * width, y);
         seen += width;
-        if (ply.empty() || ply.inside(p)) stretched += width * std::sqrt(1 + surface.sample(p).gradient.squaredNorm());
+        const bool on_ply = (edge.end() - std::upper_bound(edge.begin(), edge.end(), p.x())) % 2 == 1;  // that many lie beyond it
+        if (ply.empty() || on_ply) stretched += width * std::sqrt(1 + surface.sample(p).gradient.squaredNorm());
       }
     }
   }

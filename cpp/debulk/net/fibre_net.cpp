@@ -44,8 +44,9 @@ class PocketMesher {
         rms_outline_(shape.rms_outline),
         box_(bounding_box(shape.outline)) {}
 
-  PocketNet net(double spacing) const {
+  PocketNet net(double spacing, const Stop& stop) const {
     LayOptions laying;
+    laying.stop = stop;
     laying.paths = options_.paths;
     const Region region = fibre_parallelogram(shape_.outline, shape_.centre, shape_.angles, 2 * spacing);
     const Lattice lattice = lay_net(ply_, shape_.centre, shape_.angles, spacing, region, laying);
@@ -185,8 +186,7 @@ PocketNet net_with_about(const PocketMesher& mesher, double target, double estim
   PocketNet best;
   double best_error = std::numeric_limits<double>::infinity();
   for (int trial = 0; trial < 24; ++trial) {
-    if (stop.now()) throw Stopped("the laying of a net was stopped");
-    PocketNet net = mesher.net(spacing);
+    PocketNet net = mesher.net(spacing, stop);
     const double count = static_cast<double>(net.net.nodes.size());
     const double error = std::abs(count - target);
     (count > target ? too_fine : too_coarse) = spacing;
@@ -224,11 +224,12 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
   require(inside(shape.outline, shape.centre), "centre_mm", "a point inside outline_mm", place.str());
   require(shape.ply_outline.empty() || inside(shape.ply_outline, shape.centre), "centre_mm", "a point inside ply_outline", place.str());
 
+  if (stop.now()) throw Stopped("the laying of a net was stopped");
   const PocketMesher mesher(ply, mold, shape, options);
   const double area = surface_area(ply, shape.outline, shape.ply_outline);
   const double sine = std::max(std::abs(std::sin(shape.angles[1] - shape.angles[0])), 0.1);
   const double estimate = estimated_spacing(area, polygon_perimeter(shape.outline), sine, options.node_target);
-  PocketNet net = options.spacing ? mesher.net(*options.spacing) : net_with_about(mesher, options.node_target, estimate, stop);
+  PocketNet net = options.spacing ? mesher.net(*options.spacing, stop) : net_with_about(mesher, options.node_target, estimate, stop);
   net.area = area;
   return net;
 }

@@ -87,9 +87,13 @@ Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngle
                 const LayOptions& options) {
   options.check();
   check_start(surface, centre, angles, spacing);
+  const auto check = [&] {
+    if (options.stop.now()) throw Stopped("the laying of a net was stopped");
+  };
   const double half_turn = 180 * kDegree;
   std::array<std::vector<Vector3d>, 4> paths;  // by Direction
   for (const Direction d : {east, west, north, south}) {
+    check();
     const double angle = angles[d / 2] + (d % 2 == 1 ? half_turn : 0.0);
     paths[d] = fibre_path(surface, centre, angle, spacing, options.paths, region, options.longest_path);
     require(static_cast<long>(paths[d].size()) < options.longest_path, "spacing_mm", "a spacing that needs fewer nodes in this region",
@@ -115,7 +119,8 @@ Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngle
   const double turn = std::sin(angles[1] - angles[0]);  // its sign: which way round the two fibres cross, seen from above
   for (const int si : {1, -1})
     for (const int sj : {1, -1})
-      for (int j = 1; j <= (sj > 0 ? lattice.north : -lattice.south); ++j)
+      for (int j = 1; j <= (sj > 0 ? lattice.north : -lattice.south); ++j) {
+        check();
         for (int i = 1; i <= (si > 0 ? lattice.east : -lattice.west); ++i) {
           const int ci = si * i, cj = sj * j;
           if (!lattice.has(ci - si, cj - sj) || !lattice.has(ci, cj - sj) || !lattice.has(ci - si, cj)) continue;
@@ -126,6 +131,7 @@ Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngle
           const bool folded = cross(a - common, b - common) * side <= 0 || cross(*found - b, *found - a) * side <= 0;
           if (!folded) lattice.nodes[lattice.index(ci, cj)] = *found;
         }
+      }
   return lattice;
 }
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "debulk/core/stop.hpp"
 #include "debulk/net/net.hpp"
 #include "debulk/net/path.hpp"
 #include "debulk/surface/surface.hpp"
@@ -34,6 +35,7 @@ struct LayOptions {
   // A spacing that needs more is refused.
   long longest_path = 20000;  // nodes, from the centre
   long most_nodes = 4000000;  // lattice places
+  Stop stop;                  // raised: Stopped is thrown
 
   void check() const;
 };

@@ -1,5 +1,7 @@
 #include "debulk/net/lay_pocket.hpp"
 
+#include <utility>
+
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {
@@ -10,9 +12,11 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
     if (stop.now()) throw Stopped("the laying of a net was stopped");
   };
   check();
-  const Patch patch = make_patch(segmentation, feet, id, reference, options);
+  PatchOptions wanted = options;
+  wanted.keep_reference = false;
+  Patch patch = make_patch(segmentation, feet, id, reference, wanted);
   check();
-  const Reference surface(patch.surface);
+  const Reference surface(std::move(patch.surface));
   check();
   const Pocket& pocket = segmentation.pockets[static_cast<std::size_t>(id - 1)];
   PocketShape shape;

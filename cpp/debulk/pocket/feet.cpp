@@ -31,45 +31,36 @@ void check(const Stop& stop) {
 // A point to flood on from, with the lowest height on its way.
 struct Front {
   float level;
-  long turn;  // first come, first served among equals
-  std::size_t point;
-  bool operator<(const Front& other) const { return level != other.level ? level < other.level : turn > other.turn; }
+  int i, j;
 };
 
-// The fronts, highest first. Levels only fall in a flood, so they are sorted roughly into bins as they come, and exactly when
-// their bin is the highest.
+// The fronts, highest first, to 1/256 mm; first come, first served among equals. Levels only fall in a flood.
 class Fronts {
  public:
-  Fronts(double low, double high) : low_(low), scale_(kBins / std::max(high - low, 1e-9)), bins_(kBins), at_(kBins - 1) {}
+  Fronts(double low, double high)
+      : low_(low), bins_(static_cast<std::size_t>(std::max(high - low, 0.0) * kPerMm) + 1), at_(bins_.size() - 1) {}
 
   void push(const Front& front) {
-    const int bin = std::clamp(static_cast<int>((front.level - low_) * scale_), 0, at_);
-    std::vector<Front>& fronts = bins_[static_cast<std::size_t>(bin)];
-    fronts.push_back(front);
-    if (bin == at_ && heap_) std::push_heap(fronts.begin(), fronts.end());
+    const double bin = std::clamp((front.level - low_) * kPerMm, 0.0, static_cast<double>(at_));
+    bins_[static_cast<std::size_t>(bin)].push_back(front);
   }
 
   bool pop(Front& front) {
-    while (bins_[static_cast<std::size_t>(at_)].empty()) {
+    while (next_ == bins_[at_].size()) {
       if (at_ == 0) return false;
-      --at_;
-      heap_ = false;
+      bins_[at_--] = {};
+      next_ = 0;
     }
-    std::vector<Front>& fronts = bins_[static_cast<std::size_t>(at_)];
-    if (!heap_) std::make_heap(fronts.begin(), fronts.end());
-    heap_ = true;
-    std::pop_heap(fronts.begin(), fronts.end());
-    front = fronts.back();
-    fronts.pop_back();
+    front = bins_[at_][next_++];
     return true;
   }
 
  private:
-  static constexpr int kBins = 2048;
-  double low_, scale_;
+  static constexpr double kPerMm = 256;
+  double low_;
   std::vector<std::vector<Front>> bins_;
-  int at_;  // no front is in a higher bin
-  bool heap_ = false;
+  std::size_t at_;        // no front is in a higher bin
+  std::size_t next_ = 0;  // of bin at_, those before it are gone
 };
 
 // Where smoothing can matter: blocks of the grid whose mean stands up, or that a pocket reaches, and two blocks round them.
@@ -111,31 +102,40 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
 
 // labels: the seeds, which stay. Gives every point above `level` that is reached the label it is reached from.
 void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
+  const int nx = labels.nx, ny = labels.ny;
+  long offsets[8];  // in a grid's values, of a point's neighbours
+  for (int k = 0; k < 8; ++k) offsets[k] = static_cast<long>(kDj[k]) * nx + kDi[k];
+  const auto for_neighbours = [&](int i, int j, const auto& body) {
+    const bool interior = i > 0 && j > 0 && i + 1 < nx && j + 1 < ny;
+    for (int k = 0; k < 8; ++k)
+      if (interior || labels.contains(i + kDi[k], j + kDj[k])) body(k);
+  };
+  std::vector<Front> rim;
   float highest = 0;
-  for (std::size_t k = 0; k < labels.size(); ++k)
-    if (labels.values[k] != 0 && heights.values[k] > highest) highest = heights.values[k];
-  Fronts fronts(level - 1, highest);
-  long turn = 0;
-  const auto nx = static_cast<std::size_t>(labels.nx);
-  for (int j = 0; j < labels.ny; ++j)
-    for (int i = 0; i < labels.nx; ++i) {
-      if (labels.at(i, j) == 0) continue;
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i) {
+      const std::int32_t* here = &labels.at(i, j);
+      const float h = heights.at(i, j);
+      if (*here == 0 || std::isnan(h)) continue;
       bool at_rim = false;
-      for (int k = 0; k < 8; ++k) at_rim |= labels.contains(i + kDi[k], j + kDj[k]) && labels.at(i + kDi[k], j + kDj[k]) == 0;
-      if (at_rim) fronts.push({heights.at(i, j), turn++, labels.index(i, j)});
+      for_neighbours(i, j, [&](int k) { at_rim |= here[offsets[k]] == 0; });
+      if (!at_rim) continue;
+      rim.push_back({h, i, j});
+      highest = std::max(highest, h);
     }
+  Fronts fronts(level - 1, highest);
+  for (const Front& front : rim) fronts.push(front);
   Front front{};
   for (long popped = 0; fronts.pop(front); ++popped) {
     if (popped % 16384 == 0) check(stop);
-    const int i = static_cast<int>(front.point % nx), j = static_cast<int>(front.point / nx);
-    for (int k = 0; k < 8; ++k) {
-      const int qi = i + kDi[k], qj = j + kDj[k];
-      if (!labels.contains(qi, qj) || labels.at(qi, qj) != 0) continue;
-      const float h = heights.at(qi, qj);
-      if (!(h > level) || h > front.level + rise) continue;  // unknown heights end the flood too
-      labels.at(qi, qj) = labels.values[front.point];
-      fronts.push({std::min(front.level, h), turn++, labels.index(qi, qj)});
-    }
+    std::int32_t* label = &labels.at(front.i, front.j);
+    const float* height = &heights.at(front.i, front.j);
+    for_neighbours(front.i, front.j, [&](int k) {
+      const float h = height[offsets[k]];
+      if (label[offsets[k]] != 0 || !(h > level) || h > front.level + rise) return;  // unknown heights end the flood too
+      label[offsets[k]] = *label;
+      fronts.push({std::min(front.level, h), front.i + kDi[k], front.j + kDj[k]});
+    });
   }
 }
 
@@ -173,7 +173,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   check(stop);
   FootMap out;
   out.options = options;
-  const double noise = options.noise_mm.value_or(height_noise(segmentation.heights));
+  const double noise = options.noise_mm ? *options.noise_mm : height_noise(segmentation.heights);
   out.noise_mm = std::isnan(noise) ? 0 : noise;
   out.mold_tol_mm = std::max(options.mold_tol_mm, 3 * out.noise_mm);
   const double cut = segmentation.options.cut_height_mm, level = options.thickness_mm + out.mold_tol_mm;

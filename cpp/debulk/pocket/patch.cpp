@@ -16,30 +16,39 @@ void PatchOptions::check() const {
 
 namespace {
 
+// Steps along x and y.
 struct Offset {
-  int i = 0, j = 0;
-  bool found = false;
-  double length() const { return found ? std::hypot(i, j) : std::numeric_limits<double>::infinity(); }
-  long squared() const { return found ? static_cast<long>(i) * i + static_cast<long>(j) * j : std::numeric_limits<long>::max(); }
+  std::int16_t i = kNone, j = 0;
+  static constexpr std::int16_t kNone = std::numeric_limits<std::int16_t>::max();
+  bool found() const { return i != kNone; }
+  bool marked() const { return i == 0 && j == 0; }
+  int squared() const { return i * i + j * j; }
 };
 
-// From every point to (nearly) the nearest marked one: vectors handed on from neighbour to neighbour, down and up.
-Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked) {
+// From every point to (nearly) the nearest marked one, as far as `reach` points: vectors handed on from neighbour to
+// neighbour, down and up.
+Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked, int reach) {
   auto nearest = marked.like<Offset>();
-  for (std::size_t k = 0; k < marked.size(); ++k) nearest.values[k].found = marked.values[k] != 0;
-  const auto take = [&](int i, int j, int di, int dj) {
-    if (!nearest.contains(i + di, j + dj)) return;
-    Offset o = nearest.at(i + di, j + dj);
-    if (!o.found) return;
-    o.i += di, o.j += dj;
-    if (o.squared() < nearest.at(i, j).squared()) nearest.at(i, j) = o;
+  for (std::size_t k = 0; k < marked.size(); ++k)
+    if (marked.values[k]) nearest.values[k] = {0, 0};
+  const int farthest = reach < Offset::kNone ? reach * reach : std::numeric_limits<int>::max();
+  const auto take = [&](Offset& here, const Offset* row, int i, int di, int dj) {
+    if (i + di < 0 || i + di >= marked.nx || !row[i + di].found()) return;
+    const Offset o{static_cast<std::int16_t>(row[i + di].i + di), static_cast<std::int16_t>(row[i + di].j + dj)};
+    if (const int squared = o.squared(); squared <= farthest && (!here.found() || squared < here.squared())) here = o;
   };
-  const auto sweep_row = [&](int j, int from) {
-    for (int i = 0; i < marked.nx; ++i) {
-      for (int di = -1; di <= 1; ++di) take(i, j, di, from);
-      take(i, j, -1, 0);
+  const auto sweep_row = [&](int j, int dj) {
+    Offset* row = &nearest.at(0, j);
+    if (j + dj >= 0 && j + dj < marked.ny) {
+      const Offset* beside = &nearest.at(0, j + dj);
+      for (int i = 0; i < marked.nx; ++i)
+        if (!row[i].marked())
+          for (int di = -1; di <= 1; ++di) take(row[i], beside, i, di, dj);
     }
-    for (int i = marked.nx - 1; i >= 0; --i) take(i, j, 1, 0);
+    for (int i = 0; i < marked.nx; ++i)
+      if (!row[i].marked()) take(row[i], row, i, -1, 0);
+    for (int i = marked.nx - 1; i >= 0; --i)
+      if (!row[i].marked()) take(row[i], row, i, 1, 0);
   };
   for (int j = 0; j < marked.ny; ++j) sweep_row(j, -1);
   for (int j = marked.ny - 1; j >= 0; --j) sweep_row(j, 1);
@@ -56,7 +65,7 @@ struct Window {
   int i0, j0;
   const Segmentation& segmentation;
   const FootMap& feet;
-  PlyMask ply;  // on the patch's points, beyond the map too
+  PlyMask ply;  // on the patch's points, beyond the map too; everywhere for a pocket that does not touch the ply's edge
 
   bool known(int i, int j) const {
     return feet.heights.contains(i + i0, j + j0) && !std::isnan(feet.heights.at(i + i0, j + j0)) && segmentation.ply.on_ply(i + i0, j + j0);
@@ -65,29 +74,47 @@ struct Window {
   double height(int i, int j) const { return feet.heights.at(i + i0, j + j0); }
 };
 
-// max(ply - t, F) - F inside, and its way down to 0 outside.
-Grid<double> foot_excess(const Window& window, const Grid<std::uint8_t>& within, const PatchOptions& options) {
+// Adds max(ply - t, F) - F to the surface within, and its way down to 0 outside.
+void add_foot_excess(const Window& window, const Grid<std::uint8_t>& within, const PatchOptions& options, Grid<double>& surface) {
+  // Points within and, as far as what stands up there reaches, round them.
   const double t = window.feet.options.thickness_mm, spacing = within.spacing;
-  auto known_within = within;
-  for (int j = 0; j < within.ny; ++j)
-    for (int i = 0; i < within.nx; ++i)
-      if (!window.known(i, j)) known_within.at(i, j) = 0;
-  const Grid<Offset> nearest = nearest_marked(known_within);
-  auto excess = within.like<double>();
-  for (int j = 0; j < within.ny; ++j)
-    for (int i = 0; i < within.nx; ++i) {
-      const Offset& o = nearest.at(i, j);
-      if (!o.found) continue;
+  const double off_ply_mm = std::max(options.margin_mm, options.fade_mm);
+  const int reach = static_cast<int>(std::ceil((window.ply.known() ? off_ply_mm : options.fade_mm) / spacing));
+  int left = within.nx, right = -1, bottom = within.ny, top = -1;
+  for (int j = 0; j < within.ny; ++j) {
+    const std::uint8_t *row = &within.at(0, j), *end = row + within.nx, *first = std::find(row, end, 1);
+    if (first == end) continue;
+    while (end[-1] == 0) --end;
+    left = std::min(left, static_cast<int>(first - row)), right = std::max(right, static_cast<int>(end - row) - 1);
+    bottom = std::min(bottom, j), top = j;
+  }
+  if (right < 0) return;
+  left = std::max(left - reach, 0), right = std::min(right + reach, within.nx - 1);
+  bottom = std::max(bottom - reach, 0), top = std::min(top + reach, within.ny - 1);
+  Grid<std::uint8_t> marked(right - left + 1, top - bottom + 1, within.position(left, bottom), spacing);
+  bool all_known = true;
+  for (int j = bottom; j <= top; ++j)
+    for (int i = left; i <= right; ++i) {
+      if (!within.at(i, j)) continue;
+      const bool known = window.known(i, j);
+      marked.at(i - left, j - bottom) = known;
+      all_known = all_known && known;
+    }
+
+  const Grid<Offset> nearest = nearest_marked(marked, all_known ? reach : Offset::kNone);
+  for (int j = bottom; j <= top; ++j)
+    for (int i = left; i <= right; ++i) {
+      const Offset o = nearest.at(i - left, j - bottom);
+      if (!o.found()) continue;
       const double edge = std::max(window.height(i + o.i, j + o.j) - t, 0.0);  // for a point within: its own
       if (within.at(i, j)) {
-        excess.at(i, j) = edge;
+        surface.at(i, j) += edge;
         continue;
       }
       const double here = window.known(i, j) ? std::clamp(window.height(i, j) - t, 0.0, edge) : edge;
-      const double width = window.off_ply(i, j) ? std::max(options.margin_mm, options.fade_mm) : options.fade_mm;
-      if (width > 0) excess.at(i, j) = here * fade(o.length() * spacing / width);
+      const double width = window.off_ply(i, j) ? off_ply_mm : options.fade_mm;
+      if (width > 0) surface.at(i, j) += here * fade(std::sqrt(o.squared()) * spacing / width);
     }
-  return excess;
 }
 
 }  // namespace
@@ -118,24 +145,22 @@ Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, 
   Window window{static_cast<int>(std::floor(low.x())), static_cast<int>(std::floor(low.y())), segmentation, feet, {}};
   const int nx = static_cast<int>(std::ceil(high.x())) - window.i0 + 1, ny = static_cast<int>(std::ceil(high.y())) - window.j0 + 1;
   patch.within = Grid<std::uint8_t>(nx, ny, map.position(window.i0, window.j0), map.spacing);
-  if (segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);
+  if (patch.touches_ply_edge && segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);
   const Grid<std::int32_t>& labels = paper ? segmentation.labels : feet.labels;
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i)
-      patch.within.at(i, j) = labels.contains(i + window.i0, j + window.j0) && labels.at(i + window.i0, j + window.j0) == id;
+  const int first = std::max(0, -window.i0), end = std::min(nx, labels.nx - window.i0);  // columns on the map
+  for (int j = std::max(0, -window.j0); j < std::min(ny, labels.ny - window.j0); ++j)
+    for (int i = first; i < end; ++i) patch.within.at(i, j) = labels.at(i + window.i0, j + window.j0) == id;
 
-  auto excess = patch.within.like<double>();
+  patch.surface = patch.within.like<double>();
+  reference.heights_on(patch.surface, 1);
+  if (options.keep_reference) patch.reference = patch.surface;
   if (!paper) {
-    excess = foot_excess(window, patch.within, options);
+    add_foot_excess(window, patch.within, options, patch.surface);
   } else {
     for (int j = 0; j < ny; ++j)
       for (int i = 0; i < nx; ++i)
-        if (patch.within.at(i, j) && window.known(i, j)) excess.at(i, j) = window.height(i, j);
+        if (patch.within.at(i, j) && window.known(i, j)) patch.surface.at(i, j) += window.height(i, j);
   }
-  patch.reference = patch.within.like<double>();
-  patch.surface = patch.within.like<double>();
-  reference.heights_on(patch.reference, 1);
-  for (std::size_t k = 0; k < excess.size(); ++k) patch.surface.values[k] = patch.reference.values[k] + excess.values[k];
   return patch;
 }
 

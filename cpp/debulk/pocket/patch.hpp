@@ -17,8 +17,9 @@ enum class PatchMode : std::uint8_t {
 
 struct PatchOptions {
   PatchMode mode = PatchMode::foot;
-  double margin_mm = 30.0;  // of the window, round the outline: at least the offset of the net's boundary
-  double fade_mm = 4.0;     // outside the foot, over which what still stands up goes down to F; 0: at once
+  double margin_mm = 30.0;     // of the window, round the outline: at least the offset of the net's boundary
+  double fade_mm = 4.0;        // outside the foot, over which what still stands up goes down to F; 0: at once
+  bool keep_reference = true;  // in Patch::reference
   void check() const;
 };
 
@@ -33,7 +34,7 @@ struct Patch {
   bool touches_ply_edge = false;
   bool parted = false;        // see Foot
   Grid<double> surface;       // mm, mold frame; finite everywhere
-  Grid<double> reference;     // F at the same points
+  Grid<double> reference;     // F at the same points; empty where it is not asked for
   Grid<std::uint8_t> within;  // 1 at the points of the pocket's own region
 };
 

@@ -10,61 +10,28 @@
 namespace debulk {
 namespace {
 
-// Cubic B-spline coefficients c[-1..n] of the spline through f[0..n-1], so that (c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i].
-// The not-a-knot condition, c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, with the first three equations gives
+// Cubic B-spline coefficients c[-1..n] of the spline through f[0..n-1], so that (c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i],
+// along every column of n rows of `wide` values at once, in place: row j of f is row j + 1 of `rows`, whose first and last
+// are set too. The not-a-knot condition, c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, with the first three equations gives
 // c[1] = (8 f[1] - f[0] - f[2]) / 6 at once, likewise at the other end; a tridiagonal system is left between them.
-// out[0] is c[-1].
-void spline_coefficients(const double* in, int n, double* out, std::vector<double>& work) {
-  double* c = out + 1;
-  c[1] = (8 * in[1] - in[0] - in[2]) / 6;
-  c[n - 2] = (8 * in[n - 2] - in[n - 1] - in[n - 3]) / 6;
-  work.resize(static_cast<std::size_t>(n));
-  for (int i = 2; i <= n - 3; ++i) {  // c[i-1] + 4 c[i] + c[i+1] = 6 f[i], forward elimination
-    const double above = i == 2 ? 0.0 : work[static_cast<std::size_t>(i - 1)];
-    const double pivot = 4 - above;
-    work[static_cast<std::size_t>(i)] = 1 / pivot;
-    c[i] = (6 * in[i] - c[i - 1]) / pivot;
+void spline_columns(double* rows, int wide, int n) {
+  using Row = Eigen::Map<Eigen::ArrayXd>;
+  const auto c = [&](int j) { return Row(rows + static_cast<long>(j + 1) * wide, wide); };
+  const Eigen::ArrayXd first = c(0), second = c(1), next_to_last = c(n - 2), last = c(n - 1);
+  const Eigen::ArrayXd third_from_last = c(n - 3);
+  c(1) = (8 * second - first - c(2)) / 6;
+  c(n - 2) = (8 * next_to_last - last - third_from_last) / 6;
+  std::vector<double> above(static_cast<std::size_t>(n), 0.0);
+  for (int j = 2; j <= n - 3; ++j) {  // c[j-1] + 4 c[j] + c[j+1] = 6 f[j], forward elimination
+    const double pivot = 4 - (j == 2 ? 0.0 : above[static_cast<std::size_t>(j - 1)]);
+    above[static_cast<std::size_t>(j)] = 1 / pivot;
+    c(j) = (6 * c(j) - c(j - 1)) / pivot;
   }
-  for (int i = n - 3; i >= 2; --i) c[i] -= work[static_cast<std::size_t>(i)] * c[i + 1];
-  c[0] = 6 * in[1] - 4 * c[1] - c[2];
-  c[-1] = 6 * in[0] - 4 * c[0] - c[1];
-  c[n - 1] = 6 * in[n - 2] - 4 * c[n - 2] - c[n - 3];
-  c[n] = 6 * in[n - 1] - 4 * c[n - 1] - c[n - 2];
-}
-
-// The same along every column of `in` (n rows of `wide`) at once, row by row; `out` has two rows more.
-void spline_columns(const std::vector<double>& in, int wide, int n, std::vector<double>& out) {
-  const auto f = [&](int j) { return in.data() + static_cast<long>(j) * wide; };
-  const auto c = [&](int j) { return out.data() + static_cast<long>(j + 1) * wide; };
-  const auto end = [&](int at, const double* a, const double* b, const double* d) {  // 6 a - 4 b - d
-    double* to = c(at);
-    for (int i = 0; i < wide; ++i) to[i] = 6 * a[i] - 4 * b[i] - d[i];
-  };
-  const auto next_to_end = [&](int at, const double* a, const double* b, const double* d) {  // (8 a - b - d) / 6
-    double* to = c(at);
-    for (int i = 0; i < wide; ++i) to[i] = (8 * a[i] - b[i] - d[i]) / 6;
-  };
-  next_to_end(1, f(1), f(0), f(2));
-  next_to_end(n - 2, f(n - 2), f(n - 1), f(n - 3));
-  std::vector<double> work(static_cast<std::size_t>(n));
-  for (int j = 2; j <= n - 3; ++j) {
-    const double above = j == 2 ? 0.0 : work[static_cast<std::size_t>(j - 1)];
-    const double pivot = 4 - above;
-    work[static_cast<std::size_t>(j)] = 1 / pivot;
-    double* to = c(j);
-    const double *from = f(j), *before = c(j - 1);
-    for (int i = 0; i < wide; ++i) to[i] = (6 * from[i] - before[i]) / pivot;
-  }
-  for (int j = n - 3; j >= 2; --j) {
-    double* to = c(j);
-    const double* after = c(j + 1);
-    const double w = work[static_cast<std::size_t>(j)];
-    for (int i = 0; i < wide; ++i) to[i] -= w * after[i];
-  }
-  end(0, f(1), c(1), c(2));
-  end(-1, f(0), c(0), c(1));
-  end(n - 1, f(n - 2), c(n - 2), c(n - 3));
-  end(n, f(n - 1), c(n - 1), c(n - 2));
+  for (int j = n - 3; j >= 2; --j) c(j) -= above[static_cast<std::size_t>(j)] * c(j + 1);
+  c(0) = 6 * second - 4 * c(1) - c(2);
+  c(-1) = 6 * first - 4 * c(0) - c(1);
+  c(n - 1) = 6 * next_to_last - 4 * c(n - 2) - c(n - 3);
+  c(n) = 6 * last - 4 * c(n - 1) - c(n - 2);
 }
 
 // The four B-splines that are not zero at parameter u (in spacings), with first and second derivatives by u.
@@ -99,9 +66,22 @@ Weights weights(double u, int n) {
   return w;
 }
 
+// rows: of the coefficients, the first of the four.
+double height_of(const double* rows, int wide, const Weights& wx, const Weights& wy) {
+  double f = 0;
+  for (std::size_t b = 0; b < 4; ++b) {
+    const double* row = rows + b * static_cast<std::size_t>(wide) + wx.first;
+    double v = 0;
+    for (std::size_t a = 0; a < 4; ++a) v += wx.value[a] * row[a];
+    f += wy.value[b] * v;
+  }
+  return f;
+}
+
 }  // namespace
 
-Reference::Reference(const Grid<double>& heights) : heights_(heights) {
+Reference::Reference(Grid<double> given) : heights_(std::move(given)) {
+  const Grid<double>& heights = heights_;
   require(heights.nx >= 4 && heights.ny >= 4, "heights_mm", "a grid of at least 4 by 4 heights",
           std::to_string(heights.ny) + " by " + std::to_string(heights.nx));
   require(heights.size() == static_cast<std::size_t>(heights.nx) * heights.ny, "heights_mm", "nx * ny values", heights.size());
@@ -114,12 +94,21 @@ Reference::Reference(const Grid<double>& heights) : heights_(heights) {
             std::to_string(*missing) + " at row " + std::to_string(at / heights.nx) + ", column " + std::to_string(at % heights.nx));
   }
 
-  const int nx = heights.nx, ny = heights.ny, wide = nx + 2;
-  std::vector<double> rows(static_cast<std::size_t>(ny) * wide), work;
-  for (int j = 0; j < ny; ++j)
-    spline_coefficients(&heights_.values[heights_.index(0, j)], nx, &rows[static_cast<std::size_t>(j) * wide], work);
+  // Along the rows, some at a time, turned so that they are columns; then along the columns.
+  constexpr int kRows = 8;
+  const int nx = heights_.nx, ny = heights_.ny, wide = nx + 2;
   coefficients_.resize(static_cast<std::size_t>(ny + 2) * wide);
-  spline_columns(rows, wide, ny, coefficients_);
+  std::vector<double> turned(static_cast<std::size_t>(wide) * kRows, 0.0);
+  for (int j = 0; j < ny; j += kRows) {
+    const int count = std::min(kRows, ny - j);
+    for (int r = 0; r < count; ++r)
+      for (int i = 0; i < nx; ++i) turned[static_cast<std::size_t>(i + 1) * kRows + r] = heights_.at(i, j + r);
+    spline_columns(turned.data(), kRows, nx);
+    for (int r = 0; r < count; ++r)
+      for (int i = 0; i < wide; ++i)
+        coefficients_[static_cast<std::size_t>(j + r + 1) * wide + i] = turned[static_cast<std::size_t>(i) * kRows + r];
+  }
+  spline_columns(coefficients_.data(), wide, ny);
 }
 
 SurfaceSample Reference::sample_at(const Eigen::Vector2d& u) const {
@@ -150,6 +139,13 @@ SurfaceSample Reference::sample_at(const Eigen::Vector2d& u) const {
   return out;
 }
 
+double Reference::height(const Eigen::Vector2d& xy) const {
+  const Eigen::Vector2d u = heights_.locate(xy);
+  const Weights wx = weights(u.x(), heights_.nx), wy = weights(u.y(), heights_.ny);
+  const int wide = heights_.nx + 2;
+  return height_of(&coefficients_[static_cast<std::size_t>(wy.first) * static_cast<std::size_t>(wide)], wide, wx, wy);
+}
+
 void Reference::heights_on(Grid<double>& grid, int threads) const {
   std::vector<Weights> across(static_cast<std::size_t>(grid.nx));
   for (int i = 0; i < grid.nx; ++i) across[static_cast<std::size_t>(i)] = weights(heights_.locate(grid.position(i, 0)).x(), heights_.nx);
@@ -158,17 +154,7 @@ void Reference::heights_on(Grid<double>& grid, int threads) const {
     for (int j = static_cast<int>(begin); j < end; ++j) {
       const Weights wy = weights(heights_.locate(grid.position(0, j)).y(), heights_.ny);
       const double* rows = &coefficients_[static_cast<std::size_t>(wy.first) * static_cast<std::size_t>(wide)];
-      for (int i = 0; i < grid.nx; ++i) {
-        const Weights& wx = across[static_cast<std::size_t>(i)];
-        double f = 0;
-        for (std::size_t b = 0; b < 4; ++b) {
-          const double* row = rows + b * static_cast<std::size_t>(wide) + wx.first;
-          double v = 0;
-          for (std::size_t a = 0; a < 4; ++a) v += wx.value[a] * row[a];
-          f += wy.value[b] * v;
-        }
-        grid.at(i, j) = f;
-      }
+      for (int i = 0; i < grid.nx; ++i) grid.at(i, j) = height_of(rows, wide, across[static_cast<std::size_t>(i)], wy);
     }
   });
 }

@@ -13,10 +13,11 @@ namespace debulk {
 class Reference : public Surface {
  public:
   // heights: at least 4 by 4, all finite. Throws InputError otherwise.
-  explicit Reference(const Grid<double>& heights);
+  explicit Reference(Grid<double> heights);
 
   SurfaceSample sample(const Eigen::Vector2d& xy) const override { return sample_at(heights_.locate(xy)); }
   SurfaceSample sample_at(const Eigen::Vector2d& u) const;  // the same, u in grid spacings from the first height
+  double height(const Eigen::Vector2d& xy) const override;  // sample(xy).height, to the same bits
   void heights_on(Grid<double>& grid, int threads = 0) const override;
   bool inside(const Eigen::Vector2d& xy) const;
   const Grid<double>& heights() const { return heights_; }

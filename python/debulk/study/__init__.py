@@ -38,7 +38,7 @@ def solver(
     out_dir
         Folder for study.txt, the tables (.csv) and the pictures (.png); made if need be.
     layups
-        Seeds of `debulk.scenes.layup`. Default: 0 to 9, quick: 0.
+        Seeds of `debulk.scenes.layup`. Default: 100 to 119, quick: 0.
     quick
         A few pockets and settings, in seconds: shows that the study runs, its figures mean little.
     progress

@@ -37,6 +37,7 @@ class Rule:
     undecided: float  # share of pockets
     found: float  # share of the undecidable pockets that it calls so
     overconfident: float  # share of pockets: decided, though undecidable
+    false_cease: float  # share of pockets: called CEASE, though undecidable
     contrary: float  # share of all starts that end on the other side of the decisions
     flipped: float  # share of pockets decided otherwise than the least energy
     opposite: float  # share of pairs of runs that decide a pocket in opposite ways
@@ -103,6 +104,7 @@ def _rule(solved: Sequence[tuple[Case, Reference]], sides: Sequence[Sequence[ver
         undecided=float(1 - decided.mean()),
         found=float(1 - decided[undecidable].mean()) if undecidable.any() else 1.0,
         overconfident=float((decided * undecidable[:, None]).mean()),
+        false_cease=float((cease * undecidable[:, None]).mean()),
         contrary=float(contrary.mean()),
         flipped=float(flipped.mean()),
         opposite=float(np.mean(2 * cease.mean(axis=1) * crease.mean(axis=1))),

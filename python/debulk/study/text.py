@@ -84,6 +84,7 @@ _RULES = {
     "undecided": ("undecided", ".1%"),
     "found": ("found", ".0%"),
     "overconfident": ("overconfident", ".1%"),
+    "false_cease": ("of these CEASE", ".2%"),
     "contrary": ("contrary starts", ".2%"),
     "flipped": ("flipped", ".2%"),
     "opposite": ("opposite", ".3%"),
@@ -109,7 +110,8 @@ def study_text(results: Results) -> str:
     sizes = ", ".join(f"{a:g}" for a in plan.amplitudes)
     paragraphs = [
         "THE SOLVER: ERROR AGAINST RUN TIME",
-        f"{len(plan.layups)} virtual layups, {len({(r.layup, r.pocket) for r in results.rows})} pockets. {_machine()}; "
+        f"{len(plan.layups)} virtual layups (seeds {min(plan.layups)} to {max(plan.layups)}), "
+        f"{len({(r.layup, r.pocket) for r in results.rows})} pockets. {_machine()}; "
         "times are CPU times of the solving thread, with post-processing, without the net. Other programs ran beside "
         f"the study (load {results.load_before:.1f} before, {results.load_after:.1f} after it), which slows memory and "
         "caches: compare iterations too.",

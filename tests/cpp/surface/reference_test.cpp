@@ -85,6 +85,18 @@ TEST(Reference, GoesOnAtMostLinearlyOutside) {
   EXPECT_NEAR(farther - far, farthest - farther, 1e-6);
 }
 
+TEST(Reference, TellsHeightsAloneToTheSameBits) {
+  const Reference surface = sampled(cubic, 9, 11, 0.7);
+  Grid<double> grid(60, 70, {-5.0, 0.5}, 0.17);  // beyond it, too
+  surface.heights_on(grid, 2);
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const Eigen::Vector2d p = grid.position(i, j);
+      ASSERT_EQ(surface.height(p), surface.sample(p).height);
+      ASSERT_EQ(grid.at(i, j), surface.sample(p).height);
+    }
+}
+
 TEST(Reference, NamesWhatIsWrongWithItsGrid) {
   EXPECT_THROW(Reference(Grid<double>(3, 9, {0, 0}, 1.0, 0.0)), InputError);
   EXPECT_THROW(Reference(Grid<double>(4, 4, {0, 0}, 0.0, 0.0)), InputError);

@@ -1,0 +1,223 @@
+"""The 2-D section model: which fold the cross-section of a ply makes that is longer than the mold below it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Fold", "LoadStep", "fold"]
+
+
+@dataclass(frozen=True)
+class LoadStep:
+    """The fold under a part of the pressure; not a number where the step has no certified single fold.
+
+    Attributes
+    ----------
+    pressure_mpa
+        Of this step, MPa.
+    height_mm, foot_width_mm, end_force_n_per_mm
+        As in `Fold`.
+    iterations
+        Of the minimiser.
+    """
+
+    pressure_mpa: float
+    height_mm: float
+    foot_width_mm: float
+    end_force_n_per_mm: float
+    iterations: int
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """The section of the ply in equilibrium.
+
+    Attributes
+    ----------
+    points_mm
+        (segments + 1, 2) nodes (x, z) of the ply's mid-line, mm, x from the middle of the span. Of a fold that is not
+        certified: where the solve ended, to look at.
+    height_mm
+        Largest distance of the mid-line from the mold, across the chord between the pins, mm. The mid-line of a ply
+        that lies on the mold has 0: no thickness is added. Not a number unless certified.
+    foot_width_mm
+        Between the points where the ply leaves the mold, along the chord, mm; the distance of the pins where all of it
+        is lifted. Not a number unless certified.
+    end_force_n_per_mm
+        Thrust on the pins along the chord, N per mm of ridge; what friction must hold for the ply not to slip. Not a
+        number unless certified.
+    steps
+        One for every load step tried, in order; the last is the result.
+    certified
+        Ended well, kept the limits of `debulk.solve.Certificate` (length error, penetration, residual force, no
+        negative curvature), and is one fold: the only kind of success.
+    status
+        How the last solve ended: converged, iteration_limit, deadline, cancelled, numerical_failure.
+    explanation
+        In words, why it is not certified.
+    length_error
+        Largest relative error of a segment's length.
+    penetration_mm
+        Deepest node below the mold, or of a flank past the other, mm.
+    kkt_error
+        Largest force that is not balanced, in units of the load on a segment. Not a number if the solve failed.
+    guide_force_n_per_mm
+        What keeps the crown in the middle of the span, N/mm: 0 on a mold that is its own mirror image, to rounding.
+    natural_length_mm
+        l = (c / P)^(1/3), c the bending stiffness that acts: the scale of all folds, mm.
+    """
+
+    points_mm: NDArray[np.float64]
+    height_mm: float
+    foot_width_mm: float
+    end_force_n_per_mm: float
+    steps: tuple[LoadStep, ...]
+    certified: bool
+    status: str
+    explanation: str
+    length_error: float
+    penetration_mm: float
+    kkt_error: float
+    guide_force_n_per_mm: float
+    natural_length_mm: float
+
+
+def fold(
+    excess_length_mm: float,
+    span_mm: float,
+    recipe: Recipe | None = None,
+    segments: int = 200,
+    steps: int = 5,
+    pressure: Literal["following", "vertical"] = "following",
+    bending: Literal["consistent", "paper"] = "consistent",
+    self_contact: bool = True,
+    profile: ArrayLike | None = None,
+    *,
+    contact_distance_mm: float | None = None,
+    deadline_s: float | None = None,
+    stop: _core.Stop | None = None,
+) -> Fold:
+    """Fold the cross-section of a ply under vacuum.
+
+    An inextensible polyline, pinned on the mold at both ends without moments, bends and is pressed on it; there is no
+    friction. Several equilibria exist. This is the single upright fold in the middle of the span: it grows, through the
+    load steps, out of one smooth bump there and takes half of the excess from either side; its crown is kept upright
+    on the normal to the chord between the pins. On a flat mold it has the least energy of all: that of a fold grows as
+    the 5/7th power of its excess, so that two folds of half the excess have 1.2 times as much. Whether it would lean
+    over is not examined. Where a load step leaves the single fold (a dead load may press in the crown of a wide arch),
+    the step is done again from a bump made for its pressure.
+
+    Parameters
+    ----------
+    excess_length_mm
+        Length of the ply minus that of the mold between the pins, mm; between a thousandth of the natural length and
+        the span. Below, h = 1.3256 l (excess / l)^(4/7) is right.
+    span_mm
+        Horizontal distance of the pins, mm.
+    recipe
+        Its `material` (thickness t, modulus E) and `loads.pressure_mpa` are used. Default: ``Recipe()``.
+    segments
+        Of the polyline, even, 16 or more; ten or more in the fold. The error falls with the square of their length.
+    steps
+        The pressure grows to the full one in this many equal steps.
+    pressure
+        "following": normal to the ply wherever it goes (it has a potential, the area between ply and mold; the paper
+        turns it between load steps). "vertical": a dead load along -z per length of ply, as in `debulk.sheet`.
+    bending
+        "consistent": c θ²/2 per unit of width and segment length, c = E t³/12. "paper": c θ²/2 a node, as for the nodes
+        of a coarse net, unscaled for the short segments, which makes the ply 2 c / segments stiff; very likely what the
+        paper's section has. The two are bounds: folds are higher and wider than the paper's 2 t by the first, and fit
+        its ridge formula by the second, whose answer depends on `segments`.
+    self_contact
+        Whether the flanks keep off each other.
+    profile
+        (M, 2) points (x, z) of the mold, mm, x growing, from -span/2 to span/2 or farther; a natural cubic spline goes
+        through them. None: flat, z = 0.
+    contact_distance_mm
+        Between the flanks' mid-lines where they touch, mm; 0: two lines. None: the ply's thickness, so that a closed
+        fold is 2 t wide. Flanks touch sooner with it.
+    deadline_s
+        Seconds until the solve stops with status "deadline".
+    stop
+        Another thread may cancel the solve through it.
+
+    Returns
+    -------
+    Fold
+        Shape, figures, load steps and certificate. A failure is a status, with figures that are not numbers.
+
+    Raises
+    ------
+    InputError
+        An excess that is not positive or exceeds the span, a span that is not positive, too few or too many segments
+        for the fold, unknown names, a profile that is not finite, does not grow in x or does not reach the pins.
+
+    Notes
+    -----
+    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results; the elastica under
+    pressure on a rigid floor has the closed forms for a small excess that the tests compare with.
+
+    Examples
+    --------
+    Three nodes 9.3 mm apart, the middle one 3.2 mm above a flat mold, as the paper has it; its formula gives 0.70 mm:
+
+    >>> half = (9.3**2 - 3.2**2) ** 0.5
+    >>> soft = fold(2 * (9.3 - half), 2 * half, bending="paper")
+    >>> stiff = fold(2 * (9.3 - half), 2 * half)
+    >>> soft.certified, round(soft.height_mm, 2), stiff.certified, round(stiff.height_mm, 2)
+    (True, 0.9, True, 1.87)
+    >>> [round(step.height_mm, 2) for step in stiff.steps]
+    [2.38, 2.15, 2.02, 1.94, 1.87]
+    """
+    if recipe is None:
+        from debulk.recipe import Recipe
+
+        recipe = Recipe()
+    if stop is None:
+        stop = _core.Stop()
+    if deadline_s is not None:
+        stop.set_deadline(deadline_s)
+    material = recipe.material
+    found = _core.fold_section(
+        excess_length_mm,
+        span_mm,
+        stiffness_n_mm=material.young_mpa * material.thickness_mm**3 / 12,
+        pressure_mpa=recipe.loads.pressure_mpa,
+        profile=None if profile is None else np.asarray(profile, dtype=np.float64),
+        segments=segments,
+        steps=steps,
+        pressure=pressure,
+        bending=bending,
+        self_contact=self_contact,
+        contact_distance_mm=material.thickness_mm if contact_distance_mm is None else contact_distance_mm,
+        stop=stop,
+    )
+    load_steps = tuple(
+        LoadStep(s.pressure_mpa, s.height_mm, s.foot_width_mm, s.end_force_n_per_mm, s.iterations) for s in found.steps
+    )
+    last = load_steps[-1]
+    certificate = found.certificate
+    return Fold(
+        points_mm=found.points_mm,
+        height_mm=last.height_mm,
+        foot_width_mm=last.foot_width_mm,
+        end_force_n_per_mm=last.end_force_n_per_mm,
+        steps=load_steps,
+        certified=found.certified,
+        status=found.status,
+        explanation=found.explanation,
+        length_error=certificate.length_error,
+        penetration_mm=certificate.penetration_mm,
+        kkt_error=certificate.kkt_error,
+        guide_force_n_per_mm=found.guide_force_n_per_mm,
+        natural_length_mm=found.natural_length_mm,
+    )
