@@ -10,7 +10,7 @@ import pytest
 from debulk import Inspector, scenes
 
 # Limits of the errors: of every peak in mm, of the median and the worst area and volume as shares. Over all pockets,
-# those with a drop-out at the rim or in the noise included; bench/front/accuracy.txt has what noise alone makes of them.
+# those with a drop-out at the rim or in the noise included; what noise alone does stands in bench/front/accuracy.txt.
 SIZES = {
     (1280, 960): {"peak": 0.15, "area": (0.0025, 0.016), "volume": (0.0025, 0.016)},
     (5120, 3840): {"peak": 0.05, "area": (0.001, 0.009), "volume": (0.001, 0.008)},
