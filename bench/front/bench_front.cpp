@@ -175,6 +175,7 @@ void cycle(benchmark::State& state, const std::string& stem, int width, int heig
   const std::unique_ptr<Scene> scene = load(stem, width, height);
   SegmentOptions wanted;
   wanted.ply_outline = scene->outline;
+  wanted.smooth_mm = 8;
   Segmenter segmenter;
   constexpr double never = 1e300;
   double read = never, whole = never, segmenting = never, busy = never, reading = never;
@@ -189,7 +190,8 @@ void cycle(benchmark::State& state, const std::string& stem, int width, int heig
     const auto begin = Clock::now();
     const HeightMap& map = scene->front->run(scene->cloud());
     const auto middle = Clock::now();
-    pockets = segmenter.run(map.heights, wanted, &map.measured, threads).pockets.size();
+    wanted.blur_mm2 = scene->front->blur_mm2();
+    pockets = segmenter.run(map.heights, wanted, &map.measured, threads, &map.before_median).pockets.size();
     segmenting = std::min(segmenting, since(middle));
     const double passed = since(begin);
     whole = std::min(whole, passed);

@@ -29,7 +29,9 @@ for spacing in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0):
         began = time.process_time()
         heights = front.inspect(layup.scan, copy=False)
         busy.append(1e3 * (time.process_time() - began) / 2)
-    pockets = debulk.pocket.segment(heights, ply_outline=layup.ply_outline).pockets
+    pockets = debulk.pocket.segment(
+        heights, ply_outline=layup.ply_outline, smooth_mm=inspector.recipe.patch.smooth_mm
+    ).pockets
     errors = []
     for true in layup.truth.pockets:
         near = [p for p in pockets if np.hypot(*(middle(p.outline_mm) - middle(true.outline_mm))) < 5]

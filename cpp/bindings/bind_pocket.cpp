@@ -50,20 +50,25 @@ const char* name_of(Dropped::Reason reason) {
 }
 
 Segmentation segment_arrays(const Array<float>& heights, const Array<double>& origin, double spacing, double cut_height, double area_tol,
-                            double peak_tol, double edge_tol, double bridge, const std::optional<Array<double>>& ply_outline,
-                            const std::optional<Array<std::uint8_t>>& measured) {
+                            double peak_tol, double edge_tol, double bridge, double smooth, double blur,
+                            const std::optional<Array<double>>& ply_outline, const std::optional<Array<std::uint8_t>>& measured,
+                            const std::optional<Array<float>>& before_median) {
   SegmentOptions options;
   options.cut_height_mm = cut_height;
   options.area_tol_mm2 = area_tol;
   options.peak_tol_mm = peak_tol;
   options.edge_tol_mm = edge_tol;
   options.bridge_mm = bridge;
+  options.smooth_mm = smooth;
+  options.blur_mm2 = blur;
   if (ply_outline) options.ply_outline = points<2>(*ply_outline, "ply_outline");
   const Grid<float> grid = to_grid(heights, origin_of(origin), spacing, "height_map");
   std::optional<Grid<std::uint8_t>> mask;
   if (measured) mask = to_grid(*measured, grid.origin, spacing, "measured");
+  std::optional<Grid<float>> before;
+  if (before_median) before = to_grid(*before_median, grid.origin, spacing, "before_median");
   const py::gil_scoped_release release;
-  return segment(grid, options, mask ? &*mask : nullptr);
+  return segment(grid, options, mask ? &*mask : nullptr, before ? &*before : nullptr);
 }
 
 FootMap find(const Segmentation& segmentation, double thickness, double mold_tol, double smooth, std::optional<double> noise,
@@ -127,7 +132,8 @@ void bind_pocket(py::module_& m) {
 
   m.def("segment", &segment_arrays, py::arg("heights"), py::arg("origin_mm"), py::arg("spacing_mm"), py::kw_only(),
         py::arg("cut_height_mm"), py::arg("area_tol_mm2"), py::arg("peak_tol_mm"), py::arg("edge_tol_mm"), py::arg("bridge_mm"),
-        py::arg("ply_outline").none(true), py::arg("measured").none(true));
+        py::arg("smooth_mm"), py::arg("blur_mm2"), py::arg("ply_outline").none(true), py::arg("measured").none(true),
+        py::arg("before_median").none(true));
 
   py::class_<Foot>(m, "Foot")
       .def_property_readonly("outline", [](const Foot& f) { return to_array<2>(f.outline); })

@@ -37,6 +37,7 @@ void bind_regions(py::module_& m) {
              options.segment.cut_height_mm = cut_height;
              options.segment.area_tol_mm2 = area_tol;
              options.segment.peak_tol_mm = peak_tol;
+             options.segment.smooth_mm = smooth;
              if (ply_outline) options.segment.ply_outline = points<2>(*ply_outline, "ply_outline");
              options.feet.thickness_mm = thickness;
              options.feet.mold_tol_mm = mold_tol;

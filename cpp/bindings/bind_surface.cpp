@@ -120,8 +120,10 @@ void bind_front_end(py::module_& m) {
               map = &front.run(cloud, stop);
             }
             const Grid<float>& h = map->heights;
-            return py::make_tuple(view_of(h.values.data(), h.ny, h.nx, self), view_of(map->measured.values.data(), h.ny, h.nx, self),
-                                  pair(h.origin), h.spacing);
+            const auto view = [&](const auto& values) -> py::object {
+              return values.empty() ? py::object(py::none()) : py::object(view_of(values.data(), h.ny, h.nx, self));
+            };
+            return py::make_tuple(view(h.values), view(map->measured.values), view(map->before_median.values), pair(h.origin), h.spacing);
           },
           py::arg("scan"), py::arg("stop"))
       .def("keep",
@@ -132,6 +134,7 @@ void bind_front_end(py::module_& m) {
              return view_of(keep.data(), shape[0], shape[1], self);
            })
       .def_property_readonly("fast", &FrontEnd::fast)
+      .def_property_readonly("blur_mm2", [](const FrontEnd& f) { return f.blur_mm2(); })
       .def_property_readonly("threshold", [](const FrontEnd& f) { return f.outliers().threshold; })
       .def_property_readonly("times", [](const FrontEnd& f) {
         return std::array<double, 5>{f.times().clean, f.times().grid, f.times().fill, f.times().spikes, f.times().median};
@@ -254,19 +257,19 @@ void bind_surface(py::module_& m) {
   m.def(
       "fit_reference",
       [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, double node_spacing, double window, double robust,
-         int threads) {
+         int doublings, int threads) {
         const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
         Grid<double> nodes;
         {
           py::gil_scoped_release release;
-          nodes = fit_reference(heights, {node_spacing, window, robust}, threads).heights();
+          nodes = fit_reference(heights, {node_spacing, window, robust, doublings}, threads).heights();
         }
         const Eigen::Vector2d first = nodes.origin;
         const double step = nodes.spacing;
         return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("node_spacing_mm"), py::arg("window_mm"), py::arg("robust"),
-      py::arg("threads"));
+      py::arg("doublings"), py::arg("threads"));
 
   bind_front_end(m);
 }

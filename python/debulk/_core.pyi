@@ -44,7 +44,9 @@ class FrontEnd(metaclass=_Bound):
     def keep(self, shape: tuple[int, int]) -> NDArray[np.uint8]: ...
     def run(
         self, scan: ArrayLike, stop: Stop
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.float64], float]: ...
+    ) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.float32] | None, NDArray[np.float64], float]: ...
+    @property
+    def blur_mm2(self) -> float: ...
     @property
     def fast(self) -> bool: ...
     @property
@@ -525,6 +527,7 @@ def fit_reference(
     node_spacing_mm: float,
     window_mm: float,
     robust: float,
+    doublings: int,
     threads: int,
 ) -> tuple[_Floats, _Floats, float]: ...
 def fold_section(
@@ -667,8 +670,11 @@ def segment(
     peak_tol_mm: float,
     edge_tol_mm: float,
     bridge_mm: float,
+    smooth_mm: float,
+    blur_mm2: float,
     ply_outline: ArrayLike | None,
     measured: ArrayLike | None,
+    before_median: ArrayLike | None,
 ) -> Segmentation: ...
 def surface_area(surface: Surface, outline: ArrayLike, ply_outline: ArrayLike | None) -> float: ...
 def surface_extent(surface: Reference) -> _Floats: ...

@@ -154,10 +154,9 @@ class FrontEnd:
         InputError
             For a bad cloud.
         """
-        values, measured, origin, spacing = self._core.run(_as_cloud(scan, "scan"), stop or _core.Stop())
-        if copy:
-            values, measured = values.copy(), measured.copy()
-        return HeightMap(values, origin, spacing, measured.view(np.bool_))
+        *maps, origin, spacing = self._core.run(_as_cloud(scan, "scan"), stop or _core.Stop())
+        values, measured, before = (m.copy() if copy and m is not None else m for m in maps)
+        return HeightMap(values, origin, spacing, measured.view(np.bool_), before, self._core.blur_mm2)
 
     @property
     def fast(self) -> bool:

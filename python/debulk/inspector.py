@@ -350,7 +350,12 @@ class Inspector:
     def _segment(self, height_map: surface.HeightMap, stop: _core.Stop) -> tuple[pocket.Segmentation, pocket.Feet]:
         wanted, patch = self.recipe.segmentation, self.recipe.patch
         segmentation = pocket.segment(
-            height_map, wanted.cut_height_mm, wanted.area_tol_mm2, wanted.peak_tol_mm, self.ply_outline
+            height_map,
+            wanted.cut_height_mm,
+            wanted.area_tol_mm2,
+            wanted.peak_tol_mm,
+            self.ply_outline,
+            smooth_mm=patch.smooth_mm,
         )
         feet = pocket.feet(
             segmentation,

@@ -48,7 +48,8 @@ class Pocket:
     volume_mm3
         Integral of the height above the reference inside the outline.
     peak_mm, peak_position_mm
-        Largest height above the reference, and the (2,) XY of its grid point.
+        Largest height above the reference, and the (2,) XY of its grid point. With `segment`'s `smooth_mm`, outline,
+        area, volume and peak are the smoothed surface's.
     centroid_mm
         (2,) of the area.
     box_mm
@@ -117,6 +118,7 @@ def segment(
     *,
     edge_tol_mm: float | None = None,
     bridge_mm: float = 12.0,
+    smooth_mm: float = 0.0,
 ) -> Segmentation:
     """Find the air pockets in a height map.
 
@@ -132,7 +134,8 @@ def segment(
     ----------
     height_map
         (ny, nx) float32 ply minus reference, mm, NaN = unknown. If it has an attribute ``measured``, a mask of that
-        shape, False where a height was filled, it decides `Pocket.measured_share`.
+        shape, False where a height was filled, it decides `Pocket.measured_share`. With `smooth_mm`, pockets are
+        measured on ``before_median``, and ``blur_mm2`` is undone, where it has these (`debulk.surface.HeightMap`).
     cut_height_mm
         A pocket is where the height is at least this.
     area_tol_mm2
@@ -145,6 +148,9 @@ def segment(
         A pocket whose outline is this near to the ply's touches the ply's edge. None: two grid spacings.
     bridge_mm
         Largest extent, along x and y, of a drop-out to bridge; 0: none.
+    smooth_mm
+        Window of the local quadratic smoothing of the surface on which pockets are measured; for a pocket narrower than
+        this, its area over its perimeter. What is a pocket is decided by the heights as given. 0: measured on these.
 
     Raises
     ------
@@ -165,6 +171,7 @@ def segment(
     measured = getattr(height_map, "measured", None)
     if isinstance(measured, Grid):
         measured = measured.values
+    before = getattr(height_map, "before_median", None)
     core = _core.segment(
         np.asarray(height_map.values, dtype=np.float32),
         np.asarray(height_map.origin_mm, dtype=np.float64),
@@ -174,8 +181,11 @@ def segment(
         peak_tol_mm=peak_tol_mm,
         edge_tol_mm=0.0 if edge_tol_mm is None else edge_tol_mm,
         bridge_mm=bridge_mm,
+        smooth_mm=smooth_mm,
+        blur_mm2=float(getattr(height_map, "blur_mm2", 0.0)),
         ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
         measured=None if measured is None else np.asarray(measured, dtype=bool).astype(np.uint8),
+        before_median=None if before is None else np.asarray(before, dtype=np.float32),
     )
     return from_core(core)
 

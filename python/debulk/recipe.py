@@ -150,7 +150,10 @@ class Patch(Section):
     )
     mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
     smooth_mm: float = Field(
-        default=8.0, ge=0, le=100, description="window that smooths the ply before the net: noise is no length"
+        default=8.0,
+        ge=0,
+        le=100,
+        description="window that smooths the ply before the net, and before pockets are measured: noise is no length",
     )
 
 

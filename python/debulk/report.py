@@ -134,7 +134,8 @@ class PocketReport(Record):
     touches_ply_edge
         True if the pocket runs out at the ply's edge.
     area_mm2, peak_mm, volume_mm3
-        XY area inside the outline, largest height above the reference, integral of the height inside.
+        XY area inside the outline, largest height above the reference, integral of the height inside; of the ply
+        smoothed as for the net.
     measured_share
         Share of the area that the scanner saw; the rest was filled.
     spacing_mm, node_count

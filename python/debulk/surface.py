@@ -93,9 +93,16 @@ class HeightMap(Grid):
         As in `debulk.Grid`.
     measured
         (ny, nx) bool: True where ply and reference were both seen, False where the height was filled in or is NaN.
+    before_median
+        (ny, nx) heights before the median filter, if there was one: pockets are found in its result, but measured on
+        these, which are less blurred.
+    blur_mm2
+        What gridding blurred the heights with, as a variance along x and along y; 0: nothing, or not known.
     """
 
     measured: NDArray[np.bool_]
+    before_median: NDArray[np.float32] | None = None
+    blur_mm2: float = 0.0
 
 
 def height_map(
@@ -277,6 +284,7 @@ def fit_reference(
     *,
     window_mm: float = 12.0,
     robust: float = 6.0,
+    doublings: int = 2,
     threads: int = 0,
 ) -> Reference:
     """Fit the smooth reference surface to measured heights with noise and gaps.
@@ -292,9 +300,11 @@ def fit_reference(
     spacing_mm
         Distance of the surface's nodes; rounded to a multiple of the grid's.
     window_mm
-        Half width of the window. Details narrower than the window are smoothed.
+        Half width of the window, at least. Details narrower than the window are smoothed.
     robust
         Robust standard deviations beyond which a height is left out.
+    doublings
+        Times that the window may be doubled, where the wider fit agrees with the narrower ones within their noise.
     threads
         0: as many as the process may use.
 
@@ -322,6 +332,7 @@ def fit_reference(
         float(spacing_mm),
         float(window_mm),
         float(robust),
+        doublings,
         threads,
     )
     return Reference(nodes, origin, step)

@@ -9,12 +9,18 @@ import pytest
 
 from debulk import Inspector, scenes
 
-SIZES = [(1280, 960), (5120, 3840)]
+# Limits of the errors: of every peak in mm, of the median and the worst area and volume as shares. Over all pockets,
+# those with a drop-out at the rim or in the noise included; what noise alone does stands in bench/front/accuracy.txt.
+SIZES = {
+    (1280, 960): {"peak": 0.15, "area": (0.0025, 0.016), "volume": (0.0025, 0.016)},
+    (5120, 3840): {"peak": 0.05, "area": (0.001, 0.009), "volume": (0.001, 0.008)},
+}
 
 
 @pytest.mark.parametrize("pixels", SIZES, ids=["1.2 Mpx", "20 Mpx"])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
+    limits = SIZES[pixels]
     layup = scenes.layup(seed, pixels)
     inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     report = inspector.inspect(layup.scan)
@@ -24,13 +30,13 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
     for found, true in zip(report.pockets, truth, strict=True):
         assert np.linalg.norm(_centroid(found.outline_mm) - _centroid(true.outline_mm)) < 0.5
         assert found.touches_ply_edge == true.touches_ply_edge
-        assert found.peak_mm == pytest.approx(true.peak_mm, abs=0.15)
-    # Over all pockets, those with a drop-out at the rim included.
+        assert found.peak_mm == pytest.approx(true.peak_mm, abs=limits["peak"])
     area_error = [abs(p.area_mm2 / t.area_mm2 - 1) for p, t in zip(report.pockets, truth, strict=True)]
     volume_error = [abs(p.volume_mm3 / t.volume_mm3 - 1) for p, t in zip(report.pockets, truth, strict=True)]
-    assert np.median(area_error) < 0.005
-    assert max(area_error) < 0.02
-    assert np.median(volume_error) < 0.01
+    for what, error in (("area", area_error), ("volume", volume_error)):
+        median, worst = limits[what]
+        assert np.median(error) < median
+        assert max(error) < worst
 
     # The decoys are named, at their places, with what stood against them.
     named = [

@@ -180,7 +180,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   require(level < cut, "mold_tol_mm", "thickness + mold tolerance (at least 3 sigma of the noise) below the cut height", level);
 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
-  out.heights = smooth_heights(segmentation.heights, segmentation.ply, options.smooth_mm, &where, stop);
+  out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, stop);
   out.labels = segmentation.labels;
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
     if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= cut && out.heights.values[k] >= cut) out.labels.values[k] = kNobody;

@@ -76,7 +76,7 @@ std::unique_ptr<RegionFront::Work> RegionFront::fresh_work(const Window& window)
 void RegionFront::segment(Work& work, int threads) {
   const std::shared_ptr<Scratch> scratch = scratch_.borrow();
   scratch->segmenter.reuse(std::move(work.region->segmentation));
-  scratch->segmenter.run(work.map.heights, options_.segment, &work.map.measured, threads);
+  scratch->segmenter.run(work.map.heights, options_.segment, &work.map.measured, threads, &work.map.before_median);
   work.region->segmentation = scratch->segmenter.take();
 }
 
@@ -150,9 +150,10 @@ void RegionFront::filter(Work& work, int threads, const Stop& stop) {
     without_spikes(heights, options_.front.spike, scratch->other, threads, stop);
     heights.values.swap(scratch->other.values);
   }
+  work.map.before_median.values.clear();
   if (options_.front.median > 1) {
-    median(heights, options_.front.median, scratch->other, threads, stop);
-    heights.values.swap(scratch->other.values);
+    median(heights, options_.front.median, work.map.before_median, threads, stop);
+    heights.values.swap(work.map.before_median.values);
   }
 }
 

@@ -44,6 +44,7 @@ RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen
   base_ = ray_base(*reference_, view_, threads);
   gridding_.emplace(*reference_, view_, frame_, threads);
   if (options_.segment.ply_outline) options_.segment.ply_outline = checked_polygon(*options_.segment.ply_outline, "ply_outline");
+  options_.segment.blur_mm2 = gridding_->blur_mm2();
   prepare_ply();
   prepare_overview();
   frame_.values = {};

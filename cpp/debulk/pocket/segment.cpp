@@ -11,6 +11,7 @@
 #include "debulk/core/wide.hpp"
 #include "debulk/pocket/bridge.hpp"
 #include "debulk/pocket/outline.hpp"
+#include "debulk/pocket/smooth_outline.hpp"
 
 namespace debulk {
 
@@ -22,6 +23,8 @@ void SegmentOptions::check() const {
   require(not_negative(peak_tol_mm), "peak_tol_mm", "a height in mm, not negative", peak_tol_mm);
   require(not_negative(edge_tol_mm), "edge_tol_mm", "a distance in mm, not negative", edge_tol_mm);
   require(not_negative(bridge_mm), "bridge_mm", "a length in mm, not negative", bridge_mm);
+  require(not_negative(smooth_mm), "smooth_mm", "a length in mm, not negative", smooth_mm);
+  require(not_negative(blur_mm2), "blur_mm2", "a variance in mm2, not negative", blur_mm2);
 }
 
 namespace {
@@ -116,16 +119,20 @@ bool near_ply_edge(const Polygon& outline, const SegmentOptions& options, double
                      [&](const Eigen::Vector2d& p) { return distance_to_outline(*options.ply_outline, p) <= tolerance; });
 }
 
-Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, const Segmentation& s, const Grid<float>& given,
-               const Grid<std::uint8_t>* measured) {
-  Pocket p;
+void take(Outline&& outline, Pocket& p) {
   p.outline = rounded(std::move(outline.polygon));
   p.area = polygon_area(p.outline);
   p.volume = outline.volume;
   p.centroid = polygon_centroid(p.outline);
   p.box = bounding_box(p.outline);
-  p.touches_unknown = outline.at_unknown || outline.at_grid_border;
-  p.touches_ply_edge = outline.at_ply_edge || near_ply_edge(p.outline, s.options, s.heights.spacing);
+  p.touches_unknown |= outline.at_unknown || outline.at_grid_border;
+  p.touches_ply_edge = outline.at_ply_edge;
+}
+
+Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, const Segmentation& s, const Grid<float>& given,
+               const Grid<std::uint8_t>* measured) {
+  Pocket p;
+  take(std::move(outline), p);
   float peak = -std::numeric_limits<float>::infinity();
   int peak_i = 0, peak_j = 0;
   long seen = 0;
@@ -139,6 +146,18 @@ Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, co
   p.peak_position = s.heights.position(peak_i, peak_j);
   p.measured_share = static_cast<double>(seen) / static_cast<double>(regions.points(region));
   return p;
+}
+
+// The pocket's figures on a smooth surface. The window follows the pocket's width, area over perimeter, so that a narrow
+// one is not smoothed away.
+void measure_smoothly(const Regions& regions, std::size_t region, const std::vector<std::uint8_t>& pocket, const Segmentation& s,
+                      const Grid<float>* before_median, Pocket& p) {
+  const SegmentOptions& o = s.options;
+  const double window = std::min(o.smooth_mm, p.area / polygon_perimeter(p.outline));
+  auto smooth = smooth_outline(regions, region, pocket, s.heights, before_median, {o.cut_height_mm, window, o.blur_mm2, o.ply_outline});
+  if (!smooth) return;
+  take(std::move(smooth->outline), p);
+  p.peak = smooth->peak, p.peak_position = smooth->peak_position;
 }
 
 template <class Found>
@@ -229,12 +248,16 @@ const std::vector<Run>& Segmenter::foreground(int threads) {
   return known_;
 }
 
-const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOptions& options, const Grid<std::uint8_t>* measured,
-                                   int threads) {
+const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOptions& options, const Grid<std::uint8_t>* measured, int threads,
+                                   const Grid<float>* before_median) {
   options.check();
   check_grid(given);
   require(!measured || (measured->nx == given.nx && measured->ny == given.ny), "measured", "a mask of the height map's shape",
           measured ? std::to_string(measured->ny) + " by " + std::to_string(measured->nx) : "none");
+  if (before_median && before_median->size() == 0) before_median = nullptr;
+  require(!before_median || (before_median->nx == given.nx && before_median->ny == given.ny), "before_median",
+          "heights of the height map's shape",
+          before_median ? std::to_string(before_median->ny) + " by " + std::to_string(before_median->nx) : "none");
   prepare(given, options);
   scan(given, threads);
   const Regions& regions = regions_.run(foreground(threads));
@@ -246,17 +269,27 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
     const auto k = static_cast<std::size_t>(begin);
     found[k] = measure(regions, k, std::move(outlines[k]), out_, given, measured);
   });
+  const auto small = [&](const Pocket& p) { return p.area < options.area_tol_mm2; };
+  const auto low = [&](const Pocket& p) { return p.peak - options.cut_height_mm < options.peak_tol_mm; };
+  std::vector<std::uint8_t> pocket(count);
+  for (std::size_t k = 0; k < count; ++k) pocket[k] = !small(found[k]) && !low(found[k]);
+  const std::vector<std::size_t> order = largest_first(found);  // so that no thread is left with the largest at the end
+  parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
+    const std::size_t k = order[static_cast<std::size_t>(begin)];
+    if (!pocket[k]) return;
+    if (options.smooth_mm > 0) measure_smoothly(regions, k, pocket, out_, before_median, found[k]);
+    found[k].touches_ply_edge |= near_ply_edge(found[k].outline, out_.options, given.spacing);
+  });
 
   std::vector<std::int32_t> id_of(count, 0);
   for (const std::size_t k : largest_first(found)) {
     Pocket& p = found[k];
-    if (p.area < kSpeckShare * options.area_tol_mm2) {
-      ++out_.specks;
-      continue;
-    }
-    const bool small = p.area < options.area_tol_mm2, low = p.peak - options.cut_height_mm < options.peak_tol_mm;
-    if (small || low) {
-      const auto reason = small && low ? Dropped::Reason::area_and_peak : small ? Dropped::Reason::area : Dropped::Reason::peak;
+    if (!pocket[k]) {
+      if (p.area < kSpeckShare * options.area_tol_mm2) {
+        ++out_.specks;
+        continue;
+      }
+      const auto reason = !low(p) ? Dropped::Reason::area : small(p) ? Dropped::Reason::area_and_peak : Dropped::Reason::peak;
       out_.dropped.push_back({reason, p.area, p.peak, p.centroid});
       continue;
     }
@@ -268,9 +301,10 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
   return out_;
 }
 
-Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured) {
+Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured,
+                     const Grid<float>* before_median) {
   Segmenter segmenter;
-  segmenter.run(heights, options, measured);
+  segmenter.run(heights, options, measured, 0, before_median);
   return segmenter.take();
 }
 

@@ -14,11 +14,13 @@ namespace debulk {
 
 // Defaults: the paper's table of segmentation settings.
 struct SegmentOptions {
-  double cut_height_mm = 2.0;          // a pocket is where ply minus reference is at least this
-  double area_tol_mm2 = 200.0;         // least area inside the outline
-  double peak_tol_mm = 1.25;           // least peak above the cut (above the reference it could not drop anything)
-  double edge_tol_mm = 0.0;            // an outline this near to the ply's touches the ply's edge; 0: two grid spacings
-  double bridge_mm = 12.0;             // unknown regions up to this thickness are bridged; 0: none
+  double cut_height_mm = 2.0;   // a pocket is where ply minus reference is at least this
+  double area_tol_mm2 = 200.0;  // least area inside the outline
+  double peak_tol_mm = 1.25;    // least peak above the cut (above the reference it could not drop anything)
+  double edge_tol_mm = 0.0;     // an outline this near to the ply's touches the ply's edge; 0: two grid spacings
+  double bridge_mm = 12.0;      // unknown regions up to this thickness are bridged; 0: none
+  double smooth_mm = 0.0;       // pockets are measured on a surface smoothed over this (smooth_outline.hpp); 0: on the heights as given
+  double blur_mm2 = 0.0;        // variance along x and along y of what blurred the heights before: undone where they are smoothed
   std::optional<Polygon> ply_outline;  // mold XY, mm; none: unknown
   void check() const;
 };
@@ -28,7 +30,7 @@ struct Pocket {
   Polygon outline;    // at the cut height, counter-clockwise, mold XY, mm
   double area = 0;    // inside the outline, mm2
   double volume = 0;  // integral of the height above the reference inside the outline, mm3
-  double peak = 0;    // largest height above the reference, mm
+  double peak = 0;    // largest height above the reference, mm; with smooth_mm, of the smooth surface, as outline and volume
   Eigen::Vector2d peak_position = Eigen::Vector2d::Zero();
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
   Box box;
@@ -64,14 +66,18 @@ struct Segmentation {
 // count too) is bridged by the least-bent surface (bridge.hpp) before the cut, so the slopes at its rim tell whether it hides a saddle
 // between two pockets or the crest of one. A larger one counts as no pocket: outlines close along it, and it joins nothing, unless a pocket
 // surrounds it wholly; then it is filled like any other hole.
-Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr);
+//
+// With smooth_mm, pockets are found so, and measured on a smooth surface; through the heights before a median, if they are
+// given (none, or no values: through `heights`).
+Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
+                     const Grid<float>* before_median = nullptr);
 
 // The same for one map after the other, in memory that is kept.
 class Segmenter {
  public:
   // The result stays valid until the next call. threads, 0: as many as the process may use.
   const Segmentation& run(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
-                          int threads = 0);
+                          int threads = 0, const Grid<float>* before_median = nullptr);
   Segmentation take() { return std::move(out_); }            // the last result; the next run allocates anew
   void reuse(Segmentation&& old) { out_ = std::move(old); }  // for the next result's memory
 

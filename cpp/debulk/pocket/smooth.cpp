@@ -29,8 +29,10 @@ struct RowMoments {
 // half-widths.
 class WindowFit {
  public:
-  explicit WindowFit(int half) : half_(half) {
-    // With the whole window known, odd terms drop out, and the value at the centre is sum (a + b (x^2 + y^2)) h.
+  // blur: as in SmoothOptions, in squares of the half-width.
+  WindowFit(int half, double blur) : half_(half), blur_(blur) {
+    // With the whole window known, odd terms drop out, and the value at the centre is sum (a + b (x^2 + y^2)) h, the weights' sum 1 and
+    // their second moments -blur.
     const double n = 2.0 * half + 1;
     double x2 = 0, x4 = 0;
     for (int k = -half; k <= half; ++k) {
@@ -40,8 +42,8 @@ class WindowFit {
     }
     const double s0 = n * n, s2 = n * x2, s4 = n * x4 + x2 * x2;
     whole_ = s0;
-    a_ = 1 / (s0 - 2 * s2 * s2 / s4);
-    b_ = -a_ * s2 / s4;
+    b_ = -(s2 + blur * s0) / (s0 * s4 - 2 * s2 * s2);
+    a_ = (1 - 2 * b_ * s2) / s0;
   }
 
   double whole() const { return whole_; }
@@ -67,7 +69,8 @@ class WindowFit {
     for (int s = 0; s < 6; ++s)
       for (int t = 0; t < 6; ++t) matrix(s, t) = moment[kTerm[s][0] + kTerm[t][0]][kTerm[s][1] + kTerm[t][1]];
     matrix.diagonal().array() += 1e-9 * count;
-    return matrix.ldlt().solve(right)[0];
+    const Eigen::Matrix<double, 6, 1> fit = matrix.ldlt().solve(right);
+    return fit[0] - blur_ * (fit[3] + fit[5]);
   }
 
   const std::array<double, 5>& powers(int k) const { return power_of_[static_cast<std::size_t>(k + half_)]; }
@@ -75,7 +78,7 @@ class WindowFit {
  private:
   static constexpr std::size_t kTerm[6][2] = {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}};
   int half_;
-  double whole_, a_, b_;
+  double blur_, whole_, a_, b_;
   std::vector<std::array<double, 5>> power_of_;
 };
 
@@ -159,13 +162,19 @@ double height_noise(const std::vector<GridPart>& parts) {
   return *middle / 0.674490 / 6;  // median of |normal|; the root of the sum of squared weights
 }
 
-Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, double window_mm, const Grid<std::uint8_t>* where,
-                           const Stop& stop) {
+void SmoothOptions::check() const {
   require(std::isfinite(window_mm) && window_mm >= 0, "smooth_mm", "a length in mm, not negative", window_mm);
-  const int half = static_cast<int>(std::lround(window_mm / (2 * heights.spacing)));
+  require(std::isfinite(blur_mm2) && blur_mm2 >= 0, "blur_mm2", "a variance in mm2, not negative", blur_mm2);
+  require(least_known > 0 && least_known <= 1, "least_known", "a share above 0, at most 1", least_known);
+}
+
+Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options, const Grid<std::uint8_t>* where,
+                           const Stop& stop) {
+  options.check();
+  const int half = static_cast<int>(std::lround(options.window_mm / (2 * heights.spacing)));
   auto out = heights;
   if (half < 1) return out;
-  const WindowFit fit(half);
+  const WindowFit fit(half, options.blur_mm2 / std::pow(half * heights.spacing, 2));
   std::vector<double> squares;
   for (int k = -half; k <= half; ++k) squares.push_back(fit.powers(k)[2]);
   const auto wanted = [&](int i, int j) { return !where || where->at(i, j) != 0; };
@@ -207,7 +216,7 @@ Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, doubl
           out.at(i, j) = static_cast<float>(value[k]);
           continue;
         }
-        const double least = std::isnan(heights.at(i, j)) ? fit.whole() / 2 : 0;
+        const double least = std::isnan(heights.at(i, j)) ? fit.whole() * options.least_known : 0;
         if (total[k] < std::max(9.0, least)) continue;
         const double fitted = incomplete.at_centre(i, j);
         if (!std::isnan(fitted)) out.at(i, j) = static_cast<float>(fitted);

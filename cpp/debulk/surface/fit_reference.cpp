@@ -18,7 +18,7 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double noisier = 30.0;  // a node is left out if its variance is so many times that with a full window
 
-using Moments = std::array<double, 8>;  // sums over a row of w x^a, a = 0 ... 4, and of w x^a z, a = 0 ... 2
+using Moments = std::array<double, 9>;  // sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z²
 
 // Where the nodes lie: every `step` cells from `first_i`, `first_j`, from at or just before the grid's border to at or
 // just behind it.
@@ -50,10 +50,12 @@ struct Window {
 struct Quadratic {
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  double squares = 0;
 
   void add_row(const Moments& row, double y, double weight) {
     static constexpr std::array<std::pair<int, int>, 6> powers{{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
     const std::array<double, 5> yw{weight, weight * y, weight * y * y, weight * y * y * y, weight * y * y * y * y};
+    squares += weight * row[8];
     for (int p = 0; p < 6; ++p) {
       const auto [a, b] = powers[static_cast<std::size_t>(p)];
       right[p] += yw[static_cast<std::size_t>(b)] * row[static_cast<std::size_t>(5 + a)];
@@ -63,13 +65,17 @@ struct Quadratic {
       }
     }
   }
-  // The height at the middle; NaN if its variance, in units of one height's, is above the limit. `variance` gets it.
-  double height(double limit, double* variance = nullptr) const {
+  struct Fit {
+    double height = nan;  // at the middle
+    double variance = 0;  // of that, in units of one height's
+    double scatter2 = 0;  // variance of a height round the fit, mm²
+  };
+  Fit fit() const {
     const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factors(normal);
-    if (factors.info() != Eigen::Success) return nan;
-    const Eigen::Matrix<double, 6, 1> influence = factors.solve(Eigen::Matrix<double, 6, 1>::Unit(0));
-    if (variance) *variance = influence[0];
-    return influence[0] > 0 && influence[0] <= limit ? influence.dot(right) : nan;
+    if (factors.info() != Eigen::Success) return {};
+    const double variance = factors.solve(Eigen::Matrix<double, 6, 1>::Unit(0))[0];
+    const Eigen::Matrix<double, 6, 1> surface = factors.solve(right);
+    return {surface[0], variance, std::max(0.0, squares - surface.dot(right)) / normal(0, 0)};
   }
 };
 
@@ -84,13 +90,14 @@ Moments row_moments(const float* row, int nx, int middle, const Window& window) 
     for (std::size_t a = 0; a < 5; ++a, w *= x) {
       m[a] += w;
       if (a < 3) m[5 + a] += w * z;
+      if (a == 0) m[8] += w * z * z;
     }
   }
   return m;
 }
 
-// The nodes' heights, NaN where there is too little to fit to.
-Grid<double> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, int threads) {
+// The fits round the nodes; their height is NaN where there is too little to fit to.
+Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, int threads) {
   std::vector<Moments> rows(static_cast<std::size_t>(heights.ny) * nodes.nx);
   parallel_for(heights.ny, 16, threads, [&](long begin, long end) {
     for (long j = begin; j < end; ++j)
@@ -103,20 +110,57 @@ Grid<double> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Win
   const std::vector<float> complete(window.weight.size(), 0.0f);
   const Moments all = row_moments(complete.data(), static_cast<int>(complete.size()), window.reach, window);
   for (std::size_t k = 0; k < window.weight.size(); ++k) full.add_row(all, window.x[k], window.weight[k]);
-  double full_variance = 0;
-  full.height(0, &full_variance);
+  const double limit = noisier * full.fit().variance;
 
-  Grid<double> out(nodes.nx, nodes.ny, heights.position(nodes.first_i, nodes.first_j), nodes.step * heights.spacing, nan);
+  Grid<Quadratic::Fit> out(nodes.nx, nodes.ny, heights.position(nodes.first_i, nodes.first_j), nodes.step * heights.spacing);
   parallel_for(nodes.ny, 4, threads, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < nodes.nx; ++i) {
         const int middle = nodes.first_j + j * nodes.step;
-        Quadratic fit;
+        Quadratic sums;
         for (int y = std::max(0, middle - window.reach); y <= std::min(heights.ny - 1, middle + window.reach); ++y) {
           const auto k = static_cast<std::size_t>(y - middle + window.reach);
-          fit.add_row(rows[static_cast<std::size_t>(y) * nodes.nx + i], window.x[k], window.weight[k]);
+          sums.add_row(rows[static_cast<std::size_t>(y) * nodes.nx + i], window.x[k], window.weight[k]);
         }
-        out.at(i, j) = fit.height(noisier * full_variance);
+        Quadratic::Fit& fit = out.at(i, j);
+        fit = sums.fit();
+        if (!(fit.variance > 0 && fit.variance <= limit)) fit.height = nan;
+      }
+  });
+  return out;
+}
+
+// Whether a wider window's fits follow the surface round node (i, j) as well as a narrower one's: what sets them apart is no
+// larger than the noise, and like noise changes its sign from place to place.
+bool agree(const Grid<Quadratic::Fit>& narrow, const Grid<Quadratic::Fit>& wide, int i, int j, int reach, double scatter2) {
+  double sum = 0, squares = 0, noise = 0;
+  int count = 0;
+  for (int b = std::max(0, j - reach); b <= std::min(narrow.ny - 1, j + reach); ++b)
+    for (int a = std::max(0, i - reach); a <= std::min(narrow.nx - 1, i + reach); ++a) {
+      const double off = wide.at(a, b).height - narrow.at(a, b).height;
+      if (std::isnan(off)) continue;
+      sum += off, squares += off * off, noise += scatter2 * narrow.at(a, b).variance;
+      ++count;
+    }
+  const double mean2 = sum * sum / std::max(1, count);
+  return 2 * count > (2 * reach + 1) * (2 * reach + 1) && squares <= 2 * noise && mean2 <= (squares - mean2) / 3;
+}
+
+// The nodes' heights, each from the widest window, of a few, that agrees with the next narrower one, as that does.
+Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, int threads) {
+  std::vector<Grid<Quadratic::Fit>> fits;
+  for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), threads));
+  Grid<double> out = fits.front().like<double>(nan);
+  parallel_for(nodes.ny, 4, threads, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j)
+      for (int i = 0; i < nodes.nx; ++i) {
+        const Quadratic::Fit& least = fits.front().at(i, j);
+        std::size_t widest = 0;
+        const auto around = [&](std::size_t k) { return std::max(2, 3 * (reach << k) / (2 * nodes.step)); };  // noise differs over this
+        while (!std::isnan(least.height) && widest + 1 < fits.size() &&
+               agree(fits[widest], fits[widest + 1], i, j, around(widest), least.scatter2))
+          ++widest;
+        out.at(i, j) = fits[widest].at(i, j).height;
       }
   });
   return out;
@@ -150,6 +194,7 @@ Grid<float> without_strays(const Grid<float>& heights, const Reference& fit, dou
 void FitOptions::check() const {
   require(std::isfinite(spacing) && spacing > 0, "spacing_mm", "a positive length in mm", spacing);
   require(std::isfinite(window) && window > 0, "window_mm", "a positive length in mm", window);
+  require(doublings >= 0 && doublings <= 4, "doublings", "0 to 4", doublings);
   require(std::isfinite(robust) && robust >= 3, "robust", "3 or more standard deviations", robust);
 }
 
@@ -159,9 +204,10 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
           std::to_string(heights.ny) + " by " + std::to_string(heights.nx));
   require(std::isfinite(heights.spacing) && heights.spacing > 0, "heights", "a positive spacing in mm", heights.spacing);
   const Nodes nodes(heights, options.spacing);
-  const Window window(std::max({2, nodes.step, static_cast<int>(std::lround(options.window / heights.spacing))}));
-  const Reference first(fill_nodes(fit_nodes(heights, nodes, window, threads)));
-  return Reference(fill_nodes(fit_nodes(without_strays(heights, first, options.robust, threads), nodes, window, threads)));
+  const int reach = std::max({2, nodes.step, static_cast<int>(std::lround(options.window / heights.spacing))});
+  const Reference first(fill_nodes(fit_heights(heights, nodes, reach, 0, threads)));
+  return Reference(
+      fill_nodes(fit_heights(without_strays(heights, first, options.robust, threads), nodes, reach, options.doublings, threads)));
 }
 
 }  // namespace debulk

@@ -7,15 +7,18 @@ namespace debulk {
 
 struct FitOptions {
   double spacing = 4.0;  // mm between the fitted heights; rounded to a multiple of the grid's
-  double window = 12.0;  // mm, half width of the window of each local fit
+  double window = 12.0;  // mm, half width of the window of each local fit, at least
   double robust = 6.0;   // measured heights off the first fit by more robust standard deviations are left out of the second
+  int doublings = 2;     // times that the window may be doubled where wider fits agree
 
   void check() const;
 };
 
 // The smooth reference surface through measured heights with noise and gaps. A quadratic is fitted to the heights round
 // each node, with weights (1 - u²)² along x and y, and gives the node's height: quadratics leave no bias, and a noise
-// sigma becomes about 1.7 sigma / (number of heights along the window) inside. Nodes with too little round them (gaps,
+// sigma becomes about 1.7 sigma / (number of heights along the window) inside. Where the fits in windows twice and four
+// times as wide agree with the narrower ones within their noise, the widest that does is taken: the reference's noise is
+// the same in every cycle, and would shift a pocket's outline for good. Nodes with too little round them (gaps,
 // the border of what was seen) are filled in so that the sum of squared second differences is least. The result covers
 // the grid. Shape details narrower than the window are smoothed: this is for a mold, not for a ply.
 Reference fit_reference(const Grid<float>& heights, const FitOptions& options = {}, int threads = 0);

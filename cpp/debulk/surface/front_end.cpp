@@ -36,11 +36,12 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
 
 const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
   Clock clock;
-  // Where there are as many cells as pixels, what is filtered takes the place of the image's heights.
+  Grid<float>& other = map_.before_median;  // until then, for whatever a filter writes
+  // Where there are as many cells as pixels, that takes the place of the image's heights.
   const bool shared = gridding_ && map_.heights.size() >= PinholeOutliers::heights_for(view_.width, view_.height);
   if (shared && image_.heights().empty()) {  // it is not after a stop
-    filtered_.values.reserve(map_.heights.size());
-    image_.swap_heights(filtered_.values);
+    other.values.reserve(map_.heights.size());
+    image_.swap_heights(other.values);
   }
   fast_ = gridding_ && scan.width == view_.width && scan.height == view_.height &&
           image_.run(scan, view_.camera, options_.outliers, &base_, threads_, stop);
@@ -55,17 +56,18 @@ const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
     grid_generally(scan, stop);
     times_.grid = clock.lap();
   }
-  if (shared) image_.swap_heights(filtered_.values);
+  if (shared) image_.swap_heights(other.values);
   filling_.run(map_.heights, options_.fill, map_.measured, threads_, stop);
   times_.fill = clock.lap();
   if (options_.spike > 0) {
-    without_spikes(map_.heights, options_.spike, filtered_, threads_, stop);
-    map_.heights.values.swap(filtered_.values);
+    without_spikes(map_.heights, options_.spike, other, threads_, stop);
+    map_.heights.values.swap(other.values);
   }
   times_.spikes = clock.lap();
+  other.values.clear();
   if (options_.median > 1) {
-    median(map_.heights, options_.median, filtered_, threads_, stop);
-    map_.heights.values.swap(filtered_.values);
+    median(map_.heights, options_.median, other, threads_, stop);
+    map_.heights.values.swap(other.values);
   }
   times_.median = clock.lap();
   return map_;

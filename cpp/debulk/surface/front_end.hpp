@@ -41,6 +41,8 @@ class FrontEnd {
 
   // Of the last run.
   bool fast() const { return fast_; }
+  // What gridding blurred the heights with, as a variance along x and along y: a top of curvature -c along both is lower by c times that.
+  double blur_mm2() const { return fast_ ? gridding_->blur_mm2() : map_.heights.spacing * map_.heights.spacing / 6; }
   const Outliers& outliers() const { return outliers_; }  // but which points; see `keep`
   const std::vector<std::uint8_t>& keep() const { return fast_ ? image_.keep() : outliers_.keep; }
   struct Times {
@@ -61,7 +63,6 @@ class FrontEnd {
   HoleFilling filling_;
   Outliers outliers_;
   HeightMap map_;
-  Grid<float> filtered_;
   bool fast_ = false;
   Times times_;
 };

@@ -21,6 +21,8 @@ struct HeightMapOptions {
 struct HeightMap {
   Grid<float> heights;          // mm above the reference; NaN: not known
   Grid<std::uint8_t> measured;  // 1 where both were seen, 0 where the height is filled in or NaN
+  // Before a median, if there was one: pockets are found in the median's heights, and measured on these, whose blur is known.
+  Grid<float> before_median;
 };
 
 // Height of a scan above a reference, both in the mold frame, compared at equal x and y: both clouds are laid on one

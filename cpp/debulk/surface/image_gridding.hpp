@@ -39,6 +39,9 @@ class ImageGridding {
   // Overwrites the grid's values; NaN where less than four tenths of the kernel were kept.
   void run(const PinholeOutliers& image, Grid<float>& grid, Isa isa = best_isa(), int threads = 0, const Stop& stop = Stop()) const;
 
+  // Of the kernel, a quadratic B-spline, as a variance along x and along y: a quarter of a pixel squared, in the image's middle.
+  double blur_mm2() const { return blur_mm2_; }
+
   // Where a part of the image, which was cleaned alone, lies in the whole.
   struct Part {
     int column = 0, row = 0, width = 0, height = 0;  // pixels
@@ -49,6 +52,7 @@ class ImageGridding {
 
  private:
   View view_;
+  double blur_mm2_ = 0;
   int across_ = 0;                                  // stretches of 16 nodes, and one more
   std::vector<float> point_x_, point_y_, point_z_;  // of (x, y, F) in the scanner's frame, every 16th node of a row
 };

@@ -44,7 +44,7 @@ TEST(Smooth, ReproducesCubicsAndStatedNoiseReduction) {
     }
   const Grid<float> given = heights;
   drop_disc(heights, {12, 12}, 0.9);
-  const auto out = smooth_heights(heights, {}, 4.0);
+  const auto out = smooth_heights(heights, {}, {4.0});
   for (int j = 4; j < 46; ++j)
     for (int i = 4; i < 56; ++i) {
       const bool whole = std::abs(i - 24) > 5 || std::abs(j - 24) > 5;  // a fit with holes is exact for quadratics only
@@ -52,7 +52,7 @@ TEST(Smooth, ReproducesCubicsAndStatedNoiseReduction) {
     }
   auto white = heights.like<float>();
   for (std::size_t k = 0; k < white.size(); ++k) white.values[k] = static_cast<float>(0.05 * noise(k));
-  const auto calm = smooth_heights(white, {}, 4.0);
+  const auto calm = smooth_heights(white, {}, {4.0});
   double square = 0;
   for (int j = 4; j < 46; ++j)
     for (int i = 4; i < 56; ++i) square += std::pow(calm.at(i, j), 2);
@@ -60,10 +60,29 @@ TEST(Smooth, ReproducesCubicsAndStatedNoiseReduction) {
   auto left = white.like<std::uint8_t>();
   for (int j = 10; j < 50; ++j)
     for (int i = 0; i < 30; ++i) left.at(i, j) = 1;
-  const auto partly = smooth_heights(white, {}, 4.0, &left);
+  const auto partly = smooth_heights(white, {}, {4.0}, &left);
   for (std::size_t k = 0; k < left.size(); ++k) ASSERT_EQ(partly.values[k], left.values[k] ? calm.values[k] : white.values[k]);
-  EXPECT_EQ(smooth_heights(white, {}, 0.0).values, white.values);
-  EXPECT_THROW(smooth_heights(white, {}, -1), InputError);
+  EXPECT_EQ(smooth_heights(white, {}, {0.0}).values, white.values);
+  EXPECT_THROW(smooth_heights(white, {}, {-1}), InputError);
+  EXPECT_THROW(smooth_heights(white, {}, {4, -1}), InputError);
+  EXPECT_THROW(smooth_heights(white, {}, {4, 0, 0}), InputError);
+}
+
+TEST(Smooth, UndoesABlur) {
+  Grid<float> heights(60, 50, {0, 0}, 0.5);
+  constexpr double variance = 0.7, bend = 0.04;
+  for (int j = 0; j < 50; ++j)
+    for (int i = 0; i < 60; ++i) {  // a blur adds half its variance times the Laplacian
+      const Eigen::Vector2d p = heights.position(i, j) - Eigen::Vector2d(15, 12);
+      heights.at(i, j) = static_cast<float>(3 + 0.1 * p.x() - bend / 2 * p.squaredNorm() - variance * bend);
+    }
+  drop_disc(heights, {10, 12}, 1.6);
+  const auto out = smooth_heights(heights, {}, {4.0, variance});
+  for (int j = 4; j < 46; ++j)
+    for (int i = 4; i < 56; ++i) {
+      const Eigen::Vector2d p = heights.position(i, j) - Eigen::Vector2d(15, 12);
+      ASSERT_NEAR(out.at(i, j), 3 + 0.1 * p.x() - bend / 2 * p.squaredNorm(), 2e-6) << i << " " << j;
+    }
 }
 
 TEST(Smooth, TellsTheNoiseInSpiteOfPocketsAndWildPoints) {

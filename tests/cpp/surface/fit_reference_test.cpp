@@ -61,6 +61,23 @@ TEST(FitReference, ReducesNoise) {
   EXPECT_LT(worst(fit, grid, sphere, 0), 0.1);
 }
 
+TEST(FitReference, TakesTheWidestWindowThatAgrees) {
+  const auto dent = [](double x, double y) { return sphere(x, y) - 0.6 * std::exp(-(x * x + y * y) / (2 * 15.0 * 15.0)); };
+  const auto error = [](const Grid<float>& grid, int doublings, const Height& f, double from, double to) {
+    const Reference fit = fit_reference(grid, {4.0, 12.0, 6.0, doublings});
+    double squares = 0;
+    int count = 0;
+    for (double y = -68; y <= 68; y += 1.7)
+      for (double x = -88; x <= 88; x += 1.9)
+        if (const double r = std::hypot(x, y); r >= from && r < to) squares += std::pow(fit.height({x, y}) - f(x, y), 2), ++count;
+    return std::sqrt(squares / count);
+  };
+  const Grid<float> smooth = heights(waves, 401, 321, 0.5, 0.1), dented = heights(dent, 401, 321, 0.5, 0.02);
+  EXPECT_LT(error(smooth, 2, waves, 0, 60), 0.6 * error(smooth, 0, waves, 0, 60));
+  EXPECT_LT(error(dented, 2, dent, 0, 30), 1.3 * error(dented, 0, dent, 0, 30));      // a detail is kept ...
+  EXPECT_LT(error(dented, 2, dent, 60, 100), 0.9 * error(dented, 0, dent, 60, 100));  // ... and the rest is smoother
+}
+
 TEST(FitReference, GoesOnSmoothlyOverGapsAndBorders) {
   Grid<float> grid = heights(sphere, 401, 321, 0.5, 0.05);
   for (int j = 0; j < grid.ny; ++j)
@@ -99,6 +116,7 @@ TEST(FitReference, SaysWhenThereIsTooLittle) {
     EXPECT_NE(std::string(error.what()).find("heights"), std::string::npos);
   }
   EXPECT_THROW(fit_reference(grid, {-1.0}), InputError);
+  EXPECT_THROW(fit_reference(grid, {4.0, 12.0, 6.0, 9}), InputError);
   EXPECT_THROW(fit_reference(Grid<float>(1, 5, {0, 0}, 1.0)), InputError);
   const Grid<float> tiny(2, 2, {0, 0}, 1.0, 5.0f);
   EXPECT_THROW(fit_reference(tiny), InputError);
