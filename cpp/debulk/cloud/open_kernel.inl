@@ -1,49 +1,6 @@
 // The loops of open_search.cpp: included there once for each Isa (see core/each_isa.inl).
 
-DEBULK_INLINE void order(Floats& a, Floats& b) {
-  const Floats low = lower(a, b), high = higher(a, b);
-  a = low, b = high;
-}
-
-// The four smallest squared distances so far of each lane, rising, and so the four smallest of all, without a branch.
-struct Nearest {
-  Floats least[4];
-  float limit = infinity;  // not below the fourth of all
-
-  DEBULK_INLINE Nearest() {
-    for (Floats& kept : least) kept = all(infinity);
-  }
-  DEBULK_INLINE void add(Floats d) {
-    for (Floats& kept : least) {
-      const Floats low = lower(d, kept);
-      d = higher(d, kept), kept = low;
-    }
-  }
-  // The largest of the minima of four disjoint sets.
-  DEBULK_INLINE void tighten() {
-    Floats m = least[0];
-    m = lower(m, swapped<8>(m)), m = lower(m, swapped<4>(m));
-    m = higher(m, swapped<2>(m)), m = higher(m, swapped<1>(m));
-    limit = m[0] < limit ? m[0] : limit;
-  }
-  // Of two rising rows of four the smaller of first and last, second and third ... are the four smallest, in a bitonic row.
-  template <int N>
-  DEBULK_INLINE void merge() {
-    const Floats other[4] = {swapped<N>(least[3]), swapped<N>(least[2]), swapped<N>(least[1]), swapped<N>(least[0])};
-    for (int k = 0; k < 4; ++k) least[k] = lower(least[k], other[k]);
-    order(least[0], least[2]), order(least[1], least[3]), order(least[0], least[1]), order(least[2], least[3]);
-  }
-  // Ends the search: the fourth smallest of all, infinite if they are not four.
-  DEBULK_INLINE float fourth() {
-    merge<8>(), merge<4>(), merge<2>(), merge<1>();
-    return least[3][0];
-  }
-  DEBULK_INLINE float mean() const {  // distance of the four, after that
-    double sum = 0;
-    for (const Floats& kept : least) sum += std::sqrt(static_cast<double>(kept[0]));
-    return static_cast<float>(sum / 4);
-  }
-};
+#include "debulk/cloud/nearest_four.inl"
 
 struct Window {
   int left, right, top, bottom;  // both ends belong to it
@@ -63,36 +20,6 @@ struct Finder {
   DEBULK_INLINE Floats squared(Floats x, Floats y, Floats z) const {
     const Floats dx = all(p[0]) - x, dy = all(p[1]) - y, dz = all(p[2]) - z;
     return dx * dx + dy * dy + dz * dz;
-  }
-
-  // All points of the square of 5 by 5 pixels round it, which lies within the image and is not its end.
-  DEBULK_INLINE void visit_square(Nearest& found) const {
-    const CloudView& cloud = t.pass->cloud;
-#if DEBULK_ISA == 4
-    Floats rows[5];
-    for (int j = 0; j < 5; ++j) rows[j] = load(cloud.point(column - 2, row - 2 + j));
-    // One coordinate of three rows, then of two; the self and what hangs over is far away.
-    const auto coordinate = [&](int a, const Floats* v) DEBULK_LAMBDA {
-      const Ints two = Ints{0, 3, 6, 9, 12, 16, 19, 22, 25, 28, 16, 16, 16, 16, 16, 16} + a;
-      const Ints three =
-          Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 16} + Ints{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1} * a;
-      return __builtin_shuffle(__builtin_shuffle(v[0], v[1], two), v[2], three);
-    };
-    const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-    const Floats above = squared(coordinate(0, rows), coordinate(1, rows), coordinate(2, rows));
-    const Floats last[3] = {rows[3], rows[4], rows[4]};
-    const Floats below = squared(coordinate(0, last), coordinate(1, last), coordinate(2, last));
-    found.add((lane == 12) | (lane == 15) ? all(infinity) : lower(above, all(infinity)));
-    found.add(lane >= 10 ? all(infinity) : lower(below, all(infinity)));
-#else
-    alignas(64) float x[2 * lanes], y[2 * lanes], z[2 * lanes];
-    for (int k = 0; k < 2 * lanes; ++k) {
-      const bool real = k < 25 && k != 12;
-      const float* q = real ? cloud.point(column - 2 + k % 5, row - 2 + k / 5) : nullptr;
-      x[k] = real ? q[0] : infinity, y[k] = real ? q[1] : 0, z[k] = real ? q[2] : 0;
-    }
-    for (int k = 0; k < 2 * lanes; k += lanes) found.add(lower(squared(load(x + k), load(y + k), load(z + k)), all(infinity)));
-#endif
   }
 
   // The points of a tile that are not open themselves.
@@ -191,21 +118,13 @@ struct Finder {
                      2 * t.pass->tolerance);
   }
 
-  DEBULK_INLINE float find(std::uint32_t pixel) {
-    const CloudView& cloud = t.pass->cloud;
-    self = pixel;
-    column = static_cast<int>(pixel % static_cast<std::uint32_t>(cloud.width));
-    row = static_cast<int>(pixel / static_cast<std::uint32_t>(cloud.width));
-    for (int a = 0; a < 3; ++a) p[a] = cloud.point(pixel)[a];
-    const auto inside = [](int at, int size) DEBULK_LAMBDA { return at >= 2 && at + 3 < size; };
-    float limit = infinity;
-    if (inside(column, cloud.width) && inside(row, cloud.height)) {
-      Nearest square;
-      visit_square(square);
-      limit = square.fourth();
-      if (limit < infinity && limit <= t.square_bound * (p[2] * p[2])) return square.mean();
-    }
-    const double largest = 4 * std::max(cloud.width, cloud.height);
+  DEBULK_INLINE float find(std::uint32_t k) {
+    self = t.index[k];
+    column = static_cast<int>(self % static_cast<std::uint32_t>(t.pass->cloud.width));
+    row = static_cast<int>(self / static_cast<std::uint32_t>(t.pass->cloud.width));
+    p[0] = t.x[k], p[1] = t.y[k], p[2] = t.z[k];
+    float limit = t.limit[k];
+    const double largest = 4 * std::max(t.pass->cloud.width, t.pass->cloud.height);
     for (double radius = 4; !(limit < infinity) && radius < largest; radius *= 4) {
       Nearest more;
       visit_window(window(radius), more);
@@ -236,6 +155,6 @@ void run(const OpenTables& tables, long begin, long end, float* distances) {
   const std::uint32_t last = tables.starts[end];
   for (std::uint32_t k = tables.starts[begin]; k < last; ++k) {
     if (k + ahead < last) finder.fetch(tables.index[k + ahead]);
-    distances[k] = finder.find(tables.index[k]);
+    distances[k] = finder.find(k);
   }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/wide.hpp"
@@ -20,11 +21,10 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 struct OpenTables {
   const WindowPass* pass;
   double stretch;
-  float square_bound;
   const float *u_low, *u_high, *v_low, *v_high;
   int bins_x;
   const std::uint32_t *starts, *index;
-  const float *x, *y, *z;
+  const float *x, *y, *z, *limit;
 };
 
 struct NearTile {
@@ -41,7 +41,7 @@ void search(Isa isa, const OpenTables& tables, long begin, long end, float* dist
 
 }  // namespace
 
-void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, bool certified) {
+void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, int threads) {
   pass_ = pass;
   const CloudView& cloud = pass.cloud;
   const double slack = pass.tolerance / pass.camera.f;
@@ -49,8 +49,6 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
   for (const double at : {pass.camera.u(0), pass.camera.u(cloud.width - 1.0), pass.camera.v(0), pass.camera.v(cloud.height - 1.0)})
     widest = std::max(widest, std::abs(at) + slack);
   stretch_ = std::sqrt(1 + widest * widest);
-  const double apart = (3 - 2 * pass.tolerance) / pass.camera.f, slope = widest + 3 / pass.camera.f;
-  square_bound_ = certified ? apart * apart / (1 + slope * slope) * (1 - 1e-5) : std::numeric_limits<double>::max();
   const auto bound = [&](std::vector<float>& low, std::vector<float>& high, int count, int side, const auto& ray) {
     low.resize(static_cast<std::size_t>(count)), high.resize(low.size());
     for (std::size_t t = 0; t < low.size(); ++t) {
@@ -63,36 +61,40 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
 
   bins_x_ = (cloud.width + bin_side - 1) / bin_side;
   const int bins_y = (cloud.height + bin_side - 1) / bin_side;
-  count_ = 0;
-  for (const WindowBand& band : bands) count_ += band.open.size();
-  const auto bin_of = [&](std::uint32_t pixel) {
-    const auto width = static_cast<std::uint32_t>(cloud.width);
-    return static_cast<std::size_t>(pixel / width / bin_side) * static_cast<std::size_t>(bins_x_) + pixel % width / bin_side;
-  };
-  // Counted two places on and handed out one place on, so that starts_[bin] is right in the end.
-  starts_.assign(static_cast<std::size_t>(bins_x_) * static_cast<std::size_t>(bins_y) + 2, 0);
-  for (const WindowBand& band : bands)
-    for (const std::uint32_t pixel : band.open) ++starts_[bin_of(pixel) + 2];
-  for (std::size_t b = 2; b < starts_.size(); ++b) starts_[b] += starts_[b - 1];
+  static_assert(band_rows % bin_side == 0);  // a band has bins of its own
+  const std::size_t bins = static_cast<std::size_t>(bins_x_) * static_cast<std::size_t>(bins_y);
+  std::vector<std::uint32_t> first(bands.size() + 1, 0);
+  for (std::size_t b = 0; b < bands.size(); ++b) first[b + 1] = first[b] + static_cast<std::uint32_t>(bands[b].open.size());
+  count_ = first.back();
+  starts_.resize(bins + 1), starts_[bins] = first.back();
   const std::size_t padded = count_ + 16;
-  index_.resize(padded), x_.resize(padded), y_.resize(padded), z_.resize(padded);
-  for (const WindowBand& band : bands)
-    for (const std::uint32_t pixel : band.open) {
-      const std::uint32_t at = starts_[bin_of(pixel) + 1]++;
-      index_[at] = pixel;
-      const float* p = cloud.point(pixel);
-      x_[at] = p[0], y_[at] = p[1], z_[at] = p[2];
+  index_.resize(padded), x_.resize(padded), y_.resize(padded), z_.resize(padded), limit_.resize(padded);
+  parallel_for(static_cast<long>(bands.size()), 1, threads, [&](long begin, long) {
+    const auto band = static_cast<std::size_t>(begin);
+    const auto width = static_cast<std::uint32_t>(cloud.width);
+    const auto bin_of = [&](const OpenPixel& p) {
+      return static_cast<std::size_t>(p.index / width / bin_side) * static_cast<std::size_t>(bins_x_) + p.index % width / bin_side;
+    };
+    const std::size_t low = band * (band_rows / bin_side) * static_cast<std::size_t>(bins_x_);
+    const std::size_t high = std::min(bins, low + band_rows / bin_side * static_cast<std::size_t>(bins_x_));
+    std::fill(&starts_[low], &starts_[high], 0);
+    for (const OpenPixel& p : bands[band].open) ++starts_[bin_of(p)];
+    std::uint32_t end = first[band];
+    for (std::size_t b = low; b < high; ++b) end += std::exchange(starts_[b], end);
+    for (const OpenPixel& p : bands[band].open) {
+      const std::uint32_t at = starts_[bin_of(p)]++;
+      index_[at] = p.index, x_[at] = p.x, y_[at] = p.y, z_[at] = p.z, limit_[at] = p.limit;
     }
+    for (std::size_t b = high - 1; b > low; --b) starts_[b] = starts_[b - 1];  // they were handed out
+    starts_[low] = first[band];
+  });
 }
 
 void OpenSearch::run(std::vector<float>& distances, int threads, const Stop& stop) const {
-  const OpenTables tables{&pass_,         stretch_,       static_cast<float>(square_bound_),
-                          u_low_.data(),  u_high_.data(), v_low_.data(),
-                          v_high_.data(), bins_x_,        starts_.data(),
-                          index_.data(),  x_.data(),      y_.data(),
-                          z_.data()};
+  const OpenTables tables{&pass_,         stretch_,      u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(), bins_x_,
+                          starts_.data(), index_.data(), x_.data(),     y_.data(),      z_.data(),     limit_.data()};
   distances.resize(count_);
-  parallel_for(static_cast<long>(starts_.size()) - 2, 128, threads, stop,
+  parallel_for(static_cast<long>(starts_.size()) - 1, 128, threads, stop,
                [&](long begin, long end) { search(pass_.isa, tables, begin, end, distances.data()); });
 }
 

@@ -15,8 +15,8 @@ namespace debulk {
 // no more than the 5 by 5 round it.
 class OpenSearch {
  public:
-  // Sorts the open points into bins. certified: see PinholeOutliers.
-  void prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, bool certified = true);
+  // Sorts the open points into bins.
+  void prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, int threads);
 
   // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four.
   // `pass` and what it points to must still be there.
@@ -27,12 +27,11 @@ class OpenSearch {
  private:
   WindowPass pass_;
   double stretch_ = 1;                                  // sqrt(1 + u²), at most
-  double square_bound_ = 0;                             // squared distance of what lies outside 5 by 5 pixels, at depth 1
   std::vector<float> u_low_, u_high_, v_low_, v_high_;  // rays that bound each column and row of tiles
   int bins_x_ = 0;
   std::size_t count_ = 0;
   std::vector<std::uint32_t> starts_, index_;  // of the bins; pixels bin by bin
-  std::vector<float> x_, y_, z_;               // of the open points, bin by bin
+  std::vector<float> x_, y_, z_, limit_;       // of the open points, bin by bin
 };
 
 }  // namespace debulk

@@ -43,16 +43,16 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
   if (!cloud.organised() || options.neighbours != 4 || cloud.size() >= (std::size_t{1} << 31)) return false;
   const std::size_t size = cloud.size();
   states_.resize(size);
-  if (base) heights_.resize(size + static_cast<std::size_t>(cloud.width) + 48);
+  if (base && heights_.size() < heights_for(cloud.width, cloud.height)) heights_.resize(heights_for(cloud.width, cloud.height));
   tiles_.resize(cloud.width, cloud.height);
   bands_.resize(static_cast<std::size_t>((cloud.height + band_rows - 1) / band_rows));
 
-  WindowPass window{cloud, camera, 0, 0, 0, base, states_.data(), heights_.data(), &tiles_, isa};
+  WindowPass window{cloud, camera, 0, 0, 0, certified, base, states_.data(), heights_.data(), &tiles_, isa};
   for (int round = 0;; ++round) {
     window.low = fixed > 0 ? fixed : guess * (1 - band), window.high = fixed > 0 ? fixed : guess * (1 + band);
     if (!pass(window, threads, stop)) return false;
     if (round == 0) {
-      search_.prepare(window, bands_, certified);
+      search_.prepare(window, bands_, threads);
       search_.run(distances_, threads, stop);
     }
     double sum = 0, squares = 0;

@@ -31,7 +31,13 @@ class PinholeOutliers {
            const Stop& stop = Stop());
 
   const std::vector<std::uint8_t>& keep() const { return states_; }  // one a pixel, 0 or 1
-  const std::vector<float>& heights() const { return heights_; }     // above the base, NaN where not kept; a row more
+  const std::vector<float>& heights() const { return heights_; }     // above the base, NaN where not kept; and some more
+  // The memory of the heights may be used for something else between two runs. An array of at least that many is not
+  // allocated anew.
+  void swap_heights(std::vector<float>& other) { heights_.swap(other); }
+  static std::size_t heights_for(int width, int height) {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height + 1) + 48;
+  }
   const Tiles& tiles() const { return tiles_; }
   const Outliers& summary() const { return summary_; }  // but its keep, which stays empty
   long open() const { return static_cast<long>(distances_.size()); }

@@ -1,4 +1,6 @@
 // The loops of window_pass.cpp: included there once for each Isa (see core/each_isa.inl).
+#include "debulk/cloud/nearest_four.inl"
+
 constexpr int strip = 640;  // columns at once: what is needed of them stays in the first cache
 constexpr int margin = 32;  // columns to the left and right of a strip; the next 16 are its neighbours
 constexpr int wide_row = strip + 2 * margin;
@@ -11,42 +13,56 @@ struct Row {
   alignas(64) float x[wide_row], y[wide_row], z[wide_row];
 };
 
+// Points of a row of tiles that the window left open: where they are, their depth, the nearest four of the square round them.
+struct Doubtful {
+  static constexpr int most = strip * tile_height;
+  int count = 0;
+  std::uint32_t index[most];
+  int place[most];  // in the strip's arrays
+  alignas(64) float z[most], nearest[4][most];
+};
+
 struct Strip {
+  Doubtful doubtful;
   Row rows[2];
   Links links[2];
-  alignas(64) float u[wide_row], u_bound[wide_row], distance[wide_row];
-  alignas(64) float base[wide_row], gain[wide_row];
+  alignas(64) float u[wide_row], u_bound[wide_row];
+  // The base on a row of its nodes, and how much more there is on the next.
+  alignas(64) float base[wide_row], base_more[wide_row], gain[wide_row], gain_more[wide_row];
   alignas(64) float near[wide_row], far[wide_row], sum[wide_row], count[wide_row];  // of a row of tiles, lane by lane
 };
 
-// The plane's squared distance for a point at depth 1, less a little for rounding.
-float bound(double at, const WindowPass& pass) {
-  const double s = (2 - 2 * pass.tolerance) / pass.camera.f, far = std::abs(at) + 2 / pass.camera.f;
+// The squared distance, for a point at depth 1, of the plane beyond a window that reaches `reach` pixels, less a little for rounding.
+float bound(double at, int reach, const WindowPass& pass) {
+  const double s = (reach + 1 - 2 * pass.tolerance) / pass.camera.f, far = std::abs(at) + (reach + 1) / pass.camera.f;
   return static_cast<float>(s * s / (1 + far * far) * (1 - 1e-5));
 }
 
-// One row of the strip, where nothing was seen NaN; in `row` position `margin` is column `first`.
+// One row of the strip, infinitely far away where nothing was seen; in `row` position `margin` is column `first`.
 DEBULK_INLINE void load_row(const CloudView& cloud, int at, int first, int columns, Row& row) {
   for (int k = margin - lanes; k < margin + columns + lanes; k += lanes) {
     const int column = first + k - margin;
-    Floats x, y, z;
+    Floats x = all(nan), y = x, z = x;
     if (at >= 0 && at < cloud.height && column >= 0 && column + lanes <= cloud.width) {
       load_points(cloud.point(column, at), x, y, z);
+      const char* soon = reinterpret_cast<const char*>(cloud.point(column, std::min(at + 1, cloud.height - 1)));
+      for (int i = 0; i < 3; ++i) __builtin_prefetch(soon + 64 * i);
     } else {
       for (int i = 0; i < lanes; ++i) {
-        const bool inside = at >= 0 && at < cloud.height && column + i >= 0 && column + i < cloud.width;
-        const float* p = inside ? cloud.point(column + i, at) : nullptr;
-        x[i] = inside ? p[0] : nan, y[i] = inside ? p[1] : nan, z[i] = inside ? p[2] : nan;
+        if (at < 0 || at >= cloud.height || column + i < 0 || column + i >= cloud.width) continue;
+        const float* p = cloud.point(column + i, at);
+        x[i] = p[0], y[i] = p[1], z[i] = p[2];
       }
     }
     const Floats sum = x + y + z;
-    store(row.x + k, sum - sum == 0 ? x : all(nan)), store(row.y + k, y), store(row.z + k, z);
+    const Ints seen = sum - sum == 0;
+    store(row.x + k, seen ? x : all(infinity)), store(row.y + k, seen ? y : all(0)), store(row.z + k, seen ? z : all(0));
   }
 }
 
 DEBULK_INLINE Floats squared(const Row& a, int i, const Row& b, int j) {
   const Floats dx = load(a.x + i) - load(b.x + j), dy = load(a.y + i) - load(b.y + j), dz = load(a.z + i) - load(b.z + j);
-  return lower(dx * dx + dy * dy + dz * dz, all(infinity));
+  return dx * dx + dy * dy + dz * dz;
 }
 
 DEBULK_INLINE void link(const Row& row, const Row& next, int columns, Links& out) {
@@ -58,10 +74,6 @@ DEBULK_INLINE void link(const Row& row, const Row& next, int columns, Links& out
   }
 }
 
-DEBULK_INLINE void order(Floats& a, Floats& b) {
-  const Floats low = lower(a, b), high = higher(a, b);
-  a = low, b = high;
-}
 DEBULK_INLINE void sort(Floats* a) {
   order(a[0], a[1]), order(a[2], a[3]), order(a[0], a[2]), order(a[1], a[3]), order(a[1], a[2]);
 }
@@ -85,10 +97,13 @@ DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, I
 // Decides the row's points. above, here: the links of the row above and its own.
 DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns, const Row& row, const Links& above, const Links& here,
                           Strip& s, std::uint8_t* states, float* heights, WindowBand& out) {
+  const std::uint32_t index = static_cast<std::uint32_t>(at) * static_cast<std::uint32_t>(pass.cloud.width) + static_cast<std::uint32_t>(first);
+  int places[strip + lanes], distances[strip + lanes], count = 0;  // of pixels that are to be resolved; bits of a float
   const Pinhole& camera = pass.camera;
-  const Floats v = all(static_cast<float>(camera.v(at))), v_bound = all(bound(camera.v(at), pass));
+  const Floats v = all(static_cast<float>(camera.v(at))), v_bound = all(bound(camera.v(at), 1, pass));
   const Floats slack = all(static_cast<float>(pass.tolerance / camera.f));
   const Floats low = all(static_cast<float>(pass.low)), high = all(static_cast<float>(pass.high));
+  const Floats down = all(pass.base ? static_cast<float>(at % pass.base->step) / static_cast<float>(pass.base->step) : 0);
   Floats sum = {}, squares = {};
   Ints certain = {}, seen = {}, strays = {};
   for (int k = margin; k < margin + columns; k += lanes) {
@@ -98,23 +113,26 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     const Floats nearest[4] = {lower(a[0], b[3]), lower(a[1], b[2]), lower(a[2], b[1]), lower(a[3], b[0])};
     const Floats fourth = higher(higher(nearest[0], nearest[1]), higher(nearest[2], nearest[3]));
     const Floats x = load(row.x + k), y = load(row.y + k), z = load(row.z + k);
-    const Ints here_seen = x == x;
+    const Ints here_seen = x < all(infinity);
     const Ints placed = (absolute(x - load(s.u + k) * z) <= slack * z) & (absolute(y - v * z) <= slack * z);
     const Ints sure = (fourth <= lower(load(s.u_bound + k), v_bound) * (z * z)) & here_seen;
     const Floats distance = mean_root(nearest);
-    store(s.distance + k, distance);
     const Floats counted = sure ? distance : all(0);
     sum += counted, squares += counted * counted;
     certain += sure, seen += here_seen, strays += here_seen & ~placed;
 
     const Ints decided = distance <= low ? Ints{} + 1 : (distance > high ? Ints{} : Ints{} + static_cast<int>(pixel_close));
+    const unsigned noted = bits(here_seen & (~sure | (decided == static_cast<int>(pixel_close))));
+    pack(reinterpret_cast<Ints>(distance), noted, distances + count);
+    count += pack(Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} + k, noted, places + count);
     const Ints state = here_seen & (sure ? decided : Ints{} + static_cast<int>(pixel_open));
     const Bytes narrow = __builtin_convertvector(state, Bytes);
     std::memcpy(states + (k - margin), &narrow, sizeof narrow);
     store(s.near + k, lower(sure ? z : all(infinity), load(s.near + k)));
     store(s.far + k, higher(sure ? z : all(-infinity), load(s.far + k)));
     if (heights) {
-      const Floats height = (z - load(s.base + k)) * load(s.gain + k);
+      const Floats base = load(s.base + k) + down * load(s.base_more + k), gain = load(s.gain + k) + down * load(s.gain_more + k);
+      const Floats height = (z - base) * gain;
       store(heights + (k - margin), state != 0 ? height : all(nan));
       const Ints steady = sure & (decided != 0) & (height == height);
       store(s.sum + k, load(s.sum + k) + (steady ? height : all(0)));
@@ -122,25 +140,33 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     }
   }
   add_up(sum, squares, certain, seen, strays, out);
-  (void)first;
+  for (int n = 0; n < count; ++n) {
+    const std::uint32_t pixel = index + static_cast<std::uint32_t>(places[n] - margin);
+    float distance;
+    std::memcpy(&distance, distances + n, sizeof distance);
+    if (states[places[n] - margin] == pixel_close) {
+      out.close.push_back({pixel, distance});
+    } else {
+      s.doubtful.index[s.doubtful.count] = pixel;
+      s.doubtful.place[s.doubtful.count++] = places[n];
+    }
+  }
 }
 
-// The base's depths and gains of one row of pixels.
-DEBULK_INLINE void spread(const RayBase& base, int at, int first, int columns, Strip& s) {
-  const int step = base.step, j = at / step;
-  const float t = static_cast<float>(at - j * step) / static_cast<float>(step), inverse = 1 / static_cast<float>(step);
-  for (int k = 0; k < columns; k += step) {
-    const std::size_t i = static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>((first + k) / step);
-    const std::size_t below = i + static_cast<std::size_t>(base.nx);
-    const float left = base.depth[i] + t * (base.depth[below] - base.depth[i]);
-    const float right = base.depth[i + 1] + t * (base.depth[below + 1] - base.depth[i + 1]);
-    const float gain = base.gain[i] + t * (base.gain[below] - base.gain[i]);
-    const float gain_right = base.gain[i + 1] + t * (base.gain[below + 1] - base.gain[i + 1]);
+// The base's depths and gains along one row of its nodes.
+DEBULK_INLINE void spread(const RayBase& base, int row, int first, int columns, Strip& s) {
+  const int step = base.step;
+  const auto along = [&](const std::vector<float>& values, std::size_t i, int k, float* to, float* more) DEBULK_LAMBDA {
+    const float *here = &values[i], *below = here + base.nx;
     for (int m = 0; m < step; ++m) {
-      const float w = static_cast<float>(m) * inverse;
-      s.base[margin + k + m] = left + w * (right - left);
-      s.gain[margin + k + m] = gain + w * (gain_right - gain);
+      const float w = static_cast<float>(m) / static_cast<float>(step), value = here[0] + w * (here[1] - here[0]);
+      to[k + m] = value, more[k + m] = below[0] + w * (below[1] - below[0]) - value;
     }
+  };
+  for (int k = 0; k < columns; k += step) {
+    const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>((first + k) / step);
+    along(base.depth, i, margin + k, s.base, s.base_more);
+    along(base.gain, i, margin + k, s.gain, s.gain_more);
   }
 }
 
@@ -160,17 +186,79 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
   }
 }
 
-// Notes the pixels that are to be resolved.
-DEBULK_INLINE void note(const std::uint8_t* states, const float* distance, std::uint32_t index, int columns, WindowBand& out) {
-  for (int k = 0; k < columns; k += 8) {
-    unsigned long long word;
-    std::memcpy(&word, states + k, sizeof word);
-    if ((word & 0xC0C0C0C0C0C0C0C0ull) == 0) continue;
-    for (int i = k; i < k + 8; ++i) {
-      if (states[i] == pixel_open) out.open.push_back(index + static_cast<std::uint32_t>(i));
-      if (states[i] == pixel_close) out.close.push_back({index + static_cast<std::uint32_t>(i), distance[i]});
+  // All points of the square of 5 by 5 pixels round it, which lies within the image and is not its end.
+  DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nearest& found) {
+  const float* p = cloud.point(column, row);
+  const auto squared = [&](Floats x, Floats y, Floats z) DEBULK_LAMBDA {
+    const Floats dx = all(p[0]) - x, dy = all(p[1]) - y, dz = all(p[2]) - z;
+    return dx * dx + dy * dy + dz * dz;
+  };
+#if DEBULK_ISA == 4
+    Floats rows[5];
+    for (int j = 0; j < 5; ++j) rows[j] = load(cloud.point(column - 2, row - 2 + j));
+    // One coordinate of three rows, then of two; the self and what hangs over is far away.
+    const auto coordinate = [&](int a, const Floats* v) DEBULK_LAMBDA {
+      const Ints two = Ints{0, 3, 6, 9, 12, 16, 19, 22, 25, 28, 16, 16, 16, 16, 16, 16} + a;
+      const Ints three =
+          Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 16} + Ints{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1} * a;
+      return __builtin_shuffle(__builtin_shuffle(v[0], v[1], two), v[2], three);
+    };
+    const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const Floats above = squared(coordinate(0, rows), coordinate(1, rows), coordinate(2, rows));
+    const Floats last[3] = {rows[3], rows[4], rows[4]};
+    const Floats below = squared(coordinate(0, last), coordinate(1, last), coordinate(2, last));
+    found.add((lane == 12) | (lane == 15) ? all(infinity) : lower(above, all(infinity)));
+    found.add(lane >= 10 ? all(infinity) : lower(below, all(infinity)));
+#else
+    alignas(64) float x[2 * lanes], y[2 * lanes], z[2 * lanes];
+    for (int k = 0; k < 2 * lanes; ++k) {
+      const bool real = k < 25 && k != 12;
+      const float* q = real ? cloud.point(column - 2 + k % 5, row - 2 + k / 5) : nullptr;
+      x[k] = real ? q[0] : infinity, y[k] = real ? q[1] : 0, z[k] = real ? q[2] : 0;
+    }
+    for (int k = 0; k < 2 * lanes; k += lanes) found.add(lower(squared(load(x + k), load(y + k), load(z + k)), all(infinity)));
+#endif
+  }
+
+// Gives the doubtful points of a row of tiles their second chance: first all distances, then what follows from them.
+DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
+  const CloudView& cloud = pass.cloud;
+  Doubtful& d = s.doubtful;
+  const auto width = static_cast<std::uint32_t>(cloud.width);
+  for (int k = 0; k < d.count; ++k) {
+    const int column = static_cast<int>(d.index[k] % width), row = static_cast<int>(d.index[k] / width);
+    const auto inside = [](int at, int size) DEBULK_LAMBDA { return at >= 2 && at + 3 < size; };
+    Nearest found;
+    if (inside(column, cloud.width) && inside(row, cloud.height)) visit_square(cloud, column, row, found), found.fourth();
+    for (int n = 0; n < 4; ++n) d.nearest[n][k] = found.least[n][0];
+    d.z[k] = cloud.point(column, row)[2];
+  }
+  const Pinhole& camera = pass.camera;
+  const double widest = std::max({std::abs(camera.u(0)), std::abs(camera.u(cloud.width - 1.0)), std::abs(camera.v(0)),
+                                  std::abs(camera.v(cloud.height - 1.0))});
+  const float reach = pass.certified ? bound(widest, 2, pass) : std::numeric_limits<float>::max();
+  const float low = static_cast<float>(pass.low), high = static_cast<float>(pass.high);
+  for (int k = 0; k < d.count; k += lanes) {
+    const Floats nearest[4] = {load(d.nearest[0] + k), load(d.nearest[1] + k), load(d.nearest[2] + k), load(d.nearest[3] + k)};
+    const Floats z = load(d.z + k), distance = mean_root(nearest);
+    const unsigned sure = bits((nearest[3] < all(infinity)) & (nearest[3] <= reach * (z * z)));
+    for (int i = k; i < std::min(d.count, k + lanes); ++i) {
+      const int lane = i - k, place = d.place[i];
+      const std::uint32_t index = d.index[i];
+      if ((sure >> lane & 1) == 0) {
+        const float* p = cloud.point(index);
+        out.open.push_back({index, p[0], p[1], p[2], d.nearest[3][i]});
+        continue;
+      }
+      const float mean = distance[lane];
+      out.sum += mean, out.squares += static_cast<double>(mean) * mean, ++out.certain;
+      s.near[place] = std::min(s.near[place], d.z[i]), s.far[place] = std::max(s.far[place], d.z[i]);
+      pass.states[index] = mean <= low ? pixel_kept : mean > high ? pixel_gone : pixel_close;
+      if (pass.states[index] == pixel_close) out.close.push_back({index, mean});
+      if (pass.states[index] == pixel_gone && pass.base) pass.heights[index] = nan;
     }
   }
+  d.count = 0;
 }
 
 DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int first, int columns, Strip& s, WindowBand& out) {
@@ -178,12 +266,12 @@ DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int fi
   const int padded = (columns + lanes - 1) / lanes * lanes;
   for (int k = 0; k < wide_row; ++k) {
     const double u = pass.camera.u(first + k - margin);
-    s.u[k] = static_cast<float>(u), s.u_bound[k] = bound(u, pass);
+    s.u[k] = static_cast<float>(u), s.u_bound[k] = bound(u, 1, pass);
     s.near[k] = infinity, s.far[k] = -infinity, s.sum[k] = s.count[k] = 0;
-    s.base[k] = s.gain[k] = nan;
+    s.base[k] = s.base_more[k] = s.gain[k] = s.gain_more[k] = nan;
   }
   for (Row& row : s.rows)
-    for (int k = 0; k < wide_row; ++k) row.x[k] = row.y[k] = row.z[k] = nan;
+    for (int k = 0; k < wide_row; ++k) row.x[k] = infinity, row.y[k] = row.z[k] = 0;
 
   alignas(64) std::uint8_t states[strip];
   alignas(64) float heights[strip];
@@ -196,18 +284,19 @@ DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int fi
     Row& next = s.rows[1 - odd];
     load_row(cloud, at + 1, first, padded, next);
     link(row, next, padded, s.links[odd]);
-    if (pass.base) spread(*pass.base, at, first, columns, s);
+    if (pass.base && at % pass.base->step == 0) spread(*pass.base, at / pass.base->step, first, columns, s);
     const std::size_t index = static_cast<std::size_t>(at) * static_cast<std::size_t>(cloud.width) + static_cast<std::size_t>(first);
     const bool whole = padded == columns;  // a last vector that hangs over goes through a buffer
     std::uint8_t* to_states = whole ? pass.states + index : states;
     float* to_heights = pass.base ? (whole ? pass.heights + index : heights) : nullptr;
     decide(pass, at, first, padded, row, s.links[1 - odd], s.links[odd], s, to_states, to_heights, out);
-    note(to_states, s.distance + margin, static_cast<std::uint32_t>(index), padded, out);
     if (!whole) {
       std::memcpy(pass.states + index, states, static_cast<std::size_t>(columns));
       if (pass.base) std::memcpy(pass.heights + index, heights, static_cast<std::size_t>(columns) * sizeof(float));
     }
-    if ((at + 1) % tile_height == 0 || at + 1 == end) finish_tiles(pass, at, first, padded, s);
+    if ((at + 1) % tile_height != 0 && at + 1 != end) continue;
+    resolve(pass, s, out);
+    finish_tiles(pass, at, first, padded, s);
   }
 }
 

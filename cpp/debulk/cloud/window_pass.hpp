@@ -14,7 +14,7 @@ enum PixelState : std::uint8_t {
   pixel_gone = 0,      // nothing seen, or an outlier
   pixel_kept = 1,      //
   pixel_close = 0x40,  // its distance is known, and too close to the guessed threshold to be decided
-  pixel_open = 0x80,   // a point outside the window might be among its nearest four
+  pixel_open = 0x80,   // a point outside the windows might be among its nearest four
 };
 
 // Depth of the surface that heights are measured from, along the rays, and millimetres of height for each millimetre of
@@ -41,6 +41,7 @@ struct WindowPass {
   Pinhole camera;
   double tolerance = pinhole_tolerance;  // px
   double low = 0, high = 0;              // mm; at or below low: kept, above high: gone
+  bool certified = true;                 // see PinholeOutliers
   const RayBase* base = nullptr;         // none: no heights
   // Out, one a pixel or tile.
   std::uint8_t* states = nullptr;
@@ -54,11 +55,17 @@ struct ClosePixel {
   float distance;  // mean, mm
 };
 
+struct OpenPixel {
+  std::uint32_t index;
+  float x, y, z;
+  float limit;  // squared distance below which there are four; infinity: not known
+};
+
 struct WindowBand {
   double sum = 0, squares = 0;  // of the certain points' mean distances
   long certain = 0, seen = 0;
   long strays = 0;  // points not where the camera should have put them
-  std::vector<std::uint32_t> open;
+  std::vector<OpenPixel> open;
   std::vector<ClosePixel> close;
   void clear();
 };
@@ -66,13 +73,15 @@ struct WindowBand {
 constexpr int band_rows = 64;
 
 // Mean distance of every point in the band to the nearest four of the eight pixels round it, and whether these are
-// certainly its nearest four.
+// certainly its nearest four. Where they are not (a noisy sheet, a neighbour that was not seen), the 5 by 5 pixels round it
+// get a second chance.
 //
 // Certain: let p be a point whose image lies within t pixels (the tolerance) of its pixel, u = (column - cx) / f, and q a
-// point at least 2 columns to the right: x_q >= U z_q with U = u + (2 - t) / f. Between p and the plane x = U z that
-// separates it from q lies the distance (U z_p - x_p) / sqrt(1 + U²) >= z_p (2 - 2 t) / (f sqrt(1 + U²)), and |p - q| is not
-// less. With |U| <= |u| + 2 / f the same holds to the left, and with v for rows. Where the fourth distance in the window is
-// not above the smaller of both, no point outside the window can come before it.
+// point at least n + 1 columns to the right, where the window reaches n: x_q >= U z_q with U = u + (n + 1 - t) / f. Between
+// p and the plane x = U z that separates it from q lies the distance (U z_p - x_p) / sqrt(1 + U²) >=
+// z_p (n + 1 - 2 t) / (f sqrt(1 + U²)), and |p - q| is not less. With |U| <= |u| + (n + 1) / f the same holds to the left,
+// and with v for rows. Where the fourth distance in the window is not above the smaller of both, no point outside the
+// window can come before it.
 void window_pass(const WindowPass& pass, int band, WindowBand& out);
 
 }  // namespace debulk

@@ -54,6 +54,20 @@ DEBULK_INLINE bool any(Ints mask) {
 DEBULK_INLINE bool every(Ints mask) {
   return bits(mask) == 0xffff;
 }
+// Writes a mask's lanes one behind the other, and anything up to the sixteenth place; returns how many they are.
+DEBULK_INLINE int pack(Ints v, unsigned mask, int* to) {
+#if DEBULK_ISA == 4
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), reinterpret_cast<__m512i>(v)));
+  return __builtin_popcount(mask);
+#else
+  if (mask == 0) return 0;
+  alignas(64) int lane[lanes];
+  std::memcpy(lane, &v, sizeof lane);
+  int count = 0;
+  for (; mask != 0; mask &= mask - 1) to[count++] = lane[__builtin_ctz(mask)];
+  return count;
+#endif
+}
 // from[index].
 DEBULK_INLINE Floats gather(const float* from, Ints index) {
   alignas(64) int at[lanes];
@@ -68,8 +82,8 @@ DEBULK_INLINE Floats pick(const float* from, Ints index) {
 #if DEBULK_ISA == 4
   static_assert(N == 1 || N == 3);
   if constexpr (N == 1) return __builtin_shuffle(load(from), index);
-  const Floats first = __builtin_shuffle(load(from), load(from + 16), index & 31);
-  return index < 32 ? first : __builtin_shuffle(load(from + 32), index & 15);
+  const Floats first = __builtin_shuffle(load(from), load(from + 16), index);
+  return index < 32 ? first : __builtin_shuffle(load(from + 32), index);
 #else
   return gather(from, index);
 #endif

@@ -36,6 +36,12 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
 
 const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
   Clock clock;
+  // Where there are as many cells as pixels, what is filtered takes the place of the image's heights.
+  const bool shared = gridding_ && map_.heights.size() >= PinholeOutliers::heights_for(view_.width, view_.height);
+  if (shared && image_.heights().empty()) {  // it is not after a stop
+    filtered_.values.reserve(map_.heights.size());
+    image_.swap_heights(filtered_.values);
+  }
   fast_ = gridding_ && scan.width == view_.width && scan.height == view_.height &&
           image_.run(scan, view_.camera, options_.outliers, &base_, threads_, stop);
   if (fast_) {
@@ -49,6 +55,7 @@ const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
     grid_generally(scan, stop);
     times_.grid = clock.lap();
   }
+  if (shared) image_.swap_heights(filtered_.values);
   filling_.run(map_.heights, options_.fill, map_.measured, threads_, stop);
   times_.fill = clock.lap();
   if (options_.spike > 0) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "debulk/core/grid.hpp"
@@ -28,13 +29,12 @@ class HolePatch {
  private:
   std::size_t at(const Cell& c) const { return static_cast<std::size_t>(c.j - top_) * nx_ + (c.i - left_); }
   void surround(const Grid<float>& heights, const Hole& hole);
-  int depth(const Hole& hole);
+  int depth();
   void harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend);
 
-  int left_ = 0, top_ = 0, nx_ = 0;  // of the hole with its surroundings
-  // Layers: 0 in the hole, 1 at its rim, 2 ...; -1 farther. Numbers: of the hole's cells, else -1.
-  std::vector<int> layer_, number_, deep_;
-  std::vector<Cell> front_, next_;
+  int left_ = 0, top_ = 0, nx_ = 0;                      // of the hole with its surroundings
+  std::vector<int> number_;                              // of the hole's cells, else -1
+  std::vector<std::uint8_t> marks_, outside_, scratch_;  // the hole and what it has grown to; what it has not
   std::vector<RingPoint> ring_, inside_;
   std::vector<double> band_, rest_;
 };

@@ -27,9 +27,12 @@ struct Places {
   template <int N>
   DEBULK_INLINE Floats values(int down, int right) const {
     if (!close) return gather(image + down * pitch + right, row * static_cast<int>(pitch) + column);
-    const float* from = image + (top + down) * pitch + left;
-    const Ints i = column - left + right;
-    return row == top ? pick<N>(from, i) : pick<N>(from + pitch, i);
+    return row == top ? line<N>(down, right) : line<N>(down + 1, right);
+  }
+  // The same of row `top`, if close.
+  template <int N>
+  DEBULK_INLINE Floats line(int down, int right) const {
+    return pick<N>(image + (top + down) * pitch + left, column - left + right);
   }
 };
 
@@ -49,11 +52,14 @@ DEBULK_INLINE Floats smooth(const Places& at, const Floats* wx, const Floats* wy
     weights += there ? w : all(0);
   };
   if (at.close) {
-    for (int b = 0; b < 3; ++b)
-      for (int a = 0; a < 3; ++a) add(at.values<3>(b - 1, a - 1), wx[a] * wy[b]);
+    for (int a = 0; a < 3; ++a) {
+      Floats lines[4];
+      for (int b = 0; b < 4; ++b) lines[b] = at.line<3>(b - 1, a - 1);
+      for (int b = 0; b < 3; ++b) add(at.row == at.top ? lines[b] : lines[b + 1], wx[a] * wy[b]);
+    }
   } else {
-    for (int b = 0; b < 3; ++b)
-      for (int a = 0; a < 3; ++a) add(at.values<3>(b - 1, a - 1), wx[a] * wy[b]);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) add(at.values<3>(b - 1, a - 1), wx[a] * wy[b]);
   }
   return weights >= all(0.4f) ? sum / weights : all(nan);
 }

@@ -7,16 +7,32 @@
 
 namespace debulk {
 
-// Monomials up to the degree, in coordinates in which ring and hole lie within [-1, 1]; returns their number.
-int RingFit::terms(double x, double y, double* out) const {
-  const double u = (x - x0_) / scale_, v = (y - y0_) / scale_;
-  int k = 0;
-  double power = 1;
-  for (int a = 0; a <= degree_; ++a, power *= u) {
-    double term = power;
-    for (int b = 0; a + b <= degree_; ++b, term *= v) out[k++] = term;
+double RingFit::Polynomial::operator()(double u, double v) const {
+  double sum = 0;
+  for (int a = degree; a >= 0; --a) {
+    double inner = 0;
+    for (int b = degree - a; b >= 0; --b) inner = inner * v + of[a][b];
+    sum = sum * u + inner;
   }
-  return k;
+  return sum;
+}
+
+// The ring's sums of u^a v^b, of which all normal equations are made, and of z u^a v^b.
+RingFit::Polynomial RingFit::moments(const std::vector<RingPoint>& ring, Polynomial& heights) const {
+  Polynomial sums;
+  for (const RingPoint& p : ring) {
+    const double u = across(p.x), v = along(p.y);
+    double powers[2 * highest + 1];
+    powers[0] = 1;
+    for (int b = 1; b <= 2 * highest; ++b) powers[b] = powers[b - 1] * v;
+    double power = 1;
+    for (int a = 0; a <= 2 * highest; ++a, power *= u)
+      for (int b = 0; b <= 2 * highest - a; ++b) sums.of[a][b] += power * powers[b];
+    power = p.z;
+    for (int a = 0; a <= highest; ++a, power *= u)
+      for (int b = 0; b <= highest - a; ++b) heights.of[a][b] += power * powers[b];
+  }
+  return sums;
 }
 
 RingFit::RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint>& hole, int highest_degree) {
@@ -26,48 +42,44 @@ RingFit::RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint
     low = std::min(low, p.y), high = std::max(high, p.y);
   }
   x0_ = (left + right) / 2, y0_ = (low + high) / 2;
-  scale_ = std::max({right - left, high - low, 2.0}) / 2;
+  inverse_ = 2 / std::max({right - left, high - low, 2.0});
+  Polynomial heights;
+  const Polynomial sums = moments(ring, heights);
 
+  constexpr int most = (highest + 1) * (highest + 2) / 2;
+  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
+  using Terms = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1>;
   for (const int degree : {4, 2, 1, 0}) {
     if (degree > highest_degree) continue;
-    degree_ = degree;
-    const int count = (degree + 1) * (degree + 2) / 2;
+    int count = 0, power_u[most], power_v[most];
+    for (int a = 0; a <= degree; ++a)
+      for (int b = 0; a + b <= degree; ++b, ++count) power_u[count] = a, power_v[count] = b;
     if (degree > 0 && static_cast<int>(ring.size()) < 2 * count) continue;
-    double sums[most] = {}, squares[most][most] = {}, t[most];
-    for (const RingPoint& p : ring) {
-      terms(p.x, p.y, t);
-      for (int a = 0; a < count; ++a) {
-        sums[a] += p.z * t[a];
-        for (int b = 0; b < count; ++b) squares[a][b] += t[a] * t[b];
-      }
-    }
     Normal normal(count, count);
-    for (int a = 0; a < count; ++a)
-      for (int b = 0; b < count; ++b) normal(a, b) = squares[a][b];
+    Terms right_side(count);
+    for (int i = 0; i < count; ++i) {
+      right_side(i) = heights.of[power_u[i]][power_v[i]];
+      for (int j = 0; j < count; ++j) normal(i, j) = sums.of[power_u[i] + power_u[j]][power_v[i] + power_v[j]];
+    }
     const Eigen::LLT<Normal> factors(normal);
     if (factors.info() != Eigen::Success || !(factors.rcond() > 1e-13)) continue;
-    // The variance of the prediction at t is tᵀ N⁻¹ t = |L⁻¹ t|², in units of one value's.
-    const Normal& lower = factors.matrixLLT();
-    const auto variance = [&](const RingPoint& p) {
-      double y[most], sum = 0;
-      terms(p.x, p.y, y);
-      for (int b = 0; b < count; ++b) {
-        y[b] /= lower(b, b), sum += y[b] * y[b];
-        for (int a = b + 1; a < count; ++a) y[a] -= lower(a, b) * y[b];
-      }
-      return sum;
-    };
-    if (degree > 0 && !std::all_of(hole.begin(), hole.end(), [&](const RingPoint& p) { return variance(p) <= 1; })) continue;
-    coefficients_ = factors.solve(Eigen::Map<const Terms>(sums, count));
+    // The variance of the prediction at t is tᵀ N⁻¹ t, in units of one value's: again a polynomial.
+    const Normal inverse = factors.solve(Normal::Identity(count, count));
+    Polynomial variance;
+    variance.degree = 2 * degree;
+    for (int i = 0; i < count; ++i)
+      for (int j = 0; j < count; ++j) variance.of[power_u[i] + power_u[j]][power_v[i] + power_v[j]] += inverse(i, j);
+    const auto steady = [&](const RingPoint& p) { return variance(across(p.x), along(p.y)) <= 1; };
+    if (degree > 0 && !std::all_of(hole.begin(), hole.end(), steady)) continue;
+    const Terms coefficients = factors.solve(right_side);
+    fit_.degree = degree;
+    for (int i = 0; i < count; ++i) fit_.of[power_u[i]][power_v[i]] = coefficients(i);
     return;
   }
 }
 
 double RingFit::operator()(double x, double y) const {
-  double t[most], sum = 0;
-  const int count = terms(x, y, t);
-  for (int k = 0; k < count; ++k) sum += t[k] * coefficients_[k];
-  return sum;
+  return fit_(across(x), along(y));
 }
 
 }  // namespace debulk

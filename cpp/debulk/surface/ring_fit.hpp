@@ -18,18 +18,22 @@ class RingFit {
  public:
   RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint>& hole, int highest_degree);
   double operator()(double x, double y) const;
-  int degree() const { return degree_; }
+  int degree() const { return fit_.degree; }
 
  private:
-  static constexpr int most = 15;  // coefficients, of degree 4
-  using Terms = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1>;
-  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
+  static constexpr int highest = 4;
+  // Of u^a v^b, a + b <= degree; the normal equations have twice the degree.
+  struct Polynomial {
+    int degree = 0;
+    double of[2 * highest + 1][2 * highest + 1] = {};
+    double operator()(double u, double v) const;
+  };
+  Polynomial moments(const std::vector<RingPoint>& ring, Polynomial& heights) const;
+  double across(double x) const { return (x - x0_) * inverse_; }  // ring and hole lie within [-1, 1]
+  double along(double y) const { return (y - y0_) * inverse_; }
 
-  int terms(double x, double y, double* out) const;
-
-  double x0_ = 0, y0_ = 0, scale_ = 1;
-  int degree_ = 0;
-  Terms coefficients_;
+  double x0_ = 0, y0_ = 0, inverse_ = 1;
+  Polynomial fit_;
 };
 
 }  // namespace debulk

@@ -1,0 +1,46 @@
+// Included by the kernels of window_pass.cpp and open_search.cpp, once for each Isa.
+
+DEBULK_INLINE void order(Floats& a, Floats& b) {
+  const Floats low = lower(a, b), high = higher(a, b);
+  a = low, b = high;
+}
+
+// The four smallest squared distances so far of each lane, rising, and so the four smallest of all, without a branch.
+struct Nearest {
+  Floats least[4];
+  float limit = infinity;  // not below the fourth of all
+
+  DEBULK_INLINE Nearest() {
+    for (Floats& kept : least) kept = all(infinity);
+  }
+  DEBULK_INLINE void add(Floats d) {
+    for (Floats& kept : least) {
+      const Floats low = lower(d, kept);
+      d = higher(d, kept), kept = low;
+    }
+  }
+  // The largest of the minima of four disjoint sets.
+  DEBULK_INLINE void tighten() {
+    Floats m = least[0];
+    m = lower(m, swapped<8>(m)), m = lower(m, swapped<4>(m));
+    m = higher(m, swapped<2>(m)), m = higher(m, swapped<1>(m));
+    limit = m[0] < limit ? m[0] : limit;
+  }
+  // Of two rising rows of four the smaller of first and last, second and third ... are the four smallest, in a bitonic row.
+  template <int N>
+  DEBULK_INLINE void merge() {
+    const Floats other[4] = {swapped<N>(least[3]), swapped<N>(least[2]), swapped<N>(least[1]), swapped<N>(least[0])};
+    for (int k = 0; k < 4; ++k) least[k] = lower(least[k], other[k]);
+    order(least[0], least[2]), order(least[1], least[3]), order(least[0], least[1]), order(least[2], least[3]);
+  }
+  // Ends the search: the fourth smallest of all, infinite if they are not four.
+  DEBULK_INLINE float fourth() {
+    merge<8>(), merge<4>(), merge<2>(), merge<1>();
+    return least[3][0];
+  }
+  DEBULK_INLINE float mean() const {  // distance of the four, after that
+    double sum = 0;
+    for (const Floats& kept : least) sum += std::sqrt(static_cast<double>(kept[0]));
+    return static_cast<float>(sum / 4);
+  }
+};

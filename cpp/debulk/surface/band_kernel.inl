@@ -1,0 +1,29 @@
+// The loop of hole_patch.cpp: included there once for each Isa (see core/each_isa.inl).
+
+typedef double Doubles __attribute__((vector_size(64)));
+
+DEBULK_INLINE Doubles load(const double* from) {
+  Doubles v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+
+// L D Lᵀ and the forward substitution for `count` columns of a band, of which band[j * stride + d] is A(j + d, j): zero
+// behind the width, and the stride at least 8 beyond it.
+void factor(double* band, int width, int stride, double* b, int count) {
+  for (int j = 0; j < count; ++j) {
+    const double* from = band + static_cast<long>(j) * stride;
+    const double inverse = 1 / from[0];
+    const int last = std::min(width, count - 1 - j);
+    for (int d = 1; d <= last; ++d) {
+      const double share = from[d] * inverse;
+      if (share == 0) continue;
+      double* to = band + static_cast<long>(j + d) * stride;
+      for (int e = d; e <= last; e += 8) {
+        const Doubles less = load(to + e - d) - share * load(from + e);
+        std::memcpy(to + e - d, &less, sizeof less);
+      }
+      b[j + d] -= share * b[j];
+    }
+  }
+}
