@@ -191,7 +191,7 @@ void cycle(benchmark::State& state, const std::string& stem, int width, int heig
     const HeightMap& map = scene->front->run(scene->cloud());
     const auto middle = Clock::now();
     wanted.blur_mm2 = scene->front->blur_mm2();
-    pockets = segmenter.run(map.heights, wanted, &map.measured, threads, &map.before_median).pockets.size();
+    pockets = segmenter.run(map.heights, wanted, &map.measured, &map.before_median, threads).pockets.size();
     segmenting = std::min(segmenting, since(middle));
     const double passed = since(begin);
     whole = std::min(whole, passed);

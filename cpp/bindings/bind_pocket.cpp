@@ -52,7 +52,7 @@ const char* name_of(Dropped::Reason reason) {
 Segmentation segment_arrays(const Array<float>& heights, const Array<double>& origin, double spacing, double cut_height, double area_tol,
                             double peak_tol, double edge_tol, double bridge, double smooth, double blur,
                             const std::optional<Array<double>>& ply_outline, const std::optional<Array<std::uint8_t>>& measured,
-                            const std::optional<Array<float>>& before_median) {
+                            const std::optional<Array<float>>& before_median, int threads, const Stop& stop) {
   SegmentOptions options;
   options.cut_height_mm = cut_height;
   options.area_tol_mm2 = area_tol;
@@ -68,12 +68,12 @@ Segmentation segment_arrays(const Array<float>& heights, const Array<double>& or
   std::optional<Grid<float>> before;
   if (before_median) before = to_grid(*before_median, grid.origin, spacing, "before_median");
   const py::gil_scoped_release release;
-  return segment(grid, options, mask ? &*mask : nullptr, before ? &*before : nullptr);
+  return segment(grid, options, mask ? &*mask : nullptr, before ? &*before : nullptr, threads, stop);
 }
 
-FootMap find(const Segmentation& segmentation, double thickness, double mold_tol, double smooth, std::optional<double> noise,
+FootMap find(const Segmentation& segmentation, double thickness, double mold_tol, double smooth, std::optional<double> noise, int threads,
              const Stop& stop) {
-  return find_feet(segmentation, {thickness, mold_tol, smooth, noise}, stop);
+  return find_feet(segmentation, {thickness, mold_tol, smooth, noise}, threads, stop);
 }
 
 Patch patch_of(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const std::string& mode,
@@ -133,7 +133,7 @@ void bind_pocket(py::module_& m) {
   m.def("segment", &segment_arrays, py::arg("heights"), py::arg("origin_mm"), py::arg("spacing_mm"), py::kw_only(),
         py::arg("cut_height_mm"), py::arg("area_tol_mm2"), py::arg("peak_tol_mm"), py::arg("edge_tol_mm"), py::arg("bridge_mm"),
         py::arg("smooth_mm"), py::arg("blur_mm2"), py::arg("ply_outline").none(true), py::arg("measured").none(true),
-        py::arg("before_median").none(true));
+        py::arg("before_median").none(true), py::arg("threads"), py::arg("stop"));
 
   py::class_<Foot>(m, "Foot")
       .def_property_readonly("outline", [](const Foot& f) { return to_array<2>(f.outline); })
@@ -151,7 +151,7 @@ void bind_pocket(py::module_& m) {
       .def_readonly("mold_tol", &FootMap::mold_tol_mm);
 
   m.def("find_feet", &find, py::arg("segmentation"), py::kw_only(), py::arg("thickness_mm"), py::arg("mold_tol_mm"), py::arg("smooth_mm"),
-        py::arg("noise_mm").none(true), py::arg("stop"), py::call_guard<py::gil_scoped_release>());
+        py::arg("noise_mm").none(true), py::arg("threads"), py::arg("stop"), py::call_guard<py::gil_scoped_release>());
 
   py::class_<Patch>(m, "Patch")
       .def_property_readonly("outline", [](const Patch& p) { return to_array<2>(p.outline); })

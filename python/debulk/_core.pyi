@@ -517,6 +517,7 @@ def find_feet(
     mold_tol_mm: float,
     smooth_mm: float,
     noise_mm: float | None,
+    threads: int,
     stop: Stop,
 ) -> FootMap: ...
 def fit_pinhole(points: ArrayLike, /) -> tuple[float, float, float] | None: ...
@@ -675,6 +676,8 @@ def segment(
     ply_outline: ArrayLike | None,
     measured: ArrayLike | None,
     before_median: ArrayLike | None,
+    threads: int,
+    stop: Stop,
 ) -> Segmentation: ...
 def surface_area(surface: Surface, outline: ArrayLike, ply_outline: ArrayLike | None) -> float: ...
 def surface_extent(surface: Reference) -> _Floats: ...

@@ -326,6 +326,7 @@ class Inspector:
             None if image is None else image[2:],
             self.mold_from_scanner,
             spacing_mm=self.grid_spacing_mm,
+            box_mm=self._ply_box(),
             neighbours=clean.neighbours,
             std_ratio=clean.std_ratio,
             least_ratio=clean.least_ratio,
@@ -334,6 +335,16 @@ class Inspector:
             median_cells=clean.median_cells,
             threads=self.recipe.run.threads,
         )
+
+    def _ply_box(self) -> NDArray[np.float64] | None:
+        """Lowest and highest XY of the ply and of what the filters see beside it; None: all of the reference."""
+        if self.ply_outline is None:
+            return None
+        margin = max(30.0, 2 * self.recipe.clean.max_hole_mm)
+        low, high = self.ply_outline.min(axis=0) - margin, self.ply_outline.max(axis=0) + margin
+        known = _core.surface_extent(self.reference)
+        beside = (low >= known.max(axis=0)).any() or (high <= known.min(axis=0)).any()
+        return None if beside else np.stack([low, high])
 
     def _region_front(self) -> tuple[RegionFront | None, str]:
         """None: scans are processed whole, and why if regions were asked for."""
@@ -356,12 +367,15 @@ class Inspector:
             wanted.peak_tol_mm,
             self.ply_outline,
             smooth_mm=patch.smooth_mm,
+            threads=self.recipe.run.threads,
+            stop=stop,
         )
         feet = pocket.feet(
             segmentation,
             thickness_mm=self.recipe.material.thickness_mm,
             mold_tol_mm=patch.mold_tol_mm,
             smooth_mm=patch.smooth_mm,
+            threads=self.recipe.run.threads,
             stop=stop,
         )
         return segmentation, feet

@@ -119,6 +119,8 @@ def segment(
     edge_tol_mm: float | None = None,
     bridge_mm: float = 12.0,
     smooth_mm: float = 0.0,
+    threads: int = 0,
+    stop: _core.Stop | None = None,
 ) -> Segmentation:
     """Find the air pockets in a height map.
 
@@ -151,6 +153,10 @@ def segment(
     smooth_mm
         Window of the local quadratic smoothing of the surface on which pockets are measured; for a pocket narrower than
         this, its area over its perimeter. What is a pocket is decided by the heights as given. 0: measured on these.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+    stop
+        Raised from another thread, it ends the search with a RuntimeError.
 
     Raises
     ------
@@ -186,6 +192,8 @@ def segment(
         ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
         measured=None if measured is None else np.asarray(measured, dtype=bool).astype(np.uint8),
         before_median=None if before is None else np.asarray(before, dtype=np.float32),
+        threads=threads,
+        stop=stop or _core.Stop(),
     )
     return from_core(core)
 
@@ -275,6 +283,7 @@ def feet(
     mold_tol_mm: float = 0.2,
     smooth_mm: float = 8.0,
     noise_mm: float | None = None,
+    threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Feet:
     """Foot contours of all pockets, neighbours parted at their saddles by a watershed.
@@ -291,6 +300,8 @@ def feet(
         Window of the local quadratic smoothing before; 0: none.
     noise_mm
         Sigma of the heights' noise; None: `height_noise`.
+    threads
+        0: as many as the process may use. The result does not depend on it.
     stop
         Raised from another thread, it ends the search with a RuntimeError.
 
@@ -315,6 +326,7 @@ def feet(
         mold_tol_mm=mold_tol_mm,
         smooth_mm=smooth_mm,
         noise_mm=noise_mm,
+        threads=threads,
         stop=stop or _core.Stop(),
     )
     return feet_from_core(segmentation, core, thickness_mm)

@@ -168,7 +168,7 @@ void fill_within(Grid<std::int32_t>& labels) {
 
 }  // namespace
 
-FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, const Stop& stop) {
+FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads, const Stop& stop) {
   options.check();
   check(stop);
   FootMap out;
@@ -180,7 +180,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   require(level < cut, "mold_tol_mm", "thickness + mold tolerance (at least 3 sigma of the noise) below the cut height", level);
 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
-  out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, stop);
+  out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, threads, stop);
   out.labels = segmentation.labels;
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
     if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= cut && out.heights.values[k] >= cut) out.labels.values[k] = kNobody;
@@ -191,7 +191,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   for (std::int32_t& label : out.labels.values) label = std::max(label, 0);
 
   const int count = static_cast<int>(segmentation.pockets.size());
-  for (Outline& outline : trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply)) {
+  for (Outline& outline : trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply, threads, stop)) {
     Foot foot;
     foot.outline = rounded(std::move(outline.polygon));
     foot.area = polygon_area(foot.outline);

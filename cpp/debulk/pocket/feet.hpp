@@ -41,6 +41,6 @@ struct FootMap {
 // Every point that stands up belongs to the pocket it drains up to: a flood downhill from all pockets at once, the highest
 // point first, parts neighbours at their saddle (a watershed). It may rise again by mold_tol over the lowest point of its way, for
 // noise; behind a higher rise lies something else. So does what stands above the cut without being a pocket. Throws Stopped.
-FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, const Stop& stop = Stop());
+FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -165,9 +165,9 @@ class Tracer {
 }  // namespace
 
 std::vector<Outline> trace_outlines(const Regions& regions, const Grid<std::int32_t>& labels, const Grid<float>& heights, double level,
-                                    const PlyMask& ply, int threads) {
+                                    const PlyMask& ply, int threads, const Stop& stop) {
   std::vector<Outline> out(static_cast<std::size_t>(regions.count()));
-  parallel_for(regions.count(), 1, threads, [&](long first, long) {
+  parallel_for(regions.count(), 1, threads, stop, [&](long first, long) {
     const auto k = static_cast<std::size_t>(first);
     out[k] = Tracer(labels, heights, level, ply).trace(regions.begin(k), regions.end(k), static_cast<std::int32_t>(first) + 1);
   });

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 #include "debulk/pocket/ply_mask.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/regions.hpp"
@@ -27,6 +28,6 @@ struct Outline {
 // Outlines of the regions, labelled 1, 2 .. in `labels` (other values are no region), where `heights` cross `level`. Points of
 // one region that touch only diagonally are joined, as in regions.hpp.
 std::vector<Outline> trace_outlines(const Regions& regions, const Grid<std::int32_t>& labels, const Grid<float>& heights, double level,
-                                    const PlyMask& ply, int threads = 0);
+                                    const PlyMask& ply, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -73,10 +73,10 @@ std::unique_ptr<RegionFront::Work> RegionFront::fresh_work(const Window& window)
   return out;
 }
 
-void RegionFront::segment(Work& work, int threads) {
+void RegionFront::segment(Work& work, int threads, const Stop& stop) {
   const std::shared_ptr<Scratch> scratch = scratch_.borrow();
   scratch->segmenter.reuse(std::move(work.region->segmentation));
-  scratch->segmenter.run(work.map.heights, options_.segment, &work.map.measured, threads, &work.map.before_median);
+  scratch->segmenter.run(work.map.heights, options_.segment, &work.map.measured, &work.map.before_median, threads, stop);
   work.region->segmentation = scratch->segmenter.take();
 }
 

@@ -195,10 +195,7 @@ bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, con
   times_.windows += laps.lap();
   largest_first(jobs, [&](Job& job, int threads) { filter(*job.work, threads, stop); });
   times_.filter += laps.lap();
-  largest_first(jobs, [&](Job& job, int threads) {
-    if (stop.now()) throw Stopped("the segmentation was stopped");
-    segment(*job.work, threads);
-  });
+  largest_first(jobs, [&](Job& job, int threads) { segment(*job.work, threads, stop); });
   times_.segment += laps.lap();
   if (!feet.noise_mm) {  // once: windows that grow tell nothing new
     std::vector<GridPart> exact;
@@ -209,9 +206,8 @@ bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, con
     const double noise = height_noise(exact);
     feet.noise_mm = std::isnan(noise) ? 0 : noise;
   }
-  largest_first(jobs, [&](Job& job, int) {
-    if (stop.now()) throw Stopped("the search for feet was stopped");
-    job.work->region->feet = find_feet(job.work->region->segmentation, feet, stop);
+  largest_first(jobs, [&](Job& job, int threads) {
+    job.work->region->feet = find_feet(job.work->region->segmentation, feet, threads, stop);
     job.work->unsure = unsure(*job.work, blocks);
     job.work->done = true;
   });

@@ -67,7 +67,7 @@ class RegionFront {
   void lay_coarse(Work& work) const;
   bool make_exact(const Window& strip, Work& work, const CloudView& scan, const std::uint8_t* masked, int threads, const Stop& stop);
   void filter(Work& work, int threads, const Stop& stop);
-  void segment(Work& work, int threads);
+  void segment(Work& work, int threads, const Stop& stop);
   std::vector<Window> unsure(const Work& work, const Blocks& blocks) const;
   void grow(Window& window, const std::vector<Window>& unsure, Blocks& blocks) const;
   std::unique_ptr<Work> fresh_work(const Window& window);

@@ -189,13 +189,13 @@ void Segmenter::prepare(const Grid<float>& given, const SegmentOptions& options)
 }
 
 // Heights, what is unknown, what stands above the cut; labels emptied. `given` may be the result itself.
-void Segmenter::scan(const Grid<float>& given, int threads) {
+void Segmenter::scan(const Grid<float>& given, int threads, const Stop& stop) {
   unknown_.clear(given.ny), high_.clear(given.ny);
   const Isa isa = best_isa();
   // The least float that is not below the cut.
   float cut = static_cast<float>(out_.options.cut_height_mm);
   if (cut < out_.options.cut_height_mm) cut = std::nextafter(cut, std::numeric_limits<float>::infinity());
-  parallel_for(given.ny, StripRuns::rows, threads, [&](long first, long last) {
+  parallel_for(given.ny, StripRuns::rows, threads, stop, [&](long first, long last) {
     for (int j = static_cast<int>(first); j < last; ++j) {
       RunWriter unknown(unknown_.strip(first), j), high(high_.strip(first), j);
       DEBULK_ON(isa, run(&given.at(0, j), out_.ply.row(j), given.nx, cut, &out_.heights.at(0, j), unknown, high));
@@ -206,10 +206,10 @@ void Segmenter::scan(const Grid<float>& given, int threads) {
 
 // Bridges unknown regions, all or those that the rule for drop-outs allows. None leans on another's bridge, so that their
 // order does not matter.
-bool Segmenter::bridge_regions(const Regions& regions, bool all_of_them, int threads) {
+bool Segmenter::bridge_regions(const Regions& regions, bool all_of_them, int threads, const Stop& stop) {
   const auto count = static_cast<std::size_t>(regions.count());
   bridged_.assign(count, {});
-  parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
+  parallel_for(static_cast<long>(count), 1, threads, stop, [&](long begin, long) {
     const auto r = static_cast<std::size_t>(begin);
     if (!all_of_them && reaches_border(regions, r, out_.heights)) return;
     const std::vector<std::size_t> points = members(regions, r, out_.heights.nx);
@@ -227,9 +227,10 @@ bool Segmenter::bridge_regions(const Regions& regions, bool all_of_them, int thr
 }
 
 // The filled image of what lies above the cut.
-const std::vector<Run>& Segmenter::foreground(int threads) {
+const std::vector<Run>& Segmenter::foreground(int threads, const Stop& stop) {
   const int nx = out_.heights.nx, ny = out_.heights.ny;
-  if (out_.options.bridge_mm > 0 && bridge_regions(unknown_regions_.run(unknown_.join()), false, threads)) scan(out_.heights, threads);
+  if (out_.options.bridge_mm > 0 && bridge_regions(unknown_regions_.run(unknown_.join()), false, threads, stop))
+    scan(out_.heights, threads, stop);
   const std::vector<Run>& filled = filling_.run(high_.join(), nx, ny);
   const auto has_unknown = [&](const Run& run) {
     const float* row = &out_.heights.at(0, run.row);
@@ -237,7 +238,7 @@ const std::vector<Run>& Segmenter::foreground(int threads) {
   };
   if (std::none_of(filling_.holes().begin(), filling_.holes().end(), has_unknown)) return filled;
   intersect(filling_.holes(), unknown_.join(), within_);  // surrounded by a pocket, and too large to be bridged before
-  bridge_regions(unknown_regions_.run(within_), true, threads);
+  bridge_regions(unknown_regions_.run(within_), true, threads, stop);
   // What no bridge reaches is not of the image.
   known_.clear();
   for (const Run& run : filled) {
@@ -248,8 +249,8 @@ const std::vector<Run>& Segmenter::foreground(int threads) {
   return known_;
 }
 
-const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOptions& options, const Grid<std::uint8_t>* measured, int threads,
-                                   const Grid<float>* before_median) {
+const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOptions& options, const Grid<std::uint8_t>* measured,
+                                   const Grid<float>* before_median, int threads, const Stop& stop) {
   options.check();
   check_grid(given);
   require(!measured || (measured->nx == given.nx && measured->ny == given.ny), "measured", "a mask of the height map's shape",
@@ -259,13 +260,13 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
           "heights of the height map's shape",
           before_median ? std::to_string(before_median->ny) + " by " + std::to_string(before_median->nx) : "none");
   prepare(given, options);
-  scan(given, threads);
-  const Regions& regions = regions_.run(foreground(threads));
+  scan(given, threads, stop);
+  const Regions& regions = regions_.run(foreground(threads, stop));
   const auto count = static_cast<std::size_t>(regions.count());
   for (std::size_t k = 0; k < count; ++k) paint(regions, k, static_cast<std::int32_t>(k) + 1, out_.labels);
-  std::vector<Outline> outlines = trace_outlines(regions, out_.labels, out_.heights, options.cut_height_mm, out_.ply, threads);
+  std::vector<Outline> outlines = trace_outlines(regions, out_.labels, out_.heights, options.cut_height_mm, out_.ply, threads, stop);
   std::vector<Pocket> found(count);
-  parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
+  parallel_for(static_cast<long>(count), 1, threads, stop, [&](long begin, long) {
     const auto k = static_cast<std::size_t>(begin);
     found[k] = measure(regions, k, std::move(outlines[k]), out_, given, measured);
   });
@@ -274,7 +275,7 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
   std::vector<std::uint8_t> pocket(count);
   for (std::size_t k = 0; k < count; ++k) pocket[k] = !small(found[k]) && !low(found[k]);
   const std::vector<std::size_t> order = largest_first(found);  // so that no thread is left with the largest at the end
-  parallel_for(static_cast<long>(count), 1, threads, [&](long begin, long) {
+  parallel_for(static_cast<long>(count), 1, threads, stop, [&](long begin, long) {
     const std::size_t k = order[static_cast<std::size_t>(begin)];
     if (!pocket[k]) return;
     if (options.smooth_mm > 0) measure_smoothly(regions, k, pocket, out_, before_median, found[k]);
@@ -302,9 +303,9 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
 }
 
 Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured,
-                     const Grid<float>* before_median) {
+                     const Grid<float>* before_median, int threads, const Stop& stop) {
   Segmenter segmenter;
-  segmenter.run(heights, options, measured, 0, before_median);
+  segmenter.run(heights, options, measured, before_median, threads, stop);
   return segmenter.take();
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 #include "debulk/pocket/ply_mask.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/regions.hpp"
@@ -70,22 +71,23 @@ struct Segmentation {
 // With smooth_mm, pockets are found so, and measured on a smooth surface; through the heights before a median, if they are
 // given (none, or no values: through `heights`).
 Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
-                     const Grid<float>* before_median = nullptr);
+                     const Grid<float>* before_median = nullptr, int threads = 0, const Stop& stop = Stop());
 
 // The same for one map after the other, in memory that is kept.
 class Segmenter {
  public:
-  // The result stays valid until the next call. threads, 0: as many as the process may use.
+  // The result stays valid until the next call. threads, 0: as many as the process may use. Throws Stopped soon after the
+  // stop is raised.
   const Segmentation& run(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
-                          int threads = 0, const Grid<float>* before_median = nullptr);
+                          const Grid<float>* before_median = nullptr, int threads = 0, const Stop& stop = Stop());
   Segmentation take() { return std::move(out_); }            // the last result; the next run allocates anew
   void reuse(Segmentation&& old) { out_ = std::move(old); }  // for the next result's memory
 
  private:
   void prepare(const Grid<float>& given, const SegmentOptions& options);
-  void scan(const Grid<float>& given, int threads);
-  bool bridge_regions(const Regions& regions, bool all_of_them, int threads);
-  const std::vector<Run>& foreground(int threads);
+  void scan(const Grid<float>& given, int threads, const Stop& stop);
+  bool bridge_regions(const Regions& regions, bool all_of_them, int threads, const Stop& stop);
+  const std::vector<Run>& foreground(int threads, const Stop& stop);
 
   Segmentation out_;
   StripRuns unknown_, high_;

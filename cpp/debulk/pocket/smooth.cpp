@@ -169,7 +169,7 @@ void SmoothOptions::check() const {
 }
 
 Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options, const Grid<std::uint8_t>* where,
-                           const Stop& stop) {
+                           int threads, const Stop& stop) {
   options.check();
   const int half = static_cast<int>(std::lround(options.window_mm / (2 * heights.spacing)));
   auto out = heights;
@@ -178,7 +178,7 @@ Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const
   std::vector<double> squares;
   for (int k = -half; k <= half; ++k) squares.push_back(fit.powers(k)[2]);
   const auto wanted = [&](int i, int j) { return !where || where->at(i, j) != 0; };
-  parallel_for(heights.ny, kRowsPerChunk, 0, stop, [&](long begin, long end) {
+  parallel_for(heights.ny, kRowsPerChunk, threads, stop, [&](long begin, long end) {
     const int first = static_cast<int>(begin), last = static_cast<int>(end) - 1;
     int left = heights.nx, right = -1;  // columns in which anything is wanted
     for (int j = first; j <= last; ++j)

@@ -32,6 +32,6 @@ struct SmoothOptions {
 // takes off so much. Fewer known points in the window (drop-outs, the ply's edge): the same fit over those that are there.
 // 0 in `where`, if that is given, leaves a height alone.
 Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options,
-                           const Grid<std::uint8_t>* where = nullptr, const Stop& stop = Stop());
+                           const Grid<std::uint8_t>* where = nullptr, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

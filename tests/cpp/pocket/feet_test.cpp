@@ -14,9 +14,9 @@ TEST(FindFeet, EndsWhenStopped) {
   const FootMap whole = find_feet(segmentation, {});
   Stop raised;
   raised.cancel();
-  EXPECT_THROW(find_feet(segmentation, {}, raised), Stopped);
-  for (const double seconds : {-1.0, 1e-5, 1e-4, 1e-3}) EXPECT_THROW(find_feet(segmentation, {}, Stop(seconds)), Stopped) << seconds;
-  const FootMap after = find_feet(segmentation, {}, Stop());
+  EXPECT_THROW(find_feet(segmentation, {}, 0, raised), Stopped);
+  for (const double seconds : {-1.0, 1e-5, 1e-4, 1e-3}) EXPECT_THROW(find_feet(segmentation, {}, 0, Stop(seconds)), Stopped) << seconds;
+  const FootMap after = find_feet(segmentation, {}, 0, Stop());
   EXPECT_EQ(after.labels.values, whole.labels.values);
   EXPECT_EQ(after.feet.at(0).outline, whole.feet.at(0).outline);
 }

@@ -279,5 +279,13 @@ TEST(Segment, NamesWhatIsWrong) {
   EXPECT_TRUE(segment(heights, {}).pockets.empty());
 }
 
+TEST(Segment, EndsWhenStoppedAndTheNextIsNoneTheWorse) {
+  const Grid<float> heights = sampled_bells({{{300, 250}, 8, 260, 220}}, 1200, 1000, 0.5);
+  Segmenter segmenter;
+  const std::vector<std::int32_t> whole = segmenter.run(heights, {}).labels.values;
+  for (const double seconds : {-1.0, 1e-5, 5e-5}) EXPECT_THROW(segmenter.run(heights, {}, nullptr, nullptr, 0, Stop(seconds)), Stopped);
+  EXPECT_EQ(segmenter.run(heights, {}).labels.values, whole);
+}
+
 }  // namespace
 }  // namespace debulk
