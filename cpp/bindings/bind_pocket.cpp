@@ -62,12 +62,12 @@ Segmentation segment_arrays(const Array<float>& heights, const Array<double>& or
   options.smooth_mm = smooth;
   options.blur_mm2 = blur;
   if (ply_outline) options.ply_outline = points<2>(*ply_outline, "ply_outline");
+  const py::gil_scoped_release release;
   const Grid<float> grid = to_grid(heights, origin_of(origin), spacing, "height_map");
   std::optional<Grid<std::uint8_t>> mask;
   if (measured) mask = to_grid(*measured, grid.origin, spacing, "measured");
   std::optional<Grid<float>> before;
   if (before_median) before = to_grid(*before_median, grid.origin, spacing, "before_median");
-  const py::gil_scoped_release release;
   return segment(grid, options, mask ? &*mask : nullptr, before ? &*before : nullptr, threads, stop);
 }
 

@@ -56,8 +56,10 @@ py::array_t<T> to_array(std::vector<T>&& values, std::vector<py::ssize_t> shape)
 template <class T>
 Grid<T> to_grid(const Array<T>& values, const Eigen::Vector2d& origin, double spacing, const char* name) {
   require(values.ndim() == 2, name, "an (ny, nx) array", shape_of(values));
-  Grid<T> grid(static_cast<int>(values.shape(1)), static_cast<int>(values.shape(0)), origin, spacing);
-  if (grid.size()) std::memcpy(grid.values.data(), values.data(), grid.size() * sizeof(T));
+  Grid<T> grid;
+  grid.nx = static_cast<int>(values.shape(1)), grid.ny = static_cast<int>(values.shape(0));
+  grid.origin = origin, grid.spacing = spacing;
+  grid.values.assign(values.data(), values.data() + values.size());
   return grid;
 }
 

@@ -227,13 +227,14 @@ class Inspector:
                     if found is not None:
                         return found, self._regions.times_ms
                     why_whole = self._regions.reason
-        height_map, parts_ms = self._height_map(scan, stop)
-        began = time.perf_counter()
-        segmentation, feet = self._segment(height_map, stop)
-        parts_ms["pockets"] = 1e3 * (time.perf_counter() - began)
-        known = np.count_nonzero(np.isfinite(segmentation.heights.values)) * height_map.spacing_mm**2
+        with self._front_lock:
+            height_map, parts_ms = self._height_map(scan, stop)
+            began = time.perf_counter()
+            segmentation, feet = self._segment(height_map, stop)
+            parts_ms["pockets"] = 1e3 * (time.perf_counter() - began)
+            overview = Grid(height_map.values.copy(), height_map.origin_mm, height_map.spacing_mm)
+        known = np.count_nonzero(np.isfinite(segmentation.heights.values)) * overview.spacing_mm**2
         left_out = () if not why_whole else (LeftOut(what="regions of interest", why=why_whole, bound=_WHOLE),)
-        overview = Grid(height_map.values, height_map.origin_mm, height_map.spacing_mm)
         return Found([(segmentation, feet)], float(known), overview, left_out), parts_ms
 
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
@@ -311,12 +312,14 @@ class Inspector:
         return np.where(keep[..., None], points, np.float32(np.nan))
 
     def _height_map(self, scan: ArrayLike, stop: _core.Stop) -> tuple[surface.HeightMap, dict[str, float]]:
-        """Outliers removed, heights above the reference, holes filled in, spikes, median; and times in ms."""
+        """Outliers removed, heights above the reference, holes filled in, spikes, median; and times in ms.
+
+        The map is in the front end's memory: for who holds its lock, until the next scan.
+        """
         points = self._checked(scan, "scan")
-        with self._front_lock:
-            if self._front is None:
-                self._front = self._front_end()
-            return self._front.inspect(points, stop), self._front.times_ms
+        if self._front is None:
+            self._front = self._front_end()
+        return self._front.inspect(points, stop, copy=False), self._front.times_ms
 
     def _front_end(self) -> front.FrontEnd:
         clean, image = self.recipe.clean, self.prepared.image

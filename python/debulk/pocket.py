@@ -190,7 +190,7 @@ def segment(
         smooth_mm=smooth_mm,
         blur_mm2=float(getattr(height_map, "blur_mm2", 0.0)),
         ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
-        measured=None if measured is None else np.asarray(measured, dtype=bool).astype(np.uint8),
+        measured=None if measured is None else np.ascontiguousarray(measured, dtype=bool).view(np.uint8),
         before_median=None if before is None else np.asarray(before, dtype=np.float32),
         threads=threads,
         stop=stop or _core.Stop(),
