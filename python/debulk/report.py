@@ -234,7 +234,8 @@ class Report(Record):
     coverage
         Share of the ply that the scan shows; None if the ply's outline is unknown.
     height_map
-        Height of the ply above the reference, mm.
+        Height of the ply above the reference, mm, NaN = nothing seen, or off the ply. For a picture: coarse where no
+        pocket was looked for.
     ply_outline_mm
         (M, 2), mold XY; None = unknown.
     recipe

@@ -3,42 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <vector>
 
 #include "debulk/pocket/region_front.hpp"
-
-// Memory taken by this program's C++ code; the test looks at the difference.
-namespace {
-std::atomic<long> bytes_taken{0};
-
-void* take(std::size_t size) {
-  bytes_taken += static_cast<long>(size);
-  if (void* p = std::malloc(std::max<std::size_t>(size, 1))) return p;
-  throw std::bad_alloc();
-}
-}  // namespace
-void* operator new(std::size_t size) {
-  return take(size);
-}
-void* operator new[](std::size_t size) {
-  return take(size);
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete[](void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
-void operator delete[](void* p, std::size_t) noexcept {
-  std::free(p);
-}
+#include "support/taken_memory.hpp"
 
 namespace debulk {
 namespace {

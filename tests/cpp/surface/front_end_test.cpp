@@ -3,44 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <thread>
 
 #include "debulk/core/error.hpp"
 #include "debulk/surface/median.hpp"
 #include "scene.hpp"
-
-// Memory taken by this program's C++ code; tests look at the difference.
-namespace {
-std::atomic<long> bytes_taken{0}, largest_taken{0};
-
-void* take(std::size_t size) {
-  bytes_taken += static_cast<long>(size);
-  if (static_cast<long>(size) > largest_taken) largest_taken = static_cast<long>(size);
-  if (void* p = std::malloc(std::max<std::size_t>(size, 1))) return p;
-  throw std::bad_alloc();
-}
-}  // namespace
-void* operator new(std::size_t size) {
-  return take(size);
-}
-void* operator new[](std::size_t size) {
-  return take(size);
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete[](void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
-void operator delete[](void* p, std::size_t) noexcept {
-  std::free(p);
-}
+#include "support/taken_memory.hpp"
 
 namespace debulk {
 namespace {
