@@ -218,10 +218,8 @@ class Inspector:
         """Pockets, through regions of interest or in the whole scan; and times in ms."""
         why_whole = self._why_whole
         if self._regions is not None:
-            image, points = self.prepared.image, cloud.as_cloud(scan, "scan")
-            if image is None or points.shape[:2] != image[:2]:
-                why_whole = "the scan has another shape than the reference's image"
-            elif self.mask is None or self.mask.shape == points.shape[:2]:
+            points = cloud.as_cloud(scan, "scan")
+            if self.mask is None or self.mask.shape == points.shape[:2]:
                 with self._front_lock:
                     found = self._regions.inspect(points, self.mask, stop)
                     if found is not None:

@@ -6,6 +6,7 @@
 
 #include "debulk/core/runs.hpp"
 #include "debulk/pocket/region_work.hpp"
+#include "debulk/pocket/spread.hpp"
 
 namespace debulk {
 namespace {
@@ -15,19 +16,6 @@ constexpr double ply_cell_mm = 2.0;
 constexpr double beside_mm = 6.0;    // a high point so far off the ply still matters
 constexpr double stands_mm = 30.0;   // and what stands up so far off, at least a hole's diameter
 constexpr double overview_mm = 2.0;  // spacing, about
-
-// Everything within `reach` cells, along x and y each, of a marked cell.
-Grid<std::uint8_t> widened(const Grid<std::uint8_t>& marked, int reach) {
-  auto rows = marked, out = marked;
-  for (int j = 0; j < marked.ny; ++j)
-    for (int i = 0; i < marked.nx; ++i)
-      for (int k = std::max(0, i - reach); k <= std::min(marked.nx - 1, i + reach) && !rows.at(i, j); ++k) rows.at(i, j) = marked.at(k, j);
-  out = rows;
-  for (int j = 0; j < marked.ny; ++j)
-    for (int i = 0; i < marked.nx; ++i)
-      for (int k = std::max(0, j - reach); k <= std::min(marked.ny - 1, j + reach) && !out.at(i, j); ++k) out.at(i, j) = rows.at(i, k);
-  return out;
-}
 
 bool marked_at(const Grid<std::uint8_t>& grid, const Eigen::Vector2d& xy) {
   if (!xy.allFinite()) return false;
@@ -63,9 +51,9 @@ void RegionFront::prepare_ply() {
   }
   mesh_ = choose_mesh(base_, view_, options_.segment.area_tol_mm2, options_.segment.ply_outline ? &on_ply_ : nullptr);
   if (options_.row_step > 0) mesh_.row_step = options_.row_step, mesh_.column_step = options_.column_step;
-  near_ply_ = widened(on_ply_, static_cast<int>(std::ceil(beside_mm / ply_cell_mm)));
+  near_ply_ = spread(on_ply_, static_cast<int>(std::ceil(beside_mm / ply_cell_mm)));
   const double stands = std::max(stands_mm, options_.front.fill.diameter + 2 * ply_cell_mm);
-  const Grid<std::uint8_t> far = widened(on_ply_, static_cast<int>(std::ceil(stands / ply_cell_mm)));
+  const Grid<std::uint8_t> far = spread(on_ply_, static_cast<int>(std::ceil(stands / ply_cell_mm)));
 
   // How much of the ply the camera can see.
   const Eigen::Matrix3d to_scanner = view_.rotation().transpose();

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "debulk/pocket/smooth.hpp"
+#include "debulk/pocket/spread.hpp"
 
 namespace debulk {
 namespace {
@@ -67,21 +68,6 @@ Squares gather(const Regions& regions, std::size_t region, const std::vector<std
       for (int u = i1 / side; u <= (i2 - 1) / side; ++u) mark[u] |= r == region ? ours : theirs;
     }
   }
-  return out;
-}
-
-// Every mark within `reach` squares along x and y, of the squares themselves.
-Grid<std::uint8_t> spread(const Grid<std::uint8_t>& marks, int reach) {
-  const auto add = [](std::uint8_t* to, const std::uint8_t* from, int count) {
-    for (int u = 0; u < count; ++u) to[u] |= from[u];
-  };
-  Grid<std::uint8_t> rows = marks;
-  for (int k = 1; k <= reach; ++k)
-    for (int v = 0; v < marks.ny; ++v)
-      add(&rows.at(k, v), &marks.at(0, v), marks.nx - k), add(&rows.at(0, v), &marks.at(k, v), marks.nx - k);
-  Grid<std::uint8_t> out = rows;
-  for (int k = 1; k <= reach; ++k)
-    for (int v = k; v < marks.ny; ++v) add(&out.at(0, v), &rows.at(0, v - k), marks.nx), add(&out.at(0, v - k), &rows.at(0, v), marks.nx);
   return out;
 }
 

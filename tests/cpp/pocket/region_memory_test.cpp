@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "debulk/pocket/region_front.hpp"
+#include "looking_down.hpp"
 #include "support/taken_memory.hpp"
 
 namespace debulk {
@@ -14,18 +15,9 @@ namespace {
 
 constexpr int width = 1024, height = 640;
 
-// A camera 500 mm above the plane z = 0, looking down, 0.5 mm a pixel, and a round hill of 10 mm.
-View looking_down() {
-  View view;
-  view.camera = {1000, 511.5, 319.5};
-  view.width = width, view.height = height;
-  view.mold_from_scanner.topLeftCorner<3, 3>() = Eigen::Vector3d(1, -1, -1).asDiagonal();
-  view.mold_from_scanner(2, 3) = 500;
-  return view;
-}
-
+// The scan of a round hill of 10 mm.
 std::vector<float> hill() {
-  const View view = looking_down();
+  const View view = looking_down(width, height);
   std::vector<float> points;
   for (int j = 0; j < height; ++j)
     for (int i = 0; i < width; ++i) {
@@ -42,7 +34,8 @@ TEST(RegionFront, TakesNoMemoryForTheSecondScan) {
   options.front.spike = 0.5;
   options.feet.noise_mm = 0.05;
   const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
-  RegionFront front(std::make_shared<Reference>(Grid<double>(161, 121, {-320, -240}, 4.0, 0.0)), -far, far, looking_down(), options, 2);
+  RegionFront front(std::make_shared<Reference>(Grid<double>(161, 121, {-320, -240}, 4.0, 0.0)), -far, far, looking_down(width, height),
+                    options, 2);
   const std::vector<float> points = hill();
   const CloudView scan{points.data(), width, height};
   long taken = bytes_taken;

@@ -12,21 +12,12 @@
 #include "debulk/core/error.hpp"
 #include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/region_front.hpp"
+#include "looking_down.hpp"
 
 namespace debulk {
 namespace {
 
 constexpr int kWidth = 400, kHeight = 320;
-
-// A camera 500 mm above the plane z = 0, looking down; 0.5 mm a pixel.
-View looking_down() {
-  View view;
-  view.camera = {1000, 199.5, 159.5};
-  view.width = kWidth, view.height = kHeight;
-  view.mold_from_scanner.topLeftCorner<3, 3>() = Eigen::Vector3d(1, -1, -1).asDiagonal();
-  view.mold_from_scanner(2, 3) = 500;
-  return view;
-}
 
 std::shared_ptr<Reference> plane() {
   return std::make_shared<Reference>(Grid<double>(61, 49, {-120, -96}, 4.0, 0.0));
@@ -34,7 +25,7 @@ std::shared_ptr<Reference> plane() {
 
 // The scan of a surface that is high (5 mm) at some pixels and 0 elsewhere.
 std::vector<float> scan_of(const std::vector<std::uint8_t>& high) {
-  const View view = looking_down();
+  const View view = looking_down(kWidth, kHeight);
   std::vector<float> points;
   for (int j = 0; j < kHeight; ++j)
     for (int i = 0; i < kWidth; ++i) {
@@ -45,7 +36,7 @@ std::vector<float> scan_of(const std::vector<std::uint8_t>& high) {
 }
 
 TEST(Mesh, IsAsWideAsTheAreaAllows) {
-  const View view = looking_down();
+  const View view = looking_down(kWidth, kHeight);
   const RayBase base = ray_base(*plane(), view);
   const Mesh mesh = choose_mesh(base, view, 200, nullptr);
   EXPECT_NEAR(mesh.pixel_mm, 0.5, 1e-3);
@@ -60,7 +51,7 @@ TEST(Mesh, IsAsWideAsTheAreaAllows) {
 // Connected regions of any shape, two pixels thick, with more pixels than an eye holds: a walk at random, or straight along
 // a row between two rows of the mesh.
 TEST(MeshPass, SeesEveryRegionThatIsLargerThanAnEye) {
-  const View view = looking_down();
+  const View view = looking_down(kWidth, kHeight);
   const RayBase base = ray_base(*plane(), view);
   const Mesh mesh = choose_mesh(base, view, 200, nullptr);
   MeshOptions options;
@@ -94,7 +85,7 @@ TEST(MeshPass, SeesEveryRegionThatIsLargerThanAnEye) {
 }
 
 TEST(MeshPass, SingleFlyingPixelsAreNothingHigh) {
-  const View view = looking_down();
+  const View view = looking_down(kWidth, kHeight);
   const RayBase base = ray_base(*plane(), view);
   std::vector<std::uint8_t> high(kWidth * kHeight, 0);
   for (int j = 2; j < kHeight; j += 8)
@@ -107,7 +98,7 @@ TEST(MeshPass, SingleFlyingPixelsAreNothingHigh) {
 }
 
 TEST(MeshPass, ReadsTheSameInItsSpansAndNothingElse) {
-  const View view = looking_down();
+  const View view = looking_down(kWidth, kHeight);
   const RayBase base = ray_base(*plane(), view);
   const Mesh mesh = choose_mesh(base, view, 200, nullptr);
   std::vector<std::uint8_t> high(kWidth * kHeight, 0);
@@ -200,7 +191,7 @@ TEST(RegionFront, ARaisedStopEndsItBeforeItsWork) {
   RegionOptions options;
   options.front.outliers = {4, 1.0, 2.0};
   const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
-  RegionFront front(plane(), -far, far, looking_down(), options, 2);
+  RegionFront front(plane(), -far, far, looking_down(kWidth, kHeight), options, 2);
   std::vector<std::uint8_t> high(kWidth * kHeight, 0);
   for (int j = 100; j < 200; ++j)
     for (int i = 100; i < 200; ++i) high[static_cast<std::size_t>(j * kWidth + i)] = 1;
@@ -223,17 +214,17 @@ TEST(RegionFront, ARaisedStopEndsItBeforeItsWork) {
     ASSERT_EQ(front.regions().size(), 1U);
     EXPECT_EQ(front.regions()[0]->feet.feet.at(0).outline, first.outline);
   }
-  const RayBase base = ray_base(*plane(), looking_down());
+  const RayBase base = ray_base(*plane(), looking_down(kWidth, kHeight));
   MeshPass pass;
-  EXPECT_THROW(pass.run(scan, nullptr, looking_down(), front.mesh(), base, {}, nullptr, {}, 1, stop), Stopped);
-  EXPECT_THROW(ThresholdSampler().run(scan, nullptr, looking_down().camera, options.front.outliers, 1, stop), Stopped);
+  EXPECT_THROW(pass.run(scan, nullptr, looking_down(kWidth, kHeight), front.mesh(), base, {}, nullptr, {}, 1, stop), Stopped);
+  EXPECT_THROW(ThresholdSampler().run(scan, nullptr, looking_down(kWidth, kHeight).camera, options.front.outliers, 1, stop), Stopped);
 }
 
 TEST(RegionFront, LeavesResultsThatAreHeldAndUsesTheMemoryOfOthers) {
   RegionOptions options;
   options.front.outliers = {4, 1.0, 2.0};
   const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
-  RegionFront front(plane(), -far, far, looking_down(), options, 2);
+  RegionFront front(plane(), -far, far, looking_down(kWidth, kHeight), options, 2);
   const auto block_at = [](int left) {
     std::vector<std::uint8_t> high(kWidth * kHeight, 0);
     for (int j = 100; j < 200; ++j)
@@ -263,7 +254,7 @@ TEST(RegionFront, SaysWhyItTakesNoScans) {
     RegionOptions options;
     options.front.outliers = {neighbours, 1.0, 2.0};
     options.segment.area_tol_mm2 = area;
-    const RegionFront front(plane(), -far, far, looking_down(), options, 1);
+    const RegionFront front(plane(), -far, far, looking_down(kWidth, kHeight), options, 1);
     EXPECT_EQ(front.usable(), front.reason().empty());
     return front.reason();
   };
