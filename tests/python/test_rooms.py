@@ -9,10 +9,13 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# The two lines on which the data walks; a room may use what stands before it.
+# The lines on which the data walks; a room may use what stands before it.
 LINES = (
     ("core", "scanner", "cloud", "surface", "pocket", "net", "sheet", "ridge", "verdict"),
     ("core", "solve", "sheet"),
+    ("core", "solve", "section", "ridge"),
+    ("pocket", "region"),
+    ("core", "files"),
 )
 # In Python the core is what any room may import: the compiled module, its plain types, and the recipe.
 PYTHON_CORE = ("_core", "grid", "recipe")
@@ -158,7 +161,10 @@ def test_the_two_lines_meet_in_the_sheet():
     assert BEFORE["core"] == set()
     assert BEFORE["solve"] == {"core"}
     assert BEFORE["net"] == {"core", "scanner", "cloud", "surface", "pocket"}
-    assert BEFORE["verdict"] == set(BEFORE) - {"verdict"}
+    assert BEFORE["region"] == {"core", "scanner", "cloud", "surface", "pocket"}
+    assert BEFORE["files"] == {"core"}
+    assert BEFORE["section"] == {"core", "solve"}
+    assert BEFORE["verdict"] == set(BEFORE) - {"verdict", "region", "files"}
 
 
 def plant(root: Path, name: str, text: str) -> None:
