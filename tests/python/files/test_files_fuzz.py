@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import cloud_files as made
 from debulk import InputError, files
 
-HERE = Path(__file__).resolve().parents[1]
+HERE = Path(__file__).resolve().parent
 POINTS = np.random.default_rng(1).normal(0, 300, (5, 8, 3)).astype(np.float32)
 POINTS[1, 2:5] = np.nan
 FILES = made.all_kinds(POINTS)
@@ -107,7 +107,7 @@ def many_rounds(folder, rounds, seed):
 def test_no_change_makes_a_reader_take_much_memory(tmp_path):
     script = (
         "import resource, sys\n"
-        f"sys.path.insert(0, {str(HERE)!r})\n"
+        f"sys.path[:0] = [{str(HERE)!r}, {str(HERE.parent)!r}]\n"
         "import test_files_fuzz as fuzz\n"
         "[fuzz.check(fuzz.Path(sys.argv[1]) / name, data) for name, data in fuzz.FILES]\n"
         "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024\n"
