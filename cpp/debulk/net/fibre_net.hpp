@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "debulk/core/nominal_ply.hpp"
 #include "debulk/core/stop.hpp"
 #include "debulk/net/lay.hpp"
 #include "debulk/net/net.hpp"
@@ -22,10 +23,10 @@ struct PocketShape {
 };
 
 struct FibreNetOptions {
-  std::optional<double> spacing;  // mm; none: chosen so that the net has about node_target nodes
-  int node_target = 100;          // all nodes of the net count
-  double edge_tol = 20.0;         // mm from the ply's edge within which boundary nodes are free
-  double mold_tol = 0.2;          // mm between surface and mold within which a band node is a boundary node
+  std::optional<double> spacing;        // mm; none: chosen so that the net has about node_target nodes
+  int node_target = 100;                // all nodes of the net count
+  double edge_tol = 20.0;               // mm from the ply's edge within which boundary nodes are free
+  double mold_tol = kNominalMoldTolMm;  // mm between surface and mold within which a band node is a boundary node
   PathRule paths = PathRule::geodesic;
 
   void check() const;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/nominal_ply.hpp"
 #include "debulk/core/stop.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/segment.hpp"
@@ -12,10 +13,10 @@
 namespace debulk {
 
 struct FootOptions {
-  double thickness_mm = 0.3;       // of the ply: the scan sees its upper side
-  double mold_tol_mm = 0.2;        // the ply lies on the mold where its lower side is this near; raised to 3 sigma of the noise
-  double smooth_mm = 8.0;          // window of the smoothing before; 0: none
-  std::optional<double> noise_mm;  // sigma of the heights' noise; none: estimated
+  double thickness_mm = kNominalThicknessMm;  // of the ply: the scan sees its upper side
+  double mold_tol_mm = kNominalMoldTolMm;     // the ply lies on the mold where its lower side is this near; raised to 3 sigma of the noise
+  double smooth_mm = 8.0;                     // window of the smoothing before; 0: none
+  std::optional<double> noise_mm;             // sigma of the heights' noise; none: estimated
   void check() const;
 };
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
 from debulk.grid import Grid
 from debulk.inspection import dumps, starts
+from debulk.recipe import options
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def evaluate(
             return _post_process(solution, laid, reference, recipe)
 
     with watch.step("solve"):
-        ply = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe)
+        ply = sheet.Sheet.of_net(laid, reference, recipe)
         outcome = starts.settle(ply, recipe, post_process, stop, pool)
     solution = outcome.solution
     dumps.keep(ply, solution, _refused(solution), watch.split_ms["solve"], seen.id, recipe)
@@ -159,27 +160,17 @@ def lay_net(
     stop: _core.Stop | None = None,
 ) -> net.Net:
     """Lay the net of pocket number `index` (from 0) on its patch."""
-    found, foot = segmentation.pockets[index], feet.feet[index]
-    # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
-    spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(foot.area_mm2 / recipe.net.node_target))
-    paper = recipe.patch.mode == "paper"
+    found = segmentation.pockets[index]
     return net.from_core(
-        _core.lay_pocket(
+        _core.net.lay_pocket(
             segmentation._core,
             feet._core,
             found.id,
             reference,
-            mode=recipe.patch.mode,
-            margin_mm=spacing + 10.0,
-            angles=np.radians(_angles_at(fibre_angles_deg, found.centroid_mm)),
-            ply_outline=ply_outline,
-            spacing=recipe.net.spacing_mm,
-            node_target=recipe.net.node_target,
-            edge_tol=recipe.segmentation.edge_tol_mm,
-            # The foot lies at the tolerance: what the spline makes of it may be a little above.
-            mold_tol=1.25 * feet.mold_tol_mm,
-            paths="vertical_plane" if paper else recipe.net.paths,  # geodesics stray on the glued step
-            stop=stop or _core.Stop(),
+            np.radians(_angles_at(fibre_angles_deg, found.centroid_mm)),
+            ply_outline,
+            options.lay_pocket(recipe),
+            stop or _core.Stop(),
         )
     )
 
@@ -195,15 +186,7 @@ def _angles_at(angles: Floats | Grid, xy: Floats) -> Floats:
 def _post_process(
     solution: solve.Solution, laid: net.Net, reference: surface.Reference, recipe: Recipe
 ) -> ridge.PostProcessed:
-    return ridge.post_process(
-        solution.nodes_mm,
-        laid.neighbours,
-        laid.inside,
-        reference,
-        thickness_mm=recipe.material.thickness_mm,
-        bulk_factor=recipe.material.bulk_factor,
-        touch_mm=recipe.ridge.touch_mm,
-    )
+    return ridge.from_core(_core.ridge.post_process(solution._core, laid._core, reference, options.ridge(recipe)))
 
 
 def _judge(

@@ -14,6 +14,7 @@ from debulk.surface import HeightMap, Reference
 __all__ = ["FrontEnd", "fit_camera"]
 
 InputError = _core.InputError
+_DEFAULTS = _core.surface.FrontEndOptions()  # each default stands once, in cpp/debulk/surface/front_end.hpp
 
 
 def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
@@ -37,7 +38,7 @@ def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
     >>> [round(value, 3) for value in fit_camera(points)]
     [80.0, 19.5, 14.5]
     """
-    camera: tuple[float, float, float] | None = _core.fit_pinhole(_as_cloud(points, "points"))
+    camera: tuple[float, float, float] | None = _core.cloud.fit_pinhole(_as_cloud(points, "points"))
     return None if camera is None else (camera[0], camera[1], camera[2])
 
 
@@ -102,39 +103,41 @@ class FrontEnd:
         camera: tuple[float, float, float] | None,
         mold_from_scanner: ArrayLike | None = None,
         *,
-        spacing_mm: float = 0.5,
+        spacing_mm: float = _DEFAULTS.spacing_mm,
         box_mm: ArrayLike | None = None,
-        neighbours: int = 4,
-        std_ratio: float = 1.0,
-        least_ratio: float = 0.0,
-        hole_diameter_mm: float = 20.0,
-        jump_ratio: float = 6.0,
-        spike_mm: float = 0.0,
-        median_cells: int = 3,
+        neighbours: int = _DEFAULTS.outliers.neighbours,
+        std_ratio: float = _DEFAULTS.outliers.std_ratio,
+        least_ratio: float = _DEFAULTS.outliers.least_ratio,
+        hole_diameter_mm: float = _DEFAULTS.hole_diameter_mm,
+        jump_ratio: float = _DEFAULTS.jump_ratio,
+        spike_mm: float = _DEFAULTS.spike_mm,
+        median_cells: int = _DEFAULTS.median_cells,
         threads: int = 0,
     ) -> None:
-        if not isinstance(reference, _core.Reference):
+        if not isinstance(reference, _core.surface.Reference):
             raise InputError(f"reference: expected a debulk.surface.Reference, but got a {type(reference).__name__}")
         pose = np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64)
         box = np.array([[-1e9, -1e9], [1e9, 1e9]]) if box_mm is None else np.asarray(box_mm, dtype=np.float64)
         if box.shape != (2, 2):
             raise InputError(f"box_mm: expected an array of shape (2, 2), but got {box.shape}")
         self.shape = (_whole(shape[0], "shape"), _whole(shape[1], "shape"))
-        self._core: Any = _core.FrontEnd(
+        options = _core.surface.FrontEndOptions()
+        options.outliers.neighbours = _whole(neighbours, "neighbours")
+        options.outliers.std_ratio = float(std_ratio)
+        options.outliers.least_ratio = float(least_ratio)
+        options.spacing_mm = float(spacing_mm)
+        options.hole_diameter_mm = float(hole_diameter_mm)
+        options.jump_ratio = float(jump_ratio)
+        options.spike_mm = float(spike_mm)
+        options.median_cells = _whole(median_cells, "median_cells")
+        self._core: Any = _core.surface.FrontEnd(
             reference,
             self.shape,
             None if camera is None else (float(camera[0]), float(camera[1]), float(camera[2])),
             pose,
             tuple(box.reshape(4).tolist()),
-            neighbours=_whole(neighbours, "neighbours"),
-            std_ratio=float(std_ratio),
-            least_ratio=float(least_ratio),
-            spacing_mm=float(spacing_mm),
-            hole_diameter_mm=float(hole_diameter_mm),
-            jump_ratio=float(jump_ratio),
-            spike_mm=float(spike_mm),
-            median_cells=_whole(median_cells, "median_cells"),
-            threads=threads,
+            options,
+            threads,
         )
 
     def inspect(self, scan: ArrayLike, stop: _core.Stop | None = None, *, copy: bool = True) -> HeightMap:

@@ -345,7 +345,7 @@ class Inspector:
             return None
         margin = max(30.0, 2 * self.recipe.clean.max_hole_mm)
         low, high = self.ply_outline.min(axis=0) - margin, self.ply_outline.max(axis=0) + margin
-        known = _core.surface_extent(self.reference)
+        known = _core.surface.extent(self.reference)
         beside = (low >= known.max(axis=0)).any() or (high <= known.min(axis=0)).any()
         return None if beside else np.stack([low, high])
 

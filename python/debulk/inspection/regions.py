@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from debulk import _core, pocket
 from debulk.grid import Grid
+from debulk.recipe.options import regions
 from debulk.results.report import LeftOut
 from debulk.surface import Reference
 
@@ -100,30 +101,17 @@ class RegionFront:
         recipe: Recipe,
         mesh: tuple[int, int] | None = None,
     ) -> None:
-        clean, wanted, patch = recipe.clean, recipe.segmentation, recipe.patch
         self._recipe = recipe
-        self._core: Any = _core.RegionFront(
+        options = regions(recipe, spacing_mm, ply_outline)
+        if mesh is not None:
+            options.row_step, options.column_step = mesh
+        self._core: Any = _core.region.RegionFront(
             reference,
             image[:2],
             image[2:],
             np.eye(4) if mold_from_scanner is None else mold_from_scanner,
-            neighbours=clean.neighbours,
-            std_ratio=clean.std_ratio,
-            least_ratio=clean.least_ratio,
-            spacing_mm=spacing_mm,
-            hole_diameter_mm=clean.max_hole_mm,
-            spike_mm=clean.spike_mm,
-            median_cells=clean.median_cells,
-            cut_height_mm=wanted.cut_height_mm,
-            area_tol_mm2=wanted.area_tol_mm2,
-            peak_tol_mm=wanted.peak_tol_mm,
-            ply_outline=ply_outline,
-            thickness_mm=recipe.material.thickness_mm,
-            mold_tol_mm=patch.mold_tol_mm,
-            smooth_mm=patch.smooth_mm,
-            largest_share=0.8,
-            mesh=mesh,
-            threads=recipe.run.threads,
+            options,
+            recipe.run.threads,
         )
 
     def inspect(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None, stop: _core.Stop) -> Found | None:
