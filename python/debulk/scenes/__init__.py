@@ -10,6 +10,7 @@ from __future__ import annotations
 from debulk.scenes.bump import Bump
 from debulk.scenes.debulked import Debulked
 from debulk.scenes.scene import Layup, Truth, layup
+from debulk.scenes.varied import MISTAKES as mistakes
 from debulk.scenes.varied import VariedLayup, varied_layup
 
-__all__ = ["Bump", "Debulked", "Layup", "Truth", "VariedLayup", "layup", "varied_layup"]
+__all__ = ["Bump", "Debulked", "Layup", "Truth", "VariedLayup", "layup", "mistakes", "varied_layup"]
