@@ -111,7 +111,7 @@ def test_all_wrong_values_come_in_one_error():
         ({"segmentatoin": {}}, "segmentatoin: not a known setting; did you mean segmentation?"),
         ({"verdict": {"rms_mm": 0.2}}, "did you mean verdict.max_rms_mm?"),
         ({"load": {}}, "did you mean loads?"),
-        ({"segmentation": {"edge_tol_mm": 20.0}}, "segmentation.edge_tol_mm: not a setting any more: it is called net.f"),
+        ({"segmentation": {"edge_tol_mm": 20.0}}, "not a setting any more: it is called net.free_edge_mm now"),
         ({"loads": {"vacuum": "vertical"}}, "loads.vacuum: not a setting any more: the vacuum acts along -z"),
     ],
 )  # fmt: skip
