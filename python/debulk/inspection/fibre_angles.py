@@ -14,9 +14,6 @@ __all__ = ["angles_at", "checked_angles"]
 
 Floats = NDArray[np.float64]
 _NAME = "fibre_angles_deg"
-# The nearest point of such a grid is within a third of a drape's spacing: on a dome of 400 mm radius, a net of 8 mm, the
-# angles there are off by 0.3 degrees at most, and on the mold of a part by far less than a ply is laid to.
-_SHARE_OF_SPACING = 0.5
 
 
 def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
@@ -66,9 +63,11 @@ def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
 
 
 def _sampled(drape: Drape) -> Grid:
-    """Read a drape on a grid that covers its nodes: plain values, which can be saved."""
-    spacing_mm = _SHARE_OF_SPACING * drape.spacing_mm
+    """Read a drape on the grid of its own spacing that covers its nodes: plain values, which can be saved.
+
+    A drape knows one pair of directions per cell, so that a finer grid would say no more.
+    """
     low, high = drape.nodes_mm[:, :2].min(axis=0), drape.nodes_mm[:, :2].max(axis=0)
-    nx, ny = np.ceil((high - low) / spacing_mm).astype(int) + 1
-    blank = Grid(np.empty((ny, nx, 0)), low, spacing_mm)
-    return Grid(drape.angles_deg(np.dstack(np.meshgrid(blank.x_mm, blank.y_mm))), low, spacing_mm)
+    nx, ny = np.ceil((high - low) / drape.spacing_mm).astype(int) + 1
+    blank = Grid(np.empty((ny, nx, 0)), low, drape.spacing_mm)
+    return Grid(drape.angles_deg(np.dstack(np.meshgrid(blank.x_mm, blank.y_mm))), low, drape.spacing_mm)

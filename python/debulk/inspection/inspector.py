@@ -58,8 +58,8 @@ class Inspector:
     fibre_angles_deg
         The two fibre directions, degrees counter-clockwise from mold +x, projected along z: two numbers, a
         `debulk.Grid` with values (ny, nx, 2), NaN where nothing is known, or a `debulk.net.Drape`, which is read on a
-        grid of half its spacing. A pocket takes those of the nearest point of the grid at its centre; where they are not
-        known it is INVALID.
+        grid of its own spacing. A pocket takes the angles of the grid's point nearest to its centre; it is INVALID
+        where they are not known.
     mold_from_scanner
         (4, 4) rigid motion from the scanner's frame, in which scan and reference are, to the mold's: x_mold = T x.
         None: they are in the mold's frame already.
