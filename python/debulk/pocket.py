@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
+from debulk import _core, arrays
 from debulk.grid import Grid
+from debulk.surface import HeightMap, Reference
+
+Floats = NDArray[np.float64]
 
 # Each default stands once, in cpp/debulk/pocket.
 _SEGMENT, _FEET, _PATCH = _core.pocket.SegmentOptions(), _core.pocket.FootOptions(), _core.pocket.PatchOptions()
-
-if TYPE_CHECKING:
-    from debulk.surface import Reference
-
-Floats = NDArray[np.float64]
 
 __all__ = [
     "Dropped",
@@ -140,9 +138,9 @@ def segment(
     Parameters
     ----------
     height_map
-        (ny, nx) float32 ply minus reference, mm, NaN = unknown. If it has an attribute ``measured``, a mask of that
-        shape, False where a height was filled, it decides `Pocket.measured_share`. With `smooth_mm`, pockets are
-        measured on ``before_median``, and ``blur_mm2`` is undone, where it has these (`debulk.surface.HeightMap`).
+        (ny, nx) float32 ply minus reference, mm, NaN = unknown. A `debulk.surface.HeightMap` says more: `measured`
+        decides `Pocket.measured_share` (all heights of a plain grid count as measured), and with `smooth_mm` pockets
+        are measured on `before_median`, and `blur_mm2` is undone.
     cut_height_mm
         A pocket is where the height is at least this.
     area_tol_mm2
@@ -177,12 +175,6 @@ def segment(
     >>> [(p.id, round(p.peak_mm, 2), bool(abs(p.area_mm2 / (np.pi * (80 / 3) ** 2) - 1) < 1e-3)) for p in found.pockets]
     [(1, 8.0, True)]
     """
-    if not isinstance(height_map, Grid):
-        raise _core.InputError(f"height_map: expected a debulk.Grid, but got a {type(height_map).__name__}")
-    measured = getattr(height_map, "measured", None)
-    if isinstance(measured, Grid):
-        measured = measured.values
-    before = getattr(height_map, "before_median", None)
     options = _core.pocket.SegmentOptions()
     options.cut_height_mm = cut_height_mm
     options.area_tol_mm2 = area_tol_mm2
@@ -190,17 +182,28 @@ def segment(
     options.edge_tol_mm = 0.0 if edge_tol_mm is None else edge_tol_mm
     options.bridge_mm = bridge_mm
     options.smooth_mm = smooth_mm
-    options.blur_mm2 = float(getattr(height_map, "blur_mm2", 0.0))
-    options.ply_outline = None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64)
+    options.ply_outline = None if ply_outline is None else arrays.corners(ply_outline, "ply_outline")
+    return segment_with(options, height_map, threads, stop or _core.Stop())
+
+
+def segment_with(
+    options: _core.pocket.SegmentOptions, height_map: Grid, threads: int, stop: _core.Stop
+) -> Segmentation:
+    """Do the same with compiled options, but for the blur, which the height map knows."""
+    if not isinstance(height_map, Grid):
+        raise _core.InputError(f"height_map: expected a debulk.Grid, but got a {type(height_map).__name__}")
+    known = height_map if isinstance(height_map, HeightMap) else None
+    before = None if known is None else known.before_median
+    options.blur_mm2 = 0.0 if known is None else known.blur_mm2
     core = _core.pocket.segment(
         np.asarray(height_map.values, dtype=np.float32),
         np.asarray(height_map.origin_mm, dtype=np.float64),
         float(height_map.spacing_mm),
         options,
-        measured=None if measured is None else np.ascontiguousarray(measured, dtype=bool).view(np.uint8),
-        before_median=None if before is None else np.asarray(before, dtype=np.float32),
-        threads=threads,
-        stop=stop or _core.Stop(),
+        None if known is None else np.ascontiguousarray(known.measured, dtype=bool).view(np.uint8),
+        None if before is None else np.asarray(before, dtype=np.float32),
+        threads,
+        stop,
     )
     return from_core(core)
 
@@ -332,8 +335,13 @@ def feet(
     options.mold_tol_mm = mold_tol_mm
     options.smooth_mm = smooth_mm
     options.noise_mm = noise_mm
-    core = _core.pocket.find_feet(segmentation._core, options, threads, stop or _core.Stop())
-    return feet_from_core(segmentation, core, thickness_mm)
+    return feet_with(options, segmentation, threads, stop or _core.Stop())
+
+
+def feet_with(options: _core.pocket.FootOptions, segmentation: Segmentation, threads: int, stop: _core.Stop) -> Feet:
+    """Do the same with compiled options."""
+    core = _core.pocket.find_feet(segmentation._core, options, threads, stop)
+    return feet_from_core(segmentation, core, options.thickness_mm)
 
 
 def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -> Feet:
@@ -453,23 +461,23 @@ def polygon_area(outline_mm: ArrayLike) -> float:
     >>> polygon_area([[0, 0], [4, 0], [4, 1], [0, 1]])
     4.0
     """
-    return float(_core.pocket.polygon_area(np.asarray(outline_mm, dtype=np.float64)))
+    return float(_core.pocket.polygon_area(arrays.corners(outline_mm, "outline_mm")))
 
 
 def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
     """(N,) whether the points (N, 2) lie inside the (M, 2) polygon (even-odd rule)."""
-    result: NDArray[np.bool_] = _core.pocket.inside_polygon(_pairs(outline_mm), _pairs(xy_mm))
+    result: NDArray[np.bool_] = _core.pocket.inside_polygon(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
     return result
 
 
 def distance_to_outline(outline_mm: ArrayLike, xy_mm: ArrayLike) -> Floats:
     """(N,) distances in mm of the points (N, 2) from the (M, 2) polygon's outline, inside and outside alike."""
-    result: Floats = _core.pocket.distance_to_outline(_pairs(outline_mm), _pairs(xy_mm))
+    result: Floats = _core.pocket.distance_to_outline(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
     return result
 
 
-def _pairs(xy: ArrayLike) -> Floats:
-    return np.asarray(xy, dtype=np.float64)
+def _places(xy_mm: ArrayLike) -> Floats:
+    return arrays.numbers(xy_mm, "xy_mm", (None, 2), "an (N, 2) array of points", nan=True)
 
 
 def _like(grid: Grid, values: NDArray[Any]) -> Grid:

@@ -49,8 +49,17 @@ def wrong_values(model: type[BaseModel], error: ValidationError, values: Mapping
     return list(wrong.values())
 
 
+# Settings of earlier versions, and what to write instead.
+_GONE = {
+    "segmentation.edge_tol_mm": "it is called net.free_edge_mm now",
+    "loads.vacuum": "the vacuum acts along -z; leave the line out",
+}
+
+
 def _unknown(name: str, names: list[str]) -> str:
     """Name the nearest known setting: first by its last part, in whatever section that stands."""
+    if name in _GONE:
+        return f"not a setting any more: {_GONE[name]}"
     last = name.rsplit(".", 1)[-1]
     tails = {known.rsplit(".", 1)[-1]: known for known in reversed(names)}
     near = [tails[tail] for tail in difflib.get_close_matches(last, list(tails), n=1, cutoff=0.75)]

@@ -70,7 +70,7 @@ def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
     options.mode = recipe.patch.mode
     options.net.spacing_mm = recipe.net.spacing_mm
     options.net.node_target = recipe.net.node_target
-    options.net.free_edge_mm = recipe.segmentation.edge_tol_mm
+    options.net.free_edge_mm = recipe.net.free_edge_mm
     options.net.paths = recipe.net.paths
     return options
 

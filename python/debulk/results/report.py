@@ -78,9 +78,10 @@ class SolveReport:
     kkt_error
         Largest residual force over a node's vacuum load.
     curvature
-        Lowest eigenvalue of the reduced Hessian, mJ/mm²; negative at a saddle. None: not computed.
+        Smallest curvature of the energy within the active constraints, in the unit of `kkt_error` over the net's
+        spacing; 0 where none is negative, and negative at a saddle. None: not computed.
     energy_gain_mj
-        By how much the energy fell from the start. None: not computed.
+        By how much the energy fell from the net as laid, positive when it fell. None: not computed.
     compliant
         True if the fibres had to be given a compliance.
     doubt
