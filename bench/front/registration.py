@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import debulk
+from debulk.results.report import PocketReport
 
 PIXELS = (1280, 960)
 DECIDED = {debulk.Verdict.CEASE, debulk.Verdict.CREASE}
@@ -60,15 +61,16 @@ def cases(seed: int) -> Iterator[tuple[str, debulk.Report]]:
         noisy = debulk.scenes.layup(seed=seed, pixels=PIXELS, noise_mm=noise)
         yield f"noise {noise} mm instead of 0.05", inspector_of(noisy).inspect(noisy.scan)
     for pixels in ((640, 480), (2560, 1920)):
-        other = debulk.scenes.layup(seed=seed, pixels=pixels)
-        yield f"{pixels[0]} x {pixels[1]} pixels", inspector_of(other).inspect(other.scan)
+        finer = debulk.scenes.layup(seed=seed, pixels=pixels)
+        yield f"{pixels[0]} x {pixels[1]} pixels", inspector_of(finer).inspect(finer.scan)
 
     for height in (-0.2, -0.1, -0.05, 0.05, 0.1, 0.2):
         reference = moved_reference(inspector, np.array([0, 0, height]), 0.0)
         yield f"reference {height:+} mm in height", inspector_of(layup, reference=reference).inspect(layup.scan)
     for tilt in (1e-4, 3e-4):
         reference = moved_reference(inspector, np.zeros(3), tilt)
-        yield f"reference tilted by {1000 * tilt:g} mm a m", inspector_of(layup, reference=reference).inspect(layup.scan)
+        tilted = inspector_of(layup, reference=reference)
+        yield f"reference tilted by {1000 * tilt:g} mm a m", tilted.inspect(layup.scan)
     for shift in (0.5, 1.0, 2.0):
         reference = moved_reference(inspector, np.array([shift, 0, 0]), 0.0)
         yield f"reference {shift} mm aside", inspector_of(layup, reference=reference).inspect(layup.scan)
@@ -77,14 +79,12 @@ def cases(seed: int) -> Iterator[tuple[str, debulk.Report]]:
         turned = inspector_of(layup, reference=inspector.prepared, fibre_angles_deg=(turn, 90 + turn))
         yield f"fibre angles {turn:g} degrees off", turned.inspect(layup.scan)
     for by in (-5.0, -2.0, 2.0, 5.0):
-        outline = grown(layup.ply_outline, by)
-        yield f"outline {by:+g} mm outwards", inspector_of(layup, reference=inspector.prepared, ply_outline=outline).inspect(
-            layup.scan
-        )
+        other = inspector_of(layup, reference=inspector.prepared, ply_outline=grown(layup.ply_outline, by))
+        yield f"outline {by:+g} mm outwards", other.inspect(layup.scan)
     yield "no outline", inspector_of(layup, reference=inspector.prepared, ply_outline=None).inspect(layup.scan)
 
 
-def same_pocket(pocket: debulk.PocketReport, report: debulk.Report) -> debulk.PocketReport | None:
+def same_pocket(pocket: PocketReport, report: debulk.Report) -> PocketReport | None:
     """The pocket of another report whose outline has its middle near by."""
     middle = pocket.outline_mm.mean(axis=0)
     ways = [np.linalg.norm(p.outline_mm.mean(axis=0) - middle) for p in report.pockets]
@@ -93,16 +93,20 @@ def same_pocket(pocket: debulk.PocketReport, report: debulk.Report) -> debulk.Po
 
 
 def main(seeds: list[int]) -> None:
-    told: dict[str, list[tuple[debulk.PocketReport, debulk.PocketReport | None]]] = {}
+    told: dict[str, list[tuple[PocketReport, PocketReport | None]]] = {}
     for seed in seeds:
         known: debulk.Report | None = None
         for name, report in cases(seed):
             known = known or report
             told.setdefault(name, []).extend((p, same_pocket(p, report)) for p in known.pockets)
-    print(f"ERRORS OF THE INPUT, against the same layups without them; seeds {', '.join(map(str, seeds))}, {PIXELS[0]} x {PIXELS[1]}")
-    print("area, peak, RMS and ridge: median and largest change. opposite: CEASE and CREASE changed places; other: any other change of a verdict.")
+    print(f"ERRORS OF THE INPUT, {PIXELS[0]} x {PIXELS[1]} pixels, seeds {', '.join(map(str, seeds))}")
     print()
-    print(f"{'':34}{'pockets':>8}{'lost':>5}{'area %':>14}{'peak mm':>14}{'RMS mm':>16}{'ridge mm':>14}{'opposite':>10}{'other':>7}")
+    print("Against the same layups without them. Area to excess: median and largest change. Opposite: CEASE and CREASE")
+    print("changed places. Other: any other change of a verdict. Lost: pockets without one at the same place.")
+    print()
+    widths = (34, 8, 5, 14, 14, 16, 14, 14, 10, 7)
+    heads = ("", "pockets", "lost", "area %", "peak mm", "RMS mm", "ridge mm", "excess mm", "opposite", "other")
+    print("".join(f"{head:>{width}}" for head, width in zip(heads, widths, strict=True)))
     for name, pairs in told.items():
         kept = [(a, b) for a, b in pairs if b is not None]
 
@@ -117,10 +121,11 @@ def main(seeds: list[int]) -> None:
         peak = change([b.peak_mm - a.peak_mm for a, b in kept], 3)
         rms = change([less(a.rms_mm, b.rms_mm) for a, b in kept], 4)
         ridge = change([less(a.ridge_height_mm, b.ridge_height_mm) for a, b in kept], 3)
+        excess = change([less(a.excess_length_mm, b.excess_length_mm) for a, b in kept], 3)
         differ = [(a.verdict, b.verdict) for a, b in kept if a.verdict != b.verdict]
         opposite = sum(set(pair) == DECIDED for pair in differ)
         print(
-            f"{name:34}{len(pairs):8}{len(pairs) - len(kept):5}{area:>14}{peak:>14}{rms:>16}{ridge:>14}"
+            f"{name:34}{len(pairs):8}{len(pairs) - len(kept):5}{area:>14}{peak:>14}{rms:>16}{ridge:>14}{excess:>14}"
             f"{opposite:10}{len(differ) - opposite:7}",
             flush=True,
         )

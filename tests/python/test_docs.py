@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from debulk import Verdict
+from debulk.cli.support import EXIT_CODES
 from debulk.recipe import Recipe
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -136,6 +138,12 @@ def test_every_name_on_a_page_is_one_of_the_project() -> None:
 def test_the_examples_on_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     exec(compile(example(page), str(page), "exec"), {"__name__": "page"})
+
+
+def test_the_exit_codes_on_the_page_are_those_of_the_command_line() -> None:
+    page = (ROOT / "docs" / "integration.md").read_text()
+    told = {Verdict[name]: int(code) for code, name in re.findall(r"^\| (\d+) \| ([A-Z]+)\b", page, re.MULTILINE)}
+    assert told == EXIT_CODES
 
 
 # Each kind of fault is planted, to see that it is found.

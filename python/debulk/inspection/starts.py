@@ -1,6 +1,6 @@
 """How many starts a pocket gets: a fixed few, and more, up to a fixed number, while a figure lies close to its limit.
 
-A sheet has many minima, and its figures differ between them (model.md, section 4). Far from every limit that does not
+A sheet has many minima, and its figures differ between them (docs/model.md, section 4). Far from every limit that does not
 matter; close to one, the range over a few starts is too narrow to trust. Measured in bench/study: 2 starts, and up to 8
 close to a limit, decide as well as 6 for every pocket, in less than half the time.
 """
