@@ -99,6 +99,7 @@ bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; re
 	$(python) bench/front/make_scene.py --pitch 0.55 build/scenes/paper
 	$(python) bench/front/cycle.py build/scenes bench/front
 	$(python) bench/front/regions.py
+	$(python) bench/front/registration.py > bench/front/registration.txt
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
