@@ -146,6 +146,13 @@ def test_the_exit_codes_on_the_page_are_those_of_the_command_line() -> None:
     assert told == EXIT_CODES
 
 
+def test_sphinx_leaves_the_equations_alone() -> None:
+    """It wraps one that holds a line break into an environment in which MathJax refuses its number."""
+    for page in DOCS:
+        for equation in re.findall(r"\$\$(.+?)\$\$", prose(page), re.DOTALL):
+            assert "\\\\" not in equation, f"{page.name}: write \\cr for the line break in {equation}"
+
+
 # Each kind of fault is planted, to see that it is found.
 
 
