@@ -1,8 +1,9 @@
 #pragma once
 
+#include "debulk/core/stop.hpp"
 #include "support/shapes.hpp"
 
-// Nets whose minima and saddles are known, or that make a real fold.
+// Nets for tests of the minimisation and of its certificate, and a mold that stops it.
 namespace debulk::test {
 
 // A ridge along y on a plane, its border fixed: fibres bent in the xz plane, and straight ones along y.
@@ -32,5 +33,16 @@ inline Net chain(const std::vector<Eigen::Vector3d>& points, int fixed, double s
   }
   return net;
 }
+
+// A mold that raises a flag when it has been asked often enough: a stop in the middle of a solve, without a clock.
+struct Impatient : Plane {
+  explicit Impatient(long most) : left(most) {}
+  SurfaceSample sample(const Eigen::Vector2d& p) const override {
+    if (--left == 0) stop.cancel();
+    return Plane::sample(p);
+  }
+  mutable long left;
+  Stop stop;
+};
 
 }  // namespace debulk::test
