@@ -144,7 +144,8 @@ TEST(Certify, AColumnStandsUntilItBuckles) {
       EXPECT_LT(at.certificate.kkt_error, 1e-8);
       EXPECT_EQ(at.certificate.certified(), share < 1) << movable << ' ' << share << ' ' << at.certificate.failure();
       const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(bending - share * critical * sinking).eigenvalues()[0];
-      EXPECT_NEAR(at.certificate.curvature, std::min(0.0, least * kSpacing / sheet.force_unit_n()), 1e-4 * std::abs(least) * kSpacing) << movable;
+      EXPECT_NEAR(at.certificate.curvature, std::min(0.0, least * kSpacing / sheet.force_unit_n()), 1e-4 * std::abs(least) * kSpacing)
+          << movable;
       EXPECT_EQ(at.descent.empty(), share < 1);
     }
   }
@@ -229,9 +230,11 @@ TEST(Certify, ANodeThatTouchesWithoutPushingMayRise) {
 TEST(Certify, ANodeThatIsPressedMayNotRiseAndAStableCellNeedNot) {
   const auto mold = std::make_shared<test::Plane>();
   Ply ply;
-  EXPECT_TRUE(certify(Sheet(cells(2, 75 * M_PI / 180), 100.0, ply, mold), cells(2, 75 * M_PI / 180).nodes, kStiffness).certificate.certified());
+  EXPECT_TRUE(
+      certify(Sheet(cells(2, 75 * M_PI / 180), 100.0, ply, mold), cells(2, 75 * M_PI / 180).nodes, kStiffness).certificate.certified());
   ply.pressure_mpa = ply.density_kg_m3 = 0;
-  EXPECT_TRUE(certify(Sheet(cells(2, 105 * M_PI / 180), 100.0, ply, mold), cells(2, 105 * M_PI / 180).nodes, kStiffness).certificate.certified());
+  EXPECT_TRUE(
+      certify(Sheet(cells(2, 105 * M_PI / 180), 100.0, ply, mold), cells(2, 105 * M_PI / 180).nodes, kStiffness).certificate.certified());
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ struct Case {
     const auto base = mold();
     PocketShape shape;
     shape.angles = {angle, angle + M_PI / 2};
-    for (int k = 0; k < 80; ++k) shape.outline.emplace_back(0.93 * radius * std::cos(2 * M_PI * k / 80), 0.93 * radius * std::sin(2 * M_PI * k / 80));
+    for (int k = 0; k < 80; ++k)
+      shape.outline.emplace_back(0.93 * radius * std::cos(2 * M_PI * k / 80), 0.93 * radius * std::sin(2 * M_PI * k / 80));
     FibreNetOptions options;
     options.node_target = 80;
     return fibre_net(test::Bell(*base, height_mm, radius), *base, shape, options);
@@ -200,7 +201,8 @@ TEST_F(CertifyMinima, RefuseTheInitialNet) {
 TEST_F(CertifyMinima, RefuseATruncatedSolve) {
   each([](const Case& c, const Points&) {
     // An iteration of NLopt is a whole minimisation: a dozen of them may do.
-    for (const auto& [method, iterations] : {std::pair{"interior_point", 1}, {"interior_point", 6}, {"ipopt", 1}, {"ipopt", 6}, {"nlopt", 1}, {"nlopt", 3}}) {
+    for (const auto& [method, iterations] :
+         {std::pair{"interior_point", 1}, {"interior_point", 6}, {"ipopt", 1}, {"ipopt", 6}, {"nlopt", 1}, {"nlopt", 3}}) {
       MinimiseOptions options;
       options.method = method;
       options.solve.max_iterations = iterations;

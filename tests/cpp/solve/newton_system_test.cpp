@@ -21,7 +21,8 @@ using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 // of a fibre they have a Hessian without negative curvature, which compression turns into some.
 class Banded : public Problem {
  public:
-  Banded(int variables, int equalities, int band, double softest, unsigned seed) : n_(variables), m_(equalities), band_(band), engine_(seed) {
+  Banded(int variables, int equalities, int band, double softest, unsigned seed)
+      : n_(variables), m_(equalities), band_(band), engine_(seed) {
     w_ = MatrixXd::Zero(n_, n_);
     for (int i = 0; i < n_; ++i)
       for (int j = std::max(0, i - band_); j <= i; ++j) w_(i, j) = w_(j, i) = normal();
