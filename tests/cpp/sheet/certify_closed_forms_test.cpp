@@ -18,13 +18,13 @@ using Eigen::Vector3d;
 constexpr double kSpacing = 4.0, kStiffness = 1e8, kAloft = 100.0;
 
 // Pressed by force_n a node and by nothing else.
-Ply pressed_only(bool bends) {
-  Ply ply;
+PlyMaterial pressed_only(bool bends) {
+  PlyMaterial ply;
   ply.density_kg_m3 = ply.shear_mpa = 0;
   if (!bends) ply.young_mpa = 0;
   return ply;
 }
-double area_of(double force_n, std::size_t nodes, const Ply& ply) {
+double area_of(double force_n, std::size_t nodes, const PlyMaterial& ply) {
   return force_n * static_cast<double>(nodes) / ply.pressure_mpa;
 }
 Sheet pressed(const Net& net, double force_n, bool bends = false, std::shared_ptr<const Surface> mold = std::make_shared<test::Plane>()) {
@@ -200,7 +200,7 @@ Net cells(int count, double corner) {
 
 TEST(Certify, ANodeThatTouchesWithoutPushingMayRise) {
   const double acute = 75 * M_PI / 180;
-  Ply unpressed;
+  PlyMaterial unpressed;
   unpressed.pressure_mpa = unpressed.density_kg_m3 = 0;
   const auto mold = std::make_shared<test::Plane>();
   for (const int count : {1, 2, 3}) {
@@ -229,7 +229,7 @@ TEST(Certify, ANodeThatTouchesWithoutPushingMayRise) {
 
 TEST(Certify, ANodeThatIsPressedMayNotRiseAndAStableCellNeedNot) {
   const auto mold = std::make_shared<test::Plane>();
-  Ply ply;
+  PlyMaterial ply;
   EXPECT_TRUE(
       certify(Sheet(cells(2, 75 * M_PI / 180), 100.0, ply, mold), cells(2, 75 * M_PI / 180).nodes, kStiffness).certificate.certified());
   ply.pressure_mpa = ply.density_kg_m3 = 0;

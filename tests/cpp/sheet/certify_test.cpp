@@ -40,9 +40,9 @@ struct Case {
   }
   Sheet on_mold(double above) const {
     const PocketNet pocket = laid();
-    return Sheet(pocket.net, pocket.area, Ply(), moved(mold(), {0, 0, above}));
+    return Sheet(pocket.net, pocket.area, PlyMaterial(), moved(mold(), {0, 0, above}));
   }
-  Sheet sheet() const { return Sheet(laid().net, laid().area, Ply(), mold()); }
+  Sheet sheet() const { return Sheet(laid().net, laid().area, PlyMaterial(), mold()); }
 };
 const std::vector<Case> kCases = {{6, 0.2, 1 / 8000.0, 0, 1 / 6000.0}, {4, 0.7, -1 / 3000.0, 1 / 5000.0, -1 / 4000.0}, {8, 0.0, 0, 0, 0}};
 
@@ -273,7 +273,7 @@ TEST_F(CertifyMinima, RefuseAPointAboveTheStart) {
   ASSERT_GT(highest.energy_mj - lowest.energy_mj, 0.01);
   PocketNet from_lowest = c.laid();
   from_lowest.net.nodes = lowest.nodes;
-  const Sheet sheet(from_lowest.net, from_lowest.area, Ply(), c.mold());
+  const Sheet sheet(from_lowest.net, from_lowest.area, PlyMaterial(), c.mold());
   EXPECT_TRUE(certify(sheet, lowest.nodes, kStiffness).certificate.certified());
   const Certificate at = certify(sheet, highest.nodes, kStiffness).certificate;
   EXPECT_NEAR(at.energy_gain_mj, highest.energy_mj - lowest.energy_mj, 1e-6);  // loads count from the start

@@ -21,7 +21,7 @@ std::shared_ptr<const Surface> plane(double slope = 0) {
 }
 
 Minimum ridge(const MinimiseOptions& options, std::shared_ptr<const Surface> mold = plane()) {
-  return minimise(Sheet(test::ridge_net(9, 7, 0.5), kArea, Ply(), mold), options)[0];
+  return minimise(Sheet(test::ridge_net(9, 7, 0.5), kArea, PlyMaterial(), mold), options)[0];
 }
 
 // A mold that takes its time, so that a deadline passes during the solve on any machine.
@@ -37,7 +37,7 @@ Minimum converged() {
 }
 
 Minimum nothing_moves() {
-  return minimise(Sheet(test::flat_net(3, 2, 5.0), kArea, Ply(), plane()), MinimiseOptions())[0];
+  return minimise(Sheet(test::flat_net(3, 2, 5.0), kArea, PlyMaterial(), plane()), MinimiseOptions())[0];
 }
 
 Minimum iteration_limit() {
@@ -65,7 +65,7 @@ Minimum infeasible(const char* method, double stretch) {
   for (Eigen::Vector3d& p : net.nodes) p.x() *= stretch;
   MinimiseOptions options;
   options.method = method;
-  return minimise(Sheet(net, kArea, Ply(), plane()), options)[0];
+  return minimise(Sheet(net, kArea, PlyMaterial(), plane()), options)[0];
 }
 
 // More digits than there are.
@@ -80,7 +80,7 @@ Minimum numerical_failure(const char* method) {
 Minimum too_few_movable_nodes() {
   Net net = test::flat_net(9, 7, 5.0);
   for (std::size_t i = 0; i < net.kinds.size(); ++i) net.kinds[i] = i == 30 ? NodeKind::inner : NodeKind::fixed;
-  return minimise(Sheet(net, kArea, Ply(), plane()), MinimiseOptions())[0];
+  return minimise(Sheet(net, kArea, PlyMaterial(), plane()), MinimiseOptions())[0];
 }
 
 // On a slope without friction, two pieces: one held by its border, and one that nothing holds. `held` alone is refused up front
@@ -99,7 +99,7 @@ Minimum no_minimum(bool held) {
     net.inside.push_back(1);
   }
   for (Eigen::Vector3d& p : net.nodes) p = {p.x() / std::sqrt(1 + slope * slope), p.y(), p.x() / std::sqrt(1 + slope * slope) * slope};
-  Ply slippery;
+  PlyMaterial slippery;
   slippery.friction = 0;
   return minimise(Sheet(net, kArea, slippery, plane(slope)), MinimiseOptions())[0];
 }
@@ -107,7 +107,7 @@ Minimum no_minimum(bool held) {
 Minimum not_a_surface() {
   Net net = test::ridge_net(9, 7, 0.5);
   net.nodes[20] = net.nodes[21];
-  return minimise(Sheet(net, kArea, Ply(), plane()), MinimiseOptions())[0];
+  return minimise(Sheet(net, kArea, PlyMaterial(), plane()), MinimiseOptions())[0];
 }
 
 TEST(Status, OfEveryKindIsReached) {
