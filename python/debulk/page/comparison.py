@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from debulk.page.charts import Row, bar_chart
 from debulk.page.map import Area, nice, ply_map
-from debulk.page.report import Row, bar_chart, render
+from debulk.page.render import render
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
