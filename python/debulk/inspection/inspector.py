@@ -129,7 +129,7 @@ class Inspector:
 
     @classmethod
     def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
-        """Read an inspector that `save` wrote; it inspects as that one did, to the last bit.
+        """Read an inspector that `save` wrote; its reports are equal to the saved one's, to the last bit.
 
         Parameters
         ----------

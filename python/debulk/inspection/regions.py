@@ -48,8 +48,8 @@ class RegionFinder:
     whole
         Takes the scans that regions do not; None: made here.
     mesh
-        (rows, columns): the coarse pass reads every so-manyth, for studies; a sparse mesh can miss pockets. None: as
-        sparse as the area tolerance allows without missing any.
+        (rows, columns): steps between the rows and the columns of pixels that the coarse pass reads, for studies; a
+        sparse mesh can miss pockets. None: as sparse as the area tolerance allows without missing any.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...
         return (outside,)
     sampled = LeftOut(
         what="most of the scan in the threshold of the outlier filter",
-        why=f"it is told from a sample of {figures.sample} points",
+        why=f"it is estimated from a sample of {figures.sample} points",
         bound=f"{figures.threshold_mm:.3f} mm, 3 standard errors are {3 * figures.threshold_error_mm:.2g} mm",
     )
     return outside, sampled
