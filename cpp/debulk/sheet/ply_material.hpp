@@ -7,7 +7,7 @@
 
 namespace debulk {
 
-// The ply's material and the loads on it (the paper's table; model.md, top).
+// The ply's material and the loads on it (the paper's table; docs/model.md).
 struct PlyMaterial {
   double thickness_mm = kNominalThicknessMm;
   double young_mpa = kNominalYoungMpa;  // for bending only

@@ -10,27 +10,24 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from debulk import _core, pocket, surface
+from debulk import _core, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison
 from debulk.grid import Grid
-from debulk.inspection import inputs, inspector_file, left_out
+from debulk.inspection import inputs, inspector_file, reporting
 from debulk.inspection.cleaning import cleaned, masked
 from debulk.inspection.comparing import compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
-from debulk.inspection.evaluation import Evaluation, evaluate_all
+from debulk.inspection.evaluation import evaluate_all
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
-from debulk.inspection.laid_pocket import criteria
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
 from debulk.net import Drape
 from debulk.report import Report
-from debulk.verdict import Judgement, Verdict, judge_layup
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -132,7 +129,7 @@ class Inspector:
 
     @classmethod
     def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
-        """Read an inspector that `save` wrote; it inspects as that one did, to the last bit.
+        """Read an inspector that `save` wrote; its reports are equal to the saved one's, to the last bit.
 
         Parameters
         ----------
@@ -190,7 +187,7 @@ class Inspector:
         except _core.Stopped:
             if cycle.stop.cancelled:
                 raise Cancelled("the inspection was cancelled") from None
-            return self._too_late(cycle)
+            return reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Walk through the steps of the field."""
@@ -200,7 +197,7 @@ class Inspector:
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
             evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return self._report(found, evaluations, cycle)
+            return reporting.report(found, evaluations, self.ply, self.prepared, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.
@@ -269,41 +266,3 @@ class Inspector:
         finally:
             with self._lock:
                 self._running.discard(stop)
-
-    def _report(self, found: Found, evaluations: list[Evaluation], cycle: Cycle) -> Report:
-        coverage = self._coverage(found)
-        pockets = tuple(evaluation.report for evaluation in evaluations)
-        judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria(self.recipe))
-        entries = left_out.of_scan(found, self.ply_outline is not None, self.recipe)
-        entries += tuple(entry for e in evaluations for entry in e.left_out)
-        log.info("%s: %s", judged.verdict.value, judged.reason)
-        return Report(
-            verdict=judged.verdict,
-            reason=judged.reason,
-            pockets=pockets,
-            timings_ms=cycle.timings_ms(),
-            left_out=left_out.merged(entries),
-            coverage=coverage,
-            height_map=found.overview,
-            ply_outline_mm=self.ply_outline,
-            recipe=self.recipe.model_dump(),
-        )
-
-    def _too_late(self, cycle: Cycle) -> Report:
-        return Report(
-            verdict=Verdict.UNDECIDED,
-            reason=f"the deadline passed during the stage {cycle.current}, before any pocket was known",
-            pockets=(),
-            timings_ms=cycle.timings_ms(),
-            ply_outline_mm=self.ply_outline,
-            recipe=self.recipe.model_dump(),
-        )
-
-    def _coverage(self, found: Found) -> float:
-        """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
-        expected: float
-        if self.ply_outline is None:
-            expected = np.count_nonzero(np.isfinite(self.prepared.seen.values)) * self.grid_spacing_mm**2
-        else:
-            expected = abs(pocket.polygon_area(self.ply_outline))
-        return float(min(1.0, found.known_mm2 / expected))

@@ -21,7 +21,7 @@ TEST(ExcessBounds, NaturalLengthOfThePapersPly) {
   EXPECT_NEAR(paper_length(), 2.0, 0.01);
 }
 
-TEST(ExcessBounds, ElasticFoldsNeedLittleExcess) {  // model.md, section 6
+TEST(ExcessBounds, ElasticFoldsNeedLittleExcess) {  // docs/model.md, section 6
   EXPECT_EQ(elastic_fold_height(0, paper_length()), 0);
   EXPECT_NEAR(elastic_fold_height(0.044, paper_length()), 0.3, 2e-3);
   EXPECT_NEAR(elastic_fold_height(0.108, paper_length()), 0.5, 2e-3);
