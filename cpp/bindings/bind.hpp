@@ -4,7 +4,7 @@
 
 namespace debulk {
 
-// One a room, called by module.cpp in the order of the rooms.
+// One per room. module.cpp calls each with its submodule, in the order of the rooms.
 void bind_build(pybind11::module_ m);
 void bind_cloud(pybind11::module_ m);
 void bind_files(pybind11::module_ m);

@@ -19,7 +19,7 @@ struct PocketShape {
   FibreAngles angles{0.0, 0.0};
   std::vector<Eigen::Vector2d> outline;      // the perimeter
   std::vector<Eigen::Vector2d> ply_outline;  // empty: the ply's edge is unknown and no node is free
-  std::vector<Eigen::Vector2d> rms_outline;  // what Net::inside is told by; empty: `outline`
+  std::vector<Eigen::Vector2d> rms_outline;  // decides Net::inside; empty: `outline` does
 };
 
 struct FibreNetOptions {
@@ -39,7 +39,7 @@ struct PocketNet {
 };
 
 // The pocket's net on the ply's surface (docs/model.md, section 2). Its nodes: inside the perimeter, and in the band up to one
-// spacing outside it (in XY), and not past the ply's edge; of these the part that hangs together with the centre.
+// spacing outside it (in XY), and not past the ply's edge; of these, the nodes that are connected to the centre.
 //  * A band node within mold_tol of the mold is a boundary node: free within edge_tol of the ply's edge, else fixed.
 //  * A node that lost a fibre neighbour to the ply's edge is the end of a fibre there: free, unless it is such a fixed node.
 //  * All others are inner, band nodes above mold_tol too.

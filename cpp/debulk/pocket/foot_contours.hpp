@@ -31,7 +31,7 @@ struct Foot {
 };
 
 struct FootMap {
-  std::vector<Foot> feet;     // one a pocket, in the order of their ids
+  std::vector<Foot> feet;     // one per pocket, in the order of their ids
   Grid<std::int32_t> labels;  // id of the pocket to whose foot a point belongs, 0: none
   Grid<float> heights;        // smoothed, above the reference
   double noise_mm = 0;        // sigma of the heights before smoothing
@@ -41,7 +41,8 @@ struct FootMap {
 
 // Every point that stands up belongs to the pocket it drains up to: a flood downhill from all pockets at once, the highest
 // point first, parts neighbours at their saddle (a watershed). It may rise again by mold_tol over the lowest point of its way, for
-// noise; behind a higher rise lies something else. So does what stands above the cut without being a pocket. Throws Stopped.
+// noise; behind a higher rise lies something else. The same holds behind whatever stands above the cut without being a pocket. Throws
+// Stopped.
 FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

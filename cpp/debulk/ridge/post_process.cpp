@@ -19,7 +19,7 @@ constexpr double kTautStrain = 1e-4;
 void check_input(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
                  const std::vector<std::uint8_t>& inside) {
   check_nodes(nodes, neighbours);
-  require(inside.size() == nodes.size(), "inside", "one value a node", std::to_string(inside.size()) + " values");
+  require(inside.size() == nodes.size(), "inside", "one value per node", std::to_string(inside.size()) + " values");
   require(std::any_of(inside.begin(), inside.end(), [](std::uint8_t i) { return i != 0; }), "inside",
           "at least one node inside the perimeter", "none of " + std::to_string(inside.size()));
 }

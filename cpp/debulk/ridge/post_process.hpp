@@ -25,9 +25,9 @@ struct RidgeOptions {
 };
 
 struct PostProcessed {
-  std::vector<double> gaps;             // mm above the mold, one a node: top of the consolidated ply, or of the ridge
-  std::vector<std::uint8_t> is_ridge;   // one a node: 1 at the peak of a ridge
-  std::vector<std::uint8_t> is_bridge;  // one a node: 1 where the ply is too short to reach the mold
+  std::vector<double> gaps;             // mm above the mold, one per node: top of the consolidated ply, or of the ridge
+  std::vector<std::uint8_t> is_ridge;   // one per node: 1 at the peak of a ridge
+  std::vector<std::uint8_t> is_bridge;  // one per node: 1 where the ply is too short to reach the mold
   std::vector<RidgeSection> sections;   // of the ridges, in the order in which they were formed: from the largest gap down
   double ridge_height = 0.0;            // mm, of the highest ridge; 0: none
   double ridge_length = 0.0;            // mm, of the longest connected ridge; 0: none

@@ -85,7 +85,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
   return minimum;
 }
 
-// Does something hold the ply as a whole? Fixed nodes do. Without any, let it slide as it lies, its nodes moved by the same
+// Whether something holds the ply as a whole. Fixed nodes do. Without any, it slides as it lies, all nodes moved by the same
 // (x, y) on the mold: load times the mean descent, against the grip of the free nodes, mu P A / N times the way. It is held
 // where it lies, or comes to rest within its own size (Newton's method with steps of at most a spacing), or slides off.
 bool held(const Sheet& sheet) {

@@ -37,7 +37,7 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
 const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
   Clock clock;
   Grid<float>& other = map_.before_median;  // until then, for whatever a filter writes
-  // Where there are as many cells as pixels, that takes the place of the image's heights.
+  // Where there are as many cells as pixels, the copy uses the memory of the image's heights.
   const bool shared = gridding_ && map_.heights.size() >= PinholeOutliers::heights_for(view_.width, view_.height);
   if (shared && image_.heights().empty()) {  // it is not after a stop
     other.values.reserve(map_.heights.size());

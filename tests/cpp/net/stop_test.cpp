@@ -1,4 +1,4 @@
-// A stop ends the laying of a net soon, with Stopped, and the next one is none the worse for it.
+// A stop ends the laying of a net soon, with Stopped, and the next one is not affected by it.
 #include <gtest/gtest.h>
 
 #include "debulk/net/lay_pocket.hpp"
