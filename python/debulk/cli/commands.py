@@ -214,9 +214,8 @@ def _angles(text: str) -> tuple[float, float]:
         first, second = (float(word) for word in text.split(","))
     except ValueError:
         raise InputError(f"--angles: expected two numbers like 0,90, got {text!r}") from None
-    # Also catches NaN and infinity: their remainder is not a number.
-    if not 1.0 <= abs(first - second) % 180 <= 179.0:
-        raise InputError(f"--angles: expected two directions at least 1 degree apart, got {text!r}")
+    if not math.isfinite(first + second):
+        raise InputError(f"--angles: expected two numbers like 0,90, got {text!r}")
     return first, second
 
 

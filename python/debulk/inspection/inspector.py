@@ -21,13 +21,15 @@ from debulk.inspection import inputs, inspector_file, left_out
 from debulk.inspection.cleaning import cleaned, masked
 from debulk.inspection.comparing import compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
-from debulk.inspection.evaluation import Evaluation, evaluate_all
+from debulk.inspection.evaluation import Evaluation, evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
+from debulk.inspection.placing import Placed, Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
+from debulk.inspection.sample import Sample
 from debulk.net import Drape
 from debulk.report import Report
 from debulk.verdict import Judgement, Verdict, judge_layup
@@ -112,6 +114,7 @@ class Inspector:
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
+        self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
         self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
         self._lock = threading.Lock()  # of the stops
@@ -194,13 +197,22 @@ class Inspector:
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Walk through the steps of the field."""
+        with cycle.stage("level", 0.0):  # do scan and reference belong together?
+            sample = self._placing.look(scan)
+            placed = self._placing.gross(sample)
+        if placed is not None:
+            return self._out_of_place(placed, sample, cycle)
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self.find(scan, cycle.stop))
         cycle.split("height map", found.times_ms)
+        with cycle.stage("place", _FOUND):
+            placed = self._placing.judge(sample, found)
+        if placed.doubt:
+            return self._report(found, placed, not_judged(found.pockets, "the scan is not in its place"), cycle)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
             evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return self._report(found, evaluations, cycle)
+            return self._report(found, placed, evaluations, cycle)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.
@@ -270,10 +282,12 @@ class Inspector:
             with self._lock:
                 self._running.discard(stop)
 
-    def _report(self, found: Found, evaluations: list[Evaluation], cycle: Cycle) -> Report:
+    def _report(self, found: Found, placed: Placed, evaluations: list[Evaluation], cycle: Cycle) -> Report:
         coverage = self._coverage(found)
         pockets = tuple(evaluation.report for evaluation in evaluations)
         judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria(self.recipe))
+        if placed.doubt and (placed.level is not None or coverage >= self.recipe.verdict.min_coverage):
+            judged = Judgement(Verdict.INVALID, placed.doubt)
         entries = left_out.of_scan(found, self.ply_outline is not None, self.recipe)
         entries += tuple(entry for e in evaluations for entry in e.left_out)
         log.info("%s: %s", judged.verdict.value, judged.reason)
@@ -284,7 +298,22 @@ class Inspector:
             timings_ms=cycle.timings_ms(),
             left_out=left_out.merged(entries),
             coverage=coverage,
+            level=placed.level,
             height_map=found.overview,
+            ply_outline_mm=self.ply_outline,
+            recipe=self.recipe.model_dump(),
+        )
+
+    def _out_of_place(self, placed: Placed, sample: Sample, cycle: Cycle) -> Report:
+        """Report a scan in which no pockets were looked for."""
+        log.info("%s: %s", Verdict.INVALID.value, placed.doubt)
+        return Report(
+            verdict=Verdict.INVALID,
+            reason=placed.doubt,
+            pockets=(),
+            timings_ms=cycle.timings_ms(),
+            level=placed.level,
+            height_map=sample.overview(),
             ply_outline_mm=self.ply_outline,
             recipe=self.recipe.model_dump(),
         )
