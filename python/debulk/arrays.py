@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
 
-__all__ = ["corners", "numbers", "outline", "pair", "points_xy", "positive", "whole"]
+__all__ = ["corners", "numbers", "outline", "pair", "points_xy", "positive", "rigid", "whole"]
 
 Floats = NDArray[np.float64]
 LARGEST_MM = 1e5
@@ -46,7 +46,9 @@ def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected
     debulk._core.InputError: xy: expected two coordinates in mm, but got shape (3,)
     """
     if isinstance(value, np.ma.MaskedArray):
-        raise InputError(f"{name}: expected {expected}, but got a masked array; fill in what is masked, or leave it out")
+        raise InputError(
+            f"{name}: expected {expected}, but got a masked array; fill in what is masked, or leave it out"
+        )
     try:
         array: NDArray[Any] = np.asarray(value)
     except ValueError:  # lists of different lengths
@@ -93,7 +95,7 @@ def outline(value: ArrayLike, name: str) -> Floats:
 near (0.7, 0.7) mm; list the corners in their order round the ply
     """
     given = numbers(value, name, (None, 2), "an (M, 2) array of corners in mm")
-    polygon = given[(given != np.roll(given, 1, axis=0)).any(axis=1)].copy()
+    polygon: Floats = given[(given != np.roll(given, 1, axis=0)).any(axis=1)].copy()
     if len(polygon) < 3:
         raise InputError(f"{name}: expected at least 3 corners, but got {len(polygon)}")
     farthest = float(np.abs(polygon).max())
@@ -130,6 +132,17 @@ def positive(value: float, name: str) -> float:
     if not number > 0:
         raise InputError(f"{name}: expected a positive length in mm, but got {value!r}")
     return number
+
+
+def rigid(value: ArrayLike, name: str) -> Floats:
+    """Return a (4, 4) rotation and translation, as a copy; refuse one that scales, shears or mirrors."""
+    motion = numbers(value, name, (4, 4), "a (4, 4) matrix").copy()
+    rotation = motion[:3, :3]
+    if not np.allclose(motion[3], [0, 0, 0, 1]):
+        raise InputError(f"{name}: expected the last line 0 0 0 1, got {' '.join(f'{v:g}' for v in motion[3])}")
+    if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(rotation) < 0:
+        raise InputError(f"{name}: expected a rotation in the upper left 3 x 3, got one that scales, shears or mirrors")
+    return motion
 
 
 def whole(value: float, name: str) -> int:

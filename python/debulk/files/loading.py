@@ -132,11 +132,7 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
     pose = _numbers(path, header=False)
     if pose.shape != (4, 4):
         raise InputError(f"{path}: expected four lines of four numbers, got {pose.shape[0]} of {pose.shape[1]}")
-    rotation = pose[:3, :3]
-    if not np.allclose(pose[3], [0, 0, 0, 1]):
-        raise InputError(f"{path}: expected the last line 0 0 0 1, got {' '.join(f'{v:g}' for v in pose[3])}")
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(rotation) < 0:
-        raise InputError(f"{path}: expected a rotation in the upper left 3 x 3, got one that scales, shears or mirrors")
+    pose = arrays.rigid(pose, str(path))
     pose[:3, 3] *= _factor(unit)
     return pose
 

@@ -39,8 +39,8 @@ class EdgeFit:
     off_share
         Share of them in which the edge lies elsewhere.
     off_mm, at_mm
-        Median distance of the edge from the outline there, positive outside it; and (2,) the middle of the longest row
-        of such stretches; NaN if there is none.
+        In the middle of the longest row of such stretches: distance of the edge from the outline, positive outside it,
+        and (2,) the place; NaN if there is none.
     """
 
     judged: int
@@ -105,7 +105,8 @@ class Outline:
         number = int(judged.sum())
         if not wrong.any():
             return EdgeFit(number, 0.0, np.nan, np.full(2, np.nan))
-        return EdgeFit(number, wrong.sum() / number, float(np.median(off[wrong])), self._middles[_longest(wrong)])
+        worst = _longest(wrong)
+        return EdgeFit(number, float(wrong.sum()) / number, float(off[worst]), self._middles[worst])
 
 
 def _edge(middle: Floats, offsets: Floats, thickness: float) -> float:

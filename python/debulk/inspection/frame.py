@@ -1,4 +1,4 @@
-"""Whether a reference can be in the mold's frame and in millimetres: a pose or a factor that was forgotten shows here."""
+"""Whether a reference can be in the mold's frame and in mm: a pose or a factor that was forgotten shows here."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _LEAST_PLY_SHARE = 0.002  # of the reference: an outline in inches makes 1/645 o
 def pose_needed() -> InputError:
     """Return the error for an image of a pinhole camera at the origin without a pose: its frame is the scanner's."""
     return InputError(
-        "mold_from_scanner: expected a pose, but got None, and the reference is the image of a camera at the origin: it "
-        "is in the scanner's frame; give the (4, 4) motion into the mold's, with z up from the mold, or np.eye(4) where "
-        "the mold's frame is the scanner's (on the command line: --pose FILE or --pose identity)"
+        "mold_from_scanner: expected a pose, but got None, and the reference is the image of a camera at the origin: "
+        "it is in the scanner's frame; give the (4, 4) motion into the mold's, with z up from the mold, or np.eye(4) "
+        "where the mold's frame is the scanner's (on the command line: --pose FILE or --pose identity)"
     )
 
 
@@ -43,13 +43,13 @@ def check_cloud_frame(points_mm: Floats, pitch_mm: float) -> None:
         )
     if far > _FAR_MM:
         raise InputError(
-            f"reference: expected coordinates within {_FAR_MM / 1000:g} m of the mold frame's origin, but got {far:.4g} "
-            "mm: check the unit of the pose's translation, or choose an origin at the mold"
+            f"reference: expected coordinates within {_FAR_MM / 1000:g} m of the mold frame's origin, but got "
+            f"{far:.4g} mm: check the unit of the pose's translation, or choose an origin at the mold"
         )
     if pitch_mm < _LEAST_PITCH_MM:
         raise InputError(
-            f"reference: expected points at least {_LEAST_PITCH_MM:g} mm apart, but got {pitch_mm:.2g} mm over {spans}: "
-            "is it in inches or metres? Give all clouds in mm (on the command line: --unit m for metres)"
+            f"reference: expected points at least {_LEAST_PITCH_MM:g} mm apart, but got {pitch_mm:.2g} mm over "
+            f"{spans}: is it in inches or metres? Give all clouds in mm (on the command line: --unit m for metres)"
         )
 
 

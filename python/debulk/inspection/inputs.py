@@ -19,8 +19,8 @@ def outline(value: ArrayLike | None) -> Floats | None:
 
 
 def pose(value: ArrayLike | None) -> Floats | None:
-    """(4, 4) motion; that it is rigid is checked where it is used."""
-    return None if value is None else arrays.numbers(value, "mold_from_scanner", (4, 4), "a (4, 4) matrix")
+    """(4, 4) rigid motion, a copy."""
+    return None if value is None else arrays.rigid(value, "mold_from_scanner")
 
 
 def camera_parameters(value: tuple[float, float, float] | None) -> Floats | None:

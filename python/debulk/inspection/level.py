@@ -100,7 +100,7 @@ def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: floa
 
 
 def _robust(terms: Floats, values: Floats) -> Floats:
-    """Least squares with Tukey's weights, begun from the median: what a few squares beside pockets say counts little."""
+    """Least squares with Tukey's weights, begun from the median: a few squares beside pockets count little."""
     factors = np.zeros(terms.shape[1])
     factors[0] = np.median(values)
     left = values - factors[0]

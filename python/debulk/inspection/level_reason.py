@@ -6,22 +6,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from debulk.inspection.edge_check import EdgeFit
 from debulk.inspection.level import Deviation
 from debulk.results.level import Level
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["level_reason", "same_reason", "swapped_reason"]
+__all__ = ["edge_reason", "level_reason", "same_reason", "swapped_reason"]
 
-_EXPLAINED = 0.25  # a fit that leaves this much of what was wrong is what is wrong
+_EXPLAINED = 0.25  # a fit that leaves no more than this of what was wrong is what is wrong
 
 
 def same_reason(share: float) -> str:
     """Say that scan and reference are one cloud."""
     return (
-        f"scan and reference are the same: {100 * share:.0f} % of their points agree bit for bit; "
-        "give the scan of the draped ply, and the reference from before it was draped"
+        f"scan and reference are the same: {100 * share:.0f} % of their points agree bit for bit; give the scan of the "
+        "draped ply and the reference from before it was draped, with all the digits that the scanner gave"
     )
 
 
@@ -30,6 +31,16 @@ def swapped_reason(hanging_mm2: float, cut_height_mm: float) -> str:
     return (
         f"scan and reference look swapped: {hanging_mm2 / 100:.0f} cm² of the scan hang more than {cut_height_mm:g} mm "
         "below the reference; give them the other way round, or check the pose: z is to point up, away from the mold"
+    )
+
+
+def edge_reason(fit: EdgeFit) -> str:
+    """Say where the outline does not fit."""
+    x, y = fit.at_mm
+    way = f"{abs(fit.off_mm):.0f} mm {'outside' if fit.off_mm > 0 else 'inside'}"
+    return (
+        f"the outline does not fit the scan: along {100 * fit.off_share:.0f} % of it the ply's edge lies elsewhere, "
+        f"round ({x:.0f}, {y:.0f}) mm {way} it; check that it is this ply's, not mirrored, in the mold's frame and in mm"
     )
 
 
@@ -45,53 +56,61 @@ def level_reason(level: Level, found: Deviation, standing_mm2: float, recipe: Re
     recipe
         The sections level, material and segmentation.
     """
-    wanted = recipe.level
-    tol, share = wanted.tol_mm, wanted.largest_share
-    median = level.laid_mm - level.thickness_mm
+    tol, share = recipe.level.tol_mm, recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:
         return (
-            f"the level of the ply cannot be told: its median height between the pockets is uncertain by "
+            "the level of the ply cannot be told: its median height between the pockets is uncertain by "
             f"{level.uncertainty_mm:.2f} mm, and its tolerance is {tol:g} mm; scan again, with less noise"
         )
-    if abs(median) <= tol and level.low_share + level.high_share <= share:
+    median, wrong = level.laid_mm - level.thickness_mm, level.low_share + level.high_share
+    if abs(median) <= tol and wrong <= share:
         return ""
-    laid = (
-        f"between the pockets the ply stands {level.laid_mm:.2f} mm above the reference, its thickness is "
-        f"{level.thickness_mm:g} mm"
-    )
-    bare = abs(level.laid_mm) <= tol and level.laid_mm < 0.5 * level.thickness_mm
-    even = sum(found.shares(tol, 0)) <= share
-    if bare and even and standing_mm2 < recipe.segmentation.area_tol_mm2:
+    bare = level.laid_mm <= tol and abs(level.laid_mm) < 0.5 * level.thickness_mm
+    if bare and sum(found.shares(tol, 0)) <= share and standing_mm2 < recipe.segmentation.area_tol_mm2:
         return (
-            f"no ply is seen: the scan stands {level.laid_mm:.2f} mm above the reference everywhere, the ply's thickness "
-            f"is {level.thickness_mm:g} mm; the mold is empty, or the reference was taken with this ply on it"
+            f"no ply is seen: the scan stands {level.laid_mm:.2f} mm above the reference everywhere, a ply by its "
+            f"thickness of {level.thickness_mm:g} mm; the mold is empty, or the reference was taken with the ply on it"
         )
-    wrong = level.low_share + level.high_share
     enough = max(share, _EXPLAINED * wrong)
-    order = next((k for k in range(3) if sum(found.shares(tol, k)) <= enough), 3)
-    where = "high" if level.offset_mm > 0 else "low"
+    order = next((k for k in range(3) if sum(found.shares(tol, k)) <= enough), None)
+    what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
+    return (
+        f"{what} (between the pockets the ply stands {level.laid_mm:.2f} mm above the reference, its thickness is "
+        f"{level.thickness_mm:g} mm): {remedy}"
+    )
+
+
+def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[str, str]:
+    """Name a rigid motion or a bend that explains what is wrong, and a remedy."""
+    offset = level.laid_mm - level.thickness_mm
+    lies = f"lies {abs(offset):.2f} mm too {'high' if offset > 0 else 'low'}"
     if order == 0:
-        return (
-            f"the scan lies {abs(median):.2f} mm too {where} everywhere ({laid}): check the pose, the thickness in the "
-            "recipe, and whether the reference is of this layup"
-        )
+        checks = "check the pose, the thickness in the recipe, and whether the reference is of this layup"
+        return f"the scan {lies} everywhere", checks
+    also = f" and {lies}" if abs(offset) > tol_mm else ""
     if order == 1:
         ends = float(np.ptp(found.fits_mm[1]))
-        beside = f" and {abs(level.offset_mm):.2f} mm too {where}" if abs(level.offset_mm) > tol else ""
         return (
-            f"the scan is tilted by {level.tilt_deg:.2g} degrees about an axis at {level.tilt_axis_deg:.0f} degrees from "
-            f"x, {ends:.2f} mm from end to end{beside} ({laid}): check whether scanner or mold moved since the reference "
-            "was taken"
+            f"the scan is tilted by {level.tilt_deg:.2g} degrees about an axis at {level.tilt_axis_deg:.0f} degrees "
+            f"from x, {ends:.2f} mm from end to end{also}",
+            "check whether scanner or mold moved since the reference was taken",
         )
-    if order == 2:
-        return (
-            f"the scan is bent by {level.bow_mm:.2f} mm over the ply ({laid}): check the scanner's calibration and "
-            "temperature, how the mold is held, and whether the reference is of this mold"
-        )
+    return (
+        f"the scan is bent by {level.bow_mm:.2f} mm over the ply{also}",
+        "check the scanner's calibration and temperature, how the mold is held, and whether the reference is of it",
+    )
+
+
+def _uneven(level: Level, found: Deviation, recipe: Recipe) -> tuple[str, str]:
+    """Name what no simple motion explains, and a remedy."""
     worst = int(np.argmax(np.abs(found.residual_mm)))
     x, y = found.xy_mm[worst]
-    return (
-        f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {tol:g} mm too low and "
-        f"{100 * level.high_share:.0f} % too high, worst by {found.residual_mm[worst]:+.2f} mm at ({x:.0f}, {y:.0f}) mm "
-        f"({laid}): check whether the reference is of this mold and of the plies below, and whether scanner or mold moved"
+    what = (
+        f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {recipe.level.tol_mm:g} mm too "
+        f"low and {100 * level.high_share:.0f} % too high, worst by {found.residual_mm[worst]:+.2f} mm at "
+        f"({x:.0f}, {y:.0f}) mm"
     )
+    raised = level.low_share <= recipe.level.largest_share
+    if raised and abs(level.laid_mm - level.thickness_mm) <= recipe.level.tol_mm:
+        return what, "a ply that stands off the mold so widely cannot be judged; lay it down and scan again"
+    return what, "check whether the reference is of this mold and of the plies below, and whether scanner or mold moved"

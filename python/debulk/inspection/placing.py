@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.grid import Grid
 from debulk.inspection import frame
+from debulk.inspection.edge_check import Outline
 from debulk.inspection.found import Found
 from debulk.inspection.level import departure, deviation, level_of
-from debulk.inspection.level_reason import level_reason, same_reason, swapped_reason
+from debulk.inspection.level_reason import edge_reason, level_reason, same_reason, swapped_reason
 from debulk.inspection.ply_zones import PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.sample import Sample, sampled
@@ -65,12 +67,12 @@ class Placing:
     ) -> None:
         self._prepared = prepared
         self._pose, self._mask, self._recipe = mold_from_scanner, mask, recipe
-        self._outline_known = ply_outline is not None
         corners = _core.surface_extent(prepared.reference)
         low, high = corners.min(axis=0), corners.max(axis=0)
         frame.check_tilt(prepared.reference, low, high)
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
+        self._outline = None if ply_outline is None else Outline(ply_outline)
         self._zones = PlyZones(prepared.reference, ply_outline, low, high)
 
     def look(self, scan: ArrayLike) -> Sample:
@@ -104,7 +106,17 @@ class Placing:
                 f"limit {100 * self._recipe.level.largest_pocket_share:g} % (level.largest_pocket_share)"
             )
             return replace(placed, doubt=doubt)
-        return placed
+        return self._at_the_edge(placed, found.overview)
+
+    def _at_the_edge(self, placed: Placed, heights: Grid) -> Placed:
+        """Doubt an outline beside which the scan shows bare mold, or outside which it shows the ply."""
+        if self._outline is None:
+            return placed
+        recipe = self._recipe
+        fit = self._outline.fit(heights, recipe.material.thickness_mm, recipe.segmentation.cut_height_mm)
+        if not fit.judged or fit.off_share <= recipe.level.largest_edge_share:
+            return placed
+        return replace(placed, doubt=edge_reason(fit))
 
     def _judge(self, sample: Sample, outlines: list[Floats] | tuple[()]) -> Placed:
         recipe, zones = self._recipe, self._zones
@@ -114,7 +126,7 @@ class Placing:
         standing = float(np.count_nonzero(sample.height_mm[on] > cut)) / count * zones.area_mm2
         hanging = float(np.count_nonzero(sample.height_mm[on] < -cut)) / count * zones.area_mm2
         used = on & off_pockets(sample.points_mm, outlines)
-        if not self._outline_known:  # the bare mold beside the ply says nothing of the ply
+        if self._outline is None:  # the bare mold beside the ply says nothing of the ply
             near = np.abs(sample.height_mm) <= recipe.level.tol_mm
             if np.count_nonzero(near & used) < 0.95 * np.count_nonzero(used):
                 used &= ~near

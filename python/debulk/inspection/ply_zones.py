@@ -81,11 +81,11 @@ class PlyZones:
         self.side_mm = next((s for s in _SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
         self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
         # One square more than there are: `inside` rounds to cells, which reach past the last square by half of one.
-        size = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
+        squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
         block = self._block_of(xy[on])
-        self._block_cells = np.bincount(block, minlength=size)
+        self._block_cells = np.bincount(block, minlength=squares)
         factor = np.sqrt(1 + (reference.gradient(xy[on]) ** 2).sum(axis=1))
-        self._block_factor = np.bincount(block, factor, minlength=size) / np.maximum(self._block_cells, 1)
+        self._block_factor = np.bincount(block, factor, minlength=squares) / np.maximum(self._block_cells, 1)
 
     def inside(self, sample: Sample) -> Bools:
         """Tell which points of a sample have a height, and lie on the ply well inside its outline."""

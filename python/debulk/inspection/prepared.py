@@ -37,8 +37,8 @@ class Prepared:
     image
         Of the pinhole camera that the cloud comes from; None: it comes from none.
     sample
-        (N, 3) some of the cloud's points, as `debulk.inspection.thinning.thinned` takes them: a scan that has the same is
-        the reference itself. None: not kept.
+        (N, 3) some of the cloud's points, as `debulk.inspection.thinning.thinned` takes them: a scan that has the same
+        is the reference itself. None: not kept.
     """
 
     reference: surface.Reference

@@ -38,7 +38,7 @@ class Sample:
 
     def raised(self, offset_mm: float) -> Sample:
         """Return the same points, higher by so much."""
-        return Sample(self.points_mm + [0.0, 0.0, offset_mm], self.height_mm + offset_mm, self.same_share)
+        return Sample(self.points_mm + np.array([0.0, 0.0, offset_mm]), self.height_mm + offset_mm, self.same_share)
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""

@@ -148,6 +148,12 @@ class Level(Section):
     largest_pocket_share: float = Field(
         default=0.3, gt=0, le=1, description="share of the ply that one pocket may cover, down to its foot"
     )
+    largest_edge_share: float = Field(
+        default=0.2,
+        ge=0,
+        le=1,
+        description="share of the outline along which the scan may show the ply's edge elsewhere",
+    )
     remove_offset_mm: float = Field(
         default=0.0, ge=0, le=10, description="a rigid offset of the scan's height up to this is taken out, and shown"
     )
