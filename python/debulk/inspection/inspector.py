@@ -26,6 +26,7 @@ from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
+from debulk.inspection.offset import raised
 from debulk.inspection.placing import Placed, Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
@@ -199,14 +200,19 @@ class Inspector:
         """Walk through the steps of the field."""
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
             sample = self._placing.look(scan)
+            offset_mm = self._placing.offset(sample)
+            if offset_mm:
+                sample = sample.raised(-offset_mm)
+                along_rays = self.prepared.image is not None and np.ndim(scan) == 3
+                scan = raised(scan, self.mold_from_scanner, -offset_mm, along_rays=along_rays)
             placed = self._placing.gross(sample)
         if placed is not None:
-            return self._out_of_place(placed, sample, cycle)
+            return self._out_of_place(placed.after(offset_mm), sample, cycle)
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self.find(scan, cycle.stop))
         cycle.split("height map", found.times_ms)
         with cycle.stage("place", _FOUND):
-            placed = self._placing.judge(sample, found)
+            placed = self._placing.judge(sample, found).after(offset_mm)
         if placed.doubt:
             return self._report(found, placed, not_judged(found.pockets, "the scan is not in its place"), cycle)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
@@ -299,6 +305,7 @@ class Inspector:
             left_out=left_out.merged(entries),
             coverage=coverage,
             level=placed.level,
+            warnings=placed.warnings,
             height_map=found.overview,
             ply_outline_mm=self.ply_outline,
             recipe=self.recipe.model_dump(),
@@ -313,6 +320,7 @@ class Inspector:
             pockets=(),
             timings_ms=cycle.timings_ms(),
             level=placed.level,
+            warnings=placed.warnings,
             height_map=sample.overview(),
             ply_outline_mm=self.ply_outline,
             recipe=self.recipe.model_dump(),

@@ -44,17 +44,17 @@ def edge_reason(fit: EdgeFit) -> str:
     )
 
 
-def level_reason(level: Level, found: Deviation, standing_mm2: float, recipe: Recipe) -> str:
+def level_reason(level: Level, found: Deviation, recipe: Recipe, pockets_share: float = 0.0) -> str:
     """Say why a level cannot be the ply's; empty if it can.
 
     Parameters
     ----------
     level, found
         Of the ply between its pockets.
-    standing_mm2
-        Area of the scan above the cut height.
     recipe
-        The sections level, material and segmentation.
+        The section level.
+    pockets_share
+        Share of the ply that pockets may cover, where they have not been left out.
     """
     tol, share = recipe.level.tol_mm, recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:
@@ -66,13 +66,15 @@ def level_reason(level: Level, found: Deviation, standing_mm2: float, recipe: Re
     if abs(median) <= tol and wrong <= share:
         return ""
     bare = level.laid_mm <= tol and abs(level.laid_mm) < 0.5 * level.thickness_mm
-    if bare and sum(found.shares(tol, 0)) <= share and standing_mm2 < recipe.segmentation.area_tol_mm2:
+    if bare and sum(found.shares(tol, 0)) <= share:
         return (
             f"no ply is seen: the scan stands {level.laid_mm:.2f} mm above the reference everywhere, a ply by its "
-            f"thickness of {level.thickness_mm:g} mm; the mold is empty, or the reference was taken with the ply on it"
+            f"thickness of {level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, or "
+            f"the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low"
         )
     enough = max(share, _EXPLAINED * wrong)
-    order = next((k for k in range(3) if sum(found.shares(tol, k)) <= enough), None)
+    left = [found.shares(tol, k) for k in range(3)]
+    order = next((k for k, (low, high) in enumerate(left) if low + max(0.0, high - pockets_share) <= enough), None)
     what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
     return (
         f"{what} (between the pockets the ply stands {level.laid_mm:.2f} mm above the reference, its thickness is "

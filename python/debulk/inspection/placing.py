@@ -28,6 +28,7 @@ __all__ = ["Placed", "Placing"]
 Floats = NDArray[np.float64]
 _SAME_SHARE = 0.5  # two scans of one thing agree bit for bit in hardly any point
 _LEAST_BLOCKS = 6  # as many as a paraboloid has factors
+_WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
 _PLY_SHARE = 0.5  # more of it wrong than this is not done by pockets
 _HANGING = 3.0  # so many times as much below as above: what stands up was taken away
 
@@ -38,6 +39,23 @@ class Placed:
 
     level: Level | None
     doubt: str = ""
+
+    def after(self, removed_mm: float) -> Placed:
+        """Return the same of a scan from which an offset was taken out before."""
+        if not removed_mm or self.level is None:
+            return self
+        return replace(self, level=replace(self.level, removed_offset_mm=removed_mm))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the reader of the report should know."""
+        if self.level is None or not self.level.removed_offset_mm:
+            return ()
+        removed = self.level.removed_offset_mm
+        return (
+            f"the scan lay {abs(removed):.3f} mm too {'high' if removed > 0 else 'low'}; that was estimated between "
+            "the pockets and taken out (level.remove_offset_mm)",
+        )
 
 
 class Placing:
@@ -78,6 +96,16 @@ class Placing:
     def look(self, scan: ArrayLike) -> Sample:
         """Take the sample that all checks are made on."""
         return sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
+
+    def offset(self, sample: Sample) -> float:
+        """Return the offset of the scan's height that the recipe allows to take out; 0: none worth it."""
+        most = self._recipe.level.remove_offset_mm
+        if most <= 0:
+            return 0.0
+        on = self._zones.inside(sample)
+        off = departure(self._zones.blocks(sample, on, on), self._recipe.material.thickness_mm)
+        median = float(np.median(off)) if len(off) >= _LEAST_BLOCKS else 0.0
+        return median if _WORTH * self._recipe.level.tol_mm < abs(median) <= most else 0.0
 
     def gross(self, sample: Sample) -> Placed | None:
         """Judge what no pocket can be the cause of, so that none need be looked for; None: nothing of that kind."""
@@ -135,7 +163,7 @@ class Placing:
             return Placed(None, self._too_little(sample, blocks.ply_share))
         found = deviation(blocks, thickness)
         level = level_of(found, blocks, thickness, recipe.level.tol_mm)
-        doubt = level_reason(level, found, standing, recipe)
+        doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share)
         swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0
         if doubt and swapped and level.laid_mm > -cut:
             doubt = swapped_reason(hanging, cut)
