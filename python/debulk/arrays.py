@@ -95,7 +95,10 @@ def outline(value: ArrayLike, name: str) -> Floats:
 near (0.7, 0.7) mm; list the corners in their order round the ply
     """
     given = numbers(value, name, (None, 2), "an (M, 2) array of corners in mm")
-    polygon: Floats = given[(given != np.roll(given, 1, axis=0)).any(axis=1)].copy()
+    repeats = (given == np.roll(given, -1, axis=0)).all(axis=1)  # of the corner after it
+    polygon: Floats = given[~np.roll(repeats, 1) | (np.arange(len(given)) == 0)]
+    if len(polygon) > 1 and np.array_equal(polygon[0], polygon[-1]):
+        polygon = polygon[:-1].copy()
     if len(polygon) < 3:
         raise InputError(f"{name}: expected at least 3 corners, but got {len(polygon)}")
     farthest = float(np.abs(polygon).max())
@@ -114,7 +117,10 @@ near (0.7, 0.7) mm; list the corners in their order round the ply
     x, y = polygon.T
     area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
     if area < 1.0:
-        raise InputError(f"{name}: expected an outline round an area in mm, but got {area:.3g} mm²: is it in metres?")
+        raise InputError(
+            f"{name}: expected an outline round an area in mm, but got {len(polygon)} corners round {area:g} mm²: "
+            "is it in metres?"
+        )
     return polygon
 
 
@@ -139,7 +145,8 @@ def rigid(value: ArrayLike, name: str) -> Floats:
     motion = numbers(value, name, (4, 4), "a (4, 4) matrix").copy()
     rotation = motion[:3, :3]
     if not np.allclose(motion[3], [0, 0, 0, 1]):
-        raise InputError(f"{name}: expected the last line 0 0 0 1, got {' '.join(f'{v:g}' for v in motion[3])}")
+        last = " ".join(f"{v:g}" for v in motion[3])
+        raise InputError(f"{name}: expected a rigid motion with the last line 0 0 0 1, got {last}")
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(rotation) < 0:
         raise InputError(f"{name}: expected a rotation in the upper left 3 x 3, got one that scales, shears or mirrors")
     return motion

@@ -14,7 +14,7 @@ def circle(count, radius=100.0):
 def test_an_outline_comes_back_as_a_copy_without_repeated_corners():
     given = np.array([[0, 0], [0, 0], [10, 0], [10, 10], [10, 10], [0, 0]], dtype=float)
     got = arrays.outline(given, "ply_outline")
-    assert got.tolist() == [[10, 0], [10, 10], [0, 0]] or got.tolist() == [[0, 0], [10, 0], [10, 10]]
+    assert got.tolist() == [[0, 0], [10, 0], [10, 10]]
     given[:] = 7
     assert got.max() == 10
 
@@ -30,7 +30,7 @@ def test_two_swapped_corners_cross(seed):
     outline = circle(int(rng.integers(4, 3000)))
     i, j = rng.choice(len(outline), 2, replace=False)
     outline[[i, j]] = outline[[j, i]]
-    with pytest.raises(InputError, match="its sides .* cross near"):
+    with pytest.raises(InputError, match=r"its sides .* cross near"):
         arrays.outline(outline, "o")
 
 
@@ -55,7 +55,7 @@ def test_sides_that_only_touch_do_not_cross():
     ],
 )
 def test_what_is_no_outline(value, reason):
-    with pytest.raises(InputError, match=f"^o: .*{reason}"):
+    with pytest.raises(InputError, match=rf"^o: .*{reason}"):
         arrays.outline(value, "o")
 
 
@@ -63,7 +63,7 @@ def test_what_is_no_outline(value, reason):
     "matrix", [np.diag([1, 1, -1, 1]), np.diag([2, 2, 2, 1]), np.eye(4) + 0.1, np.full((4, 4), np.nan), np.eye(3)]
 )
 def test_what_is_no_rigid_motion(matrix):
-    with pytest.raises(InputError, match="^pose: "):
+    with pytest.raises(InputError, match=r"^pose: "):
         arrays.rigid(matrix, "pose")
 
 
@@ -72,5 +72,5 @@ def test_masked_points_were_not_seen():
     got = cloud.as_cloud(points, "scan")
     assert np.isnan(got[1, 0])
     assert np.isfinite(np.delete(got, 1, axis=0)).all()
-    with pytest.raises(InputError, match="^scan: expected float32 or float64"):
+    with pytest.raises(InputError, match=r"^scan: expected float32 or float64"):
         cloud.as_cloud(np.ma.masked_array(np.ones((5, 3), dtype=int)), "scan")

@@ -39,8 +39,8 @@ def edge_reason(fit: EdgeFit) -> str:
     x, y = fit.at_mm
     way = f"{abs(fit.off_mm):.0f} mm {'outside' if fit.off_mm > 0 else 'inside'}"
     return (
-        f"the outline does not fit the scan: along {100 * fit.off_share:.0f} % of it the ply's edge lies elsewhere, "
-        f"round ({x:.0f}, {y:.0f}) mm {way} it; check that it is this ply's, not mirrored, in the mold's frame and in mm"
+        f"the outline does not fit the scan: along {100 * fit.off_share:.0f} % of it the ply's edge is elsewhere, "
+        f"round ({x:.0f}, {y:.0f}) mm {way} it; check that it is this ply's, not mirrored, and in the mold's frame"
     )
 
 
@@ -69,8 +69,8 @@ def level_reason(level: Level, found: Deviation, recipe: Recipe, pockets_share: 
     if bare and sum(found.shares(tol, 0)) <= share:
         return (
             f"no ply is seen: the scan stands {level.laid_mm:.2f} mm above the reference everywhere, a ply by its "
-            f"thickness of {level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, or "
-            f"the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low"
+            f"thickness of {level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, "
+            f"or the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low"
         )
     enough = max(share, _EXPLAINED * wrong)
     left = [found.shares(tol, k) for k in range(3)]

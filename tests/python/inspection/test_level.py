@@ -1,4 +1,4 @@
-"""Scans that are out of place, in the wrong unit or of the wrong thing never pass, and the reason says what is wrong."""
+"""Scans out of place, in the wrong unit or of the wrong thing never pass, and the reason says what is wrong."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_a_pocket_that_covers_the_ply_is_none(regions):
 def test_an_image_of_a_camera_needs_a_pose(layups=("first", "varied")):
     for family in layups:
         g = given(family)
-        with pytest.raises(InputError, match="mold_from_scanner: expected a pose.*--pose identity"):
+        with pytest.raises(InputError, match=r"mold_from_scanner: expected a pose.*--pose identity"):
             Inspector(None, g.reference, g.ply_outline)
         points = g.in_mold(g.reference)[::4, ::4].astype(np.float32)
         Inspector(None, points)  # in the mold's frame it is no camera's image, and needs none
@@ -232,5 +232,5 @@ def test_a_pose_in_metres_or_far_away_is_refused():
 def test_an_inverted_pose_leans():
     g = given("first")
     aside = turn((1.0, 0.0, 0.0), 80, np.zeros(3))
-    with pytest.raises(InputError, match="leans by 80 degrees|expected"):
+    with pytest.raises(InputError, match=r"leans by 80 degrees|expected"):
         Inspector(None, g.reference, mold_from_scanner=aside @ g.mold_from_scanner)

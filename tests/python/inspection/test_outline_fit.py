@@ -46,7 +46,7 @@ MODES = pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole
         (lambda o: o / 25.4 / 2, "in metres or inches|lies beside"),
         (lambda o: o + 1e9, "within 100 m of the mold frame's origin"),
         (lambda o: o * [1, 0] + [0, 1e9], "within 100 m"),
-        (lambda o: o + [3000, 0], "lies beside it: the outline has x"),
+        (lambda o: o + np.array([3000, 0]), "lies beside it: the outline has x"),
         (lambda o: np.concatenate([o[: len(o) // 2], o[: len(o) // 2 - 1 : -1]]), "its sides .* and .* cross near"),
         (lambda o: o[:2], "at least 3 corners"),
         (lambda o: np.where(np.arange(len(o))[:, None] == 3, np.nan, o), "finite"),
