@@ -1,4 +1,4 @@
-"""An inspection and a comparison in one call each, for those who inspect one scan."""
+"""An inspection and a comparison in one call each: enough where a reference is used only once."""
 
 from __future__ import annotations
 

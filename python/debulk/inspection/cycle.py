@@ -1,4 +1,4 @@
-"""One inspection's clock: when to stop, how long each stage took, whom to tell; and how its threads are ended."""
+"""The clock of one inspection: its deadline, the time of each stage, its progress; and how its threads are ended."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Cancelled(RuntimeError):
 
 
 class Cycle:
-    """One inspection's clock.
+    """The clock of one inspection.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Cycle:
         self._stages |= {**parts_ms, name: max(0.0, rest)}
 
     def report(self, name: str, done: float) -> None:
-        """Tell whoever wants to know how far the work is."""
+        """Call the progress function, if there is one."""
         if self._progress is not None:
             self._progress(name, done)
 

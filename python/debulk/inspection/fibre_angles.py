@@ -76,7 +76,10 @@ def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
 
 
 def _sampled(drape: Drape) -> Grid:
-    """Read a drape on the grid of its own spacing that covers its nodes: plain values, which can be saved."""
+    """Read a drape on the grid of its own spacing that covers its nodes: plain values, which can be saved.
+
+    Along a fibre a drape has the direction of the segment, one per cell, so that a finer grid would say no more.
+    """
     low, high = drape.nodes_mm[:, :2].min(axis=0), drape.nodes_mm[:, :2].max(axis=0)
     nx, ny = np.ceil((high - low) / drape.spacing_mm).astype(int) + 1
     blank = Grid(np.empty((ny, nx, 0)), low, drape.spacing_mm)

@@ -48,7 +48,7 @@ class RegionFigures:
     Attributes
     ----------
     rows, columns
-        The coarse pass reads every so-manyth row and column of pixels.
+        Steps between the rows and the columns of pixels that the coarse pass reads.
     pixel_mm
         A pixel's longest side on the ply.
     eye_mm2

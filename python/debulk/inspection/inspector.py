@@ -10,30 +10,25 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from debulk import _core, pocket, surface
+from debulk import _core, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison
 from debulk.grid import Grid
-from debulk.inspection import inputs, inspector_file, left_out
+from debulk.inspection import inputs, inspector_file, reporting
 from debulk.inspection.cleaning import cleaned, masked
 from debulk.inspection.comparing import compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
-from debulk.inspection.evaluation import Evaluation, evaluate_all, not_judged
+from debulk.inspection.evaluation import evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
-from debulk.inspection.laid_pocket import criteria
-from debulk.inspection.offset import raised
-from debulk.inspection.placing import Placed, Placing
+from debulk.inspection.placing import Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
-from debulk.inspection.sample import Sample
 from debulk.net import Drape
 from debulk.report import Report
-from debulk.verdict import Judgement, Verdict, judge_layup
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -61,8 +56,8 @@ class Inspector:
     fibre_angles_deg
         The two fibre directions, degrees counter-clockwise from mold +x, projected along z: two numbers, a
         `debulk.Grid` with values (ny, nx, 2), NaN where nothing is known, or a `debulk.net.Drape`, which is read on a
-        grid of its own spacing. A pocket takes those of the nearest point of the grid at its centre; where they are not
-        known it is INVALID.
+        grid of its own spacing. A pocket takes the angles of the grid's point nearest to its centre; it is INVALID
+        where they are not known.
     mold_from_scanner
         (4, 4) rigid motion from the scanner's frame, in which scan and reference are, to the mold's: x_mold = T x.
         None: they are in the mold's frame already.
@@ -136,7 +131,7 @@ class Inspector:
 
     @classmethod
     def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
-        """Read an inspector that `save` wrote; it inspects as that one did, to the last bit.
+        """Read an inspector that `save` wrote; its reports are equal to the saved one's, to the last bit.
 
         Parameters
         ----------
@@ -194,31 +189,27 @@ class Inspector:
         except _core.Stopped:
             if cycle.stop.cancelled:
                 raise Cancelled("the inspection was cancelled") from None
-            return self._too_late(cycle)
+            return reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Walk through the steps of the field."""
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
-            sample = self._placing.look(scan)
-            offset_mm = self._placing.offset(sample)
-            if offset_mm:
-                sample = sample.raised(-offset_mm)
-                along_rays = self.prepared.image is not None and np.ndim(scan) == 3
-                scan = raised(scan, self.mold_from_scanner, -offset_mm, along_rays=along_rays)
+            scan, sample = self._placing.look(scan)
             placed = self._placing.gross(sample)
         if placed is not None:
-            return self._out_of_place(placed.after(offset_mm), sample, cycle)
+            return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self.find(scan, cycle.stop))
         cycle.split("height map", found.times_ms)
-        with cycle.stage("place", _FOUND):
-            placed = self._placing.judge(sample, found).after(offset_mm)
-        if placed.doubt:
-            return self._report(found, placed, not_judged(found.pockets, "the scan is not in its place"), cycle)
+        with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
+            placed = self._placing.judge(sample, found)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
-            evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
+            if placed.doubt:
+                evaluations = not_judged(found.pockets, "the scan is not in its place")
+            else:
+                evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return self._report(found, placed, evaluations, cycle)
+            return reporting.report(found, placed, evaluations, self.ply, self.prepared, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.
@@ -287,60 +278,3 @@ class Inspector:
         finally:
             with self._lock:
                 self._running.discard(stop)
-
-    def _report(self, found: Found, placed: Placed, evaluations: list[Evaluation], cycle: Cycle) -> Report:
-        coverage = self._coverage(found)
-        pockets = tuple(evaluation.report for evaluation in evaluations)
-        judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], coverage, criteria(self.recipe))
-        if placed.doubt and (placed.level is not None or coverage >= self.recipe.verdict.min_coverage):
-            judged = Judgement(Verdict.INVALID, placed.doubt)
-        entries = left_out.of_scan(found, self.ply_outline is not None, self.recipe)
-        entries += tuple(entry for e in evaluations for entry in e.left_out)
-        log.info("%s: %s", judged.verdict.value, judged.reason)
-        return Report(
-            verdict=judged.verdict,
-            reason=judged.reason,
-            pockets=pockets,
-            timings_ms=cycle.timings_ms(),
-            left_out=left_out.merged(entries),
-            coverage=coverage,
-            level=placed.level,
-            warnings=placed.warnings,
-            height_map=found.overview,
-            ply_outline_mm=self.ply_outline,
-            recipe=self.recipe.model_dump(),
-        )
-
-    def _out_of_place(self, placed: Placed, sample: Sample, cycle: Cycle) -> Report:
-        """Report a scan in which no pockets were looked for."""
-        log.info("%s: %s", Verdict.INVALID.value, placed.doubt)
-        return Report(
-            verdict=Verdict.INVALID,
-            reason=placed.doubt,
-            pockets=(),
-            timings_ms=cycle.timings_ms(),
-            level=placed.level,
-            warnings=placed.warnings,
-            height_map=sample.overview(),
-            ply_outline_mm=self.ply_outline,
-            recipe=self.recipe.model_dump(),
-        )
-
-    def _too_late(self, cycle: Cycle) -> Report:
-        return Report(
-            verdict=Verdict.UNDECIDED,
-            reason=f"the deadline passed during the stage {cycle.current}, before any pocket was known",
-            pockets=(),
-            timings_ms=cycle.timings_ms(),
-            ply_outline_mm=self.ply_outline,
-            recipe=self.recipe.model_dump(),
-        )
-
-    def _coverage(self, found: Found) -> float:
-        """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
-        expected: float
-        if self.ply_outline is None:
-            expected = np.count_nonzero(np.isfinite(self.prepared.seen.values)) * self.grid_spacing_mm**2
-        else:
-            expected = abs(pocket.polygon_area(self.ply_outline))
-        return float(min(1.0, found.known_mm2 / expected))

@@ -76,7 +76,7 @@ def deviation(blocks: Blocks, thickness_mm: float) -> Deviation:
     return Deviation(blocks.xy_mm, residual, fits, float(plane[0]), plane[1:] / half, bow)
 
 
-def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float) -> Level:
+def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float, removed_mm: float) -> Level:
     """Put the figures into the report's form."""
     residual = found.residual_mm
     median = float(np.median(residual))
@@ -96,6 +96,7 @@ def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: floa
         blocks=len(residual),
         block_mm=blocks.side_mm,
         judged_share=blocks.ply_share,
+        removed_offset_mm=removed_mm,
     )
 
 

