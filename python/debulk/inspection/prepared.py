@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, cloud, surface
+from debulk import _core, cloud, pocket, surface
 from debulk.grid import Grid
 from debulk.inspection.camera import PinholeImage, fit_camera
-from debulk.inspection.cleaning import cleaned, masked
+from debulk.inspection.cleaning import cleaned, masked, owned
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -41,6 +41,12 @@ class Prepared:
     grid_spacing_mm: float
     image: PinholeImage | None = None
 
+    def expected_mm2(self, ply_outline: Floats | None) -> float:
+        """XY area that a scan is to show: the ply's, or where its outline is not known the reference's."""
+        if ply_outline is not None:
+            return abs(pocket.polygon_area(ply_outline))
+        return float(np.count_nonzero(np.isfinite(self.seen.values)) * self.grid_spacing_mm**2)
+
 
 def prepare(
     reference: ArrayLike,
@@ -51,7 +57,7 @@ def prepare(
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
     threads = recipe.run.threads
-    seen = masked(reference, mask, "reference")
+    seen = masked(owned(reference, "reference"), mask, "reference")
     points = cleaned(seen, mold_from_scanner, recipe, _core.Stop())
     spacing = recipe.clean.grid_spacing_mm
     if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
