@@ -52,7 +52,7 @@ int depth(const Grid<float>& heights, const std::vector<std::size_t>& component)
 TEST(DropOut, IsAsThickAsTheDefinitionSays) {
   std::mt19937 random(7);
   int found = 0, components = 0;
-  for (int scene = 0; scene < 60; ++scene) {
+  for (int scene = 0; scene < 20; ++scene) {
     Grid<float> heights(70, 55, {0, 0}, 0.7, 1.0F);
     for (int blob = 0; blob < 12; ++blob) {  // discs and bars, overlapping, some across the border
       const auto at = [&](int most) { return static_cast<int>(random() % static_cast<unsigned>(most)); };
