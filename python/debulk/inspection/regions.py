@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, pocket
 from debulk.grid import Grid
+from debulk.inspection.cleaning import check_mask
 from debulk.inspection.found import Found, RegionFigures
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.whole_scan import WholeScanFinder
@@ -97,13 +98,11 @@ class RegionFinder:
         why_whole = self._unusable
         if not why_whole:
             points = cloud.as_cloud(scan, "scan")
-            if mask is None or mask.shape == points.shape[:2]:
-                if self._core.run(points, None if mask is None else mask.view(np.uint8), stop):
-                    return self._found()
-                why_whole = self._core.reason
+            check_mask(mask, points, "scan")
+            if self._core.run(points, None if mask is None else mask.view(np.uint8), stop):
+                return self._found()
+            why_whole = self._core.reason
         found = self._whole.find(scan, mask, stop)
-        if not why_whole:  # only a mask of another shape, which the whole scan refuses
-            return found
         return replace(found, left_out=(LeftOut(what="regions of interest", why=why_whole, bound=_WHOLE),))
 
     def _found(self) -> Found:
