@@ -175,6 +175,10 @@ def median_pitch(points: ArrayLike, *, threads: int = 0) -> float:
 
 def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     """Bring points into the form that the package computes on, like `checked`, but look at shape and type only."""
+    if isinstance(points, np.ma.MaskedArray):  # what is masked was not seen
+        if points.dtype.kind != "f":
+            raise InputError(f"{name}: expected float32 or float64 coordinates, but got {points.dtype}")
+        points = points.filled(np.nan)
     array: NDArray[Any] = np.asarray(points)
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
         raise InputError(f"{name}: expected an (H, W, 3) or (N, 3) array of points, but got shape {array.shape}")

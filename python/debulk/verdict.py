@@ -159,7 +159,7 @@ def judge(
     solve_status
         The solver's outcome in words, for the reason.
     deadline_passed
-        Whether time ran out before the solution was certified.
+        Whether time ran out before the solution was certified, or before all starts that the rule asks for were tried.
     coverage
         Measured share of the pocket's area, 0 to 1.
     closed_rim

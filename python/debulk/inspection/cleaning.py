@@ -13,9 +13,15 @@ from debulk._core import InputError
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["check_mask", "cleaned", "masked"]
+__all__ = ["check_mask", "cleaned", "masked", "owned"]
 
 Cloud = NDArray[np.float32]
+
+
+def owned(points: ArrayLike, name: str) -> Cloud:
+    """Copy a cloud: its owner may write into its memory while it is worked on."""
+    given = cloud.as_cloud(points, name)
+    return given.copy() if np.may_share_memory(given, np.asarray(points)) else given
 
 
 def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str) -> Cloud:

@@ -84,7 +84,8 @@ class LaidPocket:
         best, every
             Its figures, and those of all solutions that count; none: of the best alone.
         deadline_passed
-            Whether time ran out.
+            Whether time ran out before the solution was certified, or before all starts that the rule asks for were
+            tried: then nothing is decided.
         recipe
             With other limits than the pocket's own; for studies.
         """
@@ -99,7 +100,7 @@ class LaidPocket:
             bridge_range_mm=spread([f.bridge_height_mm for f in counted]),
             compliant=solution.certificate.compliant,
             solve_status=solution.certificate.failure or solution.explanation,
-            deadline_passed=deadline_passed and not solution.certified,
+            deadline_passed=deadline_passed,
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status in REFUSED else "",

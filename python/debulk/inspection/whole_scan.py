@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, pocket
+from debulk import _core, cloud, pocket
 from debulk.grid import Grid
 from debulk.inspection.cleaning import masked
 from debulk.inspection.found import Found
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["WholeScanFinder"]
 
 Floats = NDArray[np.float64]
+_FAR_PITCHES = 10  # so many spacings of the height map apart, pixels are no neighbours
 
 
 class WholeScanFinder:
@@ -68,6 +69,17 @@ class WholeScanFinder:
         front = self.prepare()
         heights = front.inspect(points, stop, copy=False)  # in the front end's memory, until the next scan
         times_ms, began = front.times_ms, time.perf_counter()
+        known = np.isfinite(heights.values)
+        if np.count_nonzero(known) * heights.spacing_mm**2 < self._least_mm2():
+            if self._ply_outline is not None:
+                known &= pocket.inside_outline(self._ply_outline, heights)
+            return Found(
+                parts=(),
+                known_mm2=float(np.count_nonzero(known) * heights.spacing_mm**2),
+                overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
+                times_ms=times_ms,
+                doubt=self._why_so_little(points),
+            )
         segmentation = pocket.segment(
             heights,
             **segmenting(self._recipe),
@@ -90,6 +102,23 @@ class WholeScanFinder:
             known_mm2=float(np.count_nonzero(np.isfinite(segmentation.heights.values)) * heights.spacing_mm**2),
             overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
             times_ms=times_ms,
+        )
+
+    def _least_mm2(self) -> float:
+        """Below this no pocket is looked for: half of what a verdict needs, more than the bridging of drop-outs adds."""
+        return 0.5 * self._recipe.verdict.min_coverage * self._prepared.expected_mm2(self._ply_outline)
+
+    def _why_so_little(self, points: NDArray[np.float32]) -> str:
+        """Say what is likely to be wrong with a scan that shows far too little."""
+        if points.ndim == 3:
+            apart_mm = cloud.median_pitch(points, threads=self._recipe.run.threads)
+            if apart_mm > _FAR_PITCHES * self._prepared.grid_spacing_mm:
+                return (
+                    f"no pocket was looked for: neighbouring pixels of the scan lie {apart_mm:.3g} mm apart; are its "
+                    "rows and columns those of the camera's image? Points in another order are passed as (N, 3)"
+                )
+        return (
+            "no pocket was looked for: is the scan cut off, or in another unit, frame or place than the reference?"
         )
 
     def _ply_box(self) -> Floats | None:

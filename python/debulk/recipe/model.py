@@ -138,6 +138,27 @@ class Clean(Section):
     max_hole_mm: float = Field(default=20.0, ge=0, description="drop-outs up to this width are filled from their rim")
 
 
+class Level(Section):
+    """How near to its thickness above the reference the ply must lie between the pockets."""
+
+    tol_mm: float = Field(default=0.1, gt=0, le=10, description="farther off its thickness than this, it lies wrong")
+    largest_share: float = Field(
+        default=0.05, ge=0, le=0.5, description="share of the ply between the pockets that may lie wrong"
+    )
+    largest_pocket_share: float = Field(
+        default=0.3, gt=0, le=1, description="share of the ply that one pocket may cover, down to its foot"
+    )
+    largest_edge_share: float = Field(
+        default=0.2,
+        ge=0,
+        le=1,
+        description="share of the outline along which the scan may show the ply's edge elsewhere",
+    )
+    remove_offset_mm: float = Field(
+        default=0.0, ge=0, le=10, description="a rigid offset of the scan's height up to this is taken out, and shown"
+    )
+
+
 class Patch(Section):
     """The surface on which the net is laid."""
 
@@ -280,6 +301,7 @@ class Recipe(Section):
     loads: Loads = Field(default_factory=lambda: Loads())  # not "load": Recipe.load reads a file
     segmentation: Segmentation = Field(default_factory=lambda: Segmentation())
     clean: Clean = Field(default_factory=lambda: Clean())
+    level: Level = Field(default_factory=lambda: Level())
     patch: Patch = Field(default_factory=lambda: Patch())
     net: Net = Field(default_factory=lambda: Net())
     solve: Solve = Field(default_factory=lambda: Solve())

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
+from debulk.results.level import Level
 from debulk.results.record import (
     Flags,
     Kinds,
@@ -228,6 +229,8 @@ class ReportData(Versioned):
         What the verdict does not take into account.
     coverage
         Share of the ply that the scan shows; None if the ply's outline is unknown.
+    level
+        How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
         Height of the ply above the reference, mm, NaN = nothing seen, or off the ply. For a picture: coarse where no
         pocket was looked for.
@@ -249,6 +252,7 @@ class ReportData(Versioned):
     timings_ms: dict[str, float] = field(default_factory=dict)
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
+    level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None
     recipe: dict[str, Any] = field(default_factory=dict)
