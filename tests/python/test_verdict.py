@@ -15,7 +15,9 @@ def test_the_four_verdicts_are_words():
 
 
 def test_the_worst_verdict_is_the_compiled_order():
-    assert [v.name for v in Verdict] == sorted((v.name for v in Verdict), key=lambda n: int(getattr(_core.Verdict, n)))
+    assert [v.name for v in Verdict] == sorted(
+        (v.name for v in Verdict), key=lambda n: int(getattr(_core.verdict.Verdict, n))
+    )
     assert Verdict.worst([]) is Verdict.CEASE
     for k, worst in enumerate(Verdict):
         assert worst.severity == k

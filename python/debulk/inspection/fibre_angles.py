@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import arrays
 from debulk._core import InputError
 from debulk.grid import Grid
+from debulk.inspection.inputs import kept
 from debulk.net import Drape
 
 __all__ = ["angles_at", "check_apart", "checked_angles"]
@@ -30,14 +31,14 @@ def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
     if not isinstance(value, Grid):
         angles = arrays.numbers(value, _NAME, (2,), "two angles in degrees, a Grid of them or a debulk.net.Drape")
         check_apart(angles, _NAME)
-        return angles.copy()
+        return kept(angles)
     shape, expected = (None, None, 2), "an (ny, nx, 2) array of degrees, NaN where nothing is known"
     angles = arrays.numbers(value.values, f"{_NAME}.values", shape, expected, nan=True)
     if not np.isfinite(angles).all(axis=2).any():
         raise InputError(f"{_NAME}.values: expected {expected}, but got no point with two known angles")
     return Grid(
-        angles,
-        arrays.pair(value.origin_mm, f"{_NAME}.origin_mm"),
+        kept(angles),
+        kept(arrays.pair(value.origin_mm, f"{_NAME}.origin_mm")),
         arrays.positive(value.spacing_mm, f"{_NAME}.spacing_mm"),
     )
 

@@ -17,7 +17,7 @@ from debulk._core import InputError
 from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import inputs, inspector_file, reporting
-from debulk.inspection.cleaning import cleaned, masked
+from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.comparing import check_place, checked, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.evaluation import evaluate_all, not_judged
@@ -72,6 +72,11 @@ class Inspector:
     ------
     InputError
         Names what was wrong, what was expected and what came.
+
+    Notes
+    -----
+    All arrays are copied: what their owner does to them later changes neither the inspector nor its reports. Only
+    `inspect` borrows its scan while it runs.
 
     Examples
     --------
@@ -164,9 +169,12 @@ class Inspector:
         ----------
         scan
             (H, W, 3) organised or (N, 3) cloud, float32 or float64, mm, in the reference's frame, NaN = nothing seen.
+            Borrowed: C-contiguous float32 is read where it lies, so leave it alone until the call returns. Where a
+            scanner writes the next scan into it meanwhile, nothing crashes and nothing outside it is read, but the
+            report is of a mixture of both.
         deadline_s
-            Seconds from now. Pockets that are not evaluated by then are UNDECIDED; the search for outliers and the
-            solver end early, the other stages (a few tenths of a second at 20 million points) do not.
+            Seconds from now. All stages end early then, and what was cut off is UNDECIDED: pockets that were not
+            evaluated, and those for which starts that the rule asks for were not tried.
         progress
             Called with the name of the stage and the share of the work that is done, from the calling thread.
 
@@ -255,7 +263,7 @@ class Inspector:
         stop = _core.Stop()
         try:
             with self._cancellable(stop):
-                points = masked(debulked_scan, self.mask, "debulked_scan")
+                points = masked(owned(debulked_scan, "debulked_scan"), self.mask, "debulked_scan")
                 points = cleaned(points, self.mold_from_scanner, self.recipe, stop)
                 heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
                     points, self.reference, self.grid_spacing_mm, hole_diameter_mm=0.0, threads=self.recipe.run.threads

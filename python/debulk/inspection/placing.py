@@ -86,7 +86,7 @@ class Placing:
         self._pose, self._mask, self._recipe = mold_from_scanner, mask, recipe
         self._thickness_mm = recipe.material.thickness_mm
         self._least_mm = self._thickness_mm if least_mm is None else least_mm
-        corners = _core.surface_extent(prepared.reference)
+        corners = _core.surface.extent(prepared.reference)
         low, high = corners.min(axis=0), corners.max(axis=0)
         frame.check_tilt(prepared.reference, low, high)
         if ply_outline is not None:

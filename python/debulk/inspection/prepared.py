@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, cloud, surface
+from debulk import _core, cloud, pocket, surface
 from debulk.grid import Grid
 from debulk.inspection import frame
 from debulk.inspection.camera import PinholeImage, fit_camera
-from debulk.inspection.cleaning import cleaned, masked
+from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.thinning import thinned
 
 if TYPE_CHECKING:
@@ -47,6 +47,12 @@ class Prepared:
     image: PinholeImage | None = None
     sample: NDArray[np.float32] | None = None
 
+    def expected_mm2(self, ply_outline: Floats | None) -> float:
+        """XY area that a scan is to show: the ply's, or where its outline is not known the reference's."""
+        if ply_outline is not None:
+            return abs(pocket.polygon_area(ply_outline))
+        return float(np.count_nonzero(np.isfinite(self.seen.values)) * self.grid_spacing_mm**2)
+
 
 def prepare(
     reference: ArrayLike,
@@ -57,7 +63,7 @@ def prepare(
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
     threads = recipe.run.threads
-    seen = masked(reference, mask, "reference")
+    seen = masked(owned(reference, "reference"), mask, "reference")
     image = None
     if seen.ndim == 3:
         found = fit_camera(seen) if camera is None else camera

@@ -5,9 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-import numpy as np
-
-from debulk import pocket
 from debulk.grid import Grid
 from debulk.inspection import left_out
 from debulk.inspection.evaluation import Evaluation
@@ -41,10 +38,11 @@ def report(
         judged = Judgement(Verdict.INVALID, placed.doubt)
     entries = left_out.of_scan(found, ply.outline is not None, ply.recipe)
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
-    log.info("%s: %s", judged.verdict.value, judged.reason)
+    reason = judged.reason + (f"; {found.doubt}" if found.doubt else "")
+    log.info("%s: %s", judged.verdict.value, reason)
     return Report(
         verdict=judged.verdict,
-        reason=judged.reason,
+        reason=reason,
         pockets=pockets,
         timings_ms=timings_ms,
         left_out=left_out.merged(entries),
@@ -87,9 +85,4 @@ def too_late(ply: PlyOnMold, stage: str, timings_ms: dict[str, float]) -> Report
 
 def coverage(found: Found, ply: PlyOnMold, prepared: Prepared) -> float:
     """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
-    expected: float
-    if ply.outline is None:
-        expected = np.count_nonzero(np.isfinite(prepared.seen.values)) * prepared.grid_spacing_mm**2
-    else:
-        expected = abs(pocket.polygon_area(ply.outline))
-    return float(min(1.0, found.known_mm2 / expected))
+    return float(min(1.0, found.known_mm2 / prepared.expected_mm2(ply.outline)))

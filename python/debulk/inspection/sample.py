@@ -74,7 +74,7 @@ def sampled(
 def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
     """Heights of (N, 3) points above the reference; NaN where the grid says that nothing was seen of it."""
     heights = np.full(len(points_mm), np.nan)
-    corners = _core.surface_extent(reference)
+    corners = _core.surface.extent(reference)
     low, high = corners.min(axis=0), corners.max(axis=0)
     xy = points_mm[:, :2]
     inside = np.flatnonzero(((xy >= low) & (xy <= high)).all(axis=1))

@@ -13,7 +13,18 @@ from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
 from debulk.results.level import Level
-from debulk.results.record import Flags, Kinds, Numbers, Pairs, PointsXY, PointsXYZ, Quadruples, Record, Values
+from debulk.results.record import (
+    Flags,
+    Kinds,
+    Numbers,
+    Pairs,
+    PointsXY,
+    PointsXYZ,
+    Quadruples,
+    Record,
+    Values,
+    Versioned,
+)
 from debulk.verdict import Verdict
 
 __all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport"]
@@ -203,7 +214,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ReportData(Record):
+class ReportData(Versioned):
     """The outcome of one inspection.
 
     Attributes
@@ -248,13 +259,6 @@ class ReportData(Record):
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     version: str = ""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.version:
-            from debulk import __version__
-
-            object.__setattr__(self, "version", __version__)
 
     @property
     def passed(self) -> bool:
