@@ -19,6 +19,7 @@ from debulk.inspection.level_reason import edge_reason, level_reason, same_reaso
 from debulk.inspection.offset import raised
 from debulk.inspection.ply_zones import PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
+from debulk.inspection.resolution import coarse_reason
 from debulk.inspection.sample import Sample, sampled
 from debulk.results.level import Level
 
@@ -108,6 +109,9 @@ class Placing:
         if sample.same_share > _SAME_SHARE:
             return Placed(None, same_reason(sample.same_share))
         on = self._zones.inside(sample)
+        coarse = coarse_reason(sample.points_mm[on, :2], sample.each, self._recipe) if on.any() else ""
+        if coarse:
+            return Placed(None, f"the scan is too coarse: {coarse}")
         blocks = self._zones.blocks(sample, on, on)
         off = departure(blocks, self._thickness_mm, self._least_mm)
         if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._recipe.level.tol_mm) <= _PLY_SHARE:
