@@ -109,7 +109,9 @@ class Inspector:
         self.mask = inputs.image_mask(mask)
 
         if not isinstance(reference, Prepared):
-            reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe)
+            cloud, stop = reference, _core.Stop()
+            given = (self.mold_from_scanner, self.camera, self.mask, recipe)
+            reference = watched(stop, lambda: prepare(cloud, *given, stop))
         self.prepared = reference
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference

@@ -54,17 +54,18 @@ def prepare(
     camera: Floats | None,
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
+    stop: _core.Stop,
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
     threads = recipe.run.threads
     seen = masked(owned(reference, "reference"), mask, "reference")
-    points = cleaned(seen, mold_from_scanner, recipe, _core.Stop())
+    points = cleaned(seen, mold_from_scanner, recipe, stop)
     spacing = recipe.clean.grid_spacing_mm
     if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
-        spacing = max(round(1024 * cloud.median_pitch(points, threads=threads)) / 1024, _LEAST_SPACING_MM)
-    heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads)
+        spacing = max(round(1024 * cloud.median_pitch(points, threads=threads, stop=stop)) / 1024, _LEAST_SPACING_MM)
+    heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop)
     image = None
     if seen.ndim == 3:
         found = fit_camera(seen) if camera is None else camera
         image = None if found is None else PinholeImage(*seen.shape[:2], *map(float, found))
-    return Prepared(surface.fit_reference(heights, threads=threads), heights, spacing, image)
+    return Prepared(surface.fit_reference(heights, threads=threads, stop=stop), heights, spacing, image)
