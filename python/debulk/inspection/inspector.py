@@ -20,6 +20,7 @@ from debulk.inspection import inputs, inspector_file, reporting
 from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.comparing import compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
+from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
@@ -108,6 +109,7 @@ class Inspector:
         self.camera = inputs.camera_parameters(camera)
         self.mask = inputs.image_mask(mask)
 
+        check_solves(recipe)
         if not isinstance(reference, Prepared):
             cloud, stop = reference, _core.Stop()
             given = (self.mold_from_scanner, self.camera, self.mask, recipe)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, net, ridge, sheet, solve, surface, verdict
+from debulk.inspection.effort import check_solves
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -132,6 +133,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
 def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> net.Net:
     """Lay the net of a pocket on its patch."""
     recipe = ply.recipe
+    check_solves(recipe, found.foot.area_mm2)
     # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
     spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(found.foot.area_mm2 / recipe.net.node_target))
     paper = recipe.patch.mode == "paper"

@@ -12,6 +12,7 @@ from debulk import _core, cloud, pocket, surface
 from debulk.grid import Grid
 from debulk.inspection.camera import PinholeImage, fit_camera
 from debulk.inspection.cleaning import cleaned, masked, owned
+from debulk.inspection.effort import check_map
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -63,6 +64,8 @@ def prepare(
     spacing = recipe.clean.grid_spacing_mm
     if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
         spacing = max(round(1024 * cloud.median_pitch(points, threads=threads, stop=stop)) / 1024, _LEAST_SPACING_MM)
+    _, low, high = _core.cloud_bounds(points, threads)
+    check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
     heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop)
     image = None
     if seen.ndim == 3:
