@@ -97,7 +97,7 @@ TreeSearch::TreeSearch(const CloudView& cloud, int neighbours, int threads, cons
     check(i, stop);
     if (read(cloud, i, p)) slabs[slab_of[key(p.x)]].points->points.push_back(p);
   }
-  if (slabs.back().points->points.empty()) slabs.pop_back();
+  slabs.erase(std::remove_if(slabs.begin(), slabs.end(), [](const Slab& s) { return s.points->points.empty(); }), slabs.end());
   slabs_ = std::move(slabs);
   parallel_for(static_cast<long>(slabs_.size()), 1, threads, stop,
                [&](long begin, long) { slabs_[static_cast<std::size_t>(begin)].build(static_cast<std::size_t>(neighbours) + 1); });

@@ -20,7 +20,8 @@ struct Cells {
   int columns, rows;
   std::vector<std::uint32_t> starts, points;
 
-  Cells(const CloudView& cloud, const Grid<float>& grid, double radius, const Stop& stop) : low(grid.position(0, 0).array() - radius), side(radius) {
+  Cells(const CloudView& cloud, const Grid<float>& grid, double radius, const Stop& stop)
+      : low(grid.position(0, 0).array() - radius), side(radius) {
     const Eigen::Vector2d extent = grid.position(grid.nx - 1, grid.ny - 1) - low;
     columns = static_cast<int>(extent.x() / side) + 2;
     rows = static_cast<int>(extent.y() / side) + 2;
