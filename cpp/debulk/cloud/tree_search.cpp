@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <tuple>
 
@@ -35,11 +36,18 @@ void check(std::size_t k, const Stop& stop) {
   if (k % between_checks == 0 && stop.now()) throw Stopped("the search for neighbours was stopped");
 }
 
-// A point of the cloud, read once; false if it was not seen.
-bool read(const CloudView& cloud, std::size_t i, pcl::PointXYZ& p) {
+// Squared distances to points farther off than this overflow, and FLANN then cuts off branches that hold neighbours: they
+// are in no tree, and infinitely far from all others.
+constexpr float farthest = 1e18f;
+
+enum class Seen { no, near, far };
+
+// A point of the cloud, read once.
+Seen read(const CloudView& cloud, std::size_t i, pcl::PointXYZ& p) {
   const float *from = cloud.point(i), x = from[0], y = from[1], z = from[2];
   p = {x, y, z};
-  return std::isfinite(x + y + z);
+  if (!std::isfinite(x + y + z)) return Seen::no;
+  return std::max({std::abs(x), std::abs(y), std::abs(z)}) <= farthest ? Seen::near : Seen::far;
 }
 
 // Of copies of one point `copies` at most. FLANN visits every copy on each search, so that a million copies would take a
@@ -83,7 +91,7 @@ TreeSearch::TreeSearch(const CloudView& cloud, int neighbours, int threads, cons
   pcl::PointXYZ p;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     check(i, stop);
-    if (read(cloud, i, p)) ++counts[key(p.x)];
+    if (read(cloud, i, p) == Seen::near) ++counts[key(p.x)];
   }
   std::vector<std::size_t> sizes{0};
   for (std::size_t k = 0; k < counts.size(); ++k) {
@@ -95,7 +103,7 @@ TreeSearch::TreeSearch(const CloudView& cloud, int neighbours, int threads, cons
   for (std::size_t s = 0; s < slabs.size(); ++s) slabs[s].points->points.reserve(sizes[s]);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     check(i, stop);
-    if (read(cloud, i, p)) slabs[slab_of[key(p.x)]].points->points.push_back(p);
+    if (read(cloud, i, p) == Seen::near) slabs[slab_of[key(p.x)]].points->points.push_back(p);
   }
   slabs.erase(std::remove_if(slabs.begin(), slabs.end(), [](const Slab& s) { return s.points->points.empty(); }), slabs.end());
   slabs_ = std::move(slabs);
@@ -114,7 +122,9 @@ void TreeSearch::mean_distances(const std::vector<std::uint32_t>& which, float* 
     for (long k = begin; k < end; ++k) {
       if (k % 256 == 0 && stop.now()) throw Stopped("the search for neighbours was stopped");
       const std::uint32_t i = which[static_cast<std::size_t>(k)];
-      if (!read(cloud_, i, p)) continue;
+      const Seen seen = read(cloud_, i, p);
+      if (seen == Seen::far) means[i] = std::numeric_limits<float>::infinity();
+      if (seen != Seen::near || slabs_.empty()) continue;
       auto home = std::upper_bound(slabs_.begin(), slabs_.end(), p.x, [](float x, const Slab& s) { return x < s.low; });
       if (home != slabs_.begin()) --home;
       home->tree.nearestKSearch(p, static_cast<int>(most), indices, nearest);
