@@ -17,7 +17,7 @@
 namespace debulk {
 namespace {
 
-using Points = pcl::PointCloud<pcl::PointXYZ>;
+using PclPoints = pcl::PointCloud<pcl::PointXYZ>;
 
 constexpr std::size_t slab_points = 100'000;  // about; points of nearly the same x stay together
 constexpr std::size_t between_checks = 65536;
@@ -52,7 +52,7 @@ Seen read(const CloudView& cloud, std::size_t i, pcl::PointXYZ& p) {
 
 // Of copies of one point `copies` at most. FLANN visits every copy on each search, so that a million copies would take a
 // million times a million steps; and more than `neighbours` + 1 change no distance.
-void drop_copies(Points& points, std::size_t copies) {
+void drop_copies(PclPoints& points, std::size_t copies) {
   auto& p = points.points;
   std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
   const auto same = [](const auto& a, const auto& b) { return a.x == b.x && a.y == b.y && a.z == b.z; };
@@ -75,7 +75,7 @@ void merge(std::vector<float>& nearest, const std::vector<float>& others, std::s
 }  // namespace
 
 struct TreeSearch::Slab {
-  Points::Ptr points = std::make_shared<Points>();
+  PclPoints::Ptr points = std::make_shared<PclPoints>();
   pcl::KdTreeFLANN<pcl::PointXYZ> tree{true};
   float low = 0, high = 0;  // least and largest x
 

@@ -52,7 +52,7 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
   Clock clock;
   const CloudView scan = copied(given, stop);
   Grid<float>& other = map_.before_median;  // until then, for whatever a filter writes
-  // Where there are as many cells as pixels, that takes the place of the image's heights.
+  // Where there are as many cells as pixels, the copy uses the memory of the image's heights.
   const bool shared = gridding_ && map_.heights.size() >= PinholeOutliers::heights_for(view_.width, view_.height);
   if (shared && image_.heights().empty()) {  // it is not after a stop
     other.values.reserve(map_.heights.size());

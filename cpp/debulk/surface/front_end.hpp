@@ -31,7 +31,7 @@ struct FrontEndOptions {
 // other takes the general one, by remove_outliers and grid_heights.
 class FrontEnd {
  public:
-  // camera: none takes the general way always. Points are in the scanner's frame. low, high: the box of the mold's XY
+  // Without a pinhole camera every scan takes the general way. Points are in the scanner's frame. low, high: the box of the mold's XY
   // plane that the grid is to cover, cut to the reference's.
   FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
            bool pinhole, const FrontEndOptions& options, int threads = 0);

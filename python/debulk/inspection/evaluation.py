@@ -20,7 +20,7 @@ from debulk.inspection.laid_pocket import REFUSED, LaidPocket, lay_pocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 
-__all__ = ["Evaluation", "evaluate", "evaluate_all"]
+__all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged"]
 
 log = logging.getLogger("debulk")
 
@@ -101,6 +101,11 @@ def _evaluate(
         **_debulked_figures(laid, settled),
     )
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
+
+
+def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:
+    """Report pockets for which nothing was computed, because the whole scan cannot be judged."""
+    return [_not_evaluated(_seen(found), verdict.judge(certified=False, refused=why)) for found in pockets]
 
 
 @dataclass

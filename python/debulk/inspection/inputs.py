@@ -25,19 +25,12 @@ def kept(array: NDArray[Kept]) -> NDArray[Kept]:
 
 def outline(value: ArrayLike | None) -> Floats | None:
     """(M, 2) corners of the ply; a last corner that repeats the first is dropped."""
-    if value is None:
-        return None
-    corners = arrays.numbers(value, "ply_outline", (None, 2), "an (M, 2) array of corners in mm")
-    if len(corners) > 1 and np.array_equal(corners[0], corners[-1]):
-        corners = corners[:-1]
-    if len(corners) < 3:
-        raise InputError(f"ply_outline: expected at least 3 corners, but got {len(corners)}")
-    return kept(corners)
+    return None if value is None else kept(arrays.outline(value, "ply_outline"))
 
 
 def pose(value: ArrayLike | None) -> Floats | None:
-    """(4, 4) motion; that it is rigid is checked where it is used."""
-    return None if value is None else kept(arrays.numbers(value, "mold_from_scanner", (4, 4), "a (4, 4) matrix"))
+    """(4, 4) rigid motion."""
+    return None if value is None else kept(arrays.rigid(value, "mold_from_scanner"))
 
 
 def camera_parameters(value: tuple[float, float, float] | None) -> Floats | None:
@@ -54,6 +47,8 @@ def image_mask(value: ArrayLike | None) -> NDArray[np.bool_] | None:
     """(H, W) bool."""
     if value is None:
         return None
+    if isinstance(value, np.ma.MaskedArray):
+        raise InputError("mask: expected a plain (H, W) array of bool, but got a masked array")
     array = np.asarray(value)
     if array.ndim != 2 or array.dtype != np.bool_:
         raise InputError(f"mask: expected an (H, W) array of bool, but got {array.dtype}, shape {array.shape}")

@@ -21,10 +21,11 @@ from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.comparing import compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
-from debulk.inspection.evaluation import evaluate_all
+from debulk.inspection.evaluation import evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
+from debulk.inspection.placing import Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
 from debulk.net import Drape
@@ -118,6 +119,7 @@ class Inspector:
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
+        self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
         self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
         self._lock = threading.Lock()  # of the stops
@@ -203,13 +205,23 @@ class Inspector:
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Walk through the steps of the field."""
+        with cycle.stage("level", 0.0):  # do scan and reference belong together?
+            scan, sample = self._placing.look(scan)
+            placed = self._placing.gross(sample)
+        if placed is not None:
+            return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self.find(scan, cycle.stop))
         cycle.split("height map", found.times_ms)
+        with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
+            placed = self._placing.judge(sample, found)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
-            evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
+            if placed.doubt:
+                evaluations = not_judged(found.pockets, "the scan is not in its place")
+            else:
+                evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return reporting.report(found, evaluations, self.ply, self.prepared, cycle.timings_ms())
+            return reporting.report(found, placed, evaluations, self.ply, self.prepared, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

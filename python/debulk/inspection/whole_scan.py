@@ -13,8 +13,8 @@ from debulk.grid import Grid
 from debulk.inspection.cleaning import masked
 from debulk.inspection.found import Found
 from debulk.inspection.front import FrontEnd
-from debulk.inspection.options import cleaning, segmenting
 from debulk.inspection.prepared import Prepared
+from debulk.recipe import options
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -56,9 +56,9 @@ class WholeScanFinder:
                 self._prepared.reference,
                 self._prepared.image,
                 self._mold_from_scanner,
-                spacing_mm=self._prepared.grid_spacing_mm,
+                options=options.front_end(self._recipe, self._prepared.grid_spacing_mm),
                 box_mm=self._ply_box(),
-                **cleaning(self._recipe),
+                threads=self._recipe.run.threads,
             )
         return self._front
 
@@ -80,22 +80,9 @@ class WholeScanFinder:
                 times_ms=times_ms,
                 doubt=self._why_so_little(points),
             )
-        segmentation = pocket.segment(
-            heights,
-            **segmenting(self._recipe),
-            ply_outline=self._ply_outline,
-            smooth_mm=self._recipe.patch.smooth_mm,
-            threads=self._recipe.run.threads,
-            stop=stop,
-        )
-        feet = pocket.feet(
-            segmentation,
-            thickness_mm=self._recipe.material.thickness_mm,
-            mold_tol_mm=self._recipe.patch.mold_tol_mm,
-            smooth_mm=self._recipe.patch.smooth_mm,
-            threads=self._recipe.run.threads,
-            stop=stop,
-        )
+        wanted, threads = options.segment(self._recipe, self._ply_outline), self._recipe.run.threads
+        segmentation = pocket.segment_with(wanted, heights, threads, stop)
+        feet = pocket.feet_with(options.feet(self._recipe), segmentation, threads, stop)
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         return Found(
             parts=((segmentation, feet),),
@@ -117,9 +104,7 @@ class WholeScanFinder:
                     f"no pocket was looked for: neighbouring pixels of the scan lie {apart_mm:.3g} mm apart; are its "
                     "rows and columns those of the camera's image? Points in another order are passed as (N, 3)"
                 )
-        return (
-            "no pocket was looked for: is the scan cut off, or in another unit, frame or place than the reference?"
-        )
+        return "no pocket was looked for: is the scan cut off, or in another unit, frame or place than the reference?"
 
     def _ply_box(self) -> Floats | None:
         """Lowest and highest XY of the ply and of what the filters see beside it; None: all of the reference."""
@@ -127,6 +112,6 @@ class WholeScanFinder:
             return None
         margin = max(30.0, 2 * self._recipe.clean.max_hole_mm)
         low, high = self._ply_outline.min(axis=0) - margin, self._ply_outline.max(axis=0) + margin
-        known = _core.surface_extent(self._prepared.reference)
+        known = _core.surface.extent(self._prepared.reference)
         beside = (low >= known.max(axis=0)).any() or (high <= known.min(axis=0)).any()
         return None if beside else np.stack([low, high])
