@@ -14,7 +14,7 @@ from debulk.scenes.varied.given import AnyLayup, Change, Cloud, Floats, Given, M
 Rng = np.random.Generator
 
 
-def _raised(given: Given, cloud: Cloud, rise: Callable[[Floats, Floats], Floats]) -> Cloud:
+def raised(given: Given, cloud: Cloud, rise: Callable[[Floats, Floats], Floats]) -> Cloud:
     """Move points along their rays so that they rise in the mold's frame by a function of x and y of -1 to 1."""
     points = given.in_mold(cloud)
     x, y = points[..., 0], points[..., 1]
@@ -27,13 +27,13 @@ def _raised(given: Given, cloud: Cloud, rise: Callable[[Floats, Floats], Floats]
 
 def _bow(given: Given, rng: Rng, layup: AnyLayup) -> Given:
     size = float(rng.choice([-1, 1]) * np.exp(rng.uniform(np.log(0.2), np.log(3))))
-    scan = _raised(given, given.scan, lambda u, v: size * (1 - u * u))
+    scan = raised(given, given.scan, lambda u, v: size * (1 - u * u))
     return replace(given, scan=scan, note=f"{size:+.2f} mm")
 
 
 def _warp(given: Given, rng: Rng, layup: AnyLayup) -> Given:
     size = float(rng.choice([-1, 1]) * np.exp(rng.uniform(np.log(0.2), np.log(3))))
-    scan = _raised(given, given.scan, lambda u, v: size * u * v)
+    scan = raised(given, given.scan, lambda u, v: size * u * v)
     return replace(given, scan=scan, note=f"{size:+.2f} mm")
 
 

@@ -109,7 +109,8 @@ def size_up(known: Surfaces, cut_height_mm: float, low_mm: float = 0.25) -> list
     """Measure every region above the cut, and every foot with a peak gap above `low_mm` that has none."""
     cuts = label_regions(known.height, known.outline, cut_height_mm)
     feet = label_regions(known.height, known.outline, known.thickness_mm + 3e-3)
-    sized = [_one(known, cuts, feet, label, cut_height_mm) for label in range(1, int(cuts.values.max()) + 1)]
+    found = [_one(known, cuts, feet, label, cut_height_mm) for label in range(1, int(cuts.values.max()) + 1)]
+    sized = [one for one in found if one is not None]
     with_cut = np.unique(feet.values[cuts.values > 0])
     x, y = np.meshgrid(
         feet.x0 + feet.step * np.arange(feet.values.shape[1]), feet.y0 + feet.step * np.arange(feet.values.shape[0])
@@ -123,8 +124,10 @@ def size_up(known: Surfaces, cut_height_mm: float, low_mm: float = 0.25) -> list
     return sorted(sized, key=lambda s: -s.region.area_mm2)
 
 
-def _one(known: Surfaces, cuts: Lattice, feet: Lattice, label: int, cut: float) -> Sized:
+def _one(known: Surfaces, cuts: Lattice, feet: Lattice, label: int, cut: float) -> Sized | None:
     region = measure(known.height, known.outline, cut, cuts, label)
+    if region is None:
+        return None
     foot = int(np.bincount(feet.values[cuts.values == label]).argmax())
     return Sized(region, _excess(known, cuts, label, feet.box(foot)))
 
