@@ -1,6 +1,6 @@
-"""What is said to a scan that lies too high, too low, tilted, bowed or warped: python bench/trust/offsets.py [--out FILE].
+"""What is said to scans too high, too low, tilted, bowed or warped: python bench/trust/offsets.py [--out FILE].
 
-Two layups of each family, one that creases and one whose pockets close, at every size of every fault.
+One layup of the first family and two of the second, of which one has pockets that close only.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ def faults(given: Given) -> Iterator[tuple[str, Given]]:
         yield f"tilt {size:g} deg", _moved(given, turn((0.6, 0.8, 0.0), size, middle))
     for size in BENDS_MM:
         for sign in (1, -1):
-            yield f"bow {sign * size:+g} mm", replace(
-                given, scan=raised(given, given.scan, lambda u, v, a=sign * size: a * (1 - u * u))
+            yield (
+                f"bow {sign * size:+g} mm",
+                replace(given, scan=raised(given, given.scan, lambda u, v, a=sign * size: a * (1 - u * u))),
             )
         yield f"warp {size:g} mm", replace(given, scan=raised(given, given.scan, lambda u, v, a=size: a * u * v))
 
@@ -51,8 +52,12 @@ def main() -> None:
     size = (1280, 960)
     layups: dict[str, Any] = {
         "first, creases": scenes.layup(0, size),
-        "varied, creases": scenes.varied_layup(0, size, mold="saddle", severity="any", pockets=4, borders=0, clamp=False),
-        "varied, ceases": scenes.varied_layup(2, size, mold="dome", severity="benign", pockets=3, borders=0, clamp=False),
+        "varied, creases": scenes.varied_layup(
+            0, size, mold="saddle", severity="any", pockets=4, borders=0, clamp=False
+        ),
+        "varied, ceases": scenes.varied_layup(
+            2, size, mold="dome", severity="benign", pockets=3, borders=0, clamp=False
+        ),
     }
     rows: dict[str, list[str]] = {}
     for layup in layups.values():

@@ -32,7 +32,8 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
         f"family, {len(spoiled)} with a mistake; a pocket creases whose true excess ridge exceeds {limit:g} mm by "
         f"{MARGIN_MM:g} mm",
         "",
-        f"false CEASE (passed, though a pocket creases)        {sum(o.false_cease for o in outcomes):5} of {len(creasing)}",
+        f"false CEASE (passed, though a pocket creases)        "
+        f"{sum(o.false_cease for o in outcomes):5} of {len(creasing)}",
         f"  of these without any mistake                       "
         f"{sum(o.false_cease for o in unspoiled):5} of {sum(o.creases for o in unspoiled)}",
         f"blind CEASE (passed with a mistake that hides all)   {sum(o.blind_cease for o in outcomes):5} of "
@@ -51,8 +52,11 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
     ]
     for mistake, counts in table(outcomes).items():
         lines.append(f"{mistake:30}" + "".join(f"{counts[name] or '-':>12}" for name in SAID))
-    lines += ["", "cases that should not be; each again by: python bench/trust/trust.py "
-              f"--seed {seed} --pixels {pixels} --case N"]
+    lines += [
+        "",
+        "cases that should not be; each again by: python bench/trust/trust.py "
+        f"--seed {seed} --pixels {pixels} --case N",
+    ]
     for what, wrong in (
         ("FALSE CEASE", [o for o in outcomes if o.false_cease]),
         ("BLIND CEASE", [o for o in outcomes if o.blind_cease]),
@@ -62,9 +66,8 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
     ):
         for o in wrong:
             place = f"{o.mistake or 'right'}{' ' + o.note if o.note else ''}, {o.family} {o.layup_seed} on {o.mold}"
-            lines.append(
-                f"{what:12}{o.number:5}  {place}: ridge {o.true_ridge_mm:.2f} ({o.true_kinds}), said {o.said}: {o.reason}"[:230]
-            )
+            truth = f"ridge {o.true_ridge_mm:.2f} ({o.true_kinds})"
+            lines.append(f"{what:12}{o.number:5}  {place}: {truth}, said {o.said}: {o.reason}"[:230])
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
 
@@ -102,8 +105,13 @@ def picture(outcomes: list[Outcome], path: Path) -> None:
     for o in outcomes:
         wrong = o.false_cease or o.blind_cease
         y = order[said(o)] + rng.uniform(-0.32, 0.32)
-        right.plot(o.true_ridge_mm, y, "x" if wrong else "o" if o.mistake else "s", ms=6 if wrong else 3,
-                   color="#d03b3b" if wrong else "#9a9a96" if o.mistake else "#1c5cab")
+        right.plot(
+            o.true_ridge_mm,
+            y,
+            "x" if wrong else "o" if o.mistake else "s",
+            ms=6 if wrong else 3,
+            color="#d03b3b" if wrong else "#9a9a96" if o.mistake else "#1c5cab",
+        )
     right.axvline(limit, color="#444", lw=0.8)
     right.text(limit, len(SAID) - 0.45, " limit", fontsize=8, va="bottom")
     right.set_yticks(range(len(SAID)), SAID)

@@ -1,4 +1,4 @@
-"""How far a verdict can be trusted: python bench/trust/trust.py [--scenes 2000] [--seed 0] [--jobs 2] [--out bench/trust].
+"""How far a verdict can be trusted: python bench/trust/trust.py [--scenes 2000] [--seed 0] [--jobs 1] [--out FOLDER].
 
 Random scenes of both families of virtual layups, every second one spoiled by a random mistake, each inspected in a
 process of its own with limits on time and memory. Cases are added to trust.csv, so a run that was ended goes on where
@@ -34,7 +34,17 @@ def limited() -> None:
 def in_process(case: Case, pixels: tuple[int, int]) -> Outcome:
     """Run a case in a process of its own."""
     size = f"{pixels[0]}x{pixels[1]}"
-    command = [sys.executable, __file__, "--seed", str(case.seed), "--case", str(case.number), "--pixels", size, "--json"]
+    command = [
+        sys.executable,
+        __file__,
+        "--seed",
+        str(case.seed),
+        "--case",
+        str(case.number),
+        "--pixels",
+        size,
+        "--json",
+    ]
     try:
         ended = subprocess.run(
             command, capture_output=True, text=True, timeout=WALL_LIMIT_S, preexec_fn=limited, check=False
@@ -54,7 +64,22 @@ def _lost(case: Case, said: str, reason: str) -> Outcome:
     blind = case.mistake is not None and case.mistake.blind
     nan = float("nan")
     return Outcome(
-        case.number, case.family, case.layup_seed, mistake, "", "", said, reason, False, nan, "", False, blind, 0, 0, nan
+        case.number,
+        case.family,
+        case.layup_seed,
+        mistake,
+        "",
+        "",
+        said,
+        reason,
+        False,
+        nan,
+        "",
+        False,
+        blind,
+        0,
+        0,
+        nan,
     )
 
 

@@ -84,7 +84,7 @@ def test_excess_length_against_quadrature(layup):
             left = np.array([-fibre[1], fibre[0]])
             along, across = p.outline_mm @ fibre, p.outline_mm @ left
             u = np.arange(along.min() - 150, along.max() + 150, 0.5)
-            for line in np.linspace(across.min(), across.max(), 41):
+            for line in np.linspace(across.min(), across.max(), 121):
                 rows += _stretches(truth, fibre, left * line, u, (along.min(), along.max()))
         rough, fibre, start, first, last = max(rows, key=lambda row: row[0])
         best = quad(lambda u: _more(truth, fibre, start, u), first, last, limit=500, epsabs=1e-5)[0]  # noqa: B023
@@ -298,7 +298,9 @@ def test_mistakes_have_names_of_their_own():
 def test_a_mistake_changes_something_and_always_the_same(mistake, any_layup):
     right = given_right(any_layup)
     wrong, again = mistake.apply(any_layup, 3), mistake.apply(any_layup, 3)
-    changed = [name for name in vars(right) if name != "note" and not _equal(getattr(right, name), getattr(wrong, name))]
+    changed = [
+        name for name in vars(right) if name != "note" and not _equal(getattr(right, name), getattr(wrong, name))
+    ]
     assert changed
     assert all(_equal(getattr(wrong, name), getattr(again, name)) for name in vars(right))
     assert same(right.scan, any_layup.scan)  # the layup itself stays as it was

@@ -143,8 +143,14 @@ def varied_layup(
     bar = _clamp(draw[5], ply) if has_clamp else None
     eye = camera.centre + camera.rotation[:, 0] * draw[4].uniform(300, 1000)
     stage = Stage(camera, eye, ply, bar)
-    return _scanned(draw[6], stage, angles, faults.random_noise(draw[6], None if noise is None else tuple(noise)),
-                    holes_mm, cut_height_mm)
+    return _scanned(
+        draw[6],
+        stage,
+        angles,
+        faults.random_noise(draw[6], None if noise is None else tuple(noise)),
+        holes_mm,
+        cut_height_mm,
+    )
 
 
 def _check(
@@ -201,7 +207,7 @@ def _bumps(
 
 
 def _clamp(rng: np.random.Generator, ply: Ply) -> Clamp:
-    """A bar across the ply's edge, 10 to 60 mm onto the ply."""
+    """Lay a bar across the ply's edge, 10 to 60 mm onto the ply."""
     k = int(rng.integers(len(ply.outline)))
     a, b = ply.outline[k], ply.outline[(k + 1) % len(ply.outline)]
     along = (b - a) / np.hypot(*(b - a))
@@ -253,7 +259,7 @@ def _scanned(
 
 
 def _place(rng: np.random.Generator, outline: Floats) -> tuple[float, float]:
-    """A place on the ply, or up to 5 mm beside it."""
+    """Draw a place on the ply, or up to 5 mm beside it."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     while True:
         x, y = (float(v) for v in rng.uniform(low, high))

@@ -22,7 +22,8 @@ def raised(given: Given, cloud: Cloud, rise: Callable[[Floats, Floats], Floats])
     u, v = 2 * (x - low[0]) / (high[0] - low[0]) - 1, 2 * (y - low[1]) / (high[1] - low[1]) - 1
     pose = np.eye(4) if given.mold_from_scanner is None else given.mold_from_scanner
     fall = sum(pose[2, i] * cloud[..., i].astype(np.float64) for i in range(3))
-    return (cloud * (1 + rise(u, v) / fall)[..., None]).astype(np.float32)
+    lifted: Cloud = (cloud * (1 + rise(u, v) / fall)[..., None]).astype(np.float32)
+    return lifted
 
 
 def _bow(given: Given, rng: Rng, layup: AnyLayup) -> Given:
@@ -69,7 +70,7 @@ def _coarse_reference(given: Given, rng: Rng, layup: AnyLayup) -> Given:
 
 
 def _thinned_reference(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """An image of which only every so many pixels have a point."""
+    """Leave an image of which only every so many pixels have a point."""
     pitch = float(rng.uniform(4, 12))
     step = max(2, round(pitch / _pixel_mm(given.reference)))
     thin = np.full_like(given.reference, np.nan)
@@ -97,7 +98,7 @@ def _without(given: Given, holes: list[Hole]) -> Given:
 
 
 def _pocket(layup: AnyLayup, rng: Rng) -> Any:
-    """The pocket with the most excess, or any other."""
+    """Pick the pocket with the most excess, or any other."""
     known = list(getattr(layup, "truth").pockets)  # noqa: B009
     if not known:
         return None

@@ -32,15 +32,15 @@ class Lattice:
         found = self.values[np.clip(j, 0, self.values.shape[0] - 1), np.clip(i, 0, self.values.shape[1] - 1)]
         return np.where(fits, found, 0).astype(np.int32)
 
+    def places(self, chosen: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+        """Positions x and y of the nodes chosen by an array like `values`."""
+        rows, columns = np.nonzero(chosen)
+        return self.x0 + self.step * columns.astype(np.float64), self.y0 + self.step * rows.astype(np.float64)
+
     def box(self, label: int) -> tuple[float, float, float, float]:
         """Lowest and highest x and y of the nodes of a label."""
-        rows, columns = np.nonzero(self.values == label)
-        return (
-            self.x0 + self.step * columns.min(),
-            self.y0 + self.step * rows.min(),
-            self.x0 + self.step * columns.max(),
-            self.y0 + self.step * rows.max(),
-        )
+        x, y = self.places(self.values == label)
+        return float(x.min()), float(y.min()), float(x.max()), float(y.max())
 
 
 @dataclass(frozen=True)
@@ -57,12 +57,12 @@ class Measured:
 
 
 def label_regions(height: Height, outline: Floats, level: float, step: float = 1.0) -> Lattice:
-    """Number the regions inside the outline that stand above the level, as far as nodes `step` apart tell them."""
+    """Give numbers to the regions inside the outline above the level, as far as nodes `step` apart tell."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     x, y = np.meshgrid(np.arange(low[0] + 0.013, high[0], step), np.arange(low[1] + 0.017, high[1], step))
     above = ((height(x, y) > level) & inside(outline, x, y)).astype(np.uint8)
     _, labels = cv2.connectedComponents(above, connectivity=8)
-    return Lattice(float(x[0, 0]), float(y[0, 0]), step, labels)
+    return Lattice(float(x[0, 0]), float(y[0, 0]), step, labels.astype(np.int32))
 
 
 def measure(height: Height, outline: Floats, level: float, lattice: Lattice, label: int) -> Measured | None:
@@ -118,7 +118,7 @@ def _cells(f: Floats, step: float) -> tuple[Floats, Floats]:
 
 
 def _triangle(a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats]:
-    """Share of a triangle where a linear function of these corner values is positive, and the mean of its positive part."""
+    """Share of a triangle where a linear function of these corner values is positive; mean of its positive part."""
     least, most = np.minimum(a, b), np.maximum(a, b)
     low, mid, high = np.minimum(least, c), np.maximum(least, np.minimum(most, c)), np.maximum(most, c)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -133,8 +133,7 @@ def _one(known: Surfaces, cuts: Lattice, feet: Lattice, label: int, cut: float) 
 
 
 def _below(known: Surfaces, feet: Lattice, label: int, top: float) -> Sized:
-    rows, columns = np.nonzero(feet.values == label)
-    x, y = feet.x0 + feet.step * columns, feet.y0 + feet.step * rows
+    x, y = feet.places(feet.values == label)
     best = int(np.argmax(known.height(x, y)))
     region = Measured(
         label, 0.0, 0.0, top + known.thickness_mm, (float(x[best]), float(y[best])), np.zeros((0, 2)), False
@@ -143,9 +142,7 @@ def _below(known: Surfaces, feet: Lattice, label: int, top: float) -> Sized:
 
 
 def _excess(known: Surfaces, labels: Lattice, label: int, box: tuple[float, float, float, float]) -> Excess:
-    return excess(
-        known.height, known.mold, known.outline, known.thickness_mm, known.angles_deg, labels, label, box
-    )
+    return excess(known.height, known.mold, known.outline, known.thickness_mm, known.angles_deg, labels, label, box)
 
 
 def kinds_at(bumps: tuple[Bump, ...], known: Measured) -> tuple[str, ...]:
@@ -155,17 +152,14 @@ def kinds_at(bumps: tuple[Bump, ...], known: Measured) -> tuple[str, ...]:
     return tuple(dict.fromkeys(kind for gap, kind in sorted(gaps, reverse=True) if gap > 0.05))
 
 
-def seen_shares(
-    labels: Lattice, count: int, top: Height, camera: Camera, unseen: Bools
-) -> tuple[Floats, Floats]:
+def seen_shares(labels: Lattice, count: int, top: Height, camera: Camera, unseen: Bools) -> tuple[Floats, Floats]:
     """Share of each region 1 .. count without a point, and the same of a ring 4 mm wide round it."""
     shares, rims = np.zeros(count), np.zeros(count)
     for label in range(1, count + 1):
         mask = (labels.values == label).astype(np.uint8)
         ring = cv2.dilate(mask, np.ones((9, 9), np.uint8)) - mask
         for nodes, target in ((mask, shares), (ring, rims)):
-            rows, columns = np.nonzero(nodes)
-            hidden = at_pixels(labels.x0 + labels.step * columns, labels.y0 + labels.step * rows, top, camera, unseen)
+            hidden = at_pixels(*labels.places(nodes > 0), top, camera, unseen)
             target[label - 1] = hidden.mean() if len(hidden) else 0.0
     return shares, rims
 
