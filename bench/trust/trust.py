@@ -1,14 +1,16 @@
 """How far a verdict can be trusted: python bench/trust/trust.py [--scenes 2000] [--seed 0] [--jobs 1] [--out FOLDER].
 
 Random scenes of both families of virtual layups, every second one spoiled by a random mistake, each inspected in a
-process of its own with limits on time and memory. Cases are added to trust.csv, so a run that was ended goes on where
-it was; trust.txt and trust.png are made from it at the end. `--case N` does one case and prints what became of it.
+process of its own with limits on time and memory. Cases are added to a CSV under build/trust, named after the package's
+contents, so that a run that was ended goes on where it was, and never mixes two states of the code. trust.txt and
+trust.png are made from it at the end. `--case N` does one case and prints what became of it.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import hashlib
 import json
 import resource
 import subprocess
@@ -18,6 +20,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 
 from cases import Case, Outcome, draw, run
+
+import debulk
 
 CPU_LIMIT_S = 60  # making the layup and its truth takes 3 to 5 s of it
 WALL_LIMIT_S = 900  # a machine that others use may be slow, but not that slow
@@ -83,6 +87,15 @@ def _lost(case: Case, said: str, reason: str) -> Outcome:
     )
 
 
+def fingerprint() -> str:
+    """Eight digits that change with any file of the package."""
+    folder = Path(debulk.__file__).parent
+    digest = hashlib.sha256()
+    for file in sorted(p for p in folder.rglob("*") if p.suffix in (".py", ".so")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:8]
+
+
 def read(path: Path) -> list[Outcome]:
     """Outcomes of a CSV that `write` began."""
     if not path.exists():
@@ -102,7 +115,8 @@ def main() -> None:
     parser.add_argument("--pixels", default="1280x960")
     parser.add_argument("--case", type=int, help="do only this case, and print what became of it")
     parser.add_argument("--json", action="store_true", help="with --case: as one line of JSON")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent)
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder of trust.txt and trust.png")
+    parser.add_argument("--work", type=Path, default=Path("build/trust"), help="folder of the CSV")
     args = parser.parse_args()
     width, height = map(int, args.pixels.split("x"))
     if args.case is not None:
@@ -113,7 +127,8 @@ def main() -> None:
             for name, value in asdict(outcome).items():
                 print(f"{name:>14} {value}")
         return
-    path = args.out / "trust.csv"
+    args.work.mkdir(parents=True, exist_ok=True)
+    path = args.work / f"trust-{args.pixels}-{args.seed}-{fingerprint()}.csv"
     done = {o.number for o in read(path)}
     new = not done
     todo = [draw(n, args.seed) for n in range(args.scenes) if n not in done]
@@ -121,6 +136,7 @@ def main() -> None:
         writer = csv.DictWriter(file, [f.name for f in fields(Outcome)], lineterminator="\n")
         if new:
             writer.writeheader()
+            file.flush()
         for future in as_completed([pool.submit(in_process, case, (width, height)) for case in todo]):
             writer.writerow(asdict(future.result()))
             file.flush()

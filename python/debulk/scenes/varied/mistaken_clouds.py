@@ -42,6 +42,11 @@ def _both(change: Callable[[Cloud], Cloud]) -> Change:
     return lambda given, rng, layup: replace(given, scan=change(given.scan), reference=change(given.reference))
 
 
+def _mirrored(cloud: Cloud) -> Cloud:
+    """Make the cloud of an image that was mirrored before it was turned into points."""
+    return np.ascontiguousarray(cloud[:, ::-1]) * np.array([-1, 1, 1], np.float32)
+
+
 def _half_unseen(name: str) -> Change:
     def change(given: Given, rng: Rng, layup: AnyLayup) -> Given:
         cloud = getattr(given, name).copy()
@@ -168,12 +173,9 @@ CLOUDS: tuple[Mistake, ...] = (
     Mistake("hole over a pocket", False, _hole_over_pocket),
     Mistake("drop-out across a rim", False, _hole_across_rim),
     Mistake("holes", False, _many_holes),
-    Mistake(
-        "image mirrored",
-        True,
-        lambda given, rng, layup: replace(given, scan=np.ascontiguousarray(given.scan[:, ::-1])),
-    ),
-    Mistake("both images mirrored", False, _both(lambda c: np.ascontiguousarray(c[:, ::-1]))),
+    Mistake("scan mirrored", True, lambda given, rng, layup: replace(given, scan=_mirrored(given.scan))),
+    Mistake("scan and reference mirrored", False, _both(_mirrored)),
+    Mistake("columns in reverse", False, _both(lambda cloud: np.ascontiguousarray(cloud[:, ::-1]))),
     Mistake("rows missing", False, _rows_missing),
     Mistake("points shuffled", False, _shuffled),
     Mistake("whole millimetres", False, _quantised),
