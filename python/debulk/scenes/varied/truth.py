@@ -11,11 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 from debulk.scenes.varied.bumps import Bump
 from debulk.scenes.varied.fibres import Excess, excess
 from debulk.scenes.varied.ply import Ply
+from debulk.scenes.varied.polygons import distance
 from debulk.scenes.varied.regions import Height, Lattice, Measured, label_regions, measure
+from debulk.scenes.varied.rendering import Stage
 from debulk.scenes.varied.seeing import Camera
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+
+AREA_TOL_MM2, PEAK_TOL_MM = 200.0, 1.25  # of the paper's segmentation; PeakTol counts from the cut
 
 
 @dataclass(frozen=True)
@@ -171,3 +175,63 @@ def at_pixels(x: Floats, y: Floats, top: Height, camera: Camera, mask: Bools) ->
     fits = (u >= 0) & (v >= 0) & (u < mask.shape[1]) & (v < mask.shape[0])
     found = mask[np.clip(v, 0, mask.shape[0] - 1), np.clip(u, 0, mask.shape[1] - 1)]
     return np.where(fits, found, True)
+
+
+def write_truth(
+    stage: Stage,
+    angles: tuple[float, float],
+    cut_height_mm: float,
+    unseen: Bools,
+    reference_unseen: Bools,
+    bad: Bools,
+) -> VariedTruth:
+    """Measure everything on a stage; `unseen` are pixels without a point, or with a clamp's."""
+    ply, camera = stage.ply, stage.camera
+
+    def height(x: Floats, y: Floats) -> Floats:
+        return ply.thickness_mm + (ply.gap_in_image(x, y) if np.ndim(x) == 2 else ply.gap(x, y))
+
+    known = Surfaces(height, ply.mold.smooth_height, ply.outline, ply.thickness_mm, angles)
+    sized = size_up(known, cut_height_mm)
+    cuts = label_regions(height, ply.outline, cut_height_mm)
+    count = int(cuts.values.max())
+    scan_shares, rims = seen_shares(cuts, count, ply.top, camera, unseen)
+    reference_shares, _ = seen_shares(cuts, count, ply.mold.smooth_height, camera, reference_unseen)
+
+    def written(one: Sized) -> KnownPocket:
+        region = one.region
+        k = region.label - 1 if region.area_mm2 > 0 else None
+        return KnownPocket(
+            kinds=kinds_at(ply.bumps, region),
+            centre_mm=region.centre_mm,
+            outline_mm=region.outline_mm,
+            area_mm2=region.area_mm2,
+            volume_mm3=region.volume_mm3,
+            peak_mm=region.peak_mm,
+            touches_ply_edge=region.touches_ply_edge,
+            excess=one.excess,
+            ridge_mm=one.ridge_mm(ply.thickness_mm),
+            unseen_share=0.0 if k is None else float(scan_shares[k]),
+            reference_unseen_share=0.0 if k is None else float(reference_shares[k]),
+            rim_unseen_share=0.0 if k is None else float(rims[k]),
+        )
+
+    all_known = [written(one) for one in sized]
+    large = [p.area_mm2 >= AREA_TOL_MM2 and p.peak_mm >= cut_height_mm + PEAK_TOL_MM for p in all_known]
+    low, high = ply.outline.min(axis=0), ply.outline.max(axis=0)
+    x, y = np.meshgrid(np.arange(low[0], high[0], 3.0), np.arange(low[1], high[1], 3.0))
+    on_ply = distance(ply.outline, x, y) > 0
+    hidden = at_pixels(x[on_ply], y[on_ply], ply.top, camera, unseen | reference_unseen)
+    return VariedTruth(
+        pockets=tuple(p for p, is_large in zip(all_known, large, strict=True) if is_large),
+        decoys=tuple(p for p, is_large in zip(all_known, large, strict=True) if not is_large),
+        thickness_mm=ply.thickness_mm,
+        cut_height_mm=cut_height_mm,
+        mold_kind=ply.mold.kind,
+        bumps=ply.bumps,
+        unseen=unseen,
+        reference_unseen=reference_unseen,
+        bad=bad,
+        ply_seen_share=float(1 - hidden.mean()),
+        ply=ply,
+    )
