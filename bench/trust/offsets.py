@@ -48,8 +48,10 @@ def main() -> None:
     """Print the table, and write it where it is wanted."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--pixels", default="1280x960")
     args = parser.parse_args()
-    size = (1280, 960)
+    width, height = map(int, args.pixels.split("x"))
+    size = (width, height)
     layups: dict[str, Any] = {
         "first, creases": scenes.layup(0, size),
         "varied, creases": scenes.varied_layup(
