@@ -123,6 +123,11 @@ class Outcome:
         """Refused, though nothing was wrong."""
         return self.good and self.said in ("invalid", "InputError")
 
+    @property
+    def false_crease(self) -> bool:
+        """Said to crease, though nothing was wrong and no held excess comes near the limit."""
+        return self.good and self.said == "crease" and self.true_ridge_mm < Recipe().verdict.max_ridge_mm - MARGIN_MM
+
 
 def run(case: Case, pixels: tuple[int, int]) -> Outcome:
     """Make a case, inspect it, hold the report against the truth."""

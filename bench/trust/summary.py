@@ -41,6 +41,8 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
         f"creasing pockets not found, or said to close         {sum(o.missed for o in unspoiled):5} (layups without a "
         f"mistake; whatever the layup's verdict)",
         f"false alarms (INVALID or refused, nothing wrong)     {sum(o.false_alarm for o in outcomes):5} of {len(good)}",
+        f"CREASE, nothing wrong and no held excess near limit  "
+        f"{sum(o.false_crease for o in outcomes):5} of {sum(not o.creases for o in good)}",
         f"exceptions other than InputError                     {sum(said(o) == 'other error' for o in outcomes):5}",
         f"crashes                                              {sum(o.said == 'crash' for o in outcomes):5}",
         f"over the limit of time                               {sum(o.said == 'hang' for o in outcomes):5}",
@@ -61,13 +63,14 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
         ("FALSE CEASE", [o for o in outcomes if o.false_cease]),
         ("BLIND CEASE", [o for o in outcomes if o.blind_cease]),
         ("FALSE ALARM", [o for o in outcomes if o.false_alarm]),
+        ("FALSE CREASE", [o for o in outcomes if o.false_crease]),
         ("MISSED", [o for o in unspoiled if o.missed and not o.false_cease]),
         ("ERROR", [o for o in outcomes if said(o) in ("other error", "crash", "hang")]),
     ):
         for o in wrong:
             place = f"{o.mistake or 'right'}{' ' + o.note if o.note else ''}, {o.family} {o.layup_seed} on {o.mold}"
             truth = f"ridge {o.true_ridge_mm:.2f} ({o.true_kinds})"
-            lines.append(f"{what:12}{o.number:5}  {place}: {truth}, said {o.said}: {o.reason}"[:230])
+            lines.append(f"{what:13}{o.number:5}  {place}: {truth}, said {o.said}: {o.reason}"[:230])
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
 

@@ -33,6 +33,7 @@ class KnownPocket:
     outline_mm: Floats
     """(M, 2) contour at the cut, within a cell of the quadrature at the ply's edge; (0, 2) where it stays below."""
     area_mm2: float
+    """Of what stands above the cut: the laid ply in the middle of a ring is no part of it."""
     volume_mm3: float
     """Integral of the height above the mold over the area, the ply's thickness included."""
     peak_mm: float
