@@ -18,7 +18,7 @@ class Wrong(NamedTuple):
 
 
 def message(what: str, wrong: list[Wrong]) -> str:
-    """Put all wrong values into one message, one a line where there are several."""
+    """Put all wrong values into one message, one per line where there are several."""
     lines = [f"{entry.name}: {entry.text}" for entry in wrong]
     if len(lines) == 1:
         return lines[0]
@@ -49,8 +49,17 @@ def wrong_values(model: type[BaseModel], error: ValidationError, values: Mapping
     return list(wrong.values())
 
 
+# Settings of earlier versions, and what to write instead.
+_GONE = {
+    "segmentation.edge_tol_mm": "it is called net.free_edge_mm now",
+    "loads.vacuum": "the vacuum acts along -z; leave the line out",
+}
+
+
 def _unknown(name: str, names: list[str]) -> str:
     """Name the nearest known setting: first by its last part, in whatever section that stands."""
+    if name in _GONE:
+        return f"not a setting any more: {_GONE[name]}"
     last = name.rsplit(".", 1)[-1]
     tails = {known.rsplit(".", 1)[-1]: known for known in reversed(names)}
     near = [tails[tail] for tail in difflib.get_close_matches(last, list(tails), n=1, cutoff=0.75)]
@@ -129,6 +138,9 @@ def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> l
         check(cut, thickness, values["material"]["thickness_mm"], "a ply that lies well stands this high")
     if usable("patch.mold_tol_mm", cut):
         check(cut, "patch.mold_tol_mm", values["patch"]["mold_tol_mm"], "the ply touches the mold up to here")
+    if usable(thickness, "level.tol_mm"):
+        tol = values["level"]["tol_mm"]
+        check(thickness, "level.tol_mm", tol, "an empty mold must not pass for a ply")
     if usable(thickness, bulk):
         flat = values["material"]["thickness_mm"] / values["material"]["bulk_factor"]
         for name in ("verdict.max_rms_mm", "verdict.max_ridge_mm"):

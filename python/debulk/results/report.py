@@ -12,7 +12,19 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
-from debulk.results.record import Flags, Kinds, Numbers, Pairs, PointsXY, PointsXYZ, Quadruples, Record, Values
+from debulk.results.level import Level
+from debulk.results.record import (
+    Flags,
+    Kinds,
+    Numbers,
+    Pairs,
+    PointsXY,
+    PointsXYZ,
+    Quadruples,
+    Record,
+    Values,
+    Versioned,
+)
 from debulk.verdict import Verdict
 
 __all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport"]
@@ -56,7 +68,7 @@ class PocketNet(Record):
             _check_numbers(name, getattr(self, name), lowest, count)
         for name in ("neighbours", "kinds", "inside"):
             if len(getattr(self, name)) != count:
-                raise InputError(f"{name}: expected one a node, {count}, got {len(getattr(self, name))}")
+                raise InputError(f"{name}: expected one per node, {count}, got {len(getattr(self, name))}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,9 +90,10 @@ class SolveReport:
     kkt_error
         Largest residual force over a node's vacuum load.
     curvature
-        Lowest eigenvalue of the reduced Hessian, mJ/mm²; negative at a saddle. None: not computed.
+        Smallest curvature of the energy within the active constraints, in the unit of `kkt_error` over the net's
+        spacing; 0 where none is negative, and negative at a saddle. None: not computed.
     energy_gain_mj
-        By how much the energy fell from the start. None: not computed.
+        By how much the energy fell from the net as laid, positive when it fell. None: not computed.
     compliant
         True if the fibres had to be given a compliance.
     doubt
@@ -186,7 +199,7 @@ class PocketReport(Record):
             for name in ("initial_gap_mm", "debulked_mm", "debulked_gap_mm", "post_processed_gap_mm"):
                 values = getattr(self, name)
                 if values is not None and len(values) != len(self.net.nodes_mm):
-                    raise InputError(f"{name}: expected one a node, {len(self.net.nodes_mm)}, got {len(values)}")
+                    raise InputError(f"{name}: expected one per node, {len(self.net.nodes_mm)}, got {len(values)}")
             if self.ridge_nodes is not None:
                 _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
 
@@ -201,7 +214,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ReportData(Record):
+class ReportData(Versioned):
     """The outcome of one inspection.
 
     Attributes
@@ -216,6 +229,8 @@ class ReportData(Record):
         What the verdict does not take into account.
     coverage
         Share of the ply that the scan shows; None if the ply's outline is unknown.
+    level
+        How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
         Height of the ply above the reference, mm, NaN = nothing seen, or off the ply. For a picture: coarse where no
         pocket was looked for.
@@ -237,19 +252,13 @@ class ReportData(Record):
     timings_ms: dict[str, float] = field(default_factory=dict)
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
+    level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     version: str = ""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.version:
-            from debulk import __version__
-
-            object.__setattr__(self, "version", __version__)
 
     @property
     def passed(self) -> bool:

@@ -66,7 +66,7 @@ def test_json_is_plain_json(report, tmp_path):
         raise AssertionError(name)
 
     tree = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"), parse_constant=refuse)
-    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 2, "invalid")
+    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 3, "invalid")
     assert tree["pockets"][3]["solve"]["curvature"] == "NaN"
     assert len(tree["pockets"][0]["net"]["nodes_mm"][0]) == 3
 
@@ -101,14 +101,14 @@ def test_saving_is_deterministic(report, tmp_path):
 @pytest.mark.parametrize(
     ("mend", "part"),
     [
-        (lambda t: t.update(schema=3), "schema: expected 2, got 3; install a newer debulk"),
-        (lambda t: t.update(schema=0), "schema: expected 2, got 0; an older debulk"),
-        (lambda t: t.update(schema=True), "schema: expected 2, got true"),
-        (lambda t: t.pop("schema"), "schema: expected 2, got null"),
+        (lambda t: t.update(schema=4), "schema: expected 3, got 4; install a newer debulk"),
+        (lambda t: t.update(schema=0), "schema: expected 3, got 0; an older debulk"),
+        (lambda t: t.update(schema=True), "schema: expected 3, got true"),
+        (lambda t: t.pop("schema"), "schema: expected 3, got null"),
         (lambda t: t.update(format="other"), "not a report"),
-        (lambda t: t.pop("reason"), "reason: lacks"),
+        (lambda t: t.pop("reason"), "reason: is missing"),
         (lambda t: t.update(extra=1), "extra: not a value"),
-        (lambda t: t["pockets"][2].pop("rms_mm"), "pockets[2].rms_mm: lacks"),
+        (lambda t: t["pockets"][2].pop("rms_mm"), "pockets[2].rms_mm: is missing"),
         (lambda t: t["pockets"][2].update(rms_mm="0.3"), "pockets[2].rms_mm: expected a number, got \"0.3\""),
         (lambda t: t["pockets"][2].update(id=1.5), "pockets[2].id: expected a whole number"),
         (lambda t: t["pockets"][2].update(area_mm2=None), "pockets[2].area_mm2: expected a number, got null"),
@@ -118,7 +118,7 @@ def test_saving_is_deterministic(report, tmp_path):
         (lambda t: t["pockets"][2]["net"].update(kinds=[0.5]), "pockets[2].net.kinds"),
         (lambda t: t["pockets"][2]["net"].update(kinds=[-1]), "pockets[2].net.kinds"),
         (lambda t: t["pockets"][2]["net"].update(inside=[1]), "pockets[2].net.inside"),
-        (lambda t: t["pockets"][2].update(debulked_mm=[[0, 0, 0]]), "pockets[2].debulked_mm: expected one a node"),
+        (lambda t: t["pockets"][2].update(debulked_mm=[[0, 0, 0]]), "pockets[2].debulked_mm: expected one per node"),
         (lambda t: t["pockets"][2]["solve"].update(certified=1), "pockets[2].solve.certified: expected true or false"),
         (lambda t: t.update(pockets={}), "pockets: expected a list"),
         (lambda t: t["height_map"].update(shape=[1 << 20, 1 << 20]), "height_map.shape"),
@@ -126,7 +126,7 @@ def test_saving_is_deterministic(report, tmp_path):
         (lambda t: t["height_map"].update(values="!!"), "height_map.values"),
         (lambda t: t["height_map"].update(values="AAAA"), "height_map.values"),
         (lambda t: t["height_map"].update(spacing_mm=0), "spacing_mm > 0"),
-        (lambda t: t["height_map"].pop("values"), "height_map.values: lacks"),
+        (lambda t: t["height_map"].pop("values"), "height_map.values: is missing"),
     ],
 )  # fmt: skip
 def test_a_wrong_tree_is_named(tree, tmp_path, mend, part):
