@@ -182,9 +182,8 @@ def run(case: Case, pixels: tuple[int, int]) -> Outcome:
 def _all_seen(layup: Any) -> bool:
     """Whether nothing of the layup can excuse a refusal."""
     truth = layup.truth
-    shapes = {b.kind for b in truth.bumps}
-    pockets_seen = all(p.unseen_share < 0.03 and p.rim_unseen_share < 0.03 for p in truth.pockets)
-    return bool(truth.ply_seen_share > 0.985 and pockets_seen and not shapes & {"thin", "small", "border"})
+    pockets_seen = all(p.unseen_share < 0.1 and p.rim_unseen_share < 0.1 for p in truth.pockets)
+    return bool(truth.ply_seen_share > 0.985 and pockets_seen)
 
 
 def _missed(standing: list[Standing], report: Any) -> int:

@@ -116,7 +116,7 @@ def picture(outcomes: list[Outcome], path: Path) -> None:
             color="#d03b3b" if wrong else "#9a9a96" if o.mistake else "#1c5cab",
         )
     right.axvline(limit, color="#444", lw=0.8)
-    right.text(limit, len(SAID) - 0.45, " limit", fontsize=8, va="bottom")
+    right.text(limit, len(SAID) - 0.6, " limit", fontsize=8, va="top")
     right.set_yticks(range(len(SAID)), SAID)
     right.set_ylim(-0.5, len(SAID) - 0.5)
     right.set_xscale("log")
