@@ -104,6 +104,11 @@ bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; re
 	$(python) bench/front/regions.py
 	$(python) bench/front/registration.py > bench/front/registration.txt
 
+.PHONY: trust
+trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scenes, half of them spoiled; text and picture in bench/trust
+	$(python) bench/trust/trust.py --scenes 2000 --jobs 2
+	$(python) bench/trust/offsets.py --out bench/trust/offsets.txt
+
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
 	@echo 'debulk: everything is set up'
