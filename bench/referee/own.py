@@ -14,9 +14,10 @@ import time
 from dataclasses import asdict, fields
 from types import SimpleNamespace
 
+import excess
 import numpy as np
-from folds import Fold, fibres, mold_feet, mold_length, worst_fold
-from pockets import Pocket, all_pockets
+from folds import Fold, worst_fold
+from pockets import Pocket, all_pockets, spread
 from tables import Table, build
 
 from debulk import net, sheet, solve
@@ -39,18 +40,6 @@ def table() -> Table:
 def spacing_for(pocket: Pocket) -> float:
     """The finest that keeps the work in bounds."""
     return next((d for d in SPACINGS_MM if pocket.foot_area_mm2 / d**2 < NODES), SPACINGS_MM[-1])
-
-
-def held_excess(laid: net.Net, pocket: Pocket) -> float:
-    """Largest excess of a fibre held at both ends by fixed nodes, mm; 0 without one."""
-    largest = 0.0
-    feet, _ = mold_feet(laid.nodes_mm, pocket.reference)
-    for fibre in (0, 1):
-        for line in fibres(laid.neighbours, fibre):
-            if (laid.kinds[line[[0, -1]]] == 1).all():
-                base = mold_length(feet[line[0]], feet[line[-1]], len(line) - 1, pocket.reference)
-                largest = max(largest, laid.spacing_mm * (len(line) - 1) - base)
-    return largest
 
 
 def fine_sheet(
@@ -106,7 +95,7 @@ def run(
         "length_error": certificate.length_error,
         "energy_mj": found.energy_mj,
         **asdict(fold),
-        "fibre_excess_mm": held_excess(laid, pocket),
+        "fibre_excess_mm": excess.largest(laid, pocket.reference),
         "iterations": found.iterations,
         "cpu_s": cpu,
         "loads": words,
@@ -119,12 +108,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--starts", type=int, default=3)
     parser.add_argument("--deadline", type=float, default=600.0, help="seconds a solve")
-    parser.add_argument("--names", nargs="*", help="of pockets; default: all, the smallest first")
+    parser.add_argument("--most", type=int, default=1000, help="pockets")
+    parser.add_argument("--names", nargs="*", help="of pockets; default: all, small ones all round the limit first")
     options = parser.parse_args()
     kept = table()
-    chosen = [p for p in all_pockets() if not options.names or p.name in options.names]
+    chosen = [p for p in spread(all_pockets()) if not options.names or p.name in options.names][: options.most]
     for start in range(1, options.starts + 1):
-        for pocket in sorted(chosen, key=lambda p: p.foot_area_mm2 / spacing_for(p) ** 2):
+        for pocket in chosen:
             if kept.has(pocket.name, start, ""):
                 continue
             row = run(pocket, start, options.deadline)

@@ -113,27 +113,43 @@ def all_pockets(folder: Path = FOLDER) -> list[Pocket]:
     return [Pocket.load(folder / f"{name}.npz") for name in index.read_text(encoding="utf-8").split()]
 
 
+def spread(pockets: list[Pocket]) -> list[Pocket]:
+    """Order them so that the first few are small and lie all round the limit: the smallest of each range in turn."""
+    ranges: dict[int, list[Pocket]] = {}
+    for made in sorted(pockets, key=lambda p: p.foot_area_mm2):
+        ratio = excess(made) / LIMIT_EXCESS_MM
+        ranges.setdefault(int(np.digitize(ratio, (0.6, 0.8, 0.95, 1.05, 1.2, 1.4))), []).append(made)
+    rounds = max(map(len, ranges.values()))
+    return [ranges[k][i] for i in range(rounds) for k in sorted(ranges) if i < len(ranges[k])]
+
+
 # Pockets of virtual layups, found in scans with noise as the inspector finds them.
 
 
 def layup_pockets(count: int) -> Iterator[Pocket]:
-    """From seed 300 on: half of them near the limit, at most six of one row of the layups' table among the others."""
-    wanted = {True: count // 2, False: count - count // 2}
-    rows: dict[int, int] = {}
+    """From seed 300 on: half of them near the limit, spread over that range; no row of the layups' table crowds the rest.
+
+    The cut height for which a layup sizes its pockets varies: smaller feet under the same peaks hold more excess.
+    """
+    left = {True: count // 2, False: count - count // 2}
+    taken: dict[tuple[bool, int], int] = {}
     for seed in range(_FIRST_SEED, _FIRST_SEED + 60):
         for row, made in _of_layup(seed):
-            close = near(excess(made))
-            if wanted[close] == 0 or (not close and rows.get(row, 0) >= 6):
+            ratio = excess(made) / LIMIT_EXCESS_MM
+            close = near(ratio * LIMIT_EXCESS_MM)
+            kind = (close, int((ratio - NEAR[0]) / 0.2) if close else row)  # four bins; or the row
+            if left[close] == 0 or taken.get(kind, 0) >= (14 if close else 8):
                 continue
-            wanted[close] -= 1
-            rows[row] = rows.get(row, 0) + (not close)
+            left[close] -= 1
+            taken[kind] = taken.get(kind, 0) + 1
             yield made
-        if not any(wanted.values()):
+        if not any(left.values()):
             return
 
 
 def _of_layup(seed: int) -> Iterator[tuple[int, Pocket]]:
-    layup = scenes.layup(seed=seed, pixels=(1280, 960))
+    cut = float(np.random.default_rng(seed).uniform(1.2, 2.2))
+    layup = scenes.layup(seed=seed, pixels=(1280, 960), cut_height_mm=cut)
     recipe = Recipe(segmentation={"regions": False})
     front = _FrontEnd(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     front.inspect(layup.scan)
