@@ -1,4 +1,4 @@
-"""The excess of a laid net's fibres: of whole fibres held at both ends, or within a sliding window of limited length."""
+"""The excess of a laid net's fibres: of whole fibres held at both ends, or within a window that slides along them."""
 
 from __future__ import annotations
 

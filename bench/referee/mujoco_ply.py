@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from folds import mold_feet
 from pockets import Pocket
 
 from debulk import net
@@ -142,41 +141,43 @@ def _xml(pocket: Pocket, laid: net.Net, moves: np.ndarray, physics: Physics, fla
         rows, columns = pocket.mold_mm.shape
         half_x, half_y = pocket.grid_mm * (columns - 1) / 2, pocket.grid_mm * (rows - 1) / 2
         low, rise = float(pocket.mold_mm.min()), float(np.ptp(pocket.mold_mm))
-        asset = (
-            f'<asset><hfield name="mold" nrow="{rows}" ncol="{columns}" size="{half_x} {half_y} {rise} 5"/></asset>'
-        )
+        asset = f'<asset><hfield name="mold" nrow="{rows}" ncol="{columns}" size="{half_x} {half_y} {rise} 5"/></asset>'
         centre = pocket.origin_mm + np.array([half_x, half_y])
-        mold = (
-            f'<geom type="hfield" hfield="mold" pos="{centre[0]} {centre[1]} {low - _SPHERE_MM}" {common}/>'
-        )
-    names = " ".join(f"n{i}" for i in range(len(laid.nodes_mm)))
-    vertices = " ".join(["0 0 0"] * len(laid.nodes_mm))
+        mold = f'<geom type="hfield" hfield="mold" pos="{centre[0]} {centre[1]} {low - _SPHERE_MM}" {common}/>'
+    count = len(laid.nodes_mm)
+    nodes = f'body="{" ".join(f"n{i}" for i in range(count))}" vertex="{" ".join(["0 0 0"] * count)}"'
     young = physics.young_mpa * material.thickness_mm**3 / 12 * spacing / (np.pi * _ROD_MM**4 / 4)
     off = '<contact contype="0" conaffinity="0" selfcollide="none"/>'
     flexes, holds = [], []
     for fibre in (0, 1):
         ahead = laid.neighbours[:, 2 * fibre]
         pairs = " ".join(f"{i} {ahead[i]}" for i in np.flatnonzero(ahead >= 0))
+        if not pairs:
+            continue
         flexes.append(
-            f'<flex name="f{fibre}" dim="1" radius="{_ROD_MM}" body="{names}" vertex="{vertices}" element="{pairs}">{off}'
-            f'<elasticity young="{young:.9g}" poisson="0"/></flex>'
+            f'<flex name="f{fibre}" dim="1" radius="{_ROD_MM}" {nodes} element="{pairs}">{off}<elasticity '
+            f'young="{young:.9g}" poisson="0"/></flex>'
         )
         holds.append(f'<flex flex="f{fibre}" {solver}/>')
     triangles = " ".join(f"{a} {b} {c}" for a, b, c in _triangles(laid.neighbours))
-    flexes.append(
-        f'<flex name="shear" dim="2" radius="{_SPHERE_MM}" body="{names}" vertex="{vertices}" element="{triangles}">{off}'
-        f'<elasticity young="{2 * material.shear_mpa}" poisson="0" thickness="{material.thickness_mm}" '
-        'elastic2d="stretch"/></flex>'
-    )
+    if triangles:
+        flexes.append(
+            f'<flex name="shear" dim="2" radius="{_SPHERE_MM}" {nodes} element="{triangles}">{off}<elasticity '
+            f'young="{2 * material.shear_mpa}" poisson="0" thickness="{material.thickness_mm}" elastic2d="stretch"/>'
+            "</flex>"
+        )
     return (
         f'<mujoco><option timestep="{_STEP_S}" integrator="discrete" gravity="0 0 0" solver="Newton" iterations="60" '
         f'tolerance="1e-10" cone="elliptic"/><size memory="1G"/>{asset}<worldbody>{mold}{"".join(bodies)}</worldbody>'
-        f'<deformable>{"".join(flexes)}</deformable><equality>{"".join(holds)}</equality></mujoco>'
+        f"<deformable>{''.join(flexes)}</deformable><equality>{''.join(holds)}</equality></mujoco>"
     )
 
 
 def _relaxed(laid: net.Net) -> np.ndarray:
-    """(N, 3) the ply without stress, flat with fibres straight and at right angles: what MuJoCo bends and shears from."""
+    """(N, 3) the ply without stress, flat, its fibres straight and at right angles.
+
+    What MuJoCo bends and shears from. Rods whose bodies start on the draped surface instead never come to rest.
+    """
     return np.column_stack([laid.lattice * laid.spacing_mm, np.zeros(len(laid.lattice))])
 
 
@@ -196,7 +197,7 @@ def _triangles(neighbours: np.ndarray) -> list[tuple[int, int, int]]:
 
 def _set_lengths(model: mujoco.MjModel, laid: net.Net) -> None:
     """All fibres have the spacing as their rest length, to the last digit."""
-    for flex in (0, 1):
+    for flex in np.flatnonzero(model.flex_dim == 1):
         first, count = model.flex_edgeadr[flex], model.flex_edgenum[flex]
         model.flexedge_length0[first : first + count] = laid.spacing_mm
 

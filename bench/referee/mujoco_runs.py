@@ -1,6 +1,7 @@
 """MuJoCo's ensembles: python bench/referee/mujoco_runs.py [--members 5] [--names A B ...].
 
-Five noisy members a pocket, small ones all round the limit first, and one at half the speed of the ramp; rows go to mujoco.csv.
+Five noisy members a pocket, small ones all round the limit first, and one at half the speed of the ramp. Rows go to
+mujoco.csv.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from mujoco_ply import Physics
 from pockets import Pocket, all_pockets, spread
 from tables import Table, build
 
-SPACING_MM = 1.25
+FINE_MM, COARSE_MM, LARGE_MM2 = 1.25, 1.5, 2500.0  # spacing of the nets; of larger pockets
 HALF_SPEED = "half speed"
 VARIANTS: dict[str, dict[str, float | bool]] = {
     HALF_SPEED: {"ramp_steps": 2 * Physics.ramp_steps},
@@ -28,8 +29,8 @@ VARIANTS: dict[str, dict[str, float | bool]] = {
     "margin of 40 mm": {"margin_mm": 40.0},
 }
 COLUMNS = [
-    "pocket", "member", "variant", "spacing_mm", "nodes", "accepted", "strain", "most_strain", "speed_mm_per_step", "steps", "cpu_s",
-    *(f.name for f in fields(Fold)), "fibre_excess_mm", *(f.name for f in fields(Physics)), "build",
+    "pocket", "member", "variant", "spacing_mm", "nodes", "accepted", "strain", "most_strain", "speed_mm_per_step",
+    "steps", "cpu_s", *(f.name for f in fields(Fold)), "fibre_excess_mm", *(f.name for f in fields(Physics)), "build",
 ]  # fmt: skip
 
 
@@ -41,14 +42,14 @@ def table() -> Table:
 def run(pocket: Pocket, member: int, variant: str = "") -> dict[str, object]:
     """One run: a row."""
     physics = replace(Physics(), **VARIANTS.get(variant, {}))  # type: ignore[arg-type]
-    laid = pocket.lay(SPACING_MM)
+    laid = pocket.lay(COARSE_MM if pocket.foot_area_mm2 > LARGE_MM2 else FINE_MM)
     end = mujoco_ply.simulate(pocket, laid, member, physics)
     fold = worst_fold(end.nodes_mm, laid.neighbours, laid.kinds, pocket.reference)
     return {
         "pocket": pocket.name,
         "member": member,
         "variant": variant,
-        "spacing_mm": SPACING_MM,
+        "spacing_mm": laid.spacing_mm,
         "nodes": len(laid.nodes_mm),
         "accepted": int(end.accepted),
         "strain": end.strain,

@@ -1,7 +1,7 @@
 """Own nets, far finer than the default: python bench/referee/own.py [--starts 3] [--names A B ...].
 
-Spacing 1 mm, more for large pockets, never above 1.5 mm (the lattice pins folds between 1.5 and 3.5 mm). Nodal loads are
-those of the mesh, P times a cell: the sheet shares its area among all nodes, so it is told N cells. A free node's
+Spacing 1 mm, more for large pockets, never above 1.5 mm (the lattice pins folds between 1.5 and 3.5 mm). Nodal loads
+are those of the mesh, P times a cell: the sheet shares its area among all nodes, so it is told N cells. A free node's
 friction stands for the ply between it and the ply's edge: the coefficient is raised by d / spacing, d the mean way
 there. Every start is perturbed: from the laid net itself a smooth, symmetric pocket keeps its symmetry, and ends with
 four equal folds of higher energy. A row a solve goes to own.csv; only certified ones count.
@@ -27,8 +27,9 @@ from debulk.recipe import Recipe
 NODES = 1700  # at most so many, while the spacing is below 1.5 mm
 SPACINGS_MM = (1.0, 1.25, 1.5)
 COLUMNS = [
-    "pocket", "spacing_mm", "start", "variant", "nodes", "status", "certified", "compliant", "kkt_error", "length_error",
-    "energy_mj", *(f.name for f in fields(Fold)), "fibre_excess_mm", "iterations", "cpu_s", "loads", "build",
+    "pocket", "spacing_mm", "start", "variant", "nodes", "status", "certified", "compliant", "kkt_error",
+    "length_error", "energy_mj", *(f.name for f in fields(Fold)), "fibre_excess_mm", "iterations", "cpu_s", "loads",
+    "build",
 ]  # fmt: skip
 
 

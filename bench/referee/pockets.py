@@ -127,7 +127,7 @@ def spread(pockets: list[Pocket]) -> list[Pocket]:
 
 
 def layup_pockets(count: int) -> Iterator[Pocket]:
-    """From seed 300 on: half of them near the limit, spread over that range; no row of the layups' table crowds the rest.
+    """From seed 300 on: half of them near the limit, spread over that range; no row of the layups' table crowds in.
 
     The cut height for which a layup sizes its pockets varies: smaller feet under the same peaks hold more excess.
     """

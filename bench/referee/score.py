@@ -1,8 +1,8 @@
 """Score every criterion on the referee's table: python bench/referee/score.py. Writes referee.txt and referee.png.
 
 The truth about a pocket is a share: of the referee's members (perturbed starts of own fine nets, noisy runs of MuJoCo)
-whose worst fold has gathered more excess than a ridge of the limit holds. Right for an elastic sheet with the table's E;
-never right for a part.
+whose worst fold has gathered more excess than a ridge of the limit holds. Right for an elastic sheet with the table's
+E; never right for a part.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ class Truth:
 
     def share(self, referee: str) -> float | None:
         """Share of the members above the limit, or None without members; "both": of all members of either."""
-        members = sum(self.gathered.values(), []) if referee == "both" else self.gathered.get(referee, [])
+        referees = self.gathered if referee == "both" else (referee,)
+        members = [g for r in referees for g in self.gathered.get(r, [])]
         return float(np.mean([g > LIMIT_EXCESS_MM for g in members])) if members else None
 
     def value(self, column: str) -> float:
@@ -204,8 +205,8 @@ def agreement(chosen: list[Truth]) -> list[str]:
     a, b = (np.array([np.mean(t.gathered[r]) for t in both]) for r in ("own", "mujoco"))
     same = sum((t.share("own") > 0.5) == (t.share("mujoco") > 0.5) for t in both)
     return [
-        f"Both referees on {len(both)} pockets: the same side of the limit for {same}; mean gathered excess, MuJoCo over "
-        f"own: median {np.median(b / a):.2f}, {np.min(b / a):.2f} to {np.max(b / a):.2f}"
+        f"Both referees on {len(both)} pockets: the same side of the limit for {same}; mean gathered excess, MuJoCo "
+        f"over own: median {np.median(b / a):.2f}, {np.min(b / a):.2f} to {np.max(b / a):.2f}"
     ]
 
 

@@ -1,4 +1,4 @@
-"""What changes when the physics does: python bench/referee/sensitivities.py. Rows with a variant in own.csv and mujoco.csv.
+"""What changes when the physics does: python bench/referee/sensitivities.py. Rows with a variant in both tables.
 
 E halved and doubled, friction 0.2 and 0.6, a following load, and a rim that a margin of 40 mm holds by friction alone,
 each on a few small pockets, in MuJoCo; E and friction in own nets too, where friction acts at the ply's edge only.

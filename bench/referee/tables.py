@@ -41,6 +41,9 @@ class Table:
 
 
 def build() -> str:
-    """What computed a row: the package's version and the source's commit."""
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=HERE, capture_output=True, text=True)
+    """What computed a row: the package's version, and the last commit that changed its sources."""
+    sources = [HERE.parents[1] / "cpp", HERE.parents[1] / "python"]
+    commit = subprocess.run(
+        ["git", "log", "-1", "--format=%h", "--", *sources], cwd=HERE, capture_output=True, text=True, check=False
+    )
     return f"debulk {debulk.__version__} {commit.stdout.strip() or 'unknown'} python {platform.python_version()}"
