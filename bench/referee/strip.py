@@ -21,13 +21,15 @@ SPACINGS_MM = (0.5, 1.0, 1.25, 1.5)
 SPAN_MM, BELL_MM = 40.0, 24.0
 
 
-def strip(spacing: float, excess_mm: float) -> tuple[Pocket, net.Net]:
+def strip(
+    spacing: float, excess_mm: float, span_mm: float = SPAN_MM, bell_mm: float = BELL_MM
+) -> tuple[Pocket, net.Net]:
     """A fibre laid over a bell of that excess on a flat mold, and the mold."""
-    count = round((SPAN_MM + excess_mm) / spacing)
+    count = round((span_mm + excess_mm) / spacing)
     length = count * spacing
     x = np.linspace(0, length - excess_mm, 20001)
-    bell = np.cos(np.pi * np.clip((x - x[-1] / 2) / BELL_MM, -0.5, 0.5)) ** 2
-    low, high = 0.0, BELL_MM / 2
+    bell = np.cos(np.pi * np.clip((x - x[-1] / 2) / bell_mm, -0.5, 0.5)) ** 2
+    low, high = 0.0, bell_mm / 2
     for _ in range(60):
         arc = np.concatenate([[0], np.cumsum(np.hypot(np.diff(x), np.diff((low + high) / 2 * bell)))])
         low, high = ((low + high) / 2, high) if arc[-1] < length else (low, (low + high) / 2)
@@ -50,7 +52,7 @@ def strip(spacing: float, excess_mm: float) -> tuple[Pocket, net.Net]:
         lattice=np.column_stack([number, 0 * number]).astype(np.int32),
     )
     flat, empty = np.zeros((4, 4)), np.empty((0, 2))
-    mold = Pocket("strip", "strip", flat, flat, np.array([-10.0, -40.0]), 30.0, nodes[0, :2], np.array([0.0, 90.0]),
+    mold = Pocket("strip", "strip", flat, flat, np.array([-50.0, -150.0]), 100.0, nodes[0, :2], np.array([0.0, 90.0]),
                   empty, empty, empty, 0.0, False, 0.0)  # fmt: skip
     return mold, laid
 
@@ -71,7 +73,8 @@ def main() -> None:
             right = exact * LENGTH_MM
             lines.append(
                 f"  {ratio * LENGTH_MM:>9.3f} {spacing:>10.2f} {height:>9.3f} {right:>8.3f} "
-                f"{height / right - 1:>+7.1%} {end.strain:>8.1e} {end.steps:>6}{'' if end.accepted else '  not accepted'}"
+                f"{height / right - 1:>+7.1%} {end.strain:>8.1e} {end.steps:>6}"
+                f"{'' if end.accepted else '  not accepted'}"
             )
     (HERE / "strip.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
     print("\n".join(lines))
