@@ -119,7 +119,8 @@ def main() -> None:
             if kept.has(pocket.name, start, ""):
                 continue
             row = run(pocket, start, options.deadline)
-            kept.add(row)
+            if row["status"] != "deadline":  # a faster machine may try again
+                kept.add(row)
             print(
                 f"{pocket.name} start {start}: {row['status']}, height {row['height_mm']:.3f} mm, gathered "
                 f"{row['gathered_mm']:.3f} of {row['fibre_excess_mm']:.3f} mm, {row['cpu_s']:.1f} s",
