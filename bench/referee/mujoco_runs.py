@@ -17,7 +17,7 @@ from mujoco_ply import Physics
 from pockets import Pocket, all_pockets, spread
 from tables import Table, build
 
-FINE_MM, COARSE_MM, LARGE_MM2 = 1.25, 1.5, 2500.0  # spacing of the nets; of larger pockets
+SPACING_MM = 1.5
 VARIANTS: dict[str, dict[str, float | bool]] = {
     "half speed": {"ramp_steps": 2 * Physics.ramp_steps},
     "E x 0.5": {"young_mpa": 180.0},
@@ -41,7 +41,7 @@ def table() -> Table:
 def run(pocket: Pocket, member: int, variant: str = "") -> dict[str, object]:
     """One run: a row."""
     physics = replace(Physics(), **VARIANTS.get(variant, {}))  # type: ignore[arg-type]
-    laid = pocket.lay(COARSE_MM if pocket.foot_area_mm2 > LARGE_MM2 else FINE_MM)
+    laid = pocket.lay(SPACING_MM)
     end = mujoco_ply.simulate(pocket, laid, member, physics)
     fold = worst_fold(end.nodes_mm, laid.neighbours, laid.kinds, pocket.reference)
     return {
