@@ -11,19 +11,25 @@
 namespace debulk {
 
 // A cloud from Python: C-contiguous float32, so that nothing is copied.
-using Points = Array<float>;
+using CloudArray = Array<float>;
 
 inline std::vector<py::ssize_t> shape(const py::array& a) {
   return {a.shape(), a.shape() + a.ndim()};
 }
 
 // (H, W, 3) is organised, (N, 3) is not.
-inline CloudView cloud_view(const Points& a, const char* name) {
+inline CloudView cloud_view(const CloudArray& a, const char* name) {
   const bool fits = (a.ndim() == 3 && a.shape(2) == 3) || (a.ndim() == 2 && a.shape(1) == 3);
   require(fits, name, "an (H, W, 3) or (N, 3) array of points", shape_of(a));
   require(a.size() / 3 <= std::numeric_limits<int>::max(), name, "at most 2^31 points", a.size() / 3);
   const bool organised = a.ndim() == 3;
   return {a.data(), static_cast<int>(organised ? a.shape(1) : a.shape(0)), organised ? static_cast<int>(a.shape(0)) : 1};
+}
+
+// A rigid motion, x_mold = T x_scanner.
+inline Eigen::Matrix4d pose_of(const Array<double>& a) {
+  require(a.ndim() == 2 && a.shape(0) == 4 && a.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(a));
+  return Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(a.data());
 }
 
 }  // namespace debulk

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
@@ -17,7 +17,7 @@ constexpr int bin_side = 32;        // pixels
 constexpr std::uint32_t ahead = 6;  // points of which the memory is asked for
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// What the search looks at; the arrays of points have 16 more entries than points.
+// The search's input; the arrays of points have 16 more entries than points.
 struct OpenTables {
   const WindowPass* pass;
   double stretch;
@@ -33,7 +33,7 @@ struct NearTile {
 };
 
 #define DEBULK_KERNEL "debulk/cloud/open_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances) {
   return DEBULK_ON(isa, run(tables, begin, end, distances));

@@ -9,7 +9,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
@@ -17,9 +17,9 @@ namespace {
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
 #define DEBULK_KERNEL "debulk/surface/median_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
-// The median of the values that are there, at columns and rows `step` apart, up to `reach` steps away.
+// The median of the values that are known, at columns and rows `step` apart, up to `reach` steps away.
 float window_median(const Grid<float>& grid, int i, int j, int reach, int step) {
   if (std::isnan(grid.at(i, j))) return std::numeric_limits<float>::quiet_NaN();
   std::array<float, 25> window{};

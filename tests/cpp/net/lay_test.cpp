@@ -19,12 +19,12 @@ using Eigen::Vector3d;
 const double kPi = std::acos(-1.0);
 const double kDegree = kPi / 180;
 
-Region disc(double radius) {
+NetDomain disc(double radius) {
   return [radius](const Vector2d& p) { return p.norm() <= radius; };
 }
 
 Net whole(const Lattice& lattice) {
-  return numbered(lattice, std::vector<std::uint8_t>(lattice.nodes.size(), 1));
+  return number_nodes(lattice, std::vector<std::uint8_t>(lattice.nodes.size(), 1));
 }
 
 void expect_net_on(const Surface& surface, const Net& net, double length_tolerance = 1e-9) {
@@ -123,7 +123,7 @@ TEST(LayNet, FourthNodeOnASphereIsTheMirrorImage) {
   EXPECT_GT(cells, 100);
 }
 
-// s w'' + w' = -sin w, w(0) = pi/2, with s = u v / R^2 (model.md section 2); returns the shear pi/2 - w at s.
+// s w'' + w' = -sin w, w(0) = pi/2, with s = u v / R^2 (docs/model.md, section 2); returns the shear pi/2 - w at s.
 double sphere_shear(double s_end) {
   double w = kPi / 2, dw = -1, s = 0;
   const int steps = 20000;

@@ -1,0 +1,115 @@
+"""What every command of the command line shares: exit codes, how a command ends, and the progress it shows."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from debulk import InputError
+from debulk.verdict import Verdict
+
+EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.INVALID: 3, Verdict.UNDECIDED: 4}
+BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
+
+POSE_HELP = (
+    "4x4 matrix, x_mold = T x_scanner, as text; or the word identity, where the files are in the mold's frame already."
+)
+
+Progress = Callable[[str, float], None]
+
+
+@contextmanager
+def outcome() -> Iterator[None]:
+    """Turn whatever ends a command into its exit code; a verdict's codes are never taken by a failure."""
+    try:
+        yield
+        sys.stdout.flush()
+    except InputError as error:
+        print("debulk:", "; ".join(line.strip() for line in str(error).splitlines()), file=sys.stderr)
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:
+        print("debulk: interrupted", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+    except BrokenPipeError:  # whoever read our output has left
+        with contextlib.suppress(OSError):  # so that Python does not complain when it flushes at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(NO_READER) from None
+    except (typer.Exit, typer.Abort):
+        raise
+    except Exception:
+        traceback.print_exc()
+        print("debulk: this is a fault of debulk's; please report it", file=sys.stderr)
+        raise typer.Exit(FAULT) from None
+
+
+@contextmanager
+def shown_progress() -> Iterator[Progress]:
+    """Show stages and how far they are on a terminal's stderr; elsewhere nothing."""
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description:<20}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+    )
+    with Bars(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
+        task = bars.add_task("", total=1.0)
+
+        def report_progress(stage: str, fraction: float) -> None:
+            bars.update(task, description=stage, completed=min(max(fraction, 0.0), 1.0))
+
+        yield report_progress
+
+
+def show(text: Callable[[int | None], str], verdict: Verdict | None = None) -> None:
+    """Print a table, fitted to a terminal's width and coloured; the verdict comes last. Elsewhere: a pocket a line."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        print(text(None))
+        return
+    styles = {v.name: f"bold {style}" for v, style in _STYLES.items()}
+    lines = [Text(line) for line in text(console.width).splitlines()]  # Text: a reason's brackets are no markup
+    for line in lines:
+        for name, style in styles.items():
+            line.highlight_words([name], style)
+    if verdict is not None:
+        lines.append(lines.pop(0))  # where the eye is when the command has ended
+    for line in lines:
+        console.print(line)
+
+
+_STYLES = {Verdict.CEASE: "green", Verdict.CREASE: "red", Verdict.UNDECIDED: "yellow", Verdict.INVALID: "magenta"}
+
+
+def pose_of(pose: Path | None, unit: Literal["mm", "m"]) -> NDArray[np.float64] | None:
+    """Read the option --pose."""
+    from debulk import files
+
+    if pose is None:
+        return None
+    return np.eye(4) if str(pose) == "identity" else files.load_pose(pose, unit)
+
+
+def check_writable(path: Path) -> None:
+    """Refuse an output before the work is done, not after."""
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {path.parent}")
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise InputError(f"{path}: cannot be written")

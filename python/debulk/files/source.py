@@ -1,0 +1,188 @@
+"""What all readers share: bounded reads from a file that is not trusted, and errors that say where and what to do."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, NamedTuple, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+from debulk._core import InputError
+
+MAX_POINTS = (1 << 31) - 1
+MAX_COLUMNS = 1 << 12
+MAX_HEADER_BYTES = 1 << 16
+EXPORT_AGAIN = "export the cloud again"
+
+
+class Points(NamedTuple):
+    """Points, (H, W, 3) or (N, 3) in mm, and what was seen of them while they were read."""
+
+    values: NDArray[np.float32]
+    low: list[float]
+    high: list[float]
+    sampled: int
+    at_origin: int
+
+    def organised(self, height: int, width: int) -> Points:
+        """Return the same points row by row."""
+        return self._replace(values=self.values.reshape(height, width, 3))
+
+
+class Layout(NamedTuple):
+    """Where x, y, z stand in a record of a binary file; each is 4 (float) or 8 (double) bytes wide."""
+
+    record_bytes: int
+    offsets: Sequence[int]
+    widths: Sequence[int]
+    big_endian: bool = False
+
+
+@dataclass(frozen=True)
+class Source:
+    """An open, regular file of known size."""
+
+    path: Path
+    file: BinaryIO
+    size: int
+
+    def fail(self, offset: int, problem: str, remedy: str = EXPORT_AGAIN) -> NoReturn:
+        """Raise the one error of a bad file: its name, the byte, what is wrong, what to do."""
+        raise InputError(f"{self.path}: byte {offset}: {problem}; {remedy}")
+
+    def header_line(self) -> tuple[int, str]:
+        """Return the next line of a text header and the offset where it starts."""
+        offset = self.file.tell()
+        line = self.file.readline(MAX_HEADER_BYTES)
+        if not line.endswith(b"\n") or offset + len(line) > MAX_HEADER_BYTES:
+            self.fail(offset, "the header does not end")
+        try:
+            return offset, line.decode("ascii").strip()
+        except UnicodeDecodeError:
+            return self.fail(offset, "the header is not plain text")
+
+    def check_size(
+        self, offset: int, count: int, item_bytes: int, *, exact: bool, what: str = "points", least: int | None = None
+    ) -> None:
+        """Compare the size that the header promises with the size that the file has, before anything is allocated.
+
+        `least`: the fewest bytes that the items can take, if not all take as many.
+        """
+        if count < 1:
+            self.fail(offset, f"no {what} in the file")
+        need, have = count * item_bytes if least is None else least, self.size - offset
+        if have < need:
+            self.fail(
+                self.size,
+                f"the file ends, but its header promises {count} {what} of {item_bytes} bytes: {need - have} lack",
+                "the file was cut off or its header is wrong: copy or export it again",
+            )
+        if count > MAX_POINTS:
+            self.fail(offset, f"{count} {what}, expected at most {MAX_POINTS}", "export fewer points")
+        if exact and have > need:
+            self.fail(
+                offset + need,
+                f"{have - need} bytes follow the {count} {what} of {item_bytes} bytes that the header promises",
+                f"the header does not fit the data: {EXPORT_AGAIN}",
+            )
+
+    def points(self, offset: int, count: int, layout: Layout, factor: float) -> Points:
+        """Read x, y, z of fixed-size records, times `factor`."""
+        points = np.empty((count, 3), dtype=np.float32)
+        with self.faults():
+            summary = _core.files.read_records(
+                self.file.fileno(), offset, layout.record_bytes, layout.offsets, layout.widths, layout.big_endian,
+                factor, points, 0,
+            )  # fmt: skip
+        return Points(points, *summary)
+
+    def text_points(
+        self, offset: int, columns: int, xyz: Sequence[int], factor: float, *, count: int | None = None,
+        separator: str = " ", comments: bool = False, exact: bool = True,
+    ) -> Points:  # fmt: skip
+        """Read x, y, z from lines of numbers, times `factor`; the columns come in the given places.
+
+        `count`: how many lines the header promises; None: as many as there are.
+        """
+        if count is not None:  # a digit and what parts it from the next is the least that a number takes
+            self.check_size(offset, count, 2 * columns, exact=False, least=2 * columns * count - 1)
+        with self.faults():
+            rows, points, summary = _core.files.read_text(
+                self.file.fileno(), offset, self.size, self._line(offset), columns, xyz, separator, comments,
+                -1 if count is None else count, factor, 0,
+            )  # fmt: skip
+        if points is None or summary is None or (exact and count not in (None, rows)):
+            self.fail(
+                offset,
+                f"expected {count} lines of {columns} numbers after the header, found {rows}",
+                f"the file was cut off or its header is wrong: {EXPORT_AGAIN}",
+            )
+        if rows == 0:
+            self.fail(offset, "no points in the file")
+        return Points(points, *summary)
+
+    def _line(self, offset: int) -> int:
+        """Return the number of the line in which the body starts."""
+        self.file.seek(0)
+        return self.file.read(offset).count(b"\n") + 1
+
+    @contextmanager
+    def faults(self, after: int = 0) -> Iterator[None]:
+        """Turn what the compiled readers find wrong into this file's error; their bytes count from `after`."""
+        try:
+            yield
+        except _core.files.FileFault as fault:
+            byte, problem = fault.args
+            self.fail(after + byte, problem)
+
+
+@contextmanager
+def open_source(path: Path) -> Iterator[Source]:
+    """Open a regular file; whatever the system says against it becomes one InputError."""
+    try:
+        # Not blocking: a pipe that nobody writes to would hold the open until someone does.
+        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        try:
+            status = os.fstat(number)
+            if not stat.S_ISREG(status.st_mode):
+                raise InputError(f"{path}: expected a file, got {_what(status.st_mode)}")
+            with open(number, "rb", closefd=False) as file:
+                yield Source(path, file, status.st_size)
+        finally:
+            os.close(number)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:  # a zero byte in the name
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{str(path)!r}: cannot be read: {error}") from None
+    except MemoryError:
+        raise InputError(f"{path}: does not fit into this machine's memory; export fewer points") from None
+
+
+def _what(mode: int) -> str:
+    kinds = {"a folder": stat.S_ISDIR, "a pipe": stat.S_ISFIFO, "a socket": stat.S_ISSOCK}
+    return next((name for name, is_kind in kinds.items() if is_kind(mode)), "a device")
+
+
+def whole_number(source: Source, offset: int, text: str, what: str) -> int:
+    """Parse a count from a header: a plain, non-negative, not absurd number."""
+    if not (text.isascii() and text.isdigit()) or len(text) > 12:
+        source.fail(offset, f"{what}: expected a whole number, got {text[:40]!r}")
+    return int(text)
+
+
+def check_unique_xyz(source: Source, offset: int, names: list[str]) -> list[int]:
+    """Return the places of x, y, z among the fields of a header."""
+    for axis in "xyz":
+        if names.count(axis) != 1:
+            problem = "more than one field" if axis in names else "no field"
+            source.fail(offset, f"{problem} {axis!r} among {', '.join(names)[:80] or 'none'}")
+    return [names.index(axis) for axis in "xyz"]

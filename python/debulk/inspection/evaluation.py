@@ -1,0 +1,202 @@
+"""One pocket, from what was found of it to its verdict: lay the net, settle it, post-process, judge."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from debulk import _core, ridge, solve, verdict
+from debulk.inspection import dumps, left_out, starts
+from debulk.inspection.cycle import Cycle, stopping
+from debulk.inspection.found import FoundPocket
+from debulk.inspection.laid_pocket import REFUSED, LaidPocket, lay_pocket
+from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
+
+__all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged"]
+
+log = logging.getLogger("debulk")
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A pocket's part of the report, and what was left out for it."""
+
+    report: PocketReport
+    left_out: tuple[LeftOut, ...] = ()
+
+
+def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, begun: float) -> list[Evaluation]:
+    """Evaluate all pockets, as many at a time as there are threads; `begun` is the share of the work done before."""
+    threads = ply.recipe.run.threads or _core.default_threads()
+    evaluations = []
+    # The core's calls release the GIL; whatever ends the wait (Ctrl-C, an error of progress) ends the solvers.
+    with ThreadPoolExecutor(threads, "debulk") as pool, stopping(cycle.stop):
+        for evaluation in pool.map(lambda found: evaluate(found, ply, cycle.stop, pool), pockets):
+            evaluations.append(evaluation)
+            cycle.report("debulk", begun + (1 - begun) * len(evaluations) / len(pockets))
+    cycle.check()
+    return evaluations
+
+
+def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None) -> Evaluation:
+    """Evaluate one pocket. Idle threads of the pool help, see `starts.settle`.
+
+    An error costs the verdict on this pocket, not the report: the pocket is INVALID, and the error is its reason.
+    """
+    seen = _seen(found)
+    if stop.now():
+        return _not_evaluated(seen, _too_late(found))
+    try:
+        return _evaluate(found, seen, ply, stop, pool)
+    except _core.Stopped:
+        return _not_evaluated(seen, _too_late(found))
+    except Exception as error:
+        log.exception("pocket %d could not be evaluated", found.number)
+        what = " ".join(str(error).split())
+        refused = f"an unexpected error, {type(error).__name__}{': ' if what else ''}{what}; please report it"
+        return _not_evaluated(seen, verdict.judge(certified=False, refused=refused))
+
+
+def _evaluate(
+    found: FoundPocket, seen: PocketReport, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None
+) -> Evaluation:
+    watch = _Stopwatch()
+    try:
+        with watch.step("net"):
+            laid = lay_pocket(found, ply, stop)
+    except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
+        return _not_evaluated(seen, verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
+
+    def post_process(solution: solve.Solution) -> ridge.PostProcessed:
+        with watch.step("ridge"):
+            return laid.post_process(solution)
+
+    with watch.step("solve"):
+        settled = starts.settle(laid.sheet, ply.recipe, post_process, stop, pool)
+    dumps.keep(
+        laid.sheet,
+        settled.solution,
+        settled.solution.status in REFUSED,
+        watch.split_ms["solve"],
+        found.number,
+        ply.recipe,
+    )
+    late = settled.cut or (stop.past_deadline and not settled.solution.certified)
+    judged = laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late)
+    report = replace(
+        seen,
+        verdict=judged.verdict,
+        reason=judged.reason,
+        runtime_ms=sum(watch.split_ms.values()),
+        runtime_split_ms=watch.split_ms,
+        **_net_figures(laid),
+        **_debulked_figures(laid, settled),
+    )
+    return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
+
+
+def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:
+    """Report pockets for which nothing was computed, because the whole scan cannot be judged."""
+    return [_not_evaluated(_seen(found), verdict.judge(certified=False, refused=why)) for found in pockets]
+
+
+@dataclass
+class _Stopwatch:
+    """Milliseconds a step, without those of the steps within it."""
+
+    split_ms: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        began, before_ms = time.perf_counter(), sum(self.split_ms.values())
+        yield
+        within_ms = sum(self.split_ms.values()) - before_ms
+        self.split_ms[name] = self.split_ms.get(name, 0.0) + 1e3 * (time.perf_counter() - began) - within_ms
+
+
+def _seen(found: FoundPocket) -> PocketReport:
+    """Report what is known of a pocket before its ply is modelled."""
+    return PocketReport(
+        id=found.number,
+        verdict=verdict.Verdict.INVALID,
+        reason="",
+        outline_mm=found.pocket.outline_mm,
+        foot_outline_mm=found.foot.outline_mm,
+        touches_ply_edge=found.pocket.touches_ply_edge,
+        area_mm2=found.pocket.area_mm2,
+        peak_mm=found.pocket.peak_mm,
+        volume_mm3=found.pocket.volume_mm3,
+        measured_share=found.pocket.measured_share,
+    )
+
+
+def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
+    return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason))
+
+
+def _too_late(found: FoundPocket) -> verdict.Judgement:
+    return verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
+
+
+def _net_figures(laid: LaidPocket) -> dict[str, Any]:
+    net = laid.net
+    return {
+        "spacing_mm": net.spacing_mm,
+        "node_count": len(net.nodes_mm),
+        "net": PocketNet(
+            nodes_mm=net.nodes_mm,
+            neighbours=net.neighbours,
+            kinds=net.kinds.astype(np.uint8),
+            edges=net.edges,
+            inside=net.inside,
+        ),
+        "initial_gap_mm": laid.sheet.gaps(net.nodes_mm),
+    }
+
+
+def _debulked_figures(laid: LaidPocket, settled: starts.Settled) -> dict[str, Any]:
+    solution, best = settled.solution, settled.best
+    worst = max(best.sections, key=lambda section: section.height_mm, default=None)
+    return {
+        "rms_mm": best.rms_mm,
+        "rms_range_mm": settled.rms_mm,
+        "ridge_height_mm": best.ridge_height_mm,
+        "ridge_range_mm": settled.ridge_mm,
+        "ridge_length_mm": best.ridge_length_mm,
+        "ridge_nodes": None if worst is None else np.array(worst.nodes, dtype=np.int32),
+        "bridge_height_mm": best.bridge_height_mm,
+        "excess_length_mm": best.excess_length_mm,
+        "debulked_mm": solution.nodes_mm,
+        "debulked_gap_mm": laid.sheet.gaps(solution.nodes_mm),
+        "post_processed_gap_mm": best.gap_mm,
+        "energy_mj": solution.energy_mj,
+        "energy_terms_mj": laid.sheet.terms(solution.nodes_mm),
+        "solve": _solve_report(laid, solution),
+    }
+
+
+def _solve_report(laid: LaidPocket, solution: solve.Solution) -> SolveReport:
+    certificate = solution.certificate
+    return SolveReport(
+        method=laid.recipe.solve.method,
+        status=solution.status,
+        certified=solution.certified,
+        iterations=solution.iterations,
+        evaluations=solution.evaluations,
+        length_error=certificate.length_error,
+        penetration_mm=certificate.penetration_mm,
+        kkt_error=certificate.kkt_error,
+        curvature=certificate.curvature,
+        energy_gain_mj=laid.sheet.energy(laid.sheet.start_mm) - solution.energy_mj,
+        compliant=certificate.compliant,
+        starts=len(solution.minima),
+        doubt=certificate.failure,
+    )

@@ -1,0 +1,133 @@
+"""The front end of a cell: from one scan after the other to height maps above one reference, prepared once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core, arrays
+from debulk.cloud import as_cloud
+from debulk.inspection.camera import PinholeImage
+from debulk.surface import HeightMap, Reference
+
+__all__ = ["FrontEnd"]
+
+InputError = _core.InputError
+
+
+class FrontEnd:
+    """Scans to height maps: outliers removed, heights above the reference on a grid, holes filled, spikes, median.
+
+    The same steps as `debulk.cloud.transform`, `debulk.cloud.remove_outliers`, `debulk.surface.height_map`,
+    `debulk.surface.without_spikes` and `debulk.surface.median`, many times faster for the organised scans of a pinhole
+    camera: exact neighbours are found in the image, heights are measured along the rays and the shift of raised
+    points is undone on the grid.
+    Whatever depends on the reference and the camera alone is prepared here, and memory is kept from scan to scan. Any
+    other cloud takes the general way, with the same decisions. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    reference
+        The smooth reference surface, mold frame.
+    image
+        Of the pinhole camera that the organised scans come from (see `debulk.inspection.camera`). None: every scan
+        takes the general way.
+    mold_from_scanner
+        (4, 4) rigid motion, x_mold = T x_scanner. None: scans are in the mold's frame already.
+    options
+        Compiled, see `debulk.recipe.options.front_end`. The fast way needs four neighbours. None: the defaults.
+    box_mm
+        (2, 2) lowest and highest mold XY that the map is to cover, cut to the reference's; None: all of that.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+
+    Raises
+    ------
+    InputError
+        Names the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> x, y = np.meshgrid(np.arange(-40.0, 41.0, 10.0), np.arange(-30.0, 31.0, 10.0))
+    >>> flat = Reference(np.full_like(x, 500.0), (-40.0, -30.0), 10.0)
+    >>> column, row = np.meshgrid(np.arange(120.0), np.arange(90.0))
+    >>> scan = 502.0 * np.dstack([(column - 59.5) / 800, (row - 44.5) / 800, np.ones_like(row)])
+    >>> front = FrontEnd(flat, PinholeImage(90, 120, 800.0, 59.5, 44.5))
+    >>> heights = front.inspect(scan)
+    >>> front.fast, round(float(np.nanmedian(heights.values)), 4)
+    (True, 2.0)
+    """
+
+    def __init__(
+        self,
+        reference: Reference,
+        image: PinholeImage | None,
+        mold_from_scanner: ArrayLike | None = None,
+        *,
+        options: _core.surface.FrontEndOptions | None = None,
+        box_mm: ArrayLike | None = None,
+        threads: int = 0,
+    ) -> None:
+        if not isinstance(reference, _core.surface.Reference):
+            raise InputError(f"reference: expected a debulk.surface.Reference, but got a {type(reference).__name__}")
+        pose = np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64)
+        everything = [[-1e9, -1e9], [1e9, 1e9]]
+        box = arrays.numbers(everything if box_mm is None else box_mm, "box_mm", (2, 2), "an array of shape (2, 2)")
+        self._shape: tuple[int, ...] = ()  # of the last scan's image
+        self._core: Any = _core.surface.FrontEnd(
+            reference,
+            (0, 0) if image is None else image.shape,  # the core reads it beside a camera only
+            None if image is None else image.camera,
+            pose,
+            tuple(box.reshape(4).tolist()),
+            options or _core.surface.FrontEndOptions(),
+            threads,
+        )
+
+    def inspect(self, scan: ArrayLike, stop: _core.Stop | None = None, *, copy: bool = True) -> HeightMap:
+        """Height map of a scan.
+
+        Parameters
+        ----------
+        scan
+            (H, W, 3) or (N, 3), scanner frame, mm, NaN = nothing seen. C-contiguous float32 is not copied.
+        stop
+            Raised from another thread, ends the computation soon with a RuntimeError.
+        copy
+            False: the map's arrays are views that the next call overwrites.
+
+        Raises
+        ------
+        InputError
+            For a bad cloud.
+        """
+        points = as_cloud(scan, "scan")
+        self._shape = points.shape[:-1]
+        *maps, origin, spacing = self._core.run(points, stop or _core.Stop())
+        values, measured, before = (m.copy() if copy and m is not None else m for m in maps)
+        return HeightMap(values, origin, spacing, measured.view(np.bool_), before, self._core.blur_mm2)
+
+    @property
+    def fast(self) -> bool:
+        """Whether the last scan took the fast way."""
+        return bool(self._core.fast)
+
+    @property
+    def keep(self) -> NDArray[np.bool_]:
+        """(H, W) or (N,): False for the last scan's outliers and missing points."""
+        rows, columns = self._shape if len(self._shape) == 2 else (*self._shape, 1)
+        keep: NDArray[np.uint8] = self._core.keep((rows, columns))
+        return keep.view(np.bool_).reshape(self._shape)
+
+    @property
+    def outlier_threshold_mm(self) -> float:
+        """Mean distance to the neighbours above which the last scan's points went."""
+        return float(self._core.threshold)
+
+    @property
+    def times_ms(self) -> dict[str, float]:
+        """How long the last scan took, stage by stage."""
+        return dict(zip(("clean", "grid", "fill", "spikes", "median"), self._core.times, strict=True))

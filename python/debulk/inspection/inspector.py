@@ -1,0 +1,288 @@
+"""The inspection: from a scan to a verdict, step by step."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from debulk import _core, surface
+from debulk._core import InputError
+from debulk.comparison import Comparison
+from debulk.grid import Grid
+from debulk.inspection import inputs, inspector_file, reporting
+from debulk.inspection.cleaning import cleaned, masked, owned
+from debulk.inspection.comparing import compared
+from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
+from debulk.inspection.evaluation import evaluate_all, not_judged
+from debulk.inspection.fibre_angles import checked_angles
+from debulk.inspection.finder import finder_for
+from debulk.inspection.found import Found
+from debulk.inspection.placing import Placing
+from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.prepared import Prepared, prepare
+from debulk.net import Drape
+from debulk.report import Report
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Cancelled", "Inspector", "Progress"]
+
+log = logging.getLogger("debulk")
+log.addHandler(logging.NullHandler())
+_FOUND = 0.45  # share of the work that is done when the pockets are found, for the progress
+
+
+class Inspector:
+    """Inspects scans of one ply against the reference below it. Prepared once, then used cycle after cycle.
+
+    Parameters
+    ----------
+    recipe
+        All settings. None: ``Recipe()``.
+    reference
+        (H, W, 3) organised or (N, 3) cloud of the surface below the ply, mm, NaN = nothing seen; of a layup of several
+        plies, the scan after the ply before.
+    ply_outline
+        (M, 2) outline of the ply, mold XY, mm, closed from last to first. None: unknown; then no edge of a pocket is
+        free, and the report says so.
+    fibre_angles_deg
+        The two fibre directions, degrees counter-clockwise from mold +x, projected along z: two numbers, a
+        `debulk.Grid` with values (ny, nx, 2), NaN where nothing is known, or a `debulk.net.Drape`, which is read on a
+        grid of its own spacing. A pocket takes the angles of the grid's point nearest to its centre; it is INVALID
+        where they are not known.
+    mold_from_scanner
+        (4, 4) rigid motion from the scanner's frame, in which scan and reference are, to the mold's: x_mold = T x.
+        None: they are in the mold's frame already.
+    camera
+        (f, cx, cy) in pixels, of an organised cloud in the scanner's frame. None: fitted to the reference. With it the
+        height map takes the fast way; without a pinhole camera (a residual above 0.1 px, an unorganised cloud, a scan
+        of another shape than the reference) the general one, with the same decisions.
+    mask
+        (H, W) bool, True where the image shows a clamp or a tool: these points of an organised scan are not used.
+
+    Raises
+    ------
+    InputError
+        Names what was wrong, what was expected and what came.
+
+    Notes
+    -----
+    All arrays are copied: what their owner does to them later changes neither the inspector nor its reports. Only
+    `inspect` borrows its scan while it runs.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    >>> report = inspector.inspect(layup.scan)
+    >>> report.verdict
+    <Verdict.CREASE: 'crease'>
+    """
+
+    def __init__(
+        self,
+        recipe: Recipe | None,
+        reference: ArrayLike | Prepared,
+        ply_outline: ArrayLike | None = None,
+        fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0),
+        mold_from_scanner: ArrayLike | None = None,
+        camera: tuple[float, float, float] | None = None,
+        mask: ArrayLike | None = None,
+    ) -> None:
+        if recipe is None:
+            from debulk.recipe import Recipe
+
+            recipe = Recipe()
+        self.recipe = recipe
+        self.ply_outline = inputs.outline(ply_outline)
+        self.fibre_angles_deg = checked_angles(fibre_angles_deg)
+        self.mold_from_scanner = inputs.pose(mold_from_scanner)
+        self.camera = inputs.camera_parameters(camera)
+        self.mask = inputs.image_mask(mask)
+
+        if not isinstance(reference, Prepared):
+            reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe)
+        self.prepared = reference
+        self.grid_spacing_mm = reference.grid_spacing_mm
+        self.reference = reference.reference
+        self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
+        self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
+        self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
+        self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
+        self._lock = threading.Lock()  # of the stops
+        self._running: set[_core.Stop] = set()
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
+
+        Raises
+        ------
+        InputError
+            If the ending is another, or the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix.lower() != ".npz":
+            raise InputError(f"{path}: expected a file ending in .npz")
+        inspector_file.write(self, path)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
+        """Read an inspector that `save` wrote; its reports are equal to the saved one's, to the last bit.
+
+        Parameters
+        ----------
+        path
+            The .npz file.
+        recipe
+            Other settings than the saved ones; its section clean must be the same, for the reference went through it.
+
+        Raises
+        ------
+        InputError
+            If the file is not such a file, or was cut off, or the recipe's section clean is another.
+        """
+        from debulk.recipe import Recipe
+
+        path = Path(path)
+        given = inspector_file.read(path)
+        try:
+            given["recipe"] = saved = Recipe(**given["recipe"])
+            if recipe is not None and recipe.clean != saved.clean:
+                raise InputError(f"recipe: expected the section clean of the saved one, {saved.clean}")
+            return cls(**(given if recipe is None else {**given, "recipe": recipe}))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+    def inspect(self, scan: ArrayLike, deadline_s: float | None = None, progress: Progress | None = None) -> Report:
+        """Inspect one scan.
+
+        Parameters
+        ----------
+        scan
+            (H, W, 3) organised or (N, 3) cloud, float32 or float64, mm, in the reference's frame, NaN = nothing seen.
+            Borrowed: C-contiguous float32 is read where it lies, so leave it alone until the call returns. Where a
+            scanner writes the next scan into it meanwhile, nothing crashes and nothing outside it is read, but the
+            report is of a mixture of both.
+        deadline_s
+            Seconds from now. All stages end early then, and what was cut off is UNDECIDED: pockets that were not
+            evaluated, and those for which starts that the rule asks for were not tried.
+        progress
+            Called with the name of the stage and the share of the work that is done, from the calling thread.
+
+        Returns
+        -------
+        Report
+            With the verdict, each pocket, timings, and what was left out.
+
+        Raises
+        ------
+        InputError
+            Names what was wrong with the scan.
+        Cancelled
+            After `cancel`.
+        """
+        cycle = Cycle(deadline_s, progress)
+        try:
+            with self._cancellable(cycle.stop):
+                return self._inspect(scan, cycle)
+        except _core.Stopped:
+            if cycle.stop.cancelled:
+                raise Cancelled("the inspection was cancelled") from None
+            return reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
+
+    def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
+        """Walk through the steps of the field."""
+        with cycle.stage("level", 0.0):  # do scan and reference belong together?
+            scan, sample = self._placing.look(scan)
+            placed = self._placing.gross(sample)
+        if placed is not None:
+            return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
+        with cycle.stage("height map", 0.0):  # clean, grid, find
+            found = watched(cycle.stop, lambda: self.find(scan, cycle.stop))
+        cycle.split("height map", found.times_ms)
+        with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
+            placed = self._placing.judge(sample, found)
+        with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
+            if placed.doubt:
+                evaluations = not_judged(found.pockets, "the scan is not in its place")
+            else:
+                evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
+        with cycle.stage("report", 1.0):
+            return reporting.report(found, placed, evaluations, self.ply, self.prepared, cycle.timings_ms())
+
+    def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
+        """Find the pockets of a scan, and go no further: the first steps of `inspect`.
+
+        Parameters
+        ----------
+        scan
+            As of `inspect`.
+        stop
+            Raised from another thread, or past its deadline, it ends the search with `Stopped`.
+
+        Returns
+        -------
+        Found
+            The pockets, largest first, how much of the ply is known, and what was not looked at.
+
+        Raises
+        ------
+        InputError
+            Names what was wrong with the scan.
+        """
+        with self._finding:
+            return self._finder.find(scan, self.mask, stop)
+
+    def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
+        """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
+
+        Parameters
+        ----------
+        report
+            Of the inspection before debulking.
+        debulked_scan
+            As the scan of `inspect`.
+
+        Raises
+        ------
+        InputError
+            Names what was wrong.
+        Cancelled
+            After `cancel`.
+        """
+        stop = _core.Stop()
+        try:
+            with self._cancellable(stop):
+                points = masked(owned(debulked_scan, "debulked_scan"), self.mask, "debulked_scan")
+                points = cleaned(points, self.mold_from_scanner, self.recipe, stop)
+                heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
+                    points, self.reference, self.grid_spacing_mm, hole_diameter_mm=0.0, threads=self.recipe.run.threads
+                )
+        except _core.Stopped:
+            raise Cancelled("the comparison was cancelled") from None
+        return compared(report, heights, self.recipe)
+
+    def cancel(self) -> None:
+        """Stop the inspections that run, from any thread: they raise `Cancelled`, within an iteration of the solver."""
+        with self._lock:
+            for stop in self._running:
+                stop.cancel()
+
+    @contextmanager
+    def _cancellable(self, stop: _core.Stop) -> Iterator[None]:
+        with self._lock:
+            self._running.add(stop)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._running.discard(stop)

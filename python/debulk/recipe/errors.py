@@ -1,0 +1,149 @@
+"""What is wrong with a recipe, said so that its author can mend it."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel, ValidationError
+
+
+class Wrong(NamedTuple):
+    """One wrong value: its dotted name and what is the matter with it."""
+
+    name: str
+    text: str
+
+
+def message(what: str, wrong: list[Wrong]) -> str:
+    """Put all wrong values into one message, one per line where there are several."""
+    lines = [f"{entry.name}: {entry.text}" for entry in wrong]
+    if len(lines) == 1:
+        return lines[0]
+    return "\n  ".join([f"{len(lines)} wrong values in the {what.lower()}:", *lines])
+
+
+def known_names(model: type[BaseModel], prefix: str = "") -> list[str]:
+    """All dotted names of a model's values, sections included."""
+    names = []
+    for name, field in model.model_fields.items():
+        names.append(prefix + name)
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            names += known_names(field.annotation, f"{prefix}{name}.")
+    return names
+
+
+def wrong_values(model: type[BaseModel], error: ValidationError, values: Mapping[str, Any]) -> list[Wrong]:
+    """Translate pydantic's errors: dotted name, what was expected, what came."""
+    names = known_names(model)
+    wrong: dict[str, Wrong] = {}
+    for entry in error.errors(include_url=False, include_context=True):
+        name = ".".join(str(part) for part in entry["loc"])
+        if entry["type"] == "extra_forbidden":
+            wrong.setdefault(name, Wrong(name, _unknown(name, names)))
+        else:
+            text = f"expected {_expected(entry['type'], entry.get('ctx', {}))}, got {shown(entry['input'])}"
+            wrong.setdefault(name, Wrong(name, text))
+    return list(wrong.values())
+
+
+# Settings of earlier versions, and what to write instead.
+_GONE = {
+    "segmentation.edge_tol_mm": "it is called net.free_edge_mm now",
+    "loads.vacuum": "the vacuum acts along -z; leave the line out",
+}
+
+
+def _unknown(name: str, names: list[str]) -> str:
+    """Name the nearest known setting: first by its last part, in whatever section that stands."""
+    if name in _GONE:
+        return f"not a setting any more: {_GONE[name]}"
+    last = name.rsplit(".", 1)[-1]
+    tails = {known.rsplit(".", 1)[-1]: known for known in reversed(names)}
+    near = [tails[tail] for tail in difflib.get_close_matches(last, list(tails), n=1, cutoff=0.75)]
+    near = near or difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    return "not a known setting" + (f"; did you mean {near[0]}?" if near else "")
+
+
+_LIMITS = {
+    "greater_than": ("gt", "greater than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "below"),
+    "less_than_equal": ("le", "at most"),
+}
+_KINDS = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "finite_number": "a finite number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "int_parsing_size": "a whole number of at most 63 bits",
+    "model_type": "a table of settings",
+    "model_attributes_type": "a table of settings",
+    "string_type": "text",
+}
+
+
+def _expected(kind: str, context: Mapping[str, Any]) -> str:
+    if kind in _LIMITS:
+        key, words = _LIMITS[kind]
+        return f"a number {words} {context[key]:g}"
+    if kind == "literal_error":
+        return str(context["expected"])
+    return _KINDS.get(kind, kind.replace("_", " "))
+
+
+def shown(value: Any) -> str:
+    """Return a value as it would be written, at most 60 characters of it, on one line."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> list[Wrong]:
+    """Check the values against each other.
+
+    Parameters
+    ----------
+    values
+        All settings by section and name.
+    unusable
+        Dotted names of values that are wrong already: whatever needs them is not checked.
+    """
+    wrong: list[Wrong] = []
+
+    def check(name: str, other: str, limit: float, why: str) -> None:
+        """Require the named value to be greater than the limit that follows from the other."""
+        section, key = name.split(".")
+        value = values[section][key]
+        if not value > limit:
+            wrong.append(Wrong(name, f"expected more than {limit:g} ({why}, {other}), got {shown(value)}"))
+
+    def usable(*names: str) -> bool:
+        return all(
+            name not in unusable
+            and name.split(".")[0] not in unusable
+            and isinstance(value := values[name.split(".")[0]][name.split(".")[1]], (int, float))
+            and math.isfinite(value)
+            for name in names
+        )
+
+    thickness, bulk = "material.thickness_mm", "material.bulk_factor"
+    cut = "segmentation.cut_height_mm"
+    if usable(thickness, cut):
+        check(cut, thickness, values["material"]["thickness_mm"], "a ply that lies well stands this high")
+    if usable("patch.mold_tol_mm", cut):
+        check(cut, "patch.mold_tol_mm", values["patch"]["mold_tol_mm"], "the ply touches the mold up to here")
+    if usable(thickness, "level.tol_mm"):
+        tol = values["level"]["tol_mm"]
+        check(thickness, "level.tol_mm", tol, "an empty mold must not pass for a ply")
+    if usable(thickness, bulk):
+        flat = values["material"]["thickness_mm"] / values["material"]["bulk_factor"]
+        for name in ("verdict.max_rms_mm", "verdict.max_ridge_mm"):
+            if usable(name):
+                check(name, f"{thickness}/bulk_factor", flat, "a ply without any wrinkle has this much")
+    return wrong
