@@ -11,8 +11,9 @@ import numpy as np
 from pockets import LIMIT_EXCESS_MM, Pocket, all_pockets
 from tables import Table, build
 
-from debulk import _core, ridge, section, sheet, solve, starts, verdict
-from debulk.evaluation import criteria
+from debulk import _core, ridge, section, sheet, solve, verdict
+from debulk.inspection import starts
+from debulk.inspection.laid_pocket import criteria
 from debulk.recipe import Recipe
 
 WINDOWS_MM = (34.0, 38.0, 42.0)  # H / (mu P) is 17 to 21 mm on each side of the fold
@@ -41,9 +42,7 @@ def run(pocket: Pocket) -> dict[str, object]:
     recipe = Recipe()
     laid = pocket.lay()
     half = pocket.lay(laid.spacing_mm / 2)
-    ply = sheet.Sheet(
-        laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, pocket.reference, recipe
-    )
+    ply = sheet.Sheet.of_net(laid, pocket.reference, recipe)
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         return ridge.post_process(

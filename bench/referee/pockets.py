@@ -15,9 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from debulk import net, pocket, ridge, scenes, surface
+from debulk import Inspector, net, pocket, ridge, scenes, surface
 from debulk.recipe import Recipe
-from debulk.study.cases import _FrontEnd
 
 THICKNESS_MM = 0.3
 LIMIT_MM = 0.60
@@ -31,7 +30,7 @@ _GRID_MM = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Pocket:
-    """One pocket: all that its nets are laid from, as in `debulk.evaluation.lay_net`."""
+    """One pocket: all that its nets are laid from, as in `debulk.inspection.laid_pocket.lay_net`."""
 
     name: str
     family: str  # "layup", or the shape of a synthetic pocket
@@ -151,12 +150,12 @@ def _of_layup(seed: int) -> Iterator[tuple[int, Pocket]]:
     cut = float(np.random.default_rng(seed).uniform(1.2, 2.2))
     layup = scenes.layup(seed=seed, pixels=(1280, 960), cut_height_mm=cut)
     recipe = Recipe(segmentation={"regions": False})
-    front = _FrontEnd(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
-    front.inspect(layup.scan)
-    for row, (found, foot) in enumerate(zip(front.segmentation.pockets, front.feet.feet, strict=True)):
+    inspector = Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    for row, one in enumerate(inspector.find(layup.scan).pockets):
+        found, foot = one.pocket, one.foot
         if foot.area_mm2 > LARGEST_FOOT_MM2:
             continue
-        patch = pocket.patch(front.segmentation, front.feet, found.id, front.reference)
+        patch = pocket.patch(one.segmentation, one.feet, found.id, inspector.ply.reference)
         made = Pocket(
             name=f"L{seed}_{found.id}",
             family="layup",
@@ -165,13 +164,13 @@ def _of_layup(seed: int) -> Iterator[tuple[int, Pocket]]:
             origin_mm=np.asarray(patch.surface.origin_mm),
             grid_mm=patch.surface.spacing_mm,
             centre_mm=found.centroid_mm,
-            angles_deg=np.asarray(front.fibre_angles_deg),
+            angles_deg=np.asarray(inspector.ply.fibre_angles_deg),
             outline_mm=patch.outline_mm,
             rms_outline_mm=found.outline_mm,
             ply_outline_mm=np.asarray(layup.ply_outline),
             foot_area_mm2=foot.area_mm2,
             at_edge=found.touches_ply_edge,
-            mold_tol_mm=1.25 * front.feet.mold_tol_mm,
+            mold_tol_mm=1.25 * one.feet.mold_tol_mm,
         )
         yield row, made
 

@@ -50,6 +50,7 @@ def strip(
         shear_deg=np.zeros(count + 1),
         open_ends=np.empty(0, dtype=np.int32),
         lattice=np.column_stack([number, 0 * number]).astype(np.int32),
+        _core=None,
     )
     flat, empty = np.zeros((4, 4)), np.empty((0, 2))
     mold = Pocket("strip", "strip", flat, flat, np.array([-50.0, -150.0]), 100.0, nodes[0, :2], np.array([0.0, 90.0]),
