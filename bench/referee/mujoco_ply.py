@@ -25,7 +25,7 @@ from debulk.pocket import distance_to_outline
 from debulk.recipe import Recipe
 
 MOST_STRAIN = 1e-3
-MOST_SPEED_MM = 5e-5  # a step, of any node
+MOST_SPEED_MM = 2e-4  # a step, of any node; what is left then is the creep of MuJoCo's softened friction
 _FITTING_STEPS = 50  # in which the noisy start finds back to the fibres' lengths, under little pressure
 _STEP_S = 2e-3
 _SPHERE_MM = 0.02

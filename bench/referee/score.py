@@ -264,12 +264,12 @@ def picture(every: list[Truth]) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(figsize=(8.5, 6.2), layout="constrained")
+    figure, axes = plt.subplots(figsize=(7.2, 7.2))
     top = 1.55
     axes.axvspan(LIMIT_MM - MARGIN_MM, LIMIT_MM + MARGIN_MM, color="0.88", lw=0, label="undecided by the rule")
     axes.fill_between([0, LIMIT_MM - MARGIN_MM], LIMIT_MM, top, color="#f6d5d0", lw=0)
-    axes.text(0.15, top - 0.04, "the rule says CEASE,\na fold above the limit", va="top", color="#8c2d19")
-    axes.text(top - 0.02, 0.15, "the rule says CREASE,\nno fold above the limit", ha="right", color="0.35")
+    axes.text(0.12, top - 0.03, "false CEASE: the rule lets it\npass, a fold stands", va="top", color="#8c2d19")
+    axes.text(top - 0.02, 0.52, "false CREASE", ha="right", color="0.35")
     axes.plot([0, top], [0, top], color="0.6", lw=0.8)
     axes.axhline(LIMIT_MM, color="0.3", lw=0.8)
     styles = {
@@ -283,19 +283,22 @@ def picture(every: list[Truth]) -> None:
         for t in every:
             if t.at_edge == edge:
                 members = t.gathered.get(referee, [])
-                x += [min(ridge(t.value("excess_mm")), top)] * len(members)
+                x += [min(_extrapolated(t), top)] * len(members)
                 y += [min(ridge(g), top) for g in members]
         if x:
             axes.scatter(x, y, 16, c=colour, marker=mark, alpha=0.75, lw=0, label=f"{label} ({len(x)} members)")
     axes.set(
         xlim=(0.1, top), ylim=(0.1, top), aspect="equal",
-        xlabel="ridge by the largest excess of a held fibre of the laid net, mm",
+        xlabel="ridge by the largest excess of a held fibre of the laid net (extrapolated), mm",
         ylabel="ridge by the excess that the referee's worst fold gathered, mm",
-        title="What the rule says before the solve, and what converged physics does\n"
-        "(an elastic sheet with E = 360 MPa; no part was tested)",
     )  # fmt: skip
-    axes.legend(loc="lower left", bbox_to_anchor=(1.0, 0.0), frameon=False)
-    figure.savefig(HERE / "referee.png", dpi=110)
+    axes.set_title(
+        "What the rule says before the solve, and what converged physics does\n"
+        "(an elastic sheet with E = 360 MPa; no part was tested)",
+        fontsize=11,
+    )
+    axes.legend(loc="lower right", fontsize=8)
+    figure.savefig(HERE / "referee.png", dpi=110, bbox_inches="tight")
 
 
 def main() -> None:
