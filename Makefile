@@ -86,6 +86,15 @@ study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
 
+.PHONY: referee
+referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is missing of the referee's table; hours the first time
+	$(python) bench/referee/strip.py
+	$(python) bench/referee/figures.py
+	$(python) bench/referee/own.py
+	$(python) bench/referee/mujoco_runs.py
+	$(python) bench/referee/sensitivities.py
+	$(python) bench/referee/score.py
+
 .PHONY: bench
 bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; results in build/bench
 	cmake --preset release -DDEBULK_BENCH=ON -DDEBULK_TESTS=OFF -B build/bench-release
@@ -152,6 +161,12 @@ $(stamps)/docs: $(stamps)/venv
 $(stamps)/bench: $(stamps)/venv
 	@$(call required,bench) > $(stamps)/bench.txt
 	@$(pip) -r $(stamps)/bench.txt
+	@touch $@
+
+# The engine that the referee simulates with.
+$(stamps)/referee: $(stamps)/venv
+	@$(call required,referee) > $(stamps)/referee.txt
+	@$(pip) -r $(stamps)/referee.txt
 	@touch $@
 
 # The package as users get it.
