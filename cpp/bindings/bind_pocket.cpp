@@ -7,6 +7,7 @@
 #include "debulk/pocket/patch.hpp"
 #include "debulk/pocket/segment.hpp"
 #include "debulk/pocket/smooth.hpp"
+#include "debulk/pocket/unseen.hpp"
 
 namespace debulk {
 namespace {
@@ -119,7 +120,26 @@ void bind_pocket(py::module_& m) {
       .def_property_readonly("reason", [](const Dropped& d) { return name_of(d.reason); })
       .def_readonly("area", &Dropped::area)
       .def_readonly("peak", &Dropped::peak)
-      .def_property_readonly("centroid", [](const Dropped& d) { return row(d.centroid); });
+      .def_property_readonly("centroid", [](const Dropped& d) { return row(d.centroid); })
+      .def_readonly("touches_unknown", &Dropped::touches_unknown)
+      .def_readonly("measured_share", &Dropped::measured_share);
+
+  py::class_<UnseenHole>(m, "UnseenHole")
+      .def_property_readonly("centre", [](const UnseenHole& h) { return row(h.centre); })
+      .def_property_readonly("box", [](const UnseenHole& h) { return rows(h.box); })
+      .def_readonly("area", &UnseenHole::area)
+      .def_readonly("thickness", &UnseenHole::thickness)
+      .def_readonly("rim_height", &UnseenHole::rim_height)
+      .def_readonly("reference_share", &UnseenHole::reference_share)
+      .def_readonly("at_ply_edge", &UnseenHole::at_ply_edge)
+      .def_readonly("filled", &UnseenHole::filled);
+
+  py::class_<Unseen>(m, "Unseen")
+      .def_readonly("coverage", &Unseen::coverage)
+      .def_readonly("reference_coverage", &Unseen::reference_coverage)
+      .def_readonly("holes", &Unseen::holes)
+      .def_readonly("smaller", &Unseen::smaller)
+      .def_readonly("smaller_area", &Unseen::smaller_area);
 
   py::class_<Segmentation, std::shared_ptr<Segmentation>>(m, "Segmentation")
       .def_readonly("pockets", &Segmentation::pockets)

@@ -6,6 +6,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
+#include "bindings/unseen.hpp"
 #include "debulk/region/region_front.hpp"
 
 namespace debulk {
@@ -26,7 +27,7 @@ void bind_region(py::module_& m) {
                        const Array<double>& pose, double std_ratio, double least_ratio, int neighbours, double spacing,
                        double hole_diameter, double spike, int median_cells, double cut_height, double area_tol, double peak_tol,
                        const std::optional<Array<double>>& ply_outline, double thickness, double mold_tol, double smooth,
-                       double largest_share, const std::optional<std::array<int, 2>>& mesh, int threads) {
+                       double largest_share, const std::optional<std::array<int, 2>>& mesh, int threads, const std::optional<SeenArray>& seen) {
              require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
              View view;
              view.height = shape[0], view.width = shape[1];
@@ -44,15 +45,17 @@ void bind_region(py::module_& m) {
              options.feet.smooth_mm = smooth;
              options.largest_share = largest_share;
              if (mesh) options.row_step = (*mesh)[0], options.column_step = (*mesh)[1];
+             const std::optional<Grid<float>> fitted_to = seen_grid(seen);
              const py::gil_scoped_release release;
              const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
-             return std::make_unique<RegionFront>(std::move(reference), -far, far, view, options, threads);
+             return std::make_unique<RegionFront>(std::move(reference), -far, far, view, options, threads,
+                                                  fitted_to ? &*fitted_to : nullptr);
            }),
            py::arg("reference"), py::arg("shape"), py::arg("camera"), py::arg("mold_from_scanner"), py::kw_only(), py::arg("std_ratio"),
            py::arg("least_ratio"), py::arg("neighbours"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("spike_mm"),
            py::arg("median_cells"), py::arg("cut_height_mm"), py::arg("area_tol_mm2"), py::arg("peak_tol_mm"),
            py::arg("ply_outline").none(true), py::arg("thickness_mm"), py::arg("mold_tol_mm"), py::arg("smooth_mm"),
-           py::arg("largest_share"), py::arg("mesh").none(true), py::arg("threads"))
+           py::arg("largest_share"), py::arg("mesh").none(true), py::arg("threads"), py::arg("seen").none(true))
       .def(
           "run",
           [](RegionFront& front, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, const Stop& stop) {
@@ -73,17 +76,23 @@ void bind_region(py::module_& m) {
              }
              return out;
            })
-      .def("overview",
-           [](const RegionFront& front) {
-             Grid<float> map;
-             {
-               const py::gil_scoped_release release;
-               map = front.overview();
-             }
-             const Eigen::Vector2d origin = map.origin;
-             const double spacing = map.spacing;
-             return py::make_tuple(grid_values(std::move(map)), py::array_t<double>(2, origin.data()), spacing);
-           })
+      // Heights at a glance, as (values, origin, spacing), and what was not seen.
+      .def(
+          "overview",
+          [](const RegionFront& front, double area_tol, double fill, const std::optional<Array<double>>& ply_outline) {
+            const UnseenOptions options = unseen_options(area_tol, fill, ply_outline);
+            Overview map;
+            Unseen unseen;
+            {
+              const py::gil_scoped_release release;
+              map = front.overview();
+              unseen = find_unseen(map, options);
+            }
+            const Eigen::Vector2d origin = map.heights.origin;
+            const double spacing = map.heights.spacing;
+            return py::make_tuple(grid_values(std::move(map.heights)), py::array_t<double>(2, origin.data()), spacing, unseen);
+          },
+          py::kw_only(), py::arg("area_tol_mm2"), py::arg("fill_mm"), py::arg("ply_outline").none(true))
       .def_property_readonly("windows",
                              [](const RegionFront& front) {
                                std::vector<std::array<int, 4>> out;
@@ -93,7 +102,6 @@ void bind_region(py::module_& m) {
                              })
       .def_property_readonly("usable", &RegionFront::usable)
       .def_property_readonly("reason", &RegionFront::reason)
-      .def_property_readonly("known_mm2", &RegionFront::known_mm2)
       .def_property_readonly("image_share", &RegionFront::image_share)
       .def_property_readonly("read_share", &RegionFront::read_share)
       .def_property_readonly("flag_mm", &RegionFront::flag_mm)

@@ -5,6 +5,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
+#include "bindings/unseen.hpp"
 #include "debulk/cloud/pinhole.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/fit_reference.hpp"
@@ -95,20 +96,30 @@ void bind_front_end(py::module_& m) {
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape,
                        const std::optional<std::array<double, 3>>& camera, const Array<double>& pose, const std::array<double, 4>& box,
                        int neighbours, double std_ratio, double least_ratio, double spacing, double hole_diameter, double jump_ratio,
-                       double spike, int median_cells, int threads) {
+                       double spike, int median_cells, int threads, const std::optional<SeenArray>& seen) {
              require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
              View view;
              view.height = shape[0], view.width = shape[1];
              if (camera) view.camera = {(*camera)[0], (*camera)[1], (*camera)[2]};
              view.mold_from_scanner = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(pose.data());
              const FrontEndOptions front{{neighbours, std_ratio, least_ratio}, spacing, {jump_ratio}, {hole_diameter}, spike, median_cells};
+             const std::optional<Grid<float>> fitted_to = seen_grid(seen);
              const py::gil_scoped_release release;
              return std::make_unique<FrontEnd>(std::move(reference), Eigen::Vector2d(box[0], box[1]), Eigen::Vector2d(box[2], box[3]), view,
-                                               camera.has_value(), front, threads);
+                                               camera.has_value(), front, threads, fitted_to ? &*fitted_to : nullptr);
            }),
            py::arg("reference"), py::arg("shape"), py::arg("camera").none(true), py::arg("mold_from_scanner"), py::arg("box"),
            py::kw_only(), py::arg("neighbours"), py::arg("std_ratio"), py::arg("least_ratio"), py::arg("spacing_mm"),
-           py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("spike_mm"), py::arg("median_cells"), py::arg("threads"))
+           py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("spike_mm"), py::arg("median_cells"), py::arg("threads"),
+           py::arg("seen").none(true))
+      .def(
+          "unseen",
+          [](const FrontEnd& front, double area_tol, double fill, const std::optional<Array<double>>& ply_outline) {
+            const UnseenOptions options = unseen_options(area_tol, fill, ply_outline);
+            const py::gil_scoped_release release;
+            return find_unseen(overview_of(front.map(), front.gaps()), options);
+          },
+          py::kw_only(), py::arg("area_tol_mm2"), py::arg("fill_mm"), py::arg("ply_outline").none(true))
       .def(
           "run",
           [](const py::object& self, const CloudArray& scan, const Stop& stop) {

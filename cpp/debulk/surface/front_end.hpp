@@ -9,6 +9,7 @@
 #include "debulk/surface/fill_holes.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/image_gridding.hpp"
+#include "debulk/surface/reference_gaps.hpp"
 
 namespace debulk {
 
@@ -31,13 +32,15 @@ struct FrontEndOptions {
 class FrontEnd {
  public:
   // camera: none takes the general way always. Points are in the scanner's frame. low, high: the box of the mold's XY
-  // plane that the grid is to cover, cut to the reference's.
+  // plane that the grid is to cover, cut to the reference's. seen: what the reference was fitted to; null: it is known everywhere.
   FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
-           bool pinhole, const FrontEndOptions& options, int threads = 0);
+           bool pinhole, const FrontEndOptions& options, int threads = 0, const Grid<float>* seen = nullptr);
 
   // The height map stays valid until the next call. Throws Stopped within some milliseconds when the stop is raised (before
   // the search of a cloud that is no pinhole's has begun or ended, within some tenths of a second).
   const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
+  const HeightMap& map() const { return map_; }  // of the last run
+  const ReferenceGaps& gaps() const { return gaps_; }
 
   // Of the last run.
   bool fast() const { return fast_; }
@@ -57,6 +60,7 @@ class FrontEnd {
   View view_;
   FrontEndOptions options_;
   int threads_;
+  ReferenceGaps gaps_;
   RayBase base_;
   std::optional<ImageGridding> gridding_;
   PinholeOutliers image_;

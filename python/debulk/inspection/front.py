@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, arrays
 from debulk.cloud import as_cloud
 from debulk.inspection.camera import PinholeImage
+from debulk.pocket import Unseen
 from debulk.surface import HeightMap, Reference
 
 __all__ = ["FrontEnd"]
@@ -50,6 +51,9 @@ class FrontEnd:
         1 (none), 3 or 5.
     threads
         0: as many as the process may use. The result does not depend on it.
+    seen
+        The heights that the reference was fitted to: values (ny, nx), origin, spacing. Where they are NaN, but for gaps
+        up to `hole_diameter_mm`, no height is known. None: the reference is known everywhere.
 
     Raises
     ------
@@ -85,6 +89,7 @@ class FrontEnd:
         spike_mm: float = 0.0,
         median_cells: int = 3,
         threads: int = 0,
+        seen: tuple[NDArray[np.float32], NDArray[np.float64], float] | None = None,
     ) -> None:
         if not isinstance(reference, _core.Reference):
             raise InputError(f"reference: expected a debulk.surface.Reference, but got a {type(reference).__name__}")
@@ -107,6 +112,7 @@ class FrontEnd:
             spike_mm=float(spike_mm),
             median_cells=arrays.whole(median_cells, "median_cells"),
             threads=threads,
+            seen=seen,
         )
 
     def inspect(self, scan: ArrayLike, stop: _core.Stop | None = None, *, copy: bool = True) -> HeightMap:
@@ -131,6 +137,11 @@ class FrontEnd:
         *maps, origin, spacing = self._core.run(points, stop or _core.Stop())
         values, measured, before = (m.copy() if copy and m is not None else m for m in maps)
         return HeightMap(values, origin, spacing, measured.view(np.bool_), before, self._core.blur_mm2)
+
+    def unseen(self, *, area_tol_mm2: float, fill_mm: float, ply_outline: NDArray[np.float64] | None) -> Unseen:
+        """Return what the last scan did not show of the ply; without an outline, of the reference."""
+        out: Unseen = self._core.unseen(area_tol_mm2=area_tol_mm2, fill_mm=fill_mm, ply_outline=ply_outline)
+        return out
 
     @property
     def fast(self) -> bool:

@@ -123,7 +123,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         ),
         reference=ply.reference,
         measured_share=found.pocket.measured_share,
-        closed_rim=(found.foot.closed or found.pocket.touches_ply_edge) and len(laid.open_ends) == 0,
+        closed_rim=found.foot.closed and len(laid.open_ends) == 0,
         recipe=ply.recipe,
     )
 

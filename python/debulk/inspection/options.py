@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypedDict
 
+import numpy as np
+from numpy.typing import NDArray
+
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Cleaning", "Segmenting", "cleaning", "segmenting"]
+__all__ = ["Cleaning", "Segmenting", "UnseenOptions", "cleaning", "segmenting", "unseen_options"]
 
 
 class Cleaning(TypedDict):
@@ -28,6 +31,14 @@ class Segmenting(TypedDict):
     cut_height_mm: float
     area_tol_mm2: float
     peak_tol_mm: float
+
+
+class UnseenOptions(TypedDict):
+    """What counts as seen."""
+
+    area_tol_mm2: float
+    fill_mm: float
+    ply_outline: NDArray[np.float64] | None
 
 
 def cleaning(recipe: Recipe) -> Cleaning:
@@ -51,4 +62,13 @@ def segmenting(recipe: Recipe) -> Segmenting:
         "cut_height_mm": wanted.cut_height_mm,
         "area_tol_mm2": wanted.area_tol_mm2,
         "peak_tol_mm": wanted.peak_tol_mm,
+    }
+
+
+def unseen_options(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> UnseenOptions:
+    """Take what counts as seen from the recipe."""
+    return {
+        "area_tol_mm2": recipe.segmentation.area_tol_mm2,
+        "fill_mm": recipe.clean.max_hole_mm,
+        "ply_outline": ply_outline,
     }

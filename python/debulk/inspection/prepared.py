@@ -41,6 +41,10 @@ class Prepared:
     grid_spacing_mm: float
     image: PinholeImage | None = None
 
+    def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:
+        """Return `seen` as the core takes it: values, origin, spacing."""
+        return np.asarray(self.seen.values, dtype=np.float32), self.seen.origin_mm, float(self.seen.spacing_mm)
+
 
 def prepare(
     reference: ArrayLike,

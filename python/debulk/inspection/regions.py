@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, cloud, pocket
 from debulk.grid import Grid
 from debulk.inspection.found import Found, RegionFigures
-from debulk.inspection.options import cleaning, segmenting
+from debulk.inspection.options import cleaning, segmenting, unseen_options
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.whole_scan import WholeScanFinder
 from debulk.results.report import LeftOut
@@ -73,6 +73,7 @@ class RegionFinder:
         mesh: tuple[int, int] | None = None,
     ) -> None:
         self._recipe = recipe
+        self._ply_outline = ply_outline
         self._whole = whole or WholeScanFinder(prepared, mold_from_scanner, ply_outline, recipe)
         self._core: Any = None
         self._unusable = "the reference is not an image of a pinhole camera"
@@ -89,6 +90,7 @@ class RegionFinder:
                 smooth_mm=recipe.patch.smooth_mm,
                 largest_share=_LARGEST_SHARE,
                 mesh=mesh,
+                seen=prepared.seen_on_grid(),
                 **cleaning(recipe),
                 **segmenting(recipe),
             )
@@ -113,7 +115,7 @@ class RegionFinder:
 
     def _found(self) -> Found:
         core = self._core
-        overview = core.overview()
+        *overview, unseen = core.overview(**unseen_options(self._recipe, self._ply_outline))
         parts = []
         for segmentation, feet in core.regions():
             found = pocket.from_core(segmentation)
@@ -138,7 +140,7 @@ class RegionFinder:
             "sample": sampling, "coarse": coarse, "clean": windows, "fill": filtering, "pockets": segment + feet_ms,
         }  # fmt: skip
         left_out = _left_out(figures, self._recipe.segmentation.area_tol_mm2)
-        return Found(tuple(parts), core.known_mm2, Grid(*overview), times_ms, left_out, figures)
+        return Found(tuple(parts), unseen, Grid(*overview), times_ms, left_out, figures)
 
 
 def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...]:

@@ -13,7 +13,7 @@ from debulk.grid import Grid
 from debulk.inspection.cleaning import masked
 from debulk.inspection.found import Found
 from debulk.inspection.front import FrontEnd
-from debulk.inspection.options import cleaning, segmenting
+from debulk.inspection.options import cleaning, segmenting, unseen_options
 from debulk.inspection.prepared import Prepared
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ class WholeScanFinder:
                 self._mold_from_scanner,
                 spacing_mm=self._prepared.grid_spacing_mm,
                 box_mm=self._ply_box(),
+                seen=self._prepared.seen_on_grid(),
                 **cleaning(self._recipe),
             )
         return self._front
@@ -87,7 +88,7 @@ class WholeScanFinder:
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         return Found(
             parts=((segmentation, feet),),
-            known_mm2=float(np.count_nonzero(np.isfinite(segmentation.heights.values)) * heights.spacing_mm**2),
+            unseen=front.unseen(**unseen_options(self._recipe, self._ply_outline)),
             overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
             times_ms=times_ms,
         )
