@@ -55,12 +55,11 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
         name = _name(hole)
         rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
         if hole.filled:
-            beside = sum(d.area_mm2 for d in found.dropped if _beside(hole, d.centroid_mm, d.area_mm2))
-            hidden = hole.area + beside >= area_tol
-            if hole.rim_height >= high and hidden and not _in_a_foot(hole, pockets):
+            if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
                 out.append(Judgement(Verdict.INVALID, rises))
         elif hole.rim_height >= high:
-            out.append(Judgement(Verdict.INVALID, rises))
+            if hole.thickness > BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
+                out.append(Judgement(Verdict.INVALID, rises))
         elif hole.thickness > BRIDGE_MM:
             out.append(Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again"))
     for bump in found.dropped:
@@ -131,18 +130,13 @@ def _name(hole: pocket.UnseenHole) -> str:
     return f"{what} of {hole.area / 100:.2g} cm² at ({hole.centre[0]:.0f}, {hole.centre[1]:.0f}) mm"
 
 
-def _beside(hole: pocket.UnseenHole, centre: np.ndarray, area_mm2: float) -> bool:
-    """Whether a bump of that area may touch the hole."""
-    return bool(np.linalg.norm(centre - hole.centre) <= _reach(hole) + np.sqrt(area_mm2))
-
-
-def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport]) -> bool:
-    """Whether it lies in, or at, what a pocket is judged by."""
+def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport], reach_mm: float) -> bool:
+    """Whether its middle lies within what a pocket is judged by, or so near to that."""
     for one in pockets:
         outline = one.outline_mm if one.foot_outline_mm is None else one.foot_outline_mm
         if pocket.inside(outline, hole.centre[None])[0]:
             return True
-        if pocket.distance_to_outline(outline, hole.centre[None])[0] < _reach(hole):
+        if pocket.distance_to_outline(outline, hole.centre[None])[0] < reach_mm:
             return True
     return False
 
