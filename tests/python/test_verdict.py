@@ -15,7 +15,9 @@ def test_the_four_verdicts_are_words():
 
 
 def test_the_worst_verdict_is_the_compiled_order():
-    assert [v.name for v in Verdict] == sorted((v.name for v in Verdict), key=lambda n: int(getattr(_core.Verdict, n)))
+    assert [v.name for v in Verdict] == sorted(
+        (v.name for v in Verdict), key=lambda n: int(getattr(_core.verdict.Verdict, n))
+    )
     assert Verdict.worst([]) is Verdict.CEASE
     for k, worst in enumerate(Verdict):
         assert worst.severity == k
@@ -102,3 +104,11 @@ def test_excess_bounds():
         excess_bounds(math.inf, **ply)
     with pytest.raises(InputError, match="modulus_mpa"):
         excess_bounds(1.0, **{**ply, "modulus_mpa": 0})
+
+
+def test_verdicts_compare_by_severity_and_with_nothing_else():
+    order = [Verdict.CEASE, Verdict.UNDECIDED, Verdict.CREASE, Verdict.INVALID]
+    assert sorted(reversed(order)) == order and max(order) is Verdict.INVALID
+    assert Verdict.CEASE < Verdict.CREASE <= Verdict.CREASE and Verdict.INVALID > Verdict.UNDECIDED >= Verdict.CEASE
+    with pytest.raises(TypeError, match="not with a str"):
+        assert Verdict.CEASE < "crease"

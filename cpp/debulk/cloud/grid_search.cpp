@@ -43,7 +43,7 @@ GridSearch::GridSearch(const CloudView& cloud, int neighbours, int threads, cons
 }
 
 // Extents are taken between quantiles of a sample: the few points that fly or lie far away must neither choose the axes
-// nor make the cells coarse. About neighbours/2 points a cell put the neighbours of nearly every point into the first ring.
+// nor make the cells coarse. About neighbours/2 points per cell put the neighbours of nearly every point into the first ring.
 void GridSearch::choose_cells() {
   std::array<std::vector<float>, 3> sample;
   const std::size_t stride = std::max<std::size_t>(1, cloud_.size() / 200'000);

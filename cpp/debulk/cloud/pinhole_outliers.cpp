@@ -16,7 +16,7 @@ constexpr long fewest = 1000;         // points
 
 }  // namespace
 
-// False: not such a cloud.
+// Returns false where the cloud is not a pinhole camera's.
 bool PinholeOutliers::pass(WindowPass& window, int threads, const Stop& stop) {
   for (;;) {
     window.tolerance = tolerance + rounding_px;
@@ -60,7 +60,7 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
     for (const WindowBand& b : bands_) sum += b.sum, squares += b.squares, count += b.certain;
     for (const float d : distances_) {
       if (!std::isfinite(d)) {
-        if (fixed > 0) continue;  // alone in its part: gone
+        if (fixed > 0) continue;  // a point that is alone in its part is removed
         return false;
       }
       sum += d, squares += static_cast<double>(d) * d, ++count;

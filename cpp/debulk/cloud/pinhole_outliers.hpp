@@ -30,7 +30,7 @@ class PinholeOutliers {
   bool run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads = 0,
            const Stop& stop = Stop());
 
-  const std::vector<std::uint8_t>& keep() const { return states_; }  // one a pixel, 0 or 1
+  const std::vector<std::uint8_t>& keep() const { return states_; }  // one per pixel, 0 or 1
   const std::vector<float>& heights() const { return heights_; }     // above the base, NaN where not kept; and some more
   // The memory of the heights may be used for something else between two runs. An array of at least that many is not
   // allocated anew.

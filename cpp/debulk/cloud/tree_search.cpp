@@ -13,12 +13,12 @@
 namespace debulk {
 namespace {
 
-using Points = pcl::PointCloud<pcl::PointXYZ>;
+using PclPoints = pcl::PointCloud<pcl::PointXYZ>;
 
 // The points to put into the tree: of copies of one point, `copies` at most. FLANN visits every copy on each search, so
 // that a million copies would take a million times a million steps; and more than `neighbours` + 1 change no distance.
-Points::Ptr seen_points(const CloudView& cloud, std::size_t copies) {
-  const Points::Ptr points(new Points);
+PclPoints::Ptr seen_points(const CloudView& cloud, std::size_t copies) {
+  const PclPoints::Ptr points(new PclPoints);
   for (std::size_t i = 0; i < cloud.size(); ++i)
     if (cloud.seen(i)) points->points.emplace_back(cloud.point(i)[0], cloud.point(i)[1], cloud.point(i)[2]);
   auto& p = points->points;
@@ -40,7 +40,7 @@ struct TreeSearch::Tree {
 };
 
 TreeSearch::TreeSearch(const CloudView& cloud, int neighbours) : cloud_(cloud), neighbours_(neighbours), tree_(std::make_unique<Tree>()) {
-  const Points::Ptr points = seen_points(cloud, static_cast<std::size_t>(neighbours) + 1);
+  const PclPoints::Ptr points = seen_points(cloud, static_cast<std::size_t>(neighbours) + 1);
   if (!points->empty()) tree_->kd.setInputCloud(points);
 }
 

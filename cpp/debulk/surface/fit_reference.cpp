@@ -181,7 +181,7 @@ Grid<float> without_strays(const Grid<float>& heights, const Reference& fit, dou
   if (sample.empty()) return heights;
   const auto middle = sample.begin() + static_cast<long>(sample.size() / 2);
   std::nth_element(sample.begin(), middle, sample.end());
-  const double limit = std::max(0.05, robust * 1.4826 * *middle);  // 0.05 mm: exact heights have no noise to go by
+  const double limit = std::max(0.05, robust * 1.4826 * *middle);  // 0.05 mm: exact heights have no noise that a limit could follow from
 
   Grid<float> out = heights;
   for (std::size_t k = 0; k < out.size(); ++k)

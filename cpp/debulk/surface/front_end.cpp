@@ -35,10 +35,18 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
   gridding_.emplace(*reference_, view_, map_.heights, threads);
 }
 
-const HeightMap& FrontEnd::run(const CloudView& scan, const Stop& stop) {
+CloudView FrontEnd::copied(const CloudView& scan, const Stop& stop) {
+  scan_.resize(3 * scan.size());
+  parallel_for(static_cast<long>(scan_.size()), 1 << 20, threads_, stop,
+               [&](long begin, long end) { std::copy(scan.xyz + begin, scan.xyz + end, scan_.begin() + begin); });
+  return {scan_.data(), scan.width, scan.height};
+}
+
+const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
   Clock clock;
+  const CloudView scan = copied(given, stop);
   Grid<float>& other = map_.before_median;  // until then, for whatever a filter writes
-  // Where there are as many cells as pixels, that takes the place of the image's heights.
+  // Where there are as many cells as pixels, the copy uses the memory of the image's heights.
   const bool shared = gridding_ && map_.heights.size() >= PinholeOutliers::heights_for(view_.width, view_.height);
   if (shared && image_.heights().empty()) {  // it is not after a stop
     other.values.reserve(map_.heights.size());

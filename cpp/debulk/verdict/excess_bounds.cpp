@@ -9,7 +9,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kFold = 1.3256;  // model.md, section 6
+constexpr double kFold = 1.3256;  // docs/model.md, section 6
 
 void require_positive(double value, const char* argument, const char* expected) {
   require(std::isfinite(value) && value > 0, argument, expected, value);
@@ -41,12 +41,6 @@ double elastic_fold_height(double excess_length, double natural_length) {
   require(std::isfinite(excess_length) && excess_length >= 0, "excess_length_mm", "a length in mm, or 0", excess_length);
   require_positive(natural_length, "natural_length_mm", "a positive length in mm");
   return kFold * natural_length * std::pow(excess_length / natural_length, 4.0 / 7.0);
-}
-
-double elastic_fold_excess(double height, double natural_length) {
-  require(std::isfinite(height) && height >= 0, "height_mm", "a height in mm, or 0", height);
-  require_positive(natural_length, "natural_length_mm", "a positive length in mm");
-  return natural_length * std::pow(height / (kFold * natural_length), 7.0 / 4.0);
 }
 
 }  // namespace debulk

@@ -12,7 +12,19 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
-from debulk.results.record import Flags, Kinds, Numbers, Pairs, PointsXY, PointsXYZ, Quadruples, Record, Values
+from debulk.results.level import Level
+from debulk.results.record import (
+    Flags,
+    Kinds,
+    Numbers,
+    Pairs,
+    PointsXY,
+    PointsXYZ,
+    Quadruples,
+    Record,
+    Values,
+    Versioned,
+)
 from debulk.verdict import Verdict
 
 __all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport", "UnseenHole"]
@@ -231,7 +243,7 @@ class UnseenHole:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ReportData(Record):
+class ReportData(Versioned):
     """The outcome of one inspection.
 
     Attributes
@@ -246,9 +258,11 @@ class ReportData(Record):
         What the verdict does not take into account.
     coverage
         Share of the ply (outline unknown: of the reference) that scan and reference show, measured or filled in by the
-        rule for small holes.
+        rule for small holes; None: it was not looked at.
     unseen
         The other parts of it, above the tolerance on area; largest first.
+    level
+        How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
         Height of the ply above the reference, mm, NaN = nothing seen, or off the ply. For a picture: coarse where no
         pocket was looked for.
@@ -271,19 +285,13 @@ class ReportData(Record):
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
     unseen: tuple[UnseenHole, ...] = ()
+    level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     version: str = ""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.version:
-            from debulk import __version__
-
-            object.__setattr__(self, "version", __version__)
 
     @property
     def passed(self) -> bool:

@@ -1,0 +1,51 @@
+"""Types of the compiled rooms, one file per room. `mypy.stubtest debulk._core` checks them (make lint)."""
+
+from typing import Never, type_check_only
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import cloud as cloud
+from debulk._core import files as files
+from debulk._core import net as net
+from debulk._core import pocket as pocket
+from debulk._core import region as region
+from debulk._core import ridge as ridge
+from debulk._core import section as section
+from debulk._core import sheet as sheet
+from debulk._core import solve as solve
+from debulk._core import surface as surface
+from debulk._core import verdict as verdict
+
+_Floats = NDArray[np.float64]
+_Singles = NDArray[np.float32]
+_Integers = NDArray[np.int32]
+_Bytes = NDArray[np.uint8]
+_Flags = NDArray[np.bool_]
+
+@type_check_only
+class _Bound(type):
+    """The metaclass that pybind11 gives its classes."""
+
+@type_check_only
+class _Made(metaclass=_Bound):
+    """What only the module itself makes."""
+
+    def __init__(self, *args: Never, **kwargs: Never) -> None: ...
+
+class InputError(ValueError): ...
+class Stopped(RuntimeError): ...
+
+class Stop(metaclass=_Bound):
+    def __init__(self) -> None: ...
+    def cancel(self) -> None: ...
+    def now(self) -> bool: ...
+    def set_deadline(self, seconds: float) -> None: ...
+    @property
+    def cancelled(self) -> bool: ...
+    @property
+    def past_deadline(self) -> bool: ...
+
+def build_versions() -> dict[str, str]: ...
+def default_threads() -> int: ...
+def instruction_set() -> str: ...
