@@ -97,7 +97,7 @@ def test_no_hole_over_a_creasing_pocket_makes_it_pass(
 def flat_and_one() -> Any:
     """One gentle pocket on a dome, nothing else."""
     return scenes.varied_layup(
-        3, PIXELS, mold="dome", pockets=1, severity="benign", noise=(), holes_mm=(), clamp=False, borders=0
+        7, PIXELS, mold="dome", pockets=1, severity="benign", noise=(), holes_mm=(), clamp=False, borders=0
     )
 
 
