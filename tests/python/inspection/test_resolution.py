@@ -1,4 +1,4 @@
-"""A cloud that cannot show the smallest pocket, or a setting that can hide one, is refused; nets have nodes to decide."""
+"""Clouds that cannot show the smallest pocket, settings that can hide one; and nets with enough nodes to decide."""
 
 from __future__ import annotations
 
