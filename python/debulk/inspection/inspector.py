@@ -20,6 +20,7 @@ from debulk.inspection import inputs, inspector_file, reporting
 from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.comparing import check_place, checked, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
+from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
@@ -109,8 +110,11 @@ class Inspector:
         self.camera = inputs.camera_parameters(camera)
         self.mask = inputs.image_mask(mask)
 
+        check_solves(recipe)
         if not isinstance(reference, Prepared):
-            reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe)
+            cloud, stop = reference, _core.Stop()
+            given = (self.mold_from_scanner, self.camera, self.mask, recipe)
+            reference = watched(stop, lambda: prepare(cloud, *given, stop))
         self.prepared = reference
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
+from debulk.inspection.effort import check_solves
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -153,6 +154,7 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
 
 def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> net.Net:
     """Lay the net of a pocket on its patch."""
+    check_solves(ply.recipe, found.foot.area_mm2)
     return net.from_core(
         _core.net.lay_pocket(
             found.segmentation._core,
