@@ -92,7 +92,7 @@ class WholeScanFinder:
         )
 
     def _least_mm2(self) -> float:
-        """Below this no pocket is looked for: half of what a verdict needs, more than the bridging of drop-outs adds."""
+        """Below this no pocket is looked for: half of what a verdict needs, which bridged drop-outs do not make up."""
         return 0.5 * self._recipe.verdict.min_coverage * self._prepared.expected_mm2(self._ply_outline)
 
     def _why_so_little(self, points: NDArray[np.float32]) -> str:
