@@ -18,7 +18,7 @@ from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import inputs, inspector_file, reporting
 from debulk.inspection.cleaning import cleaned, masked, owned
-from debulk.inspection.comparing import compared
+from debulk.inspection.comparing import check_place, checked, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all, not_judged
@@ -259,10 +259,11 @@ class Inspector:
         Raises
         ------
         InputError
-            Names what was wrong.
+            Names what was wrong; also where the scan shows another ply, or this one elsewhere or in another state.
         Cancelled
             After `cancel`.
         """
+        checked(report)
         stop = _core.Stop()
         try:
             with self._cancellable(stop):
@@ -273,6 +274,7 @@ class Inspector:
                 )
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
+        check_place(report, debulked_scan, heights, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
         return compared(report, heights, self.recipe)
 
     def cancel(self) -> None:

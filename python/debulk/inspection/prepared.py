@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, pocket, surface
+from debulk._core import InputError
 from debulk.grid import Grid
-from debulk.inspection import frame
+from debulk.inspection import frame, resolution
 from debulk.inspection.camera import PinholeImage, fit_camera
 from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.effort import check_map
@@ -74,12 +75,17 @@ def prepare(
         raise frame.pose_needed()
     points = cleaned(seen, mold_from_scanner, recipe, stop)
     spacing = recipe.clean.grid_spacing_mm
+    sample, each = thinned(points)
+    in_mold = sample[np.isfinite(sample).all(axis=1)].astype(np.float64)
+    if not len(in_mold):
+        raise InputError("reference: expected a cloud, but of 30 000 places in it none holds a point")
     pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
-    sample = thinned(points)
-    frame.check_cloud_frame(sample[np.isfinite(sample).all(axis=1)].astype(np.float64), pitch_mm)
+    frame.check_cloud_frame(in_mold, pitch_mm)
+    resolution.check_reference(in_mold[:, :2], each, recipe)
     if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
     _, low, high = _core.cloud.bounds(points, threads)
     check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
     heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop)
-    return Prepared(surface.fit_reference(heights, threads=threads, stop=stop), heights, spacing, image, thinned(seen))
+    fitted = surface.fit_reference(heights, threads=threads, stop=stop)
+    return Prepared(fitted, heights, spacing, image, thinned(seen).points)
