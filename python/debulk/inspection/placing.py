@@ -21,6 +21,7 @@ from debulk.inspection.ply_zones import PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.resolution import coarse_reason
 from debulk.inspection.sample import Sample, sampled
+from debulk.inspection.unit import unit_reason
 from debulk.results.level import Level
 
 if TYPE_CHECKING:
@@ -108,6 +109,9 @@ class Placing:
         """Judge what no pocket can be the cause of, so that none need be looked for; None: nothing of that kind."""
         if sample.same_share > _SAME_SHARE:
             return Placed(None, same_reason(sample.same_share))
+        unit = unit_reason(sample.points_mm, self._prepared.seen)
+        if unit:
+            return Placed(None, unit)
         on = self._zones.inside(sample)
         coarse = coarse_reason(sample.points_mm[on, :2], sample.each, self._recipe) if on.any() else ""
         if coarse:
