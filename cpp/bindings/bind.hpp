@@ -6,6 +6,7 @@ namespace debulk {
 
 // One a room, called by module.cpp in the order of the rooms.
 void bind_build(pybind11::module_& m);
+void bind_scanner(pybind11::module_& m);
 void bind_cloud(pybind11::module_& m);
 void bind_cloud_files(pybind11::module_& m);
 void bind_surface(pybind11::module_& m);

@@ -22,6 +22,7 @@ PYBIND11_MODULE(_core, m) {
       .def("now", &debulk::Stop::now);
 
   debulk::bind_build(m);
+  debulk::bind_scanner(m);
   debulk::bind_cloud(m);
   debulk::bind_cloud_files(m);
   debulk::bind_surface(m);
