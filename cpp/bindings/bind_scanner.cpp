@@ -5,7 +5,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/scanner/decode.hpp"
-#include "debulk/scanner/isolated.hpp"
+#include "debulk/scanner/neighbours.hpp"
 #include "debulk/scanner/sensor_noise.hpp"
 #include "debulk/scanner/stereo.hpp"
 #include "debulk/scanner/unwrap_plan.hpp"
@@ -64,7 +64,7 @@ SensorNoise noise_of(const std::vector<py::array>& images, int exposures, int st
 }
 
 template <class T>
-py::dict decode_into(const std::vector<py::array>& images, int exposures, const Decoding& how, int least_support, const py::dict& maps, const Stop& stop) {
+py::dict decode_into(const std::vector<py::array>& images, int exposures, const Decoding& how, const py::dict& maps, const Stop& stop) {
   const Images<T> from(images, exposures);
   const std::vector<py::ssize_t> shape = {from.height, from.width};
   const auto wanted = [&](const char* name) -> py::object { return maps.contains(name) ? py::object(maps[name]) : py::none(); };
@@ -73,15 +73,15 @@ py::dict decode_into(const std::vector<py::array>& images, int exposures, const 
   out.modulation = target<float>(wanted("modulation"), shape, "modulation"), out.offset = target<float>(wanted("offset"), shape, "offset");
   out.residual = target<float>(wanted("residual"), shape, "residual"), out.exposure = target<std::uint8_t>(wanted("exposure"), shape, "exposure");
   DecodeCounts counts;
-  long isolated = 0;
+  NeighbourCounts beside;
   {
     py::gil_scoped_release release;
     counts = decode(from.stack, how, out, stop);
-    if (out.phase && least_support > 0) isolated = remove_isolated(out.phase, from.width, from.height, least_support, how.threads, stop, how.isa);
+    if (out.phase) beside = check_neighbours(out.phase, from.width, from.height, order_step(how.plan), how.threads, stop, how.isa);
   }
   py::dict result;
   result["lit"] = counts.lit, result["saturated"] = counts.saturated, result["doubtful"] = counts.doubtful;
-  result["isolated"] = isolated, result["read"] = counts.read;
+  result["isolated"] = beside.isolated, result["repaired"] = beside.repaired, result["read"] = counts.read;
   return result;
 }
 
@@ -132,18 +132,18 @@ void bind_scanner(py::module_& package) {
   m.def(
       "decode",
       [](const std::vector<py::array>& images, int exposures, const std::vector<int>& periods, int steps, double saturated,
-         std::pair<double, double> noise, double least_contrast, double most_order_noise, double most_residual, int least_support,
+         std::pair<double, double> noise, double least_contrast, double most_order_noise, double most_residual,
          const py::dict& maps, int threads, int widest, const Stop& stop) {
         Decoding how;
         how.steps = steps, how.plan = plan_unwrapping(periods), how.saturated = saturated;
         how.noise = {noise.first, noise.second}, how.least_contrast = least_contrast;
         how.most_order_noise = most_order_noise, how.most_residual = most_residual, how.threads = threads;
         how.isa = widest_isa(widest);
-        return bytes(images) ? decode_into<std::uint8_t>(images, exposures, how, least_support, maps, stop)
-                             : decode_into<std::uint16_t>(images, exposures, how, least_support, maps, stop);
+        return bytes(images) ? decode_into<std::uint8_t>(images, exposures, how, maps, stop)
+                             : decode_into<std::uint16_t>(images, exposures, how, maps, stop);
       },
       py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"), py::arg("least_contrast"),
-      py::arg("most_order_noise"), py::arg("most_residual"), py::arg("least_support"), py::arg("maps"), py::arg("threads"), py::arg("widest"), py::arg("stop"));
+      py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"), py::arg("threads"), py::arg("widest"), py::arg("stop"));
 
   m.def(
       "match",

@@ -74,6 +74,17 @@ DecodeCounts& DecodeCounts::operator+=(const DecodeCounts& other) {
   return *this;
 }
 
+double order_step(const UnwrapPlan& plan) {
+  double squares = 0, change = 1;
+  const double greatest = plan.periods[static_cast<std::size_t>(plan.top)];
+  for (int n : plan.periods) squares += static_cast<double>(n) * n;
+  for (int n : plan.periods) {
+    const double expected = n / greatest;  // what the other phases expect of one order more, and how far from whole that is
+    change -= n * n / squares * greatest / n * (expected - std::round(expected));
+  }
+  return 2 * pi * plan.periods[0] / greatest * change;
+}
+
 template <class T>
 DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop) {
   require(how.steps >= 3 && how.steps * how.plan.periods.size() <= most_images, "steps", "3 or more, and at most 64 images", how.steps);

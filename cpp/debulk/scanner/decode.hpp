@@ -17,7 +17,7 @@ struct Decoding {
   double saturated = 255;        // the first grey value that is not to be trusted
   SensorNoise noise;             //
   double least_contrast = 5;     // modulation of a lit pixel, in standard deviations of a grey value
-  double most_order_noise = 0.2;  // standard deviation of a sure fringe order, in orders
+  double most_order_noise = 0.25; // standard deviation of a sure fringe order, in orders
   double most_residual = 0.35;    // of a sure fringe order: its distance to a whole number, in orders
   int threads = 0;
   Isa isa = best_isa();
@@ -25,9 +25,9 @@ struct Decoding {
 
 constexpr std::uint8_t no_exposure = 255;  // every exposure is saturated
 
-// A value for each pixel; a null pointer is not wanted. NaN: dark or saturated, and for the phase also doubtful.
+// A value for each pixel; a null pointer is not wanted. NaN: dark or saturated.
 struct PhaseMaps {
-  float* phase = nullptr;       // rad of the first number of periods, from 0 over the whole field
+  float* phase = nullptr;       // rad of the first number of periods, from 0 over the whole field; -1 less it where doubtful
   float* noise = nullptr;       // its standard deviation, rad
   float* modulation = nullptr;  // levels of the chosen exposure, mean over the numbers of periods
   float* offset = nullptr;      // likewise
@@ -41,6 +41,9 @@ struct DecodeCounts {
   long read = 0;                // grey values that were read
   DecodeCounts& operator+=(const DecodeCounts& other);
 };
+
+// How the phase changes where the fringe order is taken one higher, rad of the first number of periods.
+double order_step(const UnwrapPlan& plan);
 
 // Every pixel from its brightest exposure that no step saturates; exposures that no pixel of a group needs are not read.
 template <class T>

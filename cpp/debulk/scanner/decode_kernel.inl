@@ -102,8 +102,9 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
   const Ints sure = lit & (residual <= t.most_residual) & (noise * (t.turn_noise * t.order_noise) <= t.most_order_noise);
 
   const Floats none = all(nan);
-  if (maps.phase) store(maps.phase + at, sure ? better * t.to_rad : none);
-  if (maps.noise) store(maps.noise + at, sure ? noise * t.phase_noise : none);
+  const Floats phase = higher(better, all(0.0f)) * t.to_rad;
+  if (maps.phase) store(maps.phase + at, sure ? phase : lit ? -1.0f - phase : none);
+  if (maps.noise) store(maps.noise + at, lit ? noise * t.phase_noise : none);
   if (maps.modulation) store(maps.modulation + at, open ? none : modulation);
   if (maps.offset) store(maps.offset + at, open ? none : offset);
   if (maps.residual) store(maps.residual + at, lit ? residual : none);

@@ -4,7 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
+
+#include <Eigen/Dense>
 
 #include "debulk/core/parallel.hpp"
 
@@ -51,25 +54,33 @@ class Harmonic {
   double squares_ = 0;
 };
 
-// variance = read + gain * level through the bins, each weighted by its certainty: count / variance².
-SensorNoise line_through(const Bins& all) {
-  double w = 0, x = 0, y = 0, xx = 0, xy = 0;
+// variance = read + gain * level + harmonic * level² through the bins, each weighted by its certainty, count / variance². What
+// grows with the square is no noise: a higher harmonic of the projector, which the phase does not see, or a flicker. None of
+// the three may be too small: of all ways to hold some of them at their least, the feasible one that fits best.
+SensorNoise fit(const Bins& all) {
+  const Eigen::Vector3d least(quantisation, 0, 0);
+  Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
   for (const Bin& bin : all) {
     if (bin.count < 50) continue;
     const double level = bin.level / bin.count, variance = std::max(bin.variance / bin.count, quantisation);
+    const Eigen::Vector3d row(1, level, level * level);
     const double weight = bin.count / (variance * variance);
-    w += weight, x += weight * level, y += weight * variance, xx += weight * level * level, xy += weight * level * variance;
+    a += weight * row * row.transpose(), b += weight * variance * row;
   }
-  if (w == 0) return {};  // too little was seen: one level
-  const double spread = xx - x * x / w;
-  double gain = spread > 1e-9 * xx ? (xy - x * y / w) / spread : 0;
-  gain = std::max(gain, 0.0);
-  double read = (y - gain * x) / w;
-  if (read < quantisation) {
-    read = quantisation;
-    gain = std::max(0.0, (xy - read * x) / xx);
+  if (a(0, 0) == 0) return {};  // too little was seen: one level
+  Eigen::Vector3d best = least;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (int held = 0; held < 8; ++held) {
+    Eigen::Matrix3d m = a;
+    Eigen::Vector3d right = b;
+    for (int i = 0; i < 3; ++i)
+      if (held >> i & 1) m.row(i).setZero(), m(i, i) = 1, right(i) = least(i);
+    const Eigen::Vector3d x = m.fullPivLu().solve(right);
+    const double cost = x.dot(a * x) - 2 * x.dot(b);
+    if ((x - least).minCoeff() >= -1e-12 && cost < lowest) lowest = cost, best = x;
   }
-  return {read, gain};
+  return {best(0), best(1)};
 }
 
 }  // namespace
@@ -104,7 +115,7 @@ SensorNoise estimate_noise(const ImageStack<T>& stack, int steps, double saturat
   for (const Bins& part : parts)
     for (std::size_t b = 0; b < bins; ++b)
       all[b].count += part[b].count, all[b].level += part[b].level, all[b].variance += part[b].variance;
-  return line_through(all);
+  return fit(all);
 }
 
 template SensorNoise estimate_noise(const ImageStack<std::uint8_t>&, int, double, int, int, const Stop&);

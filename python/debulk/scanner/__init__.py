@@ -1,0 +1,16 @@
+"""The scanner: from the fringe images of two cameras to the organised cloud.
+
+A projector shows fringes at two or more close numbers of periods; two cameras look on. `fringe_patterns` makes what the
+projector shows, `decode` turns a camera's images into absolute phases, `triangulate` two phases into points. `Scanner`
+does all that cycle after cycle with everything prepared. `calibrate` finds the cameras from images of a board, `register`
+where the mold lies.
+"""
+
+from __future__ import annotations
+
+from debulk.scanner.calibration import Calibration
+from debulk.scanner.decode import Phase, decode
+from debulk.scanner.patterns import fringe_patterns
+from debulk.scanner.triangulate import Scan, match, triangulate
+
+__all__ = ["Calibration", "Phase", "Scan", "decode", "fringe_patterns", "match", "triangulate"]
