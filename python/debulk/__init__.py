@@ -9,7 +9,7 @@ from debulk._core import InputError
 from debulk.grid import Grid
 
 if TYPE_CHECKING:
-    from debulk import cloud, net, pocket, ridge, scenes, section, sheet, solve, surface, verdict
+    from debulk import cloud, net, pocket, ridge, scanner, scenes, section, sheet, solve, surface, verdict
     from debulk.comparison import Comparison, compare
     from debulk.inspector import Cancelled, Inspector, inspect
     from debulk.recipe import Recipe
@@ -33,6 +33,7 @@ __all__ = [
     "net",
     "pocket",
     "ridge",
+    "scanner",
     "scenes",
     "section",
     "sheet",

@@ -11,6 +11,18 @@ from __future__ import annotations
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, decode
 from debulk.scanner.patterns import fringe_patterns
+from debulk.scanner.scanner import ScanCancelled, Scanner, ScanTooLate
 from debulk.scanner.triangulate import Scan, match, triangulate
 
-__all__ = ["Calibration", "Phase", "Scan", "decode", "fringe_patterns", "match", "triangulate"]
+__all__ = [
+    "Calibration",
+    "Phase",
+    "Scan",
+    "ScanCancelled",
+    "ScanTooLate",
+    "Scanner",
+    "decode",
+    "fringe_patterns",
+    "match",
+    "triangulate",
+]

@@ -37,6 +37,8 @@ class Phase:
     order_residual: F32 | None = field(default=None, repr=False)
     """How far the fringe order was from a whole number, 0 to 0.5; at 0.5 the next order would have been as likely. NaN
     where the pixel is not lit."""
+    brightness: tuple[float, ...] = (1.0,)
+    """Of each exposure beside the shortest."""
     sensor_noise: tuple[float, float] = (1.0, 0.0)
     """Variance of a grey value: the first number + the second times the grey value."""
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -148,6 +150,20 @@ def decode_into(
         maps["exposure"],
         maps.get("offset"),
         maps.get("residual"),
+        _brightness(stack),
         (float(sensor_noise[0]), float(sensor_noise[1])),
         counts,
     )
+
+
+def _brightness(stack: Stack) -> tuple[float, ...]:
+    """How bright each exposure is beside the shortest, from pixels that are bright in the longer and not saturated."""
+    step = max(1, round(np.sqrt(stack.shape[0] * stack.shape[1] / 20_000)))
+    out = [1.0]
+    for e in range(1, stack.exposures):
+        before, here = (
+            np.stack([image[::step, ::step] for image in stack.exposure(k)[:3]]).astype(np.float64) for k in (e - 1, e)
+        )
+        fine = (here < stack.white) & (here > 0.3 * stack.white)
+        out.append(out[-1] * (float(here[fine].sum() / max(before[fine].sum(), 1.0)) if fine.any() else 1.0))
+    return tuple(out)

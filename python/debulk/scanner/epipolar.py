@@ -6,15 +6,13 @@ modulation of the left image is compared with that of the right one at the match
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk.scanner.calibration import Rectified
-from debulk.scanner.decode import Phase
-from debulk.scanner.inputs import InputError
+from debulk.scanner.decode import NO_EXPOSURE, Phase
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -44,24 +42,24 @@ class Epipolar:
     patches: int
 
 
-def refuse_moved(points: F32, left: Phase, right: Phase, rectified: Rectified, counts: Mapping[str, int]) -> Epipolar:
-    """Measure how the rows agree, and raise an InputError where they do not."""
+def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
+    """Measure how the rows agree, and say what is wrong where they do not."""
     shifts, textured = row_shifts(points, left, right, rectified)
+    error = float(np.median(np.abs(shifts))) if len(shifts) >= _LEAST_PATCHES else float("nan")
+    found = Epipolar(error, len(shifts))
     if textured < _LEAST_PATCHES:
-        return Epipolar(float("nan"), len(shifts))
-    agreeing = len(shifts) >= max(_LEAST_PATCHES, textured // 3)
-    error = float(np.median(np.abs(shifts))) if len(shifts) else float("nan")
-    if not agreeing:
-        raise InputError(
-            f"left, right: the surface's texture agrees in only {len(shifts)} of {textured} patches of the two images: "
-            "the cameras are exchanged, or one was moved far since the calibration"
+        return found, ""
+    if len(shifts) < max(_LEAST_PATCHES, textured // 3):
+        return found, (
+            f"the surface's texture agrees in only {len(shifts)} of {textured} patches of the two images: a camera was moved "
+            "far since the calibration, or the images are of different scans"
         )
     if error > MOST_ERROR_PX:
-        raise InputError(
-            f"left, right: points of one row lie {error:.1f} rows apart in the two images: a camera was moved since the "
-            "calibration; calibrate again"
+        return found, (
+            f"points of one row lie {error:.1f} rows apart in the two images: a camera was moved since the calibration; "
+            "calibrate again"
         )
-    return Epipolar(error, len(shifts))
+    return found, ""
 
 
 def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[F64, int]:
@@ -92,7 +90,7 @@ def _patch(x: int, y: int, points: F32, left: Phase, right: Phase, rectified: Re
     there = np.arange(columns.start, columns.stop) - (rectified.focal_px * rectified.baseline_mm / depth - shift)
     left_x, left_y, right_x, right_y = rectified.maps
     reference = _sample(left, left_x[rows, columns], left_y[rows, columns])
-    if reference is None or _contrast(reference) < 0.01:
+    if reference is None or _contrast(reference) < 0.02:
         return None
     wide = np.arange(-_REACH, _REACH + 1)
     scores = np.full(wide.size, -1.0)
@@ -125,16 +123,18 @@ def _remap(image: F32, x: F32, y: F32) -> F32:
 
 
 def _sample(phase: Phase, x: F32, y: F32) -> F64 | None:
-    """Modulation at these places; None where it is not known or comes from different exposures."""
+    """Logarithm of the modulation at these places, every exposure counted alike; None where it is not known."""
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         return None
     height, width = phase.modulation.shape
     if x.min() < 0 or y.min() < 0 or x.max() > width - 1 or y.max() > height - 1:
         return None
-    exposures = phase.exposure[np.rint(y).astype(int), np.rint(x).astype(int)]
-    if exposures.min() != exposures.max():
+    i0, j0 = max(int(y.min()) - 1, 0), max(int(x.min()) - 1, 0)
+    part = slice(i0, int(y.max()) + 3), slice(j0, int(x.max()) + 3)
+    if phase.exposure[part].max() == NO_EXPOSURE:
         return None
-    values = _remap(phase.modulation, x, y).astype(np.float64)
+    light = phase.modulation[part] / np.asarray(phase.brightness, np.float32)[phase.exposure[part]]
+    values = np.log(np.maximum(_remap(light, x - np.float32(j0), y - np.float32(i0)), 1e-6)).astype(np.float64)
     return values if np.isfinite(values).all() else None
 
 
@@ -147,7 +147,7 @@ def _flat(values: F64) -> F64:
 
 
 def _contrast(values: F64) -> float:
-    return float(_flat(values).std() / values.mean())
+    return float(_flat(values).std())
 
 
 def _correlation(a: F64, b: F64) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core
 from debulk.scanner.calibration import Calibration, Rectified
 from debulk.scanner.decode import Phase
-from debulk.scanner.epipolar import Epipolar, refuse_moved
+from debulk.scanner.epipolar import Epipolar, judge_rows
 from debulk.scanner.inputs import InputError
 
 F32 = NDArray[np.float32]
@@ -153,7 +153,13 @@ def triangulate_into(
     counts = run(*views)
     epipolar = None
     if isinstance(left, Phase) and isinstance(right, Phase):
-        epipolar = refuse_moved(points, left, right, rectified, counts)
+        epipolar, complaint = judge_rows(points, left, right, rectified)
+        if complaint:
+            run(_view(right, "right", rectified.maps[:2]), _view(left, "left", rectified.maps[2:]))
+            exchanged, still = judge_rows(points, right, left, rectified)
+            if not still and np.isfinite(exchanged.error_px):
+                complaint = "the two cameras' images are exchanged"
+            raise InputError(f"left, right: {complaint}")
     if counts["seen"] and counts["behind"] > counts["matched"]:
         raise InputError("left, right: most points lie behind the cameras: the two cameras' images are exchanged")
     if counts["matched"] < LEAST_MATCHED * counts["seen"]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from debulk.scenes.bump import Bump
 from debulk.scenes.debulked import Debulked
+from debulk.scenes.fringe_images import FringeImages, FringeTruth, fringe_images
 from debulk.scenes.scene import Layup, Truth, layup
 
-__all__ = ["Bump", "Debulked", "Layup", "Truth", "layup"]
+__all__ = ["Bump", "Debulked", "FringeImages", "FringeTruth", "Layup", "Truth", "fringe_images", "layup"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -158,7 +160,9 @@ def _take(lines: F64, at: F64, bright: F64, times: list[float], bits: int, seed:
     out = np.empty((len(times), len(lines), *at.shape), kind)
     lit = np.isfinite(at)
     grid = (np.arange(lines.shape[1]) + 0.5) / lines.shape[1]
-    for k, line in enumerate(lines):
+
+    def take(k: int) -> None:
+        line = lines[k]
         light = np.where(lit, np.interp(np.where(lit, at, 0.5), grid, line), 0.0) + AMBIENT
         image = cv2.GaussianBlur((bright * light).astype(np.float32), (0, 0), LENS_BLUR_PIXELS)
         for e, time in enumerate(times):
@@ -167,6 +171,9 @@ def _take(lines: F64, at: F64, bright: F64, times: list[float], bits: int, seed:
             electrons += rng.standard_normal(at.shape, dtype=np.float32) * np.sqrt(electrons + np.float32(READ_ELECTRONS**2))
             levels = np.rint(electrons * np.float32(white / FULL_WELL))
             out[e, k] = np.clip(levels, 0, white).astype(kind)
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        list(pool.map(take, range(len(lines))))
     return out
 
 
