@@ -13,6 +13,6 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
 endif()
 target_compile_options(debulk_options INTERFACE -ffp-contract=off)
 
-# For sources with wide loops (core/each_isa.inl): what lets the compiler use wide instructions there; none of it changes a
+# For sources with wide loops (core/simd_dispatch.inl): what lets the compiler use wide instructions there; none of it changes a
 # bit of the results.
-set(debulk_wide_options -O3 -fno-math-errno -fno-trapping-math -Wno-psabi)
+set(debulk_simd_options -O3 -fno-math-errno -fno-trapping-math -Wno-psabi)

@@ -11,7 +11,7 @@ from cycle import difference
 
 import debulk
 from debulk import _core
-from debulk.regions import RegionFront, in_order
+from debulk.inspection.regions import RegionFront, in_order
 
 MESHES = ((1, 16), (2, 32), (4, 64), None, (16, 256), (32, 512), (64, 1024), (128, 2048))
 

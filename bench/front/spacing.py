@@ -7,7 +7,7 @@ import numpy as np
 from accuracy import middle
 
 import debulk
-from debulk.front import FrontEnd
+from debulk.inspection.front import FrontEnd
 
 layup = debulk.scenes.layup(seed=0, pixels=(5120, 3840))
 inspector = debulk.Inspector(

@@ -52,7 +52,7 @@ void after_the_stop(benchmark::State& state) {
   std::vector<double> late_ms;
   const auto solve = [&](long most) {
     auto mold = std::make_shared<Impatient>(most);
-    const Sheet sheet(large_net(state.range(0)), 25.0 * 32 * 32, Ply(), mold);
+    const Sheet sheet(large_net(state.range(0)), 25.0 * 32 * 32, PlyMaterial(), mold);
     MinimiseOptions options;
     options.solve.stop = mold->stop;
     benchmark::DoNotOptimize(minimise(sheet, options));

@@ -42,7 +42,7 @@ class Nets : public benchmark::Fixture {
   using benchmark::Fixture::SetUp;
   void SetUp(const benchmark::State& state) override {
     const int side = static_cast<int>(state.range(0));
-    sheet = std::make_unique<Sheet>(bell_net(side), 25.0 * side * side, Ply(), std::make_shared<test::Quadric>(1e-4, 0, -1e-4));
+    sheet = std::make_unique<Sheet>(bell_net(side), 25.0 * side * side, PlyMaterial(), std::make_shared<test::Quadric>(1e-4, 0, -1e-4));
     gradient.assign(sheet->start().size(), Eigen::Vector3d::Zero());
     hessian = sheet->movable_hessian();
   }

@@ -13,7 +13,7 @@ struct Pocket {
   double area_mm2 = 0;
   std::shared_ptr<const Surface> mold;
 
-  Sheet sheet() const { return Sheet(net, area_mm2, Ply(), mold); }
+  Sheet sheet() const { return Sheet(net, area_mm2, PlyMaterial(), mold); }
 };
 
 // Those in the file; none where there is no such file.

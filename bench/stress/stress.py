@@ -1,7 +1,7 @@
 """The stress table: python bench/stress/stress.py [--count 2000] [--method auto] [--out bench/stress].
 
 One parameter at a time, and Latin-hypercube combinations of all of them. Writes stress.txt, stress.csv and stress.png,
-and each case that is neither certified nor refused to build/stress, for `python -m debulk.replay`.
+and each case that is neither certified nor refused to build/stress, for `python -m debulk.inspection.replay`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 from cases import Case, build, latin_hypercube, one_at_a_time
 
-from debulk import InputError, replay, solve
+from debulk import InputError, solve
+from debulk.inspection import replay
 
 REFUSALS = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "no net")
 

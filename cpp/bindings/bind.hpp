@@ -8,10 +8,10 @@ namespace debulk {
 void bind_build(pybind11::module_& m);
 void bind_scanner(pybind11::module_& m);
 void bind_cloud(pybind11::module_& m);
-void bind_cloud_files(pybind11::module_& m);
+void bind_files(pybind11::module_& m);
 void bind_surface(pybind11::module_& m);
 void bind_pocket(pybind11::module_& m);
-void bind_regions(pybind11::module_& m);
+void bind_region(pybind11::module_& m);
 void bind_net(pybind11::module_& m);
 void bind_solve(pybind11::module_& m);
 void bind_sheet(pybind11::module_& m);

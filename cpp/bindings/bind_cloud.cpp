@@ -10,7 +10,7 @@ namespace debulk {
 void bind_cloud(py::module_& m) {
   m.def(
       "cloud_bounds",
-      [](const Points& points, int threads) {
+      [](const CloudArray& points, int threads) {
         const CloudView cloud = cloud_view(points, "points");
         CloudBounds box;
         {
@@ -24,7 +24,7 @@ void bind_cloud(py::module_& m) {
 
   m.def(
       "cloud_transform",
-      [](const Points& points, const Array<double>& matrix, int threads) {
+      [](const CloudArray& points, const Array<double>& matrix, int threads) {
         require(matrix.ndim() == 2 && matrix.shape(0) == 4 && matrix.shape(1) == 4, "matrix", "a (4, 4) array", shape_of(matrix));
         const Eigen::Matrix4d motion = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(matrix.data());
         const CloudView cloud = cloud_view(points, "points");
@@ -39,7 +39,7 @@ void bind_cloud(py::module_& m) {
 
   m.def(
       "remove_outliers",
-      [](const Points& points, int neighbours, double std_ratio, double least_ratio, int threads, const Stop& stop) {
+      [](const CloudArray& points, int neighbours, double std_ratio, double least_ratio, int threads, const Stop& stop) {
         const CloudView cloud = cloud_view(points, "points");
         Outliers found;
         {
@@ -54,7 +54,7 @@ void bind_cloud(py::module_& m) {
 
   m.def(
       "median_pitch",
-      [](const Points& points, int threads) {
+      [](const CloudArray& points, int threads) {
         const CloudView cloud = cloud_view(points, "points");
         py::gil_scoped_release release;
         return median_pitch(cloud, threads);

@@ -3,7 +3,7 @@
 
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
-#include "debulk/pocket/feet.hpp"
+#include "debulk/pocket/foot_contours.hpp"
 #include "debulk/pocket/patch.hpp"
 #include "debulk/pocket/segment.hpp"
 #include "debulk/pocket/smooth.hpp"

@@ -21,7 +21,8 @@ T* target(const py::object& a, const std::vector<py::ssize_t>& shape, const char
   if (a.is_none()) return nullptr;
   require(py::isinstance<py::array_t<T, py::array::c_style>>(a), name, "a C-contiguous array of the map's type", "another");
   auto array = py::reinterpret_borrow<py::array_t<T, py::array::c_style>>(a);
-  require(std::vector<py::ssize_t>(array.shape(), array.shape() + array.ndim()) == shape, name, "an array as large as the images", shape_of(array));
+  require(std::vector<py::ssize_t>(array.shape(), array.shape() + array.ndim()) == shape, name, "an array as large as the images",
+          shape_of(array));
   return array.mutable_data();
 }
 
@@ -36,12 +37,14 @@ struct Images {
   int width = 0, height = 0;
   Images(const std::vector<py::array>& images, int exposures) {
     for (const py::array& image : images) {
-      require(py::isinstance<py::array_t<T, py::array::c_style>>(image) && image.ndim() == 2, "images", "C-contiguous (H, W) arrays of one type", shape_of(image));
+      require(py::isinstance<py::array_t<T, py::array::c_style>>(image) && image.ndim() == 2, "images",
+              "C-contiguous (H, W) arrays of one type", shape_of(image));
       if (stack.images.empty()) width = static_cast<int>(image.shape(1)), height = static_cast<int>(image.shape(0));
       require(image.shape(0) == height && image.shape(1) == width, "images", "arrays of one shape", shape_of(image));
       stack.images.push_back(static_cast<const T*>(image.data()));
     }
-    require(exposures >= 1 && !images.empty() && images.size() % static_cast<std::size_t>(exposures) == 0, "images", "as many for each exposure", images.size());
+    require(exposures >= 1 && !images.empty() && images.size() % static_cast<std::size_t>(exposures) == 0, "images",
+            "as many for each exposure", images.size());
     stack.exposures = exposures, stack.pixels = static_cast<long>(width) * height;
   }
 };
@@ -58,7 +61,8 @@ bool bytes(const std::vector<py::array>& images) {
 template <class T>
 SensorNoise noise_of(const std::vector<py::array>& images, int exposures, int steps, double saturated, int threads, const Stop& stop) {
   const Images<T> from(images, exposures);
-  require(steps >= 3 && from.stack.images_each() % steps == 0 && from.stack.images_each() >= 2 * steps, "steps", "a divisor of the number of images", steps);
+  require(steps >= 3 && from.stack.images_each() % steps == 0 && from.stack.images_each() >= 2 * steps, "steps",
+          "a divisor of the number of images", steps);
   py::gil_scoped_release release;
   return estimate_noise(from.stack, steps, saturated, from.width, threads, stop);
 }
@@ -71,7 +75,8 @@ py::dict decode_into(const std::vector<py::array>& images, int exposures, const 
   PhaseMaps out;
   out.phase = target<float>(wanted("phase"), shape, "phase"), out.noise = target<float>(wanted("noise"), shape, "noise");
   out.modulation = target<float>(wanted("modulation"), shape, "modulation"), out.offset = target<float>(wanted("offset"), shape, "offset");
-  out.residual = target<float>(wanted("residual"), shape, "residual"), out.exposure = target<std::uint8_t>(wanted("exposure"), shape, "exposure");
+  out.residual = target<float>(wanted("residual"), shape, "residual"),
+  out.exposure = target<std::uint8_t>(wanted("exposure"), shape, "exposure");
   DecodeCounts counts;
   NeighbourCounts beside;
   {
@@ -90,7 +95,8 @@ PhaseView view_of(const py::tuple& parts, const char* name) {
   require(parts.size() == 4, name, "phase, noise, map_x and map_y", parts.size());
   PhaseView view;
   const Plane phase = py::cast<Plane>(parts[0]);
-  require(phase.ndim() == 2 && phase.data() == py::cast<py::array>(parts[0]).data(), name, "a C-contiguous (H, W) array of float32", shape_of(phase));
+  require(phase.ndim() == 2 && phase.data() == py::cast<py::array>(parts[0]).data(), name, "a C-contiguous (H, W) array of float32",
+          shape_of(phase));
   view.width = static_cast<int>(phase.shape(1)), view.height = static_cast<int>(phase.shape(0));
   view.phase = phase.data(), view.noise = source(parts[1], view.height, view.width, name);
   view.rectified_width = view.width, view.rectified_height = view.height;
@@ -115,7 +121,9 @@ void bind_scanner(py::module_& package) {
       [](const std::vector<int>& periods) {
         const UnwrapPlan plan = plan_unwrapping(periods);
         std::vector<std::pair<int, std::vector<int>>> stages;
-        for (const Synthetic& s : plan.stages) stages.emplace_back(s.periods, std::vector<int>(s.weights.begin(), s.weights.begin() + static_cast<std::ptrdiff_t>(periods.size())));
+        for (const Synthetic& s : plan.stages)
+          stages.emplace_back(s.periods,
+                              std::vector<int>(s.weights.begin(), s.weights.begin() + static_cast<std::ptrdiff_t>(periods.size())));
         return std::make_pair(stages, plan.order_noise);
       },
       py::arg("periods"), "The stages (periods, weights), and the noise of the least certain order for a phase noise of one turn.");
@@ -132,8 +140,8 @@ void bind_scanner(py::module_& package) {
   m.def(
       "decode",
       [](const std::vector<py::array>& images, int exposures, const std::vector<int>& periods, int steps, double saturated,
-         std::pair<double, double> noise, double least_contrast, double most_order_noise, double most_residual,
-         const py::dict& maps, int threads, int widest, const Stop& stop) {
+         std::pair<double, double> noise, double least_contrast, double most_order_noise, double most_residual, const py::dict& maps,
+         int threads, int widest, const Stop& stop) {
         Decoding how;
         how.steps = steps, how.plan = plan_unwrapping(periods), how.saturated = saturated;
         how.noise = {noise.first, noise.second}, how.least_contrast = least_contrast;
@@ -142,21 +150,24 @@ void bind_scanner(py::module_& package) {
         return bytes(images) ? decode_into<std::uint8_t>(images, exposures, how, maps, stop)
                              : decode_into<std::uint16_t>(images, exposures, how, maps, stop);
       },
-      py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"), py::arg("least_contrast"),
-      py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"), py::arg("threads"), py::arg("widest"), py::arg("stop"));
+      py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"),
+      py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"), py::arg("threads"),
+      py::arg("widest"), py::arg("stop"));
 
   m.def(
       "match",
       [](const py::tuple& left, const py::tuple& right, const std::vector<double>& geometry, const py::dict& maps, double edge_ratio,
          int threads, int widest, const Stop& stop) {
         const PhaseView from_left = view_of(left, "left"), from_right = view_of(right, "right");
-        require(geometry.empty() || geometry.size() == 7, "geometry", "focal, left_cx, right_cx, cy, baseline, nearest, furthest", geometry.size());
+        require(geometry.empty() || geometry.size() == 7, "geometry", "focal, left_cx, right_cx, cy, baseline, nearest, furthest",
+                geometry.size());
         StereoGeometry g;
         if (!geometry.empty()) g = {geometry[0], geometry[1], geometry[2], geometry[3], geometry[4], geometry[5], geometry[6]};
         const py::ssize_t height = from_left.rectified_height, width = from_left.rectified_width;
         const auto wanted = [&](const char* name) -> py::object { return maps.contains(name) ? py::object(maps[name]) : py::none(); };
         StereoMaps out;
-        out.disparity = target<float>(wanted("disparity"), {height, width}, "disparity"), out.sigma = target<float>(wanted("sigma"), {height, width}, "sigma");
+        out.disparity = target<float>(wanted("disparity"), {height, width}, "disparity"),
+        out.sigma = target<float>(wanted("sigma"), {height, width}, "sigma");
         out.points = target<float>(wanted("points"), {height, width, 3}, "points");
         out.uncertainty = target<float>(wanted("uncertainty"), {height, width}, "uncertainty");
         StereoOptions options;
@@ -171,7 +182,8 @@ void bind_scanner(py::module_& package) {
         result["ambiguous"] = counts.ambiguous, result["behind"] = counts.behind;
         return result;
       },
-      py::arg("left"), py::arg("right"), py::arg("geometry"), py::arg("maps"), py::kw_only(), py::arg("edge_ratio"), py::arg("threads"), py::arg("widest"), py::arg("stop"));
+      py::arg("left"), py::arg("right"), py::arg("geometry"), py::arg("maps"), py::kw_only(), py::arg("edge_ratio"), py::arg("threads"),
+      py::arg("widest"), py::arg("stop"));
 }
 
 }  // namespace debulk

@@ -57,9 +57,9 @@ MinimiseOptions options_of(const std::string& method, int starts, std::uint64_t 
 }  // namespace
 
 void bind_sheet(py::module_& m) {
-  py::class_<Ply>(m, "Ply").def(
+  py::class_<PlyMaterial>(m, "Ply").def(
       py::init([](double thickness, double young, double shear, double density, double friction, double pressure, double gravity) {
-        Ply ply{thickness, young, shear, density, friction, pressure, gravity};
+        PlyMaterial ply{thickness, young, shear, density, friction, pressure, gravity};
         ply.check();
         return ply;
       }),
@@ -68,7 +68,7 @@ void bind_sheet(py::module_& m) {
 
   py::class_<Sheet, std::shared_ptr<Sheet>>(m, "Sheet")
       .def(py::init([](const Array<double>& nodes, const Array<int>& neighbours, const Array<int>& kinds, double spacing, double area,
-                       std::shared_ptr<Surface> reference, const Ply& ply) {
+                       std::shared_ptr<Surface> reference, const PlyMaterial& ply) {
              return std::make_shared<Sheet>(net_of(nodes, neighbours, kinds, spacing), area, ply, std::move(reference));
            }),
            py::arg("nodes_mm"), py::arg("neighbours"), py::arg("kinds"), py::arg("spacing_mm"), py::arg("area_mm2"), py::arg("reference"),

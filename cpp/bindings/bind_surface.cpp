@@ -62,7 +62,7 @@ HeightMapOptions options(double spacing, double hole_diameter, double jump_ratio
 
 // A height map against either kind of reference, as (heights, measured, origin, spacing).
 template <class Base>
-py::tuple map_heights(const Points& scan, const Base& reference, const HeightMapOptions& opts, int threads) {
+py::tuple map_heights(const CloudArray& scan, const Base& reference, const HeightMapOptions& opts, int threads) {
   const CloudView cloud = cloud_view(scan, "scan");
   HeightMap map;
   {
@@ -83,7 +83,7 @@ py::array_t<T> view_of(const T* values, int rows, int columns, const py::object&
 }
 
 void bind_front_end(py::module_& m) {
-  m.def("fit_pinhole", [](const Points& points) -> std::optional<std::array<double, 3>> {
+  m.def("fit_pinhole", [](const CloudArray& points) -> std::optional<std::array<double, 3>> {
     const CloudView cloud = cloud_view(points, "points");
     const py::gil_scoped_release release;
     const std::optional<Pinhole> camera = fit_pinhole(cloud);
@@ -111,7 +111,7 @@ void bind_front_end(py::module_& m) {
            py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("spike_mm"), py::arg("median_cells"), py::arg("threads"))
       .def(
           "run",
-          [](const py::object& self, const Points& scan, const Stop& stop) {
+          [](const py::object& self, const CloudArray& scan, const Stop& stop) {
             FrontEnd& front = self.cast<FrontEnd&>();
             const CloudView cloud = cloud_view(scan, "scan");
             const HeightMap* map = nullptr;
@@ -180,7 +180,7 @@ void bind_surface(py::module_& m) {
 
   m.def(
       "grid_heights",
-      [](const Points& cloud, const std::array<double, 2>& origin, double spacing, const std::array<int, 2>& shape, double jump_ratio,
+      [](const CloudArray& cloud, const std::array<double, 2>& origin, double spacing, const std::array<int, 2>& shape, double jump_ratio,
          int threads) {
         require(shape[0] > 0 && shape[1] > 0, "shape", "positive numbers of rows and columns",
                 std::to_string(shape[0]) + " by " + std::to_string(shape[1]));
@@ -204,13 +204,13 @@ void bind_surface(py::module_& m) {
 
   m.def(
       "height_map",
-      [](const Points& scan, const Reference& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
+      [](const CloudArray& scan, const Reference& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
         return map_heights(scan, reference, options(spacing, hole_diameter, jump_ratio), threads);
       },
       py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"));
   m.def(
       "height_map",
-      [](const Points& scan, const Points& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
+      [](const CloudArray& scan, const CloudArray& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
         return map_heights(scan, cloud_view(reference, "reference"), options(spacing, hole_diameter, jump_ratio), threads);
       },
       py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"));

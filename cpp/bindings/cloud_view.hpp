@@ -11,14 +11,14 @@
 namespace debulk {
 
 // A cloud from Python: C-contiguous float32, so that nothing is copied.
-using Points = Array<float>;
+using CloudArray = Array<float>;
 
 inline std::vector<py::ssize_t> shape(const py::array& a) {
   return {a.shape(), a.shape() + a.ndim()};
 }
 
 // (H, W, 3) is organised, (N, 3) is not.
-inline CloudView cloud_view(const Points& a, const char* name) {
+inline CloudView cloud_view(const CloudArray& a, const char* name) {
   const bool fits = (a.ndim() == 3 && a.shape(2) == 3) || (a.ndim() == 2 && a.shape(1) == 3);
   require(fits, name, "an (H, W, 3) or (N, 3) array of points", shape_of(a));
   require(a.size() / 3 <= std::numeric_limits<int>::max(), name, "at most 2^31 points", a.size() / 3);

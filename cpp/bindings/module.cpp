@@ -24,10 +24,10 @@ PYBIND11_MODULE(_core, m) {
   debulk::bind_build(m);
   debulk::bind_scanner(m);
   debulk::bind_cloud(m);
-  debulk::bind_cloud_files(m);
+  debulk::bind_files(m);
   debulk::bind_surface(m);
   debulk::bind_pocket(m);
-  debulk::bind_regions(m);
+  debulk::bind_region(m);
   debulk::bind_net(m);
   debulk::bind_solve(m);
   debulk::bind_sheet(m);

@@ -10,8 +10,9 @@ from debulk.grid import Grid
 
 if TYPE_CHECKING:
     from debulk import cloud, net, pocket, ridge, scanner, scenes, section, sheet, solve, surface, verdict
-    from debulk.comparison import Comparison, compare
-    from debulk.inspector import Cancelled, Inspector, inspect
+    from debulk.comparison import Comparison
+    from debulk.inspection.calls import compare, inspect
+    from debulk.inspection.inspector import Cancelled, Inspector
     from debulk.recipe import Recipe
     from debulk.report import Report
     from debulk.verdict import Verdict
@@ -44,14 +45,14 @@ __all__ = [
 
 # Loaded when first asked for: `import debulk` must not wait for what a program may never use.
 _HOMES = {
-    "Cancelled": "inspector",
+    "Cancelled": "inspection.inspector",
     "Comparison": "comparison",
-    "Inspector": "inspector",
+    "Inspector": "inspection.inspector",
     "Recipe": "recipe",
     "Report": "report",
     "Verdict": "verdict",
-    "compare": "comparison",
-    "inspect": "inspector",
+    "compare": "inspection.calls",
+    "inspect": "inspection.calls",
 }
 
 

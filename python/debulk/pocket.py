@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -27,6 +28,7 @@ __all__ = [
     "feet",
     "height_noise",
     "inside",
+    "inside_outline",
     "patch",
     "polygon_area",
     "segment",
@@ -468,3 +470,21 @@ def _pairs(xy: ArrayLike) -> Floats:
 
 def _like(grid: Grid, values: NDArray[Any]) -> Grid:
     return Grid(values, grid.origin_mm, grid.spacing_mm)
+
+
+def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
+    """Return (ny, nx) whether the grid's points lie inside the outline, row by row by even-odd crossings."""
+    ny, nx = grid.values.shape[:2]
+    inside = np.zeros((ny, nx), dtype=np.bool_)
+    if len(outline_mm) < 3:
+        return inside
+    a = (outline_mm - grid.origin_mm) / grid.spacing_mm  # in cells
+    b = np.roll(a, -1, axis=0)
+    first, last = math.ceil(max(0.0, a[:, 1].min())), math.floor(min(ny - 1.0, a[:, 1].max()))
+    columns = np.arange(nx)
+    for row in range(first, last + 1):
+        crossed = (a[:, 1] <= row) != (b[:, 1] <= row)
+        start, end = a[crossed], b[crossed]
+        at = start[:, 0] + (row - start[:, 1]) * (end[:, 0] - start[:, 0]) / (end[:, 1] - start[:, 1])
+        inside[row] = np.searchsorted(np.sort(at), columns) % 2 == 1
+    return inside

@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import InputError
-from debulk.comparison import inside_outline
-from debulk.page_map import colours
-from debulk.report import PocketReport, Report
+from debulk.page.map import colours
+from debulk.pocket import inside_outline
+from debulk.report import Report
+from debulk.results.report import PocketReport
 from debulk.verdict import Verdict
 
 __all__ = ["Shapes", "shapes", "view"]

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from debulk.grid import Grid
-from debulk.report import LeftOut, PocketNet, PocketReport, Report, SolveReport, Verdict
+from debulk.report import Report
+from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
+from debulk.verdict import Verdict
 
 # Centre x, y, half-axes along and across, turn in degrees, peak: a few of the paper's sizes.
 _BELLS = [

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import debulk
 from debulk import pocket
-from debulk.evaluation import lay_net
 from debulk.grid import Grid
+from debulk.inspection.evaluation import lay_net
 
 ORIGIN = np.array([-10.0, 20.0])
 THICKNESS = 0.3

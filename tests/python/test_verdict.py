@@ -5,15 +5,7 @@ import math
 import pytest
 
 from debulk import InputError, _core
-from debulk.verdict import (
-    Criteria,
-    Judgement,
-    Verdict,
-    excess_bounds,
-    judge,
-    judge_layup,
-    natural_length,
-)
+from debulk.verdict import Criteria, Judgement, Verdict, excess_bounds, judge, judge_layup, natural_length
 
 
 def test_the_four_verdicts_are_words():

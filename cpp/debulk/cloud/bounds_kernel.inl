@@ -1,4 +1,4 @@
-// The loop of cloud_view.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loop of cloud_view.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 
 // Takes points into the box; returns how many were seen.
 long run(const float* xyz, long count, float* low, float* high) {

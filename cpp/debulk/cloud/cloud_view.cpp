@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
 #define DEBULK_KERNEL "debulk/cloud/bounds_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 }  // namespace
 

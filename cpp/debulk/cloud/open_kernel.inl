@@ -1,4 +1,4 @@
-// The loops of open_search.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loops of open_search.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 
 #include "debulk/cloud/nearest_four.inl"
 

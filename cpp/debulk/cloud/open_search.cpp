@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
@@ -33,7 +33,7 @@ struct NearTile {
 };
 
 #define DEBULK_KERNEL "debulk/cloud/open_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 void search(Isa isa, const OpenTables& tables, long begin, long end, float* distances) {
   return DEBULK_ON(isa, run(tables, begin, end, distances));

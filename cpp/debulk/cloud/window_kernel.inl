@@ -1,4 +1,4 @@
-// The loops of window_pass.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loops of window_pass.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 #include "debulk/cloud/nearest_four.inl"
 
 constexpr int strip = 640;  // columns at once: what is needed of them stays in the first cache

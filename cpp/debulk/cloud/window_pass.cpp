@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
@@ -14,7 +14,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 #define DEBULK_KERNEL "debulk/cloud/window_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 }  // namespace
 

@@ -5,7 +5,7 @@
 
 #include "debulk/cloud/cloud_view.hpp"
 #include "debulk/cloud/pinhole.hpp"
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 

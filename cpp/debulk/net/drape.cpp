@@ -33,7 +33,7 @@ Drape::Drape(const Surface& surface, const Vector2d& seed, const FibreAngles& an
   };
   std::vector<std::uint8_t> keep(lattice.nodes.size());
   for (std::size_t k = 0; k < keep.size(); ++k) keep[k] = lattice.nodes[k].allFinite() && covers(lattice.nodes[k].head<2>());
-  net_ = numbered(lattice, keep);
+  net_ = number_nodes(lattice, keep);
   for (std::size_t k = 0; k < net_.nodes.size(); ++k) net_.inside[k] = inside(ply, net_.nodes[k].head<2>());
 
   for (std::size_t k = 0; k < net_.nodes.size(); ++k) {

@@ -48,7 +48,7 @@ class PocketMesher {
     LayOptions laying;
     laying.stop = stop;
     laying.paths = options_.paths;
-    const Region region = fibre_parallelogram(shape_.outline, shape_.centre, shape_.angles, 2 * spacing);
+    const NetDomain region = fibre_parallelogram(shape_.outline, shape_.centre, shape_.angles, 2 * spacing);
     const Lattice lattice = lay_net(ply_, shape_.centre, shape_.angles, spacing, region, laying);
     std::vector<Place> places = trimmed(lattice);
     keep_what_hangs_on_centre(lattice, places);
@@ -149,7 +149,7 @@ class PocketMesher {
     std::vector<std::uint8_t> keep(places.size());
     for (std::size_t k = 0; k < keep.size(); ++k) keep[k] = places[k].kept;
     PocketNet out;
-    out.net = numbered(lattice, keep);
+    out.net = number_nodes(lattice, keep);
     for (std::size_t n = 0; n < out.net.nodes.size(); ++n) {
       const std::size_t k = lattice.index(out.net.lattice[n][0], out.net.lattice[n][1]);
       const Vector2d xy = lattice.nodes[k].head<2>();

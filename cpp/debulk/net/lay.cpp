@@ -9,7 +9,7 @@
 #include <Eigen/LU>
 
 #include "debulk/core/error.hpp"
-#include "debulk/net/root.hpp"
+#include "debulk/net/bracketed_root.hpp"
 
 namespace debulk {
 namespace {
@@ -83,7 +83,7 @@ std::optional<Vector3d> fourth_node(const Surface& surface, const Vector3d& comm
   return found;
 }
 
-Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngles& angles, double spacing, const Region& region,
+Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngles& angles, double spacing, const NetDomain& region,
                 const LayOptions& options) {
   options.check();
   check_start(surface, centre, angles, spacing);
@@ -135,7 +135,7 @@ Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngle
   return lattice;
 }
 
-Region fibre_parallelogram(const std::vector<Vector2d>& outline, const Vector2d& centre, const FibreAngles& angles, double margin) {
+NetDomain fibre_parallelogram(const std::vector<Vector2d>& outline, const Vector2d& centre, const FibreAngles& angles, double margin) {
   Eigen::Matrix2d along;
   along << std::cos(angles[0]), std::cos(angles[1]), std::sin(angles[0]), std::sin(angles[1]);
   const Eigen::Matrix2d to_fibres = along.inverse();

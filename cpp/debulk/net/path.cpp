@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "debulk/net/root.hpp"
+#include "debulk/net/bracketed_root.hpp"
 
 namespace debulk {
 namespace {
@@ -64,7 +64,7 @@ Vector3d fibre_direction(const Surface& surface, const Vector2d& xy, double angl
 }
 
 std::vector<Vector3d> fibre_path(const Surface& surface, const Vector2d& start, double angle, double spacing, PathRule rule,
-                                 const Region& region, long limit) {
+                                 const NetDomain& region, long limit) {
   const auto step = rule == PathRule::geodesic ? geodesic_step : plane_step;
   const double h = spacing / kStepsPerSegment;
   std::vector<Vector3d> nodes;

@@ -16,7 +16,7 @@ enum class PathRule {
 };
 
 // Where a net may go, in the mold's XY plane.
-using Region = std::function<bool(const Eigen::Vector2d&)>;
+using NetDomain = std::function<bool(const Eigen::Vector2d&)>;
 
 // Unit vector of the tangent plane at xy whose projection along z has the direction `angle` (radians, counter-clockwise
 // from the mold's +x).
@@ -25,6 +25,6 @@ Eigen::Vector3d fibre_direction(const Surface& surface, const Eigen::Vector2d& x
 // Nodes along a fibre from `start` (itself left out) along `angle`, each at chord distance `spacing` from the one before,
 // to the last one in the region; at most `limit` nodes. Also ends where the surface does (a height that is not finite).
 std::vector<Eigen::Vector3d> fibre_path(const Surface& surface, const Eigen::Vector2d& start, double angle, double spacing, PathRule rule,
-                                        const Region& region, long limit);
+                                        const NetDomain& region, long limit);
 
 }  // namespace debulk

@@ -14,7 +14,7 @@ namespace {
 constexpr int kDi[4] = {0, 1, 1, 0};
 constexpr int kDj[4] = {0, 0, 1, 1};
 
-// A piece of border through one cell, from one grid line to another, the region on its left.
+// A piece of border through one cell, from one grid line to another, the component on its left.
 struct Segment {
   long from, to;          // numbers of the grid lines
   Eigen::Vector2d point;  // where it crosses `from`
@@ -25,7 +25,7 @@ struct Vertex {
   double height;
 };
 
-// Traces one region after the other.
+// Traces one component after the other.
 class Tracer {
  public:
   Tracer(const Grid<std::int32_t>& labels, const Grid<float>& heights, double level, const PlyMask& ply)
@@ -76,11 +76,11 @@ class Tracer {
 
   bool ours(int i, int j) const { return labels_.contains(i, j) && labels_.at(i, j) == id_; }
 
-  // Going round the cell, every exit from the region joins the next entry: diagonal corners are connected.
+  // Going round the cell, every exit from the component joins the next entry: diagonal corners are connected.
   void cut(int i, int j) {
     std::array<bool, 4> in;
     for (std::size_t k = 0; k < 4; ++k) in[k] = ours(i + kDi[k], j + kDj[k]);
-    std::array<Vertex, 8> part;  // of the cell that belongs to the region
+    std::array<Vertex, 8> part;  // of the cell that belongs to the component
     std::array<long, 8> line{};  // grid line of a crossing, -1 at a corner
     std::size_t n = 0;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -106,7 +106,7 @@ class Tracer {
     }
   }
 
-  // Where the border crosses the grid line from the region's point (i, j) to its neighbour outside.
+  // Where the border crosses the grid line from the component's point (i, j) to its neighbour outside.
   Vertex crossing(int i, int j, int di, int dj) {
     const int bi = i + di, bj = j + dj;
     const double a = heights_.at(i, j);
@@ -164,12 +164,12 @@ class Tracer {
 
 }  // namespace
 
-std::vector<Outline> trace_outlines(const Regions& regions, const Grid<std::int32_t>& labels, const Grid<float>& heights, double level,
-                                    const PlyMask& ply, int threads, const Stop& stop) {
-  std::vector<Outline> out(static_cast<std::size_t>(regions.count()));
-  parallel_for(regions.count(), 1, threads, stop, [&](long first, long) {
+std::vector<Outline> trace_outlines(const Components& components, const Grid<std::int32_t>& labels, const Grid<float>& heights,
+                                    double level, const PlyMask& ply, int threads, const Stop& stop) {
+  std::vector<Outline> out(static_cast<std::size_t>(components.count()));
+  parallel_for(components.count(), 1, threads, stop, [&](long first, long) {
     const auto k = static_cast<std::size_t>(first);
-    out[k] = Tracer(labels, heights, level, ply).trace(regions.begin(k), regions.end(k), static_cast<std::int32_t>(first) + 1);
+    out[k] = Tracer(labels, heights, level, ply).trace(components.begin(k), components.end(k), static_cast<std::int32_t>(first) + 1);
   });
   return out;
 }

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "debulk/core/grid.hpp"
-#include "debulk/pocket/feet.hpp"
+#include "debulk/pocket/foot_contours.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/segment.hpp"
 #include "debulk/surface/surface.hpp"

@@ -8,10 +8,10 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/wide.hpp"
-#include "debulk/pocket/bridge.hpp"
+#include "debulk/core/simd.hpp"
 #include "debulk/pocket/outline.hpp"
 #include "debulk/pocket/smooth_outline.hpp"
+#include "debulk/surface/thin_plate.hpp"
 
 namespace debulk {
 
@@ -31,6 +31,9 @@ namespace {
 
 constexpr double kSpeckShare = 0.05;  // of AreaTol
 
+// A weak pull to level, for the directions in which a bridge at the edge of the data is free to tilt.
+constexpr double kLevelling = 1e-4;
+
 template <class T>
 void check_grid(const Grid<T>& grid) {
   require(grid.nx >= 2 && grid.ny >= 2, "height_map", "a grid of at least 2 by 2 heights",
@@ -41,35 +44,35 @@ void check_grid(const Grid<T>& grid) {
 }
 
 #define DEBULK_KERNEL "debulk/pocket/segment_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
-// Indices of a region's points, ascending.
-std::vector<std::size_t> members(const Regions& regions, std::size_t region, int nx) {
+// Indices of a component's points, ascending.
+std::vector<std::size_t> members(const Components& components, std::size_t component, int nx) {
   std::vector<std::size_t> out;
-  for (const Run* run = regions.begin(region); run != regions.end(region); ++run)
+  for (const Run* run = components.begin(component); run != components.end(component); ++run)
     for (int i = run->begin; i < run->end; ++i)
       out.push_back(static_cast<std::size_t>(run->row) * static_cast<std::size_t>(nx) + static_cast<std::size_t>(i));
   return out;
 }
 
-bool reaches_border(const Regions& regions, std::size_t region, const Grid<float>& heights) {
-  return std::any_of(regions.begin(region), regions.end(region),
+bool reaches_border(const Components& components, std::size_t component, const Grid<float>& heights) {
+  return std::any_of(components.begin(component), components.end(component),
                      [&](const Run& run) { return run.row == 0 || run.row == heights.ny - 1 || run.begin == 0 || run.end == heights.nx; });
 }
 
-// How many steps to a neighbour it takes from a known height to the innermost point of a region (ascending indices).
-int depth(const Grid<float>& heights, const std::vector<std::size_t>& region) {
-  std::vector<int> steps(region.size(), 0);  // 0: not reached yet
+// How many steps to a neighbour it takes from a known height to the innermost point of a component (ascending indices).
+int depth(const Grid<float>& heights, const std::vector<std::size_t>& component) {
+  std::vector<int> steps(component.size(), 0);  // 0: not reached yet
   const auto number = [&](int i, int j) -> long {
-    const auto at = std::lower_bound(region.begin(), region.end(), heights.index(i, j));
-    return at != region.end() && *at == heights.index(i, j) ? at - region.begin() : -1;
+    const auto at = std::lower_bound(component.begin(), component.end(), heights.index(i, j));
+    return at != component.end() && *at == heights.index(i, j) ? at - component.begin() : -1;
   };
   for (int step = 1;; ++step) {
     std::vector<std::size_t> reached;
-    for (std::size_t n = 0; n < region.size(); ++n) {
+    for (std::size_t n = 0; n < component.size(); ++n) {
       if (steps[n]) continue;
-      const int i = static_cast<int>(region[n] % static_cast<std::size_t>(heights.nx)),
-                j = static_cast<int>(region[n] / static_cast<std::size_t>(heights.nx));
+      const int i = static_cast<int>(component[n] % static_cast<std::size_t>(heights.nx)),
+                j = static_cast<int>(component[n] / static_cast<std::size_t>(heights.nx));
       bool next_to = false;
       for (int dj = -1; dj <= 1; ++dj)
         for (int di = -1; di <= 1; ++di) {
@@ -85,7 +88,7 @@ int depth(const Grid<float>& heights, const std::vector<std::size_t>& region) {
 }
 
 // The rule for drop-outs, before the cut (segment.hpp), but for the border.
-bool may_bridge(const Grid<float>& heights, const std::vector<std::size_t>& region, const SegmentOptions& options) {
+bool may_bridge(const Grid<float>& heights, const std::vector<std::size_t>& component, const SegmentOptions& options) {
   const auto high_rim = [&](std::size_t k) {
     const int i = static_cast<int>(k % static_cast<std::size_t>(heights.nx)),
               j = static_cast<int>(k / static_cast<std::size_t>(heights.nx));
@@ -94,8 +97,8 @@ bool may_bridge(const Grid<float>& heights, const std::vector<std::size_t>& regi
         if (heights.contains(i + di, j + dj) && heights.at(i + di, j + dj) >= options.cut_height_mm / 4) return true;
     return false;
   };
-  return std::any_of(region.begin(), region.end(), high_rim) &&
-         2.0 * heights.spacing * depth(heights, region) <= options.bridge_mm + heights.spacing;
+  return std::any_of(component.begin(), component.end(), high_rim) &&
+         2.0 * heights.spacing * depth(heights, component) <= options.bridge_mm + heights.spacing;
 }
 
 // What both hold.
@@ -129,14 +132,14 @@ void take(Outline&& outline, Pocket& p) {
   p.touches_ply_edge = outline.at_ply_edge;
 }
 
-Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, const Segmentation& s, const Grid<float>& given,
+Pocket measure(const Components& components, std::size_t component, Outline&& outline, const Segmentation& s, const Grid<float>& given,
                const Grid<std::uint8_t>* measured) {
   Pocket p;
   take(std::move(outline), p);
   float peak = -std::numeric_limits<float>::infinity();
   int peak_i = 0, peak_j = 0;
   long seen = 0;
-  for (const Run* run = regions.begin(region); run != regions.end(region); ++run)
+  for (const Run* run = components.begin(component); run != components.end(component); ++run)
     for (int i = run->begin; i < run->end; ++i) {
       const float h = s.heights.at(i, run->row);
       if (h > peak) peak = h, peak_i = i, peak_j = run->row;
@@ -144,17 +147,18 @@ Pocket measure(const Regions& regions, std::size_t region, Outline&& outline, co
     }
   p.peak = peak;
   p.peak_position = s.heights.position(peak_i, peak_j);
-  p.measured_share = static_cast<double>(seen) / static_cast<double>(regions.points(region));
+  p.measured_share = static_cast<double>(seen) / static_cast<double>(components.points(component));
   return p;
 }
 
 // The pocket's figures on a smooth surface. The window follows the pocket's width, area over perimeter, so that a narrow
 // one is not smoothed away.
-void measure_smoothly(const Regions& regions, std::size_t region, const std::vector<std::uint8_t>& pocket, const Segmentation& s,
+void measure_smoothly(const Components& components, std::size_t component, const std::vector<std::uint8_t>& pocket, const Segmentation& s,
                       const Grid<float>* before_median, Pocket& p) {
   const SegmentOptions& o = s.options;
   const double window = std::min(o.smooth_mm, p.area / polygon_perimeter(p.outline));
-  auto smooth = smooth_outline(regions, region, pocket, s.heights, before_median, {o.cut_height_mm, window, o.blur_mm2, o.ply_outline});
+  auto smooth =
+      smooth_outline(components, component, pocket, s.heights, before_median, {o.cut_height_mm, window, o.blur_mm2, o.ply_outline});
   if (!smooth) return;
   take(std::move(smooth->outline), p);
   p.peak = smooth->peak, p.peak_position = smooth->peak_position;
@@ -204,24 +208,24 @@ void Segmenter::scan(const Grid<float>& given, int threads, const Stop& stop) {
   });
 }
 
-// Bridges unknown regions, all or those that the rule for drop-outs allows. None leans on another's bridge, so that their
+// Bridges unknown components, all or those that the rule for drop-outs allows. None leans on another's bridge, so that their
 // order does not matter.
-bool Segmenter::bridge_regions(const Regions& regions, bool all_of_them, int threads, const Stop& stop) {
-  const auto count = static_cast<std::size_t>(regions.count());
+bool Segmenter::bridge_components(const Components& components, bool all_of_them, int threads, const Stop& stop) {
+  const auto count = static_cast<std::size_t>(components.count());
   bridged_.assign(count, {});
   parallel_for(static_cast<long>(count), 1, threads, stop, [&](long begin, long) {
     const auto r = static_cast<std::size_t>(begin);
-    if (!all_of_them && reaches_border(regions, r, out_.heights)) return;
-    const std::vector<std::size_t> points = members(regions, r, out_.heights.nx);
-    if (all_of_them || may_bridge(out_.heights, points, out_.options)) bridged_[r] = bridge(out_.heights, points);
+    if (!all_of_them && reaches_border(components, r, out_.heights)) return;
+    const std::vector<std::size_t> points = members(components, r, out_.heights.nx);
+    if (all_of_them || may_bridge(out_.heights, points, out_.options)) bridged_[r] = thin_plate(out_.heights, points, kLevelling);
   });
   bool any = false;
   for (std::size_t r = 0; r < count; ++r) {
     auto value = bridged_[r].begin();
     if (value == bridged_[r].end()) continue;
     any = true;
-    for (const Run* run = regions.begin(r); run != regions.end(r); ++run)
-      for (int i = run->begin; i < run->end; ++i) out_.heights.at(i, run->row) = *value++;
+    for (const Run* run = components.begin(r); run != components.end(r); ++run)
+      for (int i = run->begin; i < run->end; ++i) out_.heights.at(i, run->row) = static_cast<float>(*value++);
   }
   return any;
 }
@@ -229,7 +233,7 @@ bool Segmenter::bridge_regions(const Regions& regions, bool all_of_them, int thr
 // The filled image of what lies above the cut.
 const std::vector<Run>& Segmenter::foreground(int threads, const Stop& stop) {
   const int nx = out_.heights.nx, ny = out_.heights.ny;
-  if (out_.options.bridge_mm > 0 && bridge_regions(unknown_regions_.run(unknown_.join()), false, threads, stop))
+  if (out_.options.bridge_mm > 0 && bridge_components(unknown_components_.run(unknown_.join()), false, threads, stop))
     scan(out_.heights, threads, stop);
   const std::vector<Run>& filled = filling_.run(high_.join(), nx, ny);
   const auto has_unknown = [&](const Run& run) {
@@ -238,7 +242,7 @@ const std::vector<Run>& Segmenter::foreground(int threads, const Stop& stop) {
   };
   if (std::none_of(filling_.holes().begin(), filling_.holes().end(), has_unknown)) return filled;
   intersect(filling_.holes(), unknown_.join(), within_);  // surrounded by a pocket, and too large to be bridged before
-  bridge_regions(unknown_regions_.run(within_), true, threads, stop);
+  bridge_components(unknown_components_.run(within_), true, threads, stop);
   // What no bridge reaches is not of the image.
   known_.clear();
   for (const Run& run : filled) {
@@ -261,14 +265,14 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
           before_median ? std::to_string(before_median->ny) + " by " + std::to_string(before_median->nx) : "none");
   prepare(given, options);
   scan(given, threads, stop);
-  const Regions& regions = regions_.run(foreground(threads, stop));
-  const auto count = static_cast<std::size_t>(regions.count());
-  for (std::size_t k = 0; k < count; ++k) paint(regions, k, static_cast<std::int32_t>(k) + 1, out_.labels);
-  std::vector<Outline> outlines = trace_outlines(regions, out_.labels, out_.heights, options.cut_height_mm, out_.ply, threads, stop);
+  const Components& components = components_.run(foreground(threads, stop));
+  const auto count = static_cast<std::size_t>(components.count());
+  for (std::size_t k = 0; k < count; ++k) paint(components, k, static_cast<std::int32_t>(k) + 1, out_.labels);
+  std::vector<Outline> outlines = trace_outlines(components, out_.labels, out_.heights, options.cut_height_mm, out_.ply, threads, stop);
   std::vector<Pocket> found(count);
   parallel_for(static_cast<long>(count), 1, threads, stop, [&](long begin, long) {
     const auto k = static_cast<std::size_t>(begin);
-    found[k] = measure(regions, k, std::move(outlines[k]), out_, given, measured);
+    found[k] = measure(components, k, std::move(outlines[k]), out_, given, measured);
   });
   const auto small = [&](const Pocket& p) { return p.area < options.area_tol_mm2; };
   const auto low = [&](const Pocket& p) { return p.peak - options.cut_height_mm < options.peak_tol_mm; };
@@ -278,7 +282,7 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
   parallel_for(static_cast<long>(count), 1, threads, stop, [&](long begin, long) {
     const std::size_t k = order[static_cast<std::size_t>(begin)];
     if (!pocket[k]) return;
-    if (options.smooth_mm > 0) measure_smoothly(regions, k, pocket, out_, before_median, found[k]);
+    if (options.smooth_mm > 0) measure_smoothly(components, k, pocket, out_, before_median, found[k]);
     found[k].touches_ply_edge |= near_ply_edge(found[k].outline, out_.options, given.spacing);
   });
 
@@ -298,7 +302,7 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
     id_of[k] = p.id;
     out_.pockets.push_back(std::move(p));
   }
-  for (std::size_t k = 0; k < count; ++k) paint(regions, k, id_of[k], out_.labels);
+  for (std::size_t k = 0; k < count; ++k) paint(components, k, id_of[k], out_.labels);
   return out_;
 }
 

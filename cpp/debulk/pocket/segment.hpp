@@ -7,9 +7,9 @@
 
 #include "debulk/core/grid.hpp"
 #include "debulk/core/stop.hpp"
+#include "debulk/pocket/components.hpp"
 #include "debulk/pocket/ply_mask.hpp"
 #include "debulk/pocket/polygon.hpp"
-#include "debulk/pocket/regions.hpp"
 
 namespace debulk {
 
@@ -19,7 +19,7 @@ struct SegmentOptions {
   double area_tol_mm2 = 200.0;  // least area inside the outline
   double peak_tol_mm = 1.25;    // least peak above the cut (above the reference it could not drop anything)
   double edge_tol_mm = 0.0;     // an outline this near to the ply's touches the ply's edge; 0: two grid spacings
-  double bridge_mm = 12.0;      // unknown regions up to this thickness are bridged; 0: none
+  double bridge_mm = 12.0;      // unknown components up to this thickness are bridged; 0: none
   double smooth_mm = 0.0;       // pockets are measured on a surface smoothed over this (smooth_outline.hpp); 0: on the heights as given
   double blur_mm2 = 0.0;        // variance along x and along y of what blurred the heights before: undone where they are smoothed
   std::optional<Polygon> ply_outline;  // mold XY, mm; none: unknown
@@ -62,9 +62,9 @@ struct Segmentation {
 // Pockets from heights of the ply above the reference (mm, NaN = unknown). `measured`, if given, is nonzero where the
 // height was measured rather than filled.
 //
-// Unknown heights: a region that does not reach the grid's border, has no point further than half bridge_mm from a known height (a strip
+// Unknown heights: a component that does not reach the grid's border, has no point further than half bridge_mm from a known height (a strip
 // may be long: the scanner loses one along a raised edge of the ply) and has a height above a quarter of the cut at its rim (pockets' feet
-// count too) is bridged by the least-bent surface (bridge.hpp) before the cut, so the slopes at its rim tell whether it hides a saddle
+// count too) is bridged by the least-bent surface (thin_plate.hpp) before the cut, so the slopes at its rim tell whether it hides a saddle
 // between two pockets or the crest of one. A larger one counts as no pocket: outlines close along it, and it joins nothing, unless a pocket
 // surrounds it wholly; then it is filled like any other hole.
 //
@@ -86,15 +86,15 @@ class Segmenter {
  private:
   void prepare(const Grid<float>& given, const SegmentOptions& options);
   void scan(const Grid<float>& given, int threads, const Stop& stop);
-  bool bridge_regions(const Regions& regions, bool all_of_them, int threads, const Stop& stop);
+  bool bridge_components(const Components& components, bool all_of_them, int threads, const Stop& stop);
   const std::vector<Run>& foreground(int threads, const Stop& stop);
 
   Segmentation out_;
   StripRuns unknown_, high_;
   RunFilling filling_;
-  RunJoining unknown_regions_, regions_;
+  RunJoining unknown_components_, components_;
   std::vector<Run> within_, known_;
-  std::vector<std::vector<float>> bridged_;
+  std::vector<std::vector<double>> bridged_;
 };
 
 }  // namespace debulk

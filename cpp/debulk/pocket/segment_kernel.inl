@@ -1,4 +1,4 @@
-// The loop of segment.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loop of segment.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 
 // One row: heights that are known and on the ply, else NaN; the runs where they are unknown, and where at least `cut`.
 void run(const float* given, const std::uint8_t* on_ply, int nx, float cut, float* heights, RunWriter& unknown, RunWriter& high) {

@@ -11,7 +11,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
@@ -128,7 +128,7 @@ class IncompleteWindows {
 };
 
 #define DEBULK_KERNEL "debulk/pocket/smooth_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 void row_sums(const double* values, const int* known, const double* squares, int half, int count, double* s0, double* s2, int* number) {
   return DEBULK_ON(best_isa(), row_sums(values, known, squares, half, count, s0, s2, number));

@@ -1,4 +1,4 @@
-// The loops of smooth.cpp: included there once for each Isa (see core/each_isa.inl). Plain loops
+// The loops of smooth.cpp: included there once for each Isa (see core/simd_dispatch.inl). Plain loops
 // that the compiler makes wide.
 
 // From one row's values (0 where unknown) and their number (1 or 0): sums over k = -half .. half of the value, of x² times it,

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "debulk/pocket/dilate.hpp"
 #include "debulk/pocket/smooth.hpp"
-#include "debulk/pocket/spread.hpp"
 
 namespace debulk {
 namespace {
@@ -16,7 +16,7 @@ constexpr double at_the_edge = 0.2;  // least share of a window that gives a hei
 
 constexpr unsigned ours = 1, theirs = 2, beside = 4, at_edge = 8;  // marks of a square
 
-// The heights of a region and its surroundings, averaged over squares of `side` cells, and what is marked in them.
+// The heights of a component and its surroundings, averaged over squares of `side` cells, and what is marked in them.
 struct Squares {
   Grid<float> heights;
   Grid<std::uint8_t> marks;
@@ -27,9 +27,9 @@ int first_square(double origin, double spacing, int cell, int side) {
   return static_cast<int>(std::floor((std::round(origin / spacing) + cell) / side));
 }
 
-Squares gather(const Regions& regions, std::size_t region, const std::vector<std::uint8_t>& pocket, const Grid<float>& heights,
+Squares gather(const Components& components, std::size_t component, const std::vector<std::uint8_t>& pocket, const Grid<float>& heights,
                const Grid<float>* before_median, int side) {
-  const Run *begin = regions.begin(region), *end = regions.end(region);
+  const Run *begin = components.begin(component), *end = components.end(component);
   int left = heights.nx, right = 0;
   for (const Run* run = begin; run != end; ++run) left = std::min(left, run->begin), right = std::max(right, run->end);
   const int margin = 2 * half + 2;  // contour sought within half of it, windows reach as far again
@@ -61,11 +61,11 @@ Squares gather(const Regions& regions, std::size_t region, const std::vector<std
   }
   for (std::size_t r = 0; r < pocket.size(); ++r) {
     if (pocket[r] == 0) continue;
-    for (const Run* run = regions.begin(r); run != regions.end(r); ++run) {
+    for (const Run* run = components.begin(r); run != components.end(r); ++run) {
       const int j = run->row - j0, i1 = std::max(run->begin - i0, 0), i2 = std::min(run->end - i0, out.marks.nx * side);
       if (j < 0 || j >= out.marks.ny * side || i1 >= i2) continue;
       std::uint8_t* mark = &out.marks.at(0, j / side);
-      for (int u = i1 / side; u <= (i2 - 1) / side; ++u) mark[u] |= r == region ? ours : theirs;
+      for (int u = i1 / side; u <= (i2 - 1) / side; ++u) mark[u] |= r == component ? ours : theirs;
     }
   }
   return out;
@@ -76,26 +76,26 @@ void leave_out_the_edge(Squares& s, const PlyMask& ply) {
   for (int v = 0; v < s.heights.ny; ++v)
     for (int u = 0; u < s.heights.nx; ++u)
       if (!ply.on_ply(u, v)) s.marks.at(u, v) = beside;
-  const Grid<std::uint8_t> near = spread(s.marks, 1);
+  const Grid<std::uint8_t> near = dilate(s.marks, 1);
   for (std::size_t k = 0; k < near.size(); ++k)
     if (near.values[k] & beside) s.heights.values[k] = std::numeric_limits<float>::quiet_NaN(), s.marks.values[k] |= at_edge;
 }
 
 }  // namespace
 
-std::optional<SmoothOutline> smooth_outline(const Regions& found, std::size_t region, const std::vector<std::uint8_t>& pocket,
+std::optional<SmoothOutline> smooth_outline(const Components& found, std::size_t component, const std::vector<std::uint8_t>& pocket,
                                             const Grid<float>& heights, const Grid<float>* before_median,
                                             const SmoothOutlineOptions& options) {
   if (options.window_mm < 2 * heights.spacing) return {};
   const int side = std::max(1, static_cast<int>(options.window_mm / (squares * heights.spacing) + 1e-6));
-  Squares s = gather(found, region, pocket, heights, before_median, side);
+  Squares s = gather(found, component, pocket, heights, before_median, side);
   PlyMask ply;
   if (options.ply_outline) {
     ply = PlyMask(*options.ply_outline, s.heights);
     leave_out_the_edge(s, ply);
   }
-  // Where a pocket's and a neighbour's surroundings meet, only its own region is its own.
-  Grid<std::uint8_t> where = spread(s.marks, half);
+  // Where a pocket's and a neighbour's surroundings meet, only its own component is its own.
+  Grid<std::uint8_t> where = dilate(s.marks, half);
   for (std::size_t k = 0; k < where.size(); ++k) {
     const unsigned mark = s.marks.values[k], near = where.values[k] & (ours | theirs);
     const bool known = !std::isnan(s.heights.values[k]) || (mark & at_edge);
@@ -111,12 +111,12 @@ std::optional<SmoothOutline> smooth_outline(const Regions& found, std::size_t re
   for (std::size_t k = 0; k < high.size(); ++k) high.values[k] = where.values[k] != 0 && surface.values[k] >= options.level;
   RunFilling filling;
   RunJoining joining;
-  const Regions& regions = joining.run(filling.run(find_runs(high, true), high.nx, high.ny));
+  const Components& components = joining.run(filling.run(find_runs(high, true), high.nx, high.ny));
   std::size_t most = 0;
   long shared = 0;
-  for (std::size_t r = 0; r < static_cast<std::size_t>(regions.count()); ++r) {
+  for (std::size_t r = 0; r < static_cast<std::size_t>(components.count()); ++r) {
     long count = 0;
-    for (const Run* run = regions.begin(r); run != regions.end(r); ++run)
+    for (const Run* run = components.begin(r); run != components.end(r); ++run)
       for (int i = run->begin; i < run->end; ++i) count += (s.marks.at(i, run->row) & ours) != 0;
     if (count > shared) shared = count, most = r;
   }
@@ -124,14 +124,15 @@ std::optional<SmoothOutline> smooth_outline(const Regions& found, std::size_t re
   Grid<std::int32_t> label = surface.like<std::int32_t>();
   SmoothOutline out;
   out.peak = -std::numeric_limits<double>::infinity();
-  for (const Run* run = regions.begin(most); run != regions.end(most); ++run)
+  for (const Run* run = components.begin(most); run != components.end(most); ++run)
     for (int i = run->begin; i < run->end; ++i) {
       const double h = surface.at(i, run->row);
       if (std::isnan(h)) return {};
       label.at(i, run->row) = 1;
       if (h > out.peak) out.peak = h, out.peak_position = surface.position(i, run->row);
     }
-  const Regions one{{regions.begin(most), regions.end(most)}, {0, static_cast<std::size_t>(regions.end(most) - regions.begin(most))}};
+  const Components one{{components.begin(most), components.end(most)},
+                       {0, static_cast<std::size_t>(components.end(most) - components.begin(most))}};
   out.outline = trace_outlines(one, label, surface, options.level, ply, 1).front();
   return out;
 }

@@ -34,7 +34,7 @@ struct Tables {
 };
 
 #define DEBULK_KERNEL "debulk/scanner/decode_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 Tables tables_of(const Decoding& how) {
   Tables t{};
@@ -88,7 +88,8 @@ double order_step(const UnwrapPlan& plan) {
 template <class T>
 DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop) {
   require(how.steps >= 3 && how.steps * how.plan.periods.size() <= most_images, "steps", "3 or more, and at most 64 images", how.steps);
-  require(static_cast<std::size_t>(stack.images_each()) == how.steps * how.plan.periods.size(), "images", "steps times periods", stack.images_each());
+  require(static_cast<std::size_t>(stack.images_each()) == how.steps * how.plan.periods.size(), "images", "steps times periods",
+          stack.images_each());
   require(stack.pixels >= 16, "images", "at least 16 pixels", stack.pixels);
   require(how.plan.stages.size() <= 8, "periods", "numbers that unwrap in eight stages", how.plan.stages.size());
   require(stack.exposures >= 1 && stack.exposures < no_exposure, "images", "1 to 254 exposures", stack.exposures);

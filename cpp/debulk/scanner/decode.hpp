@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
+#include "debulk/core/simd.hpp"
 #include "debulk/core/stop.hpp"
-#include "debulk/core/wide.hpp"
 #include "debulk/scanner/image_stack.hpp"
 #include "debulk/scanner/sensor_noise.hpp"
 #include "debulk/scanner/unwrap_plan.hpp"
@@ -14,11 +14,11 @@ namespace debulk {
 struct Decoding {
   int steps = 6;
   UnwrapPlan plan;
-  double saturated = 255;        // the first grey value that is not to be trusted
-  SensorNoise noise;             //
-  double least_contrast = 5;     // modulation of a lit pixel, in standard deviations of a grey value
-  double most_order_noise = 0.25; // standard deviation of a sure fringe order, in orders
-  double most_residual = 0.35;    // of a sure fringe order: its distance to a whole number, in orders
+  double saturated = 255;          // the first grey value that is not to be trusted
+  SensorNoise noise;               //
+  double least_contrast = 5;       // modulation of a lit pixel, in standard deviations of a grey value
+  double most_order_noise = 0.25;  // standard deviation of a sure fringe order, in orders
+  double most_residual = 0.35;     // of a sure fringe order: its distance to a whole number, in orders
   int threads = 0;
   Isa isa = best_isa();
 };

@@ -1,4 +1,4 @@
-// The loop of decode.cpp: included there once for each Isa (see core/each_isa.inl). Phases are in turns here.
+// The loop of decode.cpp: included there once for each Isa (see core/simd_dispatch.inl). Phases are in turns here.
 
 template <class T>
 DEBULK_INLINE Floats grey(const T* from) {

@@ -38,8 +38,8 @@ class RowMatcher {
  public:
   // disparity[i]: column in the left row minus column in the right one, NaN where there is no sure match; sigma: its standard
   // deviation from the phases' noise, px.
-  MatchCounts match(const RectifiedRow& left, int left_width, float left_step, float left_edge, const RectifiedRow& right,
-                    int right_width, float right_step, float right_edge, float* disparity, float* sigma);
+  MatchCounts match(const RectifiedRow& left, int left_width, float left_step, float left_edge, const RectifiedRow& right, int right_width,
+                    float right_step, float right_edge, float* disparity, float* sigma);
 
  private:
   PhaseIndex left_, right_;

@@ -38,7 +38,7 @@ float repaired(const float* phase, long width, long at, float order_step) {
 }
 
 #define DEBULK_KERNEL "debulk/scanner/neighbours_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 }  // namespace
 

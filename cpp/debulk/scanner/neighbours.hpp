@@ -1,7 +1,7 @@
 #pragma once
 
+#include "debulk/core/simd.hpp"
 #include "debulk/core/stop.hpp"
-#include "debulk/core/wide.hpp"
 
 namespace debulk {
 

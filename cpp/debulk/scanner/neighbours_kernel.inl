@@ -1,4 +1,4 @@
-// The loop of neighbours.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loop of neighbours.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 
 // A row that has one above and one below it, but for its first and last pixel.
 void run(const float* phase, int width, long row, float order_step, std::vector<Change>& found) {

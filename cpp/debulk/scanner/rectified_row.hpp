@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 

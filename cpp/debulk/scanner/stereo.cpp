@@ -44,8 +44,8 @@ void triangulate(const StereoGeometry& g, int row, Work& work, const StereoMaps&
 
 }  // namespace
 
-MatchCounts match_rows(PhaseView left, PhaseView right, const StereoGeometry* geometry, const StereoOptions& options, const StereoMaps& maps,
-                       const Stop& stop) {
+MatchCounts match_rows(PhaseView left, PhaseView right, const StereoGeometry* geometry, const StereoOptions& options,
+                       const StereoMaps& maps, const Stop& stop) {
   require(left.rectified_height == right.rectified_height, "right", "as many rectified rows as the left image has", right.rectified_height);
   require(options.edge_ratio >= 1, "edge_ratio", "1 or more", options.edge_ratio);
   const float left_step = median_step(left), right_step = median_step(right);

@@ -31,7 +31,7 @@ struct StereoOptions {
 };
 
 // Matches row by row and, where a geometry is given, triangulates. Sets the views' edges.
-MatchCounts match_rows(PhaseView left, PhaseView right, const StereoGeometry* geometry, const StereoOptions& options, const StereoMaps& maps,
-                       const Stop& stop);
+MatchCounts match_rows(PhaseView left, PhaseView right, const StereoGeometry* geometry, const StereoOptions& options,
+                       const StereoMaps& maps, const Stop& stop);
 
 }  // namespace debulk

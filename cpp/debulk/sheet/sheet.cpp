@@ -26,7 +26,7 @@ std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted
 
 }  // namespace
 
-Sheet::Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Surface> mold)
+Sheet::Sheet(Net net, double area_mm2, const PlyMaterial& ply, std::shared_ptr<const Surface> mold)
     : net_(std::move(net)), area_(area_mm2), ply_(ply), mold_(std::move(mold)) {
   check_net();
   ply_.check();

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "debulk/net/net.hpp"
-#include "debulk/sheet/ply.hpp"
+#include "debulk/sheet/ply_material.hpp"
 #include "debulk/sheet/term.hpp"
 #include "debulk/surface/surface.hpp"
 
@@ -19,7 +19,7 @@ namespace debulk {
 class Sheet {
  public:
   // net: the initial configuration; its `inside` is not used. area_mm2: of the ply inside the perimeter.
-  Sheet(Net net, double area_mm2, const Ply& ply, std::shared_ptr<const Surface> mold);
+  Sheet(Net net, double area_mm2, const PlyMaterial& ply, std::shared_ptr<const Surface> mold);
 
   // The same sheet and mold elsewhere: every node (and the mold) moved by the same vector.
   Sheet moved(const Eigen::Vector3d& by) const;
@@ -41,7 +41,7 @@ class Sheet {
   const std::vector<std::array<int, 2>>& segments() const { return segments_; }
   const std::vector<int>& movable() const { return movable_; }  // node numbers, ascending
   const Surface& mold() const { return *mold_; }
-  const Ply& ply() const { return ply_; }
+  const PlyMaterial& ply() const { return ply_; }
   double nodal_force_n() const { return nodal_force_; }    // P A / N; what forces are compared with
   double nodal_weight_n() const { return nodal_weight_; }  // A t rho g / N
   double size_mm() const;                                  // diagonal of the box round the initial net
@@ -65,7 +65,7 @@ class Sheet {
 
   Net net_;
   double area_;
-  Ply ply_;
+  PlyMaterial ply_;
   std::shared_ptr<const Surface> mold_;
   double nodal_force_, nodal_weight_, strict_force_, force_unit_;
   std::vector<std::array<int, 2>> segments_;

@@ -1,4 +1,4 @@
-// The loop of hole_patch.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loop of hole_patch.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 
 typedef double Doubles __attribute__((vector_size(64)));
 

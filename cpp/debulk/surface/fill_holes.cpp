@@ -6,14 +6,14 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 #include "debulk/surface/small_holes.hpp"
 
 namespace debulk {
 namespace {
 
 #define DEBULK_KERNEL "debulk/surface/missing_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 constexpr long share = 64;  // holes that one thread fills before it asks for more
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
-#include "debulk/core/runs.hpp"
+#include "debulk/core/row_runs.hpp"
 #include "debulk/core/stop.hpp"
 #include "debulk/surface/hole_patch.hpp"
 

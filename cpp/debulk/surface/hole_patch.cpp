@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
@@ -24,7 +24,7 @@ void grow(std::vector<std::uint8_t>& marks, std::vector<std::uint8_t>& scratch, 
 }
 
 #define DEBULK_KERNEL "debulk/surface/band_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 // Solves A x = b for a positive definite A, see band_kernel.inl; overwrites both.
 void solve_band(std::vector<double>& band, int width, int stride, std::vector<double>& b) {

@@ -25,7 +25,7 @@ struct ImageTables {
 };
 
 #define DEBULK_KERNEL "debulk/surface/image_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 void grid_row(Isa isa, const ImageTables& tables, int row, float* out) {
   return DEBULK_ON(isa, run(tables, row, out));

@@ -6,8 +6,8 @@
 
 #include "debulk/cloud/pinhole_outliers.hpp"
 #include "debulk/core/grid.hpp"
+#include "debulk/core/simd.hpp"
 #include "debulk/core/stop.hpp"
-#include "debulk/core/wide.hpp"
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {

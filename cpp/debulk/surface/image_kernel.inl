@@ -1,4 +1,4 @@
-// The loops of image_gridding.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loops of image_gridding.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 
 struct Pixels {
   Floats column, row;

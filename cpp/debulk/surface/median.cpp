@@ -9,7 +9,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
-#include "debulk/core/wide.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
 #define DEBULK_KERNEL "debulk/surface/median_kernel.inl"
-#include "debulk/core/each_isa.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 // The median of the values that are there, at columns and rows `step` apart, up to `reach` steps away.
 float window_median(const Grid<float>& grid, int i, int j, int reach, int step) {

@@ -1,4 +1,4 @@
-// The loop of median.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loop of median.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 
 DEBULK_INLINE void order(Floats& a, Floats& b) {
   const Floats low = lower(a, b), high = higher(a, b);

@@ -1,4 +1,4 @@
-// The loop of fill_holes.cpp: included there once for each Isa (see core/each_isa.inl).
+// The loop of fill_holes.cpp: included there once for each Isa (see core/simd_dispatch.inl).
 
 // Where a row has no value, and 1 where it has one.
 void run(const float* row, int nx, std::uint8_t* measured, RunWriter& missing) {

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk import _core, net, pocket, ridge, scenes, sheet, solve, starts, surface, verdict
-from debulk.evaluation import Evaluation, criteria, lay_net
-from debulk.inspector import Inspector
-from debulk.regions import Found
+from debulk import _core, net, pocket, ridge, scenes, sheet, solve, surface, verdict
+from debulk.inspection import starts
+from debulk.inspection.evaluation import Evaluation, criteria, lay_net
+from debulk.inspection.inspector import Inspector
+from debulk.inspection.regions import Found
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from debulk import starts, verdict
+from debulk import verdict
+from debulk.inspection import starts
 from debulk.recipe import Recipe
 from debulk.study.cases import Case
 from debulk.study.runs import DECIDED, Reference, Start

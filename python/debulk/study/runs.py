@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from debulk import _core, solve, starts
+from debulk import _core, solve
+from debulk.inspection import starts
 from debulk.study.cases import Case, Figures
 from debulk.verdict import Verdict
 

@@ -19,12 +19,12 @@ using Eigen::Vector3d;
 const double kPi = std::acos(-1.0);
 const double kDegree = kPi / 180;
 
-Region disc(double radius) {
+NetDomain disc(double radius) {
   return [radius](const Vector2d& p) { return p.norm() <= radius; };
 }
 
 Net whole(const Lattice& lattice) {
-  return numbered(lattice, std::vector<std::uint8_t>(lattice.nodes.size(), 1));
+  return number_nodes(lattice, std::vector<std::uint8_t>(lattice.nodes.size(), 1));
 }
 
 void expect_net_on(const Surface& surface, const Net& net, double length_tolerance = 1e-9) {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "bells.hpp"
+#include "debulk/pocket/components.hpp"
 #include "debulk/pocket/ply_mask.hpp"
-#include "debulk/pocket/regions.hpp"
 
 namespace debulk {
 namespace {
@@ -45,14 +45,14 @@ Grid<std::uint8_t> fill_holes(const Grid<std::uint8_t>& image) {
 
 Grid<std::int32_t> connected_components(const Grid<std::uint8_t>& image, int& count) {
   RunJoining joining;
-  const Regions& regions = joining.run(find_runs(image, true));
-  count = regions.count();
+  const Components& components = joining.run(find_runs(image, true));
+  count = components.count();
   auto out = image.like<std::int32_t>();
-  for (int k = 0; k < count; ++k) paint(regions, static_cast<std::size_t>(k), k + 1, out);
+  for (int k = 0; k < count; ++k) paint(components, static_cast<std::size_t>(k), k + 1, out);
   return out;
 }
 
-TEST(Regions, FillOnlyWhatCannotReachTheBorderOverFourNeighbours) {
+TEST(Components, FillOnlyWhatCannotReachTheBorderOverFourNeighbours) {
   Grid<std::uint8_t> image(9, 5, {0, 0}, 1.0);
   const char* rows[5] = {".........",  //
                          ".###..#..",  //

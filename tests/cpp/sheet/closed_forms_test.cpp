@@ -61,7 +61,7 @@ TEST(Shear, OfAUniformlyShearedNet) {
   const double gamma = 0.37, spacing = 4.0;
   Net net = test::flat_net(6, 5, spacing);
   for (Eigen::Vector3d& p : net.nodes) p = {p.x() + std::sin(gamma) * p.y(), std::cos(gamma) * p.y(), 0};
-  const Ply ply;
+  const PlyMaterial ply;
   const Sheet sheet(net, 300.0, ply, std::make_shared<test::Plane>());
   const int corners = 4 * 5 * 4;  // four a cell
   const double expected = corners * 0.5 * ply.shear_mpa * spacing * spacing / 4 * ply.thickness_mm * gamma * gamma;
@@ -72,7 +72,7 @@ TEST(Shear, OfAUniformlyShearedNet) {
 TEST(Sheet, SumsItsTermsWithTheirSigns) {
   Net net = test::flat_net(5, 5, 4.0);
   net.kinds[2] = NodeKind::free;
-  const Ply ply;
+  const PlyMaterial ply;
   const double area = 250.0;
   const Sheet sheet(net, area, ply, std::make_shared<test::Plane>());
   Points x = net.nodes;
@@ -87,7 +87,7 @@ TEST(Sheet, SumsItsTermsWithTheirSigns) {
 }
 
 TEST(Sheet, LeavesOutWhatItDoesNotNeed) {
-  Ply ply;
+  PlyMaterial ply;
   ply.young_mpa = 0;
   const Sheet sheet(test::flat_net(4, 4, 4.0), 100.0, ply, std::make_shared<test::Plane>());
   EXPECT_EQ(sheet.left_out(), (std::vector<std::string>{"bending", "friction"}));
@@ -98,7 +98,7 @@ TEST(Sheet, RefusesANetThatIsNoNet) {
   const Net good = test::flat_net(4, 4, 4.0);
   const auto expect_refused = [&](const Net& net, const char* word) {
     try {
-      Sheet(net, 100.0, Ply(), mold);
+      Sheet(net, 100.0, PlyMaterial(), mold);
       FAIL() << word;
     } catch (const InputError& error) {
       EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
@@ -119,8 +119,8 @@ TEST(Sheet, RefusesANetThatIsNoNet) {
   bad = good;
   bad.kinds.pop_back();
   expect_refused(bad, "kinds");
-  EXPECT_THROW(Sheet(good, 0.0, Ply(), mold), InputError);
-  Ply hollow;
+  EXPECT_THROW(Sheet(good, 0.0, PlyMaterial(), mold), InputError);
+  PlyMaterial hollow;
   hollow.thickness_mm = 0;
   EXPECT_THROW(Sheet(good, 100.0, hollow, mold), InputError);
 }

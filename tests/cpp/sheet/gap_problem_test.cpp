@@ -20,7 +20,7 @@ class GapProblemOnACurvedMold : public ::testing::Test {
 };
 
 TEST_F(GapProblemOnACurvedMold, CoordinatesGoThereAndBack) {
-  const Sheet sheet(net_, 200.0, Ply(), mold_);
+  const Sheet sheet(net_, 200.0, PlyMaterial(), mold_);
   const GapProblem problem(sheet);
   EXPECT_EQ(problem.variables(), 3 * 7);
   const Points x = test::shaken(net_.nodes, 0.2, 3);
@@ -34,7 +34,7 @@ TEST_F(GapProblemOnACurvedMold, CoordinatesGoThereAndBack) {
 }
 
 TEST_F(GapProblemOnACurvedMold, DerivativesAgreeWithFiniteDifferences) {
-  const Sheet sheet(net_, 200.0, Ply(), mold_);
+  const Sheet sheet(net_, 200.0, PlyMaterial(), mold_);
   const GapProblem problem(sheet);
   const int n = problem.variables(), m = problem.equalities();
   const Eigen::VectorXd y = problem.from_points(test::shaken(net_.nodes, 0.4, 11));

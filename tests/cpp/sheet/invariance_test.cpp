@@ -44,7 +44,7 @@ Points lowered(const Net& net) {
 
 TEST(Invariance, OfTheEnergyUnderMotionAndScale) {
   const Net net = net_at_rest();
-  const double area = 700.0, energy = Sheet(net, area, Ply(), std::make_shared<test::Quadric>(kMold)).energy(lowered(net));
+  const double area = 700.0, energy = Sheet(net, area, PlyMaterial(), std::make_shared<test::Quadric>(kMold)).energy(lowered(net));
   for (const double angle : {0.0, 0.7, 2.5})
     for (const double shift : {0.0, 137.0, 1e7})
       for (const double scale : {1.0, 0.1, 30.0}) {
@@ -61,7 +61,7 @@ TEST(Invariance, OfTheEnergyUnderMotionAndScale) {
         moved.nodes = move(net.nodes);
         moved.spacing = scale * net.spacing;
         // Lengths times s: moduli over s^0 with thickness times s make energies times s^3; so does a pressure of old.
-        Ply ply;
+        PlyMaterial ply;
         ply.thickness_mm *= scale;
         ply.density_kg_m3 /= scale;  // a weight goes with s^3 too, its work with s^4
         const Sheet sheet(moved, scale * scale * area, ply, std::make_shared<Moved>(kMold, angle, by, scale));
@@ -75,7 +75,7 @@ TEST(Invariance, OfTheEnergyUnderMotionAndScale) {
 TEST(Invariance, OfTheEnergyUnderNumbering) {
   const Net net = net_at_rest();
   const Points x = lowered(net);
-  const double energy = Sheet(net, 700.0, Ply(), std::make_shared<test::Quadric>(kMold)).energy(x);
+  const double energy = Sheet(net, 700.0, PlyMaterial(), std::make_shared<test::Quadric>(kMold)).energy(x);
   std::vector<std::size_t> order(net.nodes.size());
   std::iota(order.begin(), order.end(), 0u);
   std::mt19937 engine(3);
@@ -93,7 +93,7 @@ TEST(Invariance, OfTheEnergyUnderNumbering) {
         other.neighbours[to][d] = j < 0 ? -1 : static_cast<int>(order[static_cast<std::size_t>(j)]);
       }
     }
-    EXPECT_NEAR(Sheet(other, 700.0, Ply(), std::make_shared<test::Quadric>(kMold)).energy(y) / energy, 1.0, 1e-12);
+    EXPECT_NEAR(Sheet(other, 700.0, PlyMaterial(), std::make_shared<test::Quadric>(kMold)).energy(y) / energy, 1.0, 1e-12);
   }
 }
 

@@ -25,7 +25,7 @@ Net ridge_net(int columns, int rows, double angle) {
   return net;
 }
 
-Sheet ridge(double angle, const Ply& ply = Ply()) {
+Sheet ridge(double angle, const PlyMaterial& ply = PlyMaterial()) {
   return Sheet(ridge_net(9, 7, angle), 900.0, ply, std::make_shared<test::Plane>());
 }
 
@@ -66,7 +66,7 @@ TEST(Minimise, StopsWithinAnIterationAndSaysSo) {
   for (const char* name : {"interior_point", "ipopt", "nlopt"})
     for (const long most : {80L, 200L, 300L}) {
       const auto mold = std::make_shared<Impatient>(most);
-      const Sheet sheet(ridge_net(9, 7, 0.5), 900.0, Ply(), mold);
+      const Sheet sheet(ridge_net(9, 7, 0.5), 900.0, PlyMaterial(), mold);
       MinimiseOptions options;
       options.method = name;
       options.starts = 3;
@@ -102,14 +102,14 @@ TEST(Minimise, ReturnsTheStartWhereTheStopIsRaisedAlready) {
 // Wherever it is raised, also while a point is judged: nothing is called certified whose certificate was cut short.
 TEST(Minimise, SaysSoWhereverItIsStopped) {
   const auto whole = std::make_shared<Impatient>(1L << 40);
-  const Minimum minimum = minimise(Sheet(ridge_net(9, 7, 0.5), 900.0, Ply(), whole), MinimiseOptions())[0];
+  const Minimum minimum = minimise(Sheet(ridge_net(9, 7, 0.5), 900.0, PlyMaterial(), whole), MinimiseOptions())[0];
   ASSERT_TRUE(minimum.certified());
   const long samples = (1L << 40) - whole->left;
   for (long most = samples - 200; most <= samples; most += 8) {
     const auto mold = std::make_shared<Impatient>(most);
     MinimiseOptions options;
     options.solve.stop = mold->stop;
-    const Minimum stopped = minimise(Sheet(ridge_net(9, 7, 0.5), 900.0, Ply(), mold), options)[0];
+    const Minimum stopped = minimise(Sheet(ridge_net(9, 7, 0.5), 900.0, PlyMaterial(), mold), options)[0];
     if (stopped.status == SolveStatus::converged)
       EXPECT_EQ(stopped.certificate.kkt_error, minimum.certificate.kkt_error);
     else
@@ -124,7 +124,7 @@ TEST(Minimise, KeepsWhatWasCertifiedBeforeTheStop) {
   ASSERT_TRUE(whole.certified());
   // The first start ends; the flag goes up during a later one.
   const auto mold = std::make_shared<Impatient>(static_cast<long>(quick.movable().size()) * (whole.evaluations + 12));
-  const Sheet sheet(ridge_net(9, 7, 0.5), 900.0, Ply(), mold);
+  const Sheet sheet(ridge_net(9, 7, 0.5), 900.0, PlyMaterial(), mold);
   MinimiseOptions options;
   options.starts = 1000;
   options.solve.stop = mold->stop;
@@ -139,7 +139,7 @@ TEST(Minimise, RefusesWhatCannotBeSolvedUpFront) {
   int movable = 0;
   for (NodeKind& kind : held.kinds)
     if (kind == NodeKind::inner && ++movable > 2) kind = NodeKind::fixed;
-  const auto status = [](const Net& net, const Ply& ply = Ply(), double slope = 0) {
+  const auto status = [](const Net& net, const PlyMaterial& ply = PlyMaterial(), double slope = 0) {
     const Sheet sheet(net, 900.0, ply, std::make_shared<test::Plane>(slope, 0));
     const std::vector<Minimum> minima = minimise(sheet, MinimiseOptions());
     EXPECT_EQ(minima.size(), 1u);
@@ -150,11 +150,11 @@ TEST(Minimise, RefusesWhatCannotBeSolvedUpFront) {
 
   Net free = test::flat_net(9, 7, kSpacing, false);
   for (std::size_t i = 0; i < free.nodes.size(); ++i) free.kinds[i] = NodeKind::free;
-  Ply slippery;
+  PlyMaterial slippery;
   slippery.friction = 0;
   EXPECT_EQ(status(free, slippery, 0.01), SolveStatus::no_minimum);
-  EXPECT_EQ(status(free, Ply(), 0.5), SolveStatus::no_minimum);  // steeper than its friction of 0.4
-  Ply unpressed;                                                 // no vacuum, no grip: its weight is enough
+  EXPECT_EQ(status(free, PlyMaterial(), 0.5), SolveStatus::no_minimum);  // steeper than its friction of 0.4
+  PlyMaterial unpressed;                                                 // no vacuum, no grip: its weight is enough
   unpressed.pressure_mpa = 0;
   EXPECT_EQ(status(free, unpressed, 0.01), SolveStatus::no_minimum);
 
@@ -166,9 +166,9 @@ TEST(Minimise, RefusesWhatCannotBeSolvedUpFront) {
 TEST(Minimise, AFreePlyIsSolvedWhereSomethingHoldsIt) {
   Net free = test::flat_net(7, 7, kSpacing, false);
   for (NodeKind& kind : free.kinds) kind = NodeKind::free;
-  Ply slippery;
+  PlyMaterial slippery;
   slippery.friction = 0;
-  const auto ended = [&](std::shared_ptr<const Surface> mold, const Ply& ply, double narrow = 1) {
+  const auto ended = [&](std::shared_ptr<const Surface> mold, const PlyMaterial& ply, double narrow = 1) {
     Net net = free;
     for (Eigen::Vector3d& p : net.nodes) {
       p.x() *= narrow;
@@ -178,7 +178,7 @@ TEST(Minimise, AFreePlyIsSolvedWhereSomethingHoldsIt) {
     return minimum.status == SolveStatus::no_minimum || minimum.certified() ? name(minimum.status) : minimum.certificate.failure();
   };
   EXPECT_EQ(ended(std::make_shared<test::Plane>(), slippery), "converged");
-  EXPECT_EQ(ended(std::make_shared<test::Plane>(0.1, 0), Ply(), 1 / std::sqrt(1.01)), "converged");
+  EXPECT_EQ(ended(std::make_shared<test::Plane>(0.1, 0), PlyMaterial(), 1 / std::sqrt(1.01)), "converged");
   // A trough whose bottom is beside the net: it slides there. A hill: it slides off.
   EXPECT_EQ(ended(std::make_shared<test::Quadric>(0.002, 0, 0.002), slippery), "converged");
   EXPECT_EQ(ended(std::make_shared<test::Quadric>(-0.002, 0, -0.002), slippery), "no_minimum");
@@ -187,7 +187,7 @@ TEST(Minimise, AFreePlyIsSolvedWhereSomethingHoldsIt) {
 // Half of the edge is free, and the mold falls away below it: a long way to go for a ply without stiffness.
 TEST(Minimise, AnUnstiffPlyGoesALongWay) {
   Net net = test::flat_net(13, 13, kSpacing);
-  Ply ply;
+  PlyMaterial ply;
   ply.young_mpa = ply.shear_mpa = 0.01;
   ply.friction = 0.05;
   const auto mold = std::make_shared<test::Plane>(0.75, 0);
@@ -202,14 +202,14 @@ TEST(Minimise, AnUnstiffPlyGoesALongWay) {
 }
 
 TEST(Minimise, FibresPinnedAtBothEndsAtTheirChordAreSolved) {
-  const Sheet sheet(test::flat_net(9, 9, kSpacing), 1000.0, Ply(), std::make_shared<test::Plane>());
+  const Sheet sheet(test::flat_net(9, 9, kSpacing), 1000.0, PlyMaterial(), std::make_shared<test::Plane>());
   const std::vector<Minimum> minima = minimise(sheet, MinimiseOptions());
   EXPECT_TRUE(minima[0].certified()) << minima[0].certificate.failure();
   EXPECT_LE(minima[0].certificate.length_error, 1e-3);
 }
 
 TEST(Minimise, AStiffPlyThatHardlyFeelsTheVacuumIsCertified) {
-  Ply stiff;
+  PlyMaterial stiff;
   stiff.young_mpa = 3.6e6;
   stiff.shear_mpa = 4e5;
   stiff.pressure_mpa = 1e-3;

@@ -1,0 +1,183 @@
+"""Random cases: a layup of either family, half of them with a mistake, and what became of one in the inspection."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from debulk import InputError, inspect, scenes
+from debulk.recipe import Recipe
+from debulk.scenes.varied import Given, Mistake, given_right
+from debulk.scenes.varied.polygons import inside
+from debulk.scenes.varied.truth import Sized, Surfaces, size_up
+
+MARGIN_MM = 0.1
+"""A true ridge this far above the limit must not pass: the excess alone decides, whatever the net makes of it."""
+LAYUPS_OF_FIRST = 40  # the first family differs by seed only in places; a few seeds show all it has
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene, by number: the same number and seed, the same scene."""
+
+    number: int
+    seed: int
+    family: str
+    layup_seed: int
+    mistake: Mistake | None
+
+
+def draw(number: int, seed: int) -> Case:
+    """Draw a case: seven of ten from the second family, every second one spoiled."""
+    rng = np.random.default_rng([seed, number])
+    family = "varied" if rng.random() < 0.7 else "first"
+    layup_seed = int(rng.integers(LAYUPS_OF_FIRST if family == "first" else 1_000_000))
+    spoiled = rng.random() < 0.5
+    mistake = scenes.mistakes[int(rng.integers(len(scenes.mistakes)))] if spoiled else None
+    return Case(number, seed, family, layup_seed, mistake)
+
+
+def make(case: Case, pixels: tuple[int, int]) -> tuple[Any, Given]:
+    """Make the layup and what the inspector is given."""
+    make_layup = scenes.varied_layup if case.family == "varied" else scenes.layup
+    layup: Any = make_layup(case.layup_seed, pixels)
+    return layup, given_right(layup) if case.mistake is None else case.mistake.apply(layup, case.number)
+
+
+def true_pockets(case: Case, layup: Any) -> list[Sized]:
+    """Measure what is there, of the first family by the second's quadrature of its public surfaces."""
+    truth = layup.truth
+    outline = layup.ply_outline
+    if case.family == "first":
+        # Of its outline of a thousand corners some forty are enough: it moves by 0.3 mm.
+        outline = cv2.approxPolyDP(outline.astype(np.float32)[:, None], 0.3, True)[:, 0].astype(float)
+    known = Surfaces(
+        lambda x, y: truth.ply_height_above_mold(np.stack([x, y], axis=-1)),
+        lambda x, y: truth.mold_height(np.stack([x, y], axis=-1)),
+        outline,
+        truth.thickness_mm,
+        getattr(layup, "fibre_angles_deg", (0.0, 90.0)),
+    )
+    return size_up(known, truth.cut_height_mm)
+
+
+@dataclass
+class Outcome:
+    """What was said of a case, and what is so."""
+
+    number: int
+    family: str
+    layup_seed: int
+    mistake: str
+    note: str
+    mold: str
+    said: str  # cease, crease, undecided, invalid, InputError, crash, hang, or another error's name
+    reason: str
+    passed: bool
+    true_ridge_mm: float
+    true_kinds: str  # of the pocket with that ridge
+    good: bool  # nothing wrong with the layup, and all of it seen
+    blind: bool  # a mistake with which nothing may pass
+    missed: int  # creasing pockets that no pocket of the report, other than closing ones, covers
+    pockets: int
+    seconds: float  # CPU time of the inspection
+
+    @property
+    def creases(self) -> bool:
+        """Whether a pocket's true ridge exceeds the limit by the margin."""
+        return self.true_ridge_mm > Recipe().verdict.max_ridge_mm + MARGIN_MM
+
+    @property
+    def false_cease(self) -> bool:
+        """Passed, though a pocket creases."""
+        return (self.said == "cease" or self.passed) and self.creases
+
+    @property
+    def blind_cease(self) -> bool:
+        """Passed without having seen anything of worth, though nothing happened to crease."""
+        return (self.said == "cease" or self.passed) and self.blind and not self.creases
+
+    @property
+    def false_alarm(self) -> bool:
+        """Refused, though nothing was wrong."""
+        return self.good and self.said in ("invalid", "InputError")
+
+
+def run(case: Case, pixels: tuple[int, int]) -> Outcome:
+    """Make a case, inspect it, hold the report against the truth."""
+    layup, given = make(case, pixels)
+    sized = true_pockets(case, layup)
+    thickness = layup.truth.thickness_mm
+    worst = max(sized, key=lambda s: s.excess.held_mm, default=None)
+    varied = case.family == "varied"
+    outcome = Outcome(
+        number=case.number,
+        family=case.family,
+        layup_seed=case.layup_seed,
+        mistake="" if case.mistake is None else case.mistake.name,
+        note=given.note,
+        mold=layup.truth.mold_kind if varied else "crest",
+        said="",
+        reason="",
+        passed=False,
+        true_ridge_mm=round(0.43 * thickness if worst is None else worst.ridge_mm(thickness), 3),
+        true_kinds="+".join(_kinds(layup, worst)) if varied and worst is not None else "bell",
+        good=case.mistake is None and (not varied or _all_seen(layup)),
+        blind=case.mistake is not None and case.mistake.blind,
+        missed=0,
+        pockets=0,
+        seconds=0.0,
+    )
+    began = time.process_time()
+    try:
+        report = inspect(
+            given.scan,
+            given.reference,
+            Recipe(**given.recipe),
+            given.ply_outline,
+            given.fibre_angles_deg,
+            given.mold_from_scanner,
+            given.camera,
+            given.mask,
+        )
+    except InputError as error:
+        outcome.said, outcome.reason = "InputError", str(error)
+    except Exception as error:
+        outcome.said, outcome.reason = type(error).__name__, str(error)
+    else:
+        outcome.said, outcome.reason, outcome.passed = report.verdict.value, report.reason, report.passed
+        outcome.pockets = len(report.pockets)
+        if case.mistake is None and outcome.said != "invalid":
+            outcome.missed = _missed(sized, report, thickness)
+    outcome.seconds = round(time.process_time() - began, 2)
+    return outcome
+
+
+def _kinds(layup: Any, worst: Sized) -> tuple[str, ...]:
+    return next(
+        (p.kinds for p in (*layup.truth.pockets, *layup.truth.decoys) if p.centre_mm == worst.region.centre_mm), ("?",)
+    )
+
+
+def _all_seen(layup: Any) -> bool:
+    """Whether nothing of the layup can excuse a refusal."""
+    truth = layup.truth
+    shapes = {b.kind for b in truth.bumps}
+    pockets_seen = all(p.unseen_share < 0.03 and p.rim_unseen_share < 0.03 for p in truth.pockets)
+    return bool(truth.ply_seen_share > 0.985 and pockets_seen and not shapes & {"thin", "small", "border"})
+
+
+def _missed(sized: list[Sized], report: Any, thickness: float) -> int:
+    """Creasing pockets whose highest point lies in no pocket of the report that is not said to close."""
+    limit = Recipe().verdict.max_ridge_mm + MARGIN_MM
+    outlines = [p.foot_outline_mm if len(p.foot_outline_mm) else p.outline_mm for p in report.pockets if p.verdict.value != "cease"]
+    missed = 0
+    for one in sized:
+        if one.ridge_mm(thickness) > limit:
+            x, y = (np.array(v) for v in one.region.centre_mm)
+            missed += not any(bool(inside(outline, x, y)) for outline in outlines)
+    return missed

@@ -1,0 +1,116 @@
+#include <array>
+#include <optional>
+
+#include <pybind11/stl.h>
+
+#include "bindings/bind.hpp"
+#include "bindings/cloud_view.hpp"
+#include "bindings/convert.hpp"
+#include "debulk/region/region_front.hpp"
+
+namespace debulk {
+namespace {
+
+const std::uint8_t* mask_of(const std::optional<Array<std::uint8_t>>& mask, const CloudView& cloud) {
+  if (!mask) return nullptr;
+  require(mask->ndim() == 2 && mask->shape(0) == cloud.height && mask->shape(1) == cloud.width, "mask", "a mask of the scan's shape",
+          shape_of(*mask));
+  return mask->data();
+}
+
+}  // namespace
+
+void bind_region(py::module_& m) {
+  py::class_<RegionFront>(m, "RegionFront")
+      .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape, const std::array<double, 3>& camera,
+                       const Array<double>& pose, double std_ratio, double least_ratio, int neighbours, double spacing,
+                       double hole_diameter, double spike, int median_cells, double cut_height, double area_tol, double peak_tol,
+                       const std::optional<Array<double>>& ply_outline, double thickness, double mold_tol, double smooth,
+                       double largest_share, const std::optional<std::array<int, 2>>& mesh, int threads) {
+             require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
+             View view;
+             view.height = shape[0], view.width = shape[1];
+             view.camera = {camera[0], camera[1], camera[2]};
+             view.mold_from_scanner = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(pose.data());
+             RegionOptions options;
+             options.front = {{neighbours, std_ratio, least_ratio}, spacing, {}, {hole_diameter}, spike, median_cells};
+             options.segment.cut_height_mm = cut_height;
+             options.segment.area_tol_mm2 = area_tol;
+             options.segment.peak_tol_mm = peak_tol;
+             options.segment.smooth_mm = smooth;
+             if (ply_outline) options.segment.ply_outline = points<2>(*ply_outline, "ply_outline");
+             options.feet.thickness_mm = thickness;
+             options.feet.mold_tol_mm = mold_tol;
+             options.feet.smooth_mm = smooth;
+             options.largest_share = largest_share;
+             if (mesh) options.row_step = (*mesh)[0], options.column_step = (*mesh)[1];
+             const py::gil_scoped_release release;
+             const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
+             return std::make_unique<RegionFront>(std::move(reference), -far, far, view, options, threads);
+           }),
+           py::arg("reference"), py::arg("shape"), py::arg("camera"), py::arg("mold_from_scanner"), py::kw_only(), py::arg("std_ratio"),
+           py::arg("least_ratio"), py::arg("neighbours"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("spike_mm"),
+           py::arg("median_cells"), py::arg("cut_height_mm"), py::arg("area_tol_mm2"), py::arg("peak_tol_mm"),
+           py::arg("ply_outline").none(true), py::arg("thickness_mm"), py::arg("mold_tol_mm"), py::arg("smooth_mm"),
+           py::arg("largest_share"), py::arg("mesh").none(true), py::arg("threads"))
+      .def(
+          "run",
+          [](RegionFront& front, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, const Stop& stop) {
+            const CloudView cloud = cloud_view(scan, "scan");
+            const std::uint8_t* masked = mask_of(mask, cloud);
+            const py::gil_scoped_release release;
+            return front.run(cloud, masked, stop);
+          },
+          py::arg("scan"), py::arg("mask").none(true), py::arg("stop"))
+      // The regions' segmentations and feet. Their memory is used again by the first run that begins when nobody holds them.
+      .def("regions",
+           [](const RegionFront& front) {
+             py::list out;
+             for (const auto& region : front.regions()) {
+               const auto ours = std::const_pointer_cast<Region>(region);  // Python's views are read-only
+               out.append(
+                   py::make_tuple(std::shared_ptr<Segmentation>(ours, &ours->segmentation), std::shared_ptr<FootMap>(ours, &ours->feet)));
+             }
+             return out;
+           })
+      .def("overview",
+           [](const RegionFront& front) {
+             Grid<float> map;
+             {
+               const py::gil_scoped_release release;
+               map = front.overview();
+             }
+             const Eigen::Vector2d origin = map.origin;
+             const double spacing = map.spacing;
+             return py::make_tuple(grid_values(std::move(map)), py::array_t<double>(2, origin.data()), spacing);
+           })
+      .def_property_readonly("windows",
+                             [](const RegionFront& front) {
+                               std::vector<std::array<int, 4>> out;
+                               for (const auto& r : front.regions())
+                                 out.push_back({r->window.i0, r->window.j0, r->window.i1, r->window.j1});
+                               return out;
+                             })
+      .def_property_readonly("usable", &RegionFront::usable)
+      .def_property_readonly("reason", &RegionFront::reason)
+      .def_property_readonly("known_mm2", &RegionFront::known_mm2)
+      .def_property_readonly("image_share", &RegionFront::image_share)
+      .def_property_readonly("read_share", &RegionFront::read_share)
+      .def_property_readonly("flag_mm", &RegionFront::flag_mm)
+      .def_property_readonly("threshold",
+                             [](const RegionFront& front) {
+                               const SampledThreshold& t = front.threshold();
+                               return py::make_tuple(t.value, t.error, t.points);
+                             })
+      .def_property_readonly("mesh",
+                             [](const RegionFront& front) {
+                               const Mesh& mesh = front.mesh();
+                               return py::make_tuple(mesh.row_step, mesh.column_step, mesh.pixel_mm, mesh.eye_mm2());
+                             })
+      .def_property_readonly("times", [](const RegionFront& front) {
+        const RegionFront::Times& t = front.times();
+        return std::array<double, 6>{t.sample, t.coarse, t.windows, t.filter, t.segment, t.feet};
+      });
+}
+
+}  // namespace debulk

@@ -1,0 +1,38 @@
+// Includes the file that DEBULK_KERNEL names (as a string) once for each Isa, in the namespaces base, v3 and v4 of whatever
+// namespace this is included in, after simd_ops.inl; DEBULK_ON(isa, call) calls the one. Sources that use it include
+// <cstring> and simd.hpp and are compiled with ${debulk_simd_options}, none of which changes a bit of the results.
+namespace base {
+#define DEBULK_ISA 2
+#include "debulk/core/simd_ops.inl"
+
+#include DEBULK_KERNEL
+#undef DEBULK_ISA
+}  // namespace base
+
+#if defined(__x86_64__)
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v3")
+namespace v3 {
+#define DEBULK_ISA 3
+#include "debulk/core/simd_ops.inl"
+
+#include DEBULK_KERNEL
+#undef DEBULK_ISA
+}  // namespace v3
+#pragma GCC pop_options
+
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v4")
+namespace v4 {
+#define DEBULK_ISA 4
+#include "debulk/core/simd_ops.inl"
+
+#include DEBULK_KERNEL
+#undef DEBULK_ISA
+}  // namespace v4
+#pragma GCC pop_options
+#else
+namespace v3 = base;
+namespace v4 = base;
+#endif
+#undef DEBULK_KERNEL

@@ -1,0 +1,149 @@
+#include "debulk/files/point_records.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "debulk/core/error.hpp"
+#include "debulk/core/parallel.hpp"
+#include "debulk/files/file_fault.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr long chunk_bytes = 1 << 18;  // with what it becomes, well inside a core's second cache
+
+template <class T, class Bits>
+T load(const std::uint8_t* from, bool swapped) {
+  Bits bits;
+  std::memcpy(&bits, from, sizeof bits);
+  if (swapped)
+    bits = sizeof bits == 4 ? static_cast<Bits>(__builtin_bswap32(static_cast<std::uint32_t>(bits)))
+                            : static_cast<Bits>(__builtin_bswap64(bits));
+  T value;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+void gather_doubles(const std::uint8_t* from, long stride, long count, bool swapped, double factor, float* to) {
+  if (swapped)
+    for (long i = 0; i < count; ++i) to[3 * i] = static_cast<float>(load<double, std::uint64_t>(from + i * stride, true) * factor);
+  else
+    for (long i = 0; i < count; ++i) to[3 * i] = static_cast<float>(load<double, std::uint64_t>(from + i * stride, false) * factor);
+}
+
+void gather_floats(const std::uint8_t* from, long stride, long count, double factor, float* to) {
+  if (factor == 1)
+    for (long i = 0; i < count; ++i) std::memcpy(to + 3 * i, from + i * stride, 4);
+  else
+    for (long i = 0; i < count; ++i) to[3 * i] = static_cast<float>(load<float, std::uint32_t>(from + i * stride, false) * factor);
+}
+
+// Three floats in a row: one wide copy takes a point and four bytes more, which the next point then covers.
+void copy_points(const std::uint8_t* from, long stride, long count, float* to) {
+  for (long i = 0; i + 1 < count; ++i) std::memcpy(to + 3 * i, from + i * stride, 16);
+  if (count > 0) std::memcpy(to + 3 * (count - 1), from + (count - 1) * stride, 12);
+}
+
+void swap_bytes(float* values, long count) {
+  for (long i = 0; i < count; ++i) {
+    std::uint32_t bits;
+    std::memcpy(&bits, values + i, 4);
+    bits = __builtin_bswap32(bits);
+    std::memcpy(values + i, &bits, 4);
+  }
+}
+
+void scale(float* values, long count, double factor) {
+  for (long i = 0; i < count; ++i) values[i] = static_cast<float>(values[i] * factor);
+}
+
+void convert(const std::uint8_t* from, const RecordLayout& layout, long count, double factor, float* to) {
+  const std::array<long, 3>& at = layout.offsets;
+  if (layout.all_floats()) {
+    if (at[1] == at[0] + 4 && at[2] == at[0] + 8)
+      copy_points(from + at[0], layout.bytes, count, to);
+    else
+      for (std::size_t k = 0; k < 3; ++k) gather_floats(from + at[k], layout.bytes, count, 1, to + k);
+    if (layout.big_endian) swap_bytes(to, 3 * count);
+    if (factor != 1) scale(to, 3 * count, factor);
+    return;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint8_t* const start = from + at[k];
+    if (layout.widths[k] == 8)
+      gather_doubles(start, layout.bytes, count, layout.big_endian, factor, to + k);
+    else
+      for (long i = 0; i < count; ++i)
+        to[3 * i + static_cast<long>(k)] =
+            static_cast<float>(load<float, std::uint32_t>(start + i * layout.bytes, layout.big_endian) * factor);
+  }
+}
+
+PointSummary merged(const std::vector<PointSummary>& parts) {
+  PointSummary all;
+  for (const PointSummary& part : parts) all.merge(part);
+  return all;
+}
+
+}  // namespace
+
+bool RecordLayout::all_floats() const {
+  return widths == std::array<int, 3>{4, 4, 4};
+}
+
+bool RecordLayout::packed() const {
+  return bytes == 12 && offsets == std::array<long, 3>{0, 4, 8} && all_floats();
+}
+
+void RecordLayout::check() const {
+  require(bytes > 0, "bytes", "a positive number of bytes a record", bytes);
+  for (std::size_t k = 0; k < 3; ++k) {
+    require(widths[k] == 4 || widths[k] == 8, "widths", "4 or 8 bytes", widths[k]);
+    require(offsets[k] >= 0 && offsets[k] <= bytes - widths[k], "offsets", "a place inside the record", offsets[k]);
+  }
+}
+
+PointSummary read_records(int file, long long offset, long count, const RecordLayout& layout, double factor, float* out, int threads) {
+  layout.check();
+  const long chunk = std::max(1L, chunk_bytes / std::max(12L, layout.bytes));
+  std::vector<PointSummary> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
+  parallel_for(count, chunk, threads, [&](long begin, long end) {
+    const long n = end - begin;
+    const long long start = offset + static_cast<long long>(begin) * layout.bytes;
+    float* const points = out + 3 * begin;
+    if (layout.packed()) {
+      read_at(file, start, points, 12LL * n);
+      if (layout.big_endian) swap_bytes(points, 3 * n);
+      if (factor != 1) scale(points, 3 * n, factor);
+    } else {
+      const std::unique_ptr<std::uint8_t[]> buffer(new std::uint8_t[static_cast<std::size_t>(n * layout.bytes)]);
+      read_at(file, start, buffer.get(), static_cast<long long>(n) * layout.bytes);
+      convert(buffer.get(), layout, n, factor, points);
+    }
+    parts[static_cast<std::size_t>(begin / chunk)] = summarise(points, begin, n);
+  });
+  return merged(parts);
+}
+
+PointSummary gather_columns(const std::array<const std::uint8_t*, 3>& columns, const std::array<int, 3>& widths, long count, double factor,
+                            float* out, int threads) {
+  constexpr long chunk = 1 << 14;
+  std::vector<PointSummary> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
+  parallel_for(count, chunk, threads, [&](long begin, long end) {
+    float* const points = out + 3 * begin;
+    for (std::size_t k = 0; k < 3; ++k) {
+      require(widths[k] == 4 || widths[k] == 8, "widths", "4 or 8 bytes", widths[k]);
+      const std::uint8_t* from = columns[k] + begin * widths[k];
+      if (widths[k] == 4)
+        gather_floats(from, 4, end - begin, factor, points + k);
+      else
+        gather_doubles(from, 8, end - begin, false, factor, points + k);
+    }
+    parts[static_cast<std::size_t>(begin / chunk)] = summarise(points, begin, end - begin);
+  });
+  return merged(parts);
+}
+
+}  // namespace debulk

@@ -1,0 +1,64 @@
+#include "debulk/files/point_summary.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "debulk/core/parallel.hpp"
+
+namespace debulk {
+
+void PointSummary::merge(const PointSummary& other) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    low[k] = std::min(low[k], other.low[k]);
+    high[k] = std::max(high[k], other.high[k]);
+  }
+  sampled += other.sampled;
+  at_origin += other.at_origin;
+}
+
+PointSummary summarise(const float* xyz, long first, long count) {
+  constexpr int lanes = 24;  // eight points side by side: whole registers of 4 floats
+  float low[lanes], high[lanes];
+  std::fill(low, low + lanes, PointSummary::infinity);
+  std::fill(high, high + lanes, -PointSummary::infinity);
+  const long values = 3 * count, whole = values - values % lanes;
+  // A comparison with NaN is false, and leaves what is there.
+  for (long i = 0; i < whole; i += lanes)
+    for (int k = 0; k < lanes; ++k) {
+      const float v = xyz[i + k];
+      low[k] = v < low[k] ? v : low[k];
+      high[k] = v > high[k] ? v : high[k];
+    }
+  for (long i = whole; i < values; ++i) {
+    const float v = xyz[i];
+    low[i - whole] = v < low[i - whole] ? v : low[i - whole];
+    high[i - whole] = v > high[i - whole] ? v : high[i - whole];
+  }
+  PointSummary out;
+  for (std::size_t k = 0; k < lanes; ++k) {
+    out.low[k % 3] = std::min(out.low[k % 3], low[k]);
+    out.high[k % 3] = std::max(out.high[k % 3], high[k]);
+  }
+  constexpr long step = 16;
+  for (long i = (step - first % step) % step; i < count; i += step) {
+    const float* p = xyz + 3 * i;
+    ++out.sampled;
+    out.at_origin += p[0] == 0 && p[1] == 0 && p[2] == 0;
+  }
+  return out;
+}
+
+PointSummary scale_and_summarise(float* xyz, long count, double factor, int threads) {
+  constexpr long chunk = 1 << 15;
+  std::vector<PointSummary> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
+  parallel_for(count, chunk, threads, [&](long begin, long end) {
+    if (factor != 1)
+      for (long i = 3 * begin; i < 3 * end; ++i) xyz[i] = static_cast<float>(xyz[i] * factor);
+    parts[static_cast<std::size_t>(begin / chunk)] = summarise(xyz + 3 * begin, begin, end - begin);
+  });
+  PointSummary all;
+  for (const PointSummary& part : parts) all.merge(part);
+  return all;
+}
+
+}  // namespace debulk

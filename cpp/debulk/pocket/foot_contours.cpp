@@ -1,0 +1,207 @@
+#include "debulk/pocket/foot_contours.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "debulk/core/error.hpp"
+#include "debulk/core/row_runs.hpp"
+#include "debulk/pocket/outline.hpp"
+#include "debulk/pocket/smooth.hpp"
+
+namespace debulk {
+
+void FootOptions::check() const {
+  require(std::isfinite(thickness_mm) && thickness_mm >= 0, "thickness_mm", "a length in mm, not negative", thickness_mm);
+  require(std::isfinite(mold_tol_mm) && mold_tol_mm > 0, "mold_tol_mm", "a positive length in mm", mold_tol_mm);
+  require(std::isfinite(smooth_mm) && smooth_mm >= 0, "smooth_mm", "a length in mm, not negative", smooth_mm);
+  require(!noise_mm || (std::isfinite(*noise_mm) && *noise_mm >= 0), "noise_mm", "a length in mm, not negative", noise_mm.value_or(0));
+}
+
+namespace {
+
+constexpr std::int32_t kNobody = -1;  // above the cut, but no pocket
+constexpr int kDi[8] = {1, -1, 0, 0, 1, 1, -1, -1};
+constexpr int kDj[8] = {0, 0, 1, -1, 1, -1, 1, -1};
+
+void check(const Stop& stop) {
+  if (stop.now()) throw Stopped("the search for feet was stopped");
+}
+
+// A point to flood on from, with the lowest height on its way.
+struct Front {
+  float level;
+  int i, j;
+};
+
+// The fronts, highest first, to 1/256 mm; first come, first served among equals. Levels only fall in a flood.
+class Fronts {
+ public:
+  Fronts(double low, double high)
+      : low_(low), bins_(static_cast<std::size_t>(std::max(high - low, 0.0) * kPerMm) + 1), at_(bins_.size() - 1) {}
+
+  void push(const Front& front) {
+    const double bin = std::clamp((front.level - low_) * kPerMm, 0.0, static_cast<double>(at_));
+    bins_[static_cast<std::size_t>(bin)].push_back(front);
+  }
+
+  bool pop(Front& front) {
+    while (next_ == bins_[at_].size()) {
+      if (at_ == 0) return false;
+      bins_[at_--] = {};
+      next_ = 0;
+    }
+    front = bins_[at_][next_++];
+    return true;
+  }
+
+ private:
+  static constexpr double kPerMm = 256;
+  double low_;
+  std::vector<std::vector<Front>> bins_;
+  std::size_t at_;        // no front is in a higher bin
+  std::size_t next_ = 0;  // of bin at_, those before it are gone
+};
+
+// Where smoothing can matter: blocks of the grid whose mean stands up, or that a pocket reaches, and two blocks round them.
+Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, double window_mm) {
+  const Grid<float>& heights = segmentation.heights;
+  const int block = std::max(4, static_cast<int>(std::ceil(window_mm / (2 * heights.spacing))));
+  const int bx = (heights.nx + block - 1) / block, by = (heights.ny + block - 1) / block;
+  Grid<double> sums(bx, by, heights.origin, block * heights.spacing);
+  auto counts = sums.like<int>(), labelled = sums.like<int>();
+  for (int j = 0; j < heights.ny; ++j)
+    for (int bi = 0; bi < bx; ++bi) {
+      const std::size_t b = sums.index(bi, j / block), row = heights.index(0, j);
+      const float* h = &heights.values[row];
+      const std::int32_t* label = &segmentation.labels.values[row];
+      double sum = sums.values[b];
+      int count = 0, has = 0;
+      for (int i = bi * block; i < std::min(heights.nx, (bi + 1) * block); ++i) {
+        has |= label[i] > 0;
+        if (std::isnan(h[i])) continue;
+        sum += h[i];
+        ++count;
+      }
+      sums.values[b] = sum, counts.values[b] += count, labelled.values[b] |= has;
+    }
+  auto active = sums.like<std::uint8_t>();
+  for (int j = 0; j < by; ++j)
+    for (int i = 0; i < bx; ++i) {
+      if (!labelled.at(i, j) && !(sums.at(i, j) > level * counts.at(i, j))) continue;
+      for (int dj = -2; dj <= 2; ++dj)
+        for (int di = -2; di <= 2; ++di)
+          if (active.contains(i + di, j + dj)) active.at(i + di, j + dj) = 1;
+    }
+  auto where = heights.like<std::uint8_t>();
+  for (int j = 0; j < heights.ny; ++j)
+    for (int bi = 0; bi < bx; ++bi)
+      if (active.at(bi, j / block)) std::fill_n(&where.at(bi * block, j), std::min(block, heights.nx - bi * block), std::uint8_t{1});
+  return where;
+}
+
+// labels: the seeds, which stay. Gives every point above `level` that is reached the label it is reached from.
+void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
+  const int nx = labels.nx, ny = labels.ny;
+  long offsets[8];  // in a grid's values, of a point's neighbours
+  for (int k = 0; k < 8; ++k) offsets[k] = static_cast<long>(kDj[k]) * nx + kDi[k];
+  const auto for_neighbours = [&](int i, int j, const auto& body) {
+    const bool interior = i > 0 && j > 0 && i + 1 < nx && j + 1 < ny;
+    for (int k = 0; k < 8; ++k)
+      if (interior || labels.contains(i + kDi[k], j + kDj[k])) body(k);
+  };
+  std::vector<Front> rim;
+  float highest = 0;
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i) {
+      const std::int32_t* here = &labels.at(i, j);
+      const float h = heights.at(i, j);
+      if (*here == 0 || std::isnan(h)) continue;
+      bool at_rim = false;
+      for_neighbours(i, j, [&](int k) { at_rim |= here[offsets[k]] == 0; });
+      if (!at_rim) continue;
+      rim.push_back({h, i, j});
+      highest = std::max(highest, h);
+    }
+  Fronts fronts(level - 1, highest);
+  for (const Front& front : rim) fronts.push(front);
+  Front front{};
+  for (long popped = 0; fronts.pop(front); ++popped) {
+    if (popped % 16384 == 0) check(stop);
+    std::int32_t* label = &labels.at(front.i, front.j);
+    const float* height = &heights.at(front.i, front.j);
+    for_neighbours(front.i, front.j, [&](int k) {
+      const float h = height[offsets[k]];
+      if (label[offsets[k]] != 0 || !(h > level) || h > front.level + rise) return;  // unknown heights end the flood too
+      label[offsets[k]] = *label;
+      fronts.push({std::min(front.level, h), front.i + kDi[k], front.j + kDj[k]});
+    });
+  }
+}
+
+// What one foot alone surrounds becomes part of it.
+void fill_within(Grid<std::int32_t>& labels) {
+  auto taken = labels.like<std::uint8_t>();
+  for (std::size_t k = 0; k < labels.size(); ++k) taken.values[k] = labels.values[k] > 0;
+  const std::vector<Run> runs = find_runs(taken, false);
+  const std::vector<int> first = join_runs(runs, 0);
+  constexpr std::int32_t unseen = 0, several = -1;
+  std::vector<std::int32_t> owner(runs.size(), unseen);
+  const auto at_border = [&](const Run& r) { return r.row == 0 || r.row == labels.ny - 1 || r.begin == 0 || r.end == labels.nx; };
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    if (at_border(runs[k])) owner[static_cast<std::size_t>(first[k])] = several;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    std::int32_t& one = owner[static_cast<std::size_t>(first[k])];
+    const auto beside = [&](int i, int j) {
+      const std::int32_t label = labels.at(i, j);
+      if (label > 0 && label != one) one = one == unseen ? label : several;
+    };
+    if (one == several) continue;
+    const Run& r = runs[k];
+    beside(r.begin - 1, r.row), beside(r.end, r.row);
+    for (int i = r.begin; i < r.end && one != several; ++i) beside(i, r.row - 1), beside(i, r.row + 1);
+  }
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    if (const std::int32_t one = owner[static_cast<std::size_t>(first[k])]; one > 0)
+      std::fill(&labels.at(runs[k].begin, runs[k].row), &labels.at(runs[k].begin, runs[k].row) + (runs[k].end - runs[k].begin), one);
+}
+
+}  // namespace
+
+FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads, const Stop& stop) {
+  options.check();
+  check(stop);
+  FootMap out;
+  out.options = options;
+  const double noise = options.noise_mm ? *options.noise_mm : height_noise(segmentation.heights);
+  out.noise_mm = std::isnan(noise) ? 0 : noise;
+  out.mold_tol_mm = std::max(options.mold_tol_mm, 3 * out.noise_mm);
+  const double cut = segmentation.options.cut_height_mm, level = options.thickness_mm + out.mold_tol_mm;
+  require(level < cut, "mold_tol_mm", "thickness + mold tolerance (at least 3 sigma of the noise) below the cut height", level);
+
+  const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
+  out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, threads, stop);
+  out.labels = segmentation.labels;
+  for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
+    if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= cut && out.heights.values[k] >= cut) out.labels.values[k] = kNobody;
+  check(stop);
+  flood_downhill(out.labels, out.heights, level, out.mold_tol_mm, stop);
+  check(stop);
+  fill_within(out.labels);
+  for (std::int32_t& label : out.labels.values) label = std::max(label, 0);
+
+  const int count = static_cast<int>(segmentation.pockets.size());
+  for (Outline& outline : trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply, threads, stop)) {
+    Foot foot;
+    foot.outline = rounded(std::move(outline.polygon));
+    foot.area = polygon_area(foot.outline);
+    foot.box = bounding_box(foot.outline);
+    foot.closed = !outline.at_unknown && !outline.at_grid_border;
+    foot.touches_ply_edge = outline.at_ply_edge;
+    foot.parted = outline.at_neighbour;
+    out.feet.push_back(std::move(foot));
+  }
+  return out;
+}
+
+}  // namespace debulk

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "debulk/core/grid.hpp"
+
+namespace debulk {
+
+// Heights for the nodes `unknown` (ascending indices, NaN in the grid) such that the sum of squared second differences,
+// z_xx² + 2 z_xy² + z_yy², is least: a thin plate through the known heights around them. It continues with the slopes at
+// their rim, so a crest stays a crest and two slopes that fall towards each other meet in a valley. Differences that reach
+// another NaN are left out. `levelling` weighs squared first differences in addition: a small one makes the plate level
+// where the known heights leave a tilt open. The result is empty where the known heights do not determine the plate.
+template <class Number>
+std::vector<double> thin_plate(const Grid<Number>& heights, const std::vector<std::size_t>& unknown, double levelling = 0);
+
+extern template std::vector<double> thin_plate(const Grid<float>&, const std::vector<std::size_t>&, double);
+extern template std::vector<double> thin_plate(const Grid<double>&, const std::vector<std::size_t>&, double);
+
+}  // namespace debulk

@@ -1,0 +1,237 @@
+"""The command line.
+
+Exit codes of `inspect`: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan. The other commands end with 0 or
+2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified. Of all: 70 is a fault
+of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from debulk import InputError, __version__
+from debulk.cli import tools as cli_tools
+from debulk.cli.support import EXIT_CODES, check_writable, outcome, show, shown_progress
+from debulk.report import Report
+from debulk.results.saving import check_report_path
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+_EXIT_CODES = (
+    "Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan; 70 a fault of debulk's, 130 interrupted."
+)
+
+app = typer.Typer(
+    help="Will it crease or cease? Predicts which air pockets under a draped prepreg ply survive vacuum debulking.",
+    epilog=_EXIT_CODES,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+@app.callback(invoke_without_command=True)
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
+) -> None:
+    if version:
+        print(f"debulk {__version__}")
+        raise typer.Exit
+
+
+@app.command(epilog=_EXIT_CODES)
+def inspect(
+    scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")],
+    reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
+    recipe: Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")] = None,
+    pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
+    outline: Annotated[Path | None, typer.Option(help="The ply's outline, CSV x,y in the mold frame.")] = None,
+    angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90",
+    camera: Annotated[
+        str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
+    ] = None,
+    mask: Annotated[
+        Path | None,
+        typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
+    ] = None,
+    unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
+    output: Annotated[
+        list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
+    ] = None,
+) -> None:
+    """Inspect a scan: find its air pockets and predict which of them survive debulking."""
+    with outcome():
+        outputs = output or []
+        for path in outputs:
+            _check_writable(path)
+        fibre_angles = _angles(angles)
+        pinhole = None if camera is None else _camera(camera)
+        if deadline is not None and not 0 < deadline < float("inf"):
+            raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
+
+        from debulk import files
+        from debulk.recipe import Recipe
+
+        settings = Recipe() if recipe is None else Recipe.load(recipe)
+        transform = None if pose is None else files.load_pose(pose, unit)
+        ply_outline = None if outline is None else files.load_outline(outline, unit)
+        hidden = None if mask is None else files.load_mask(mask)
+        with shown_progress() as progress:
+            progress("reading", 0.0)
+            reference_cloud = files.load_cloud(reference, unit)
+            progress("reading", 0.5)
+            scan_cloud = files.load_cloud(scan, unit)
+            progress("reading", 1.0)
+
+            from debulk.inspection.inspector import Inspector
+
+            inspector = Inspector(
+                settings,
+                reference_cloud,
+                ply_outline=ply_outline,
+                fibre_angles_deg=fibre_angles,
+                mold_from_scanner=transform,
+                camera=pinhole,
+                mask=hidden,
+            )
+            report = inspector.inspect(scan_cloud, deadline_s=deadline, progress=progress)
+        report = dataclasses.replace(report, source={"scan": scan.name, "reference": reference.name, **report.source})
+        _leave(report, outputs)
+        raise typer.Exit(EXIT_CODES[report.verdict])
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")] = Path("debulk-demo"),
+    seed: Annotated[int, typer.Option(min=0, help="Of the virtual layup.")] = 0,
+    pixels: Annotated[str, typer.Option(help="Width x height of the virtual scanner's image.")] = "1280x960",
+    keep_files: Annotated[bool, typer.Option("--keep-files", help="Also leave what `debulk inspect` needs.")] = False,
+) -> None:
+    """Inspect a virtual layup with 14 air pockets and leave report.html, .json and .csv behind.
+
+    Some of its pockets crease; the exit code is 0 nevertheless, unless the scan cannot be judged.
+    """
+    with outcome():
+        size = _pixels(pixels)
+        try:
+            output.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{output}: cannot be made: {error.strerror or error}") from None
+
+        from debulk.recipe import Recipe
+
+        recipe = Recipe()
+        with shown_progress() as progress:
+            progress("making the layup", 0.0)
+            from debulk.inspection.inspector import Inspector
+            from debulk.scenes import layup
+
+            scene = layup(seed=seed, pixels=size)
+            progress("making the layup", 1.0)
+            inspector = Inspector(
+                recipe,
+                scene.reference,
+                ply_outline=scene.ply_outline,
+                fibre_angles_deg=(0, 90),
+                mold_from_scanner=scene.mold_from_scanner,
+                camera=scene.camera,
+            )
+            report = inspector.inspect(scene.scan, progress=progress)
+        source = {"scan": f"virtual layup, seed {seed}, {size[0]} x {size[1]} pixels"}
+        report = dataclasses.replace(report, source=source | report.source)
+        _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")])
+        if keep_files:
+            _keep_files(output, scene, recipe)
+        raise typer.Exit(EXIT_CODES[Verdict.INVALID] if report.verdict is Verdict.INVALID else 0)
+
+
+@app.command()
+def recipe() -> None:
+    """Print the default recipe, every setting with a comment."""
+    with outcome():
+        from debulk.recipe import Recipe
+
+        print(Recipe().to_toml(), end="")
+
+
+for command in (cli_tools.compare, cli_tools.view, cli_tools.study, cli_tools.replay, cli_tools.doctor):
+    app.command()(command)
+
+
+def _leave(report: Report, outputs: list[Path]) -> None:
+    """Write the files, then print the table: whoever reads that may leave early."""
+    for path in outputs:
+        report.save(path)
+    _print_table(report)
+    for path in outputs:
+        print(f"written: {path}")
+
+
+def _print_table(report: Report) -> None:
+    from debulk.results.report_text import table
+
+    show(lambda width: table(report, width), report.verdict)
+
+
+def _keep_files(folder: Path, scene: Any, recipe: Recipe) -> None:
+    """Write the virtual layup as a robot cell would, and say how to inspect it."""
+    from debulk.files import replacing, save_cloud
+
+    save_cloud(folder / "scan.pcd", scene.scan)
+    save_cloud(folder / "reference.pcd", scene.reference)
+    pose = "\n".join(" ".join(repr(float(value)) for value in row) for row in scene.mold_from_scanner)
+    outline = "x,y\n" + "\n".join(f"{float(x)!r},{float(y)!r}" for x, y in scene.ply_outline)
+    for name, text in {"pose.txt": pose, "outline.csv": outline, "recipe.toml": recipe.to_toml()}.items():
+        with replacing(folder / name) as temporary:
+            temporary.write_text(text.rstrip("\n") + "\n", encoding="utf-8")
+    print(
+        f"try: debulk inspect {folder}/scan.pcd --reference {folder}/reference.pcd --recipe {folder}/recipe.toml "
+        f"--pose {folder}/pose.txt --outline {folder}/outline.csv -o out.html"
+    )
+
+
+def _check_writable(path: Path) -> None:
+    """Refuse an output before the work is done, not after."""
+    check_report_path(path)
+    check_writable(path)
+
+
+def _angles(text: str) -> tuple[float, float]:
+    try:
+        first, second = (float(word) for word in text.split(","))
+    except ValueError:
+        raise InputError(f"--angles: expected two numbers like 0,90, got {text!r}") from None
+    # Also catches NaN and infinity: their remainder is not a number.
+    if not 1.0 <= abs(first - second) % 180 <= 179.0:
+        raise InputError(f"--angles: expected two directions at least 1 degree apart, got {text!r}")
+    return first, second
+
+
+def _camera(text: str) -> tuple[float, float, float]:
+    try:
+        f, cx, cy = (float(word) for word in text.split(","))
+    except ValueError:
+        f = cx = cy = math.nan
+    if not (f > 0 and math.isfinite(f + cx + cy)):
+        raise InputError(f"--camera: expected f,cx,cy in pixels like 5200,2560,1920, f positive, got {text!r}")
+    return f, cx, cy
+
+
+def _pixels(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdecimal() and height.isdecimal() and len(text) < 12):
+        raise InputError(f"--pixels: expected WIDTHxHEIGHT like 1280x960, got {text!r}")
+    return int(width), int(height)

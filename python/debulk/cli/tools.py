@@ -1,0 +1,110 @@
+"""Commands beside the inspection: what became of it, what is known of the solver, is all well here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from debulk import InputError
+from debulk.cli.support import check_writable, outcome, show, shown_progress
+
+
+def compare(
+    report: Annotated[Path, typer.Argument(help="Report of the inspection before debulking, .json.")],
+    scan: Annotated[
+        Path, typer.Argument(help="Cloud of the debulked ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")
+    ],
+    reference: Annotated[Path, typer.Option(help="Cloud of what lay there before the ply was draped.")],
+    pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
+    recipe: Annotated[Path | None, typer.Option(help="Settings; unset: those of the report.")] = None,
+    mask: Annotated[
+        Path | None,
+        typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
+    ] = None,
+    unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    output: Annotated[
+        list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
+    ] = None,
+) -> None:
+    """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate."""
+    with outcome():
+        from debulk import files
+        from debulk.inspection.calls import compare as held_against
+        from debulk.recipe import Recipe
+        from debulk.report import Report
+        from debulk.results.comparison_text import table
+        from debulk.results.saving import check_report_path
+
+        for path in output or []:
+            check_report_path(path)
+            check_writable(path)
+        settings = None if recipe is None else Recipe.load(recipe)
+        hidden = None if mask is None else files.load_mask(mask)
+        with shown_progress() as progress:
+            progress("reading", 0.0)
+            before = Report.load(report)
+            clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
+            transform = None if pose is None else files.load_pose(pose, unit)
+            progress("comparing", 0.0)
+            found = held_against(before, *clouds, settings, transform, hidden)
+            progress("comparing", 1.0)
+        show(lambda width: table(found, width))
+        for path in output or []:
+            found.save(path)
+            print(f"written: {path}")
+
+
+def view(
+    report: Annotated[Path, typer.Argument(help="Report of an inspection, .json.")],
+    pocket: Annotated[int | None, typer.Option(help="Only this pocket.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", "--png", help="A .png instead of a window.")] = None,
+) -> None:
+    """Show the pockets in 3-D, in a window or a picture; needs the extra "view" (Open3D)."""
+    with outcome():
+        from debulk import view as views
+        from debulk.report import Report
+
+        if output is not None:
+            check_writable(output)
+        views.view(Report.load(report), output, pocket=pocket)
+        if output is not None:
+            print(f"written: {output}")
+
+
+def study(
+    what: Annotated[Literal["solver"], typer.Argument(help="What is studied.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for tables and pictures.")] = Path("study"),
+    quick: Annotated[bool, typer.Option("--quick", help="In seconds; the figures mean little.")] = False,
+) -> None:
+    """Study error against run time on virtual layups; needs the extra "bench" for its pictures."""
+    with outcome():
+        from debulk import study as studies
+
+        if what != "solver":
+            raise InputError(f"study: expected solver, got {what!r}")
+        with shown_progress() as progress:
+            results = studies.solver(output, quick=quick, progress=progress)
+        print(results.text)
+
+
+def replay(
+    file: Annotated[
+        list[Path],
+        typer.Argument(help="Solves kept in the recipe's run.dump_folder, or by debulk.inspection.replay.dump()."),
+    ],
+) -> None:
+    """Solve dumped problems again and print what came of them, then and now."""
+    with outcome():
+        from debulk.inspection.replay import main
+
+        raise typer.Exit(main([str(path) for path in file]))
+
+
+def doctor() -> None:
+    """Show versions, machine and licences, and try a self-test with its certificate."""
+    with outcome():
+        from debulk.doctor import main
+
+        raise typer.Exit(main())

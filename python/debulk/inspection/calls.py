@@ -1,0 +1,96 @@
+"""An inspection and a comparison in one call each, for those who inspect one scan."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from debulk.comparison import Comparison
+from debulk.grid import Grid
+from debulk.inspection.comparing import checked
+from debulk.inspection.inspector import Inspector, Progress
+from debulk.report import Report
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["compare", "inspect"]
+
+
+def inspect(
+    scan: ArrayLike,
+    reference: ArrayLike,
+    recipe: Recipe | None = None,
+    ply_outline: ArrayLike | None = None,
+    fibre_angles_deg: ArrayLike | Grid = (0.0, 90.0),
+    mold_from_scanner: ArrayLike | None = None,
+    camera: tuple[float, float, float] | None = None,
+    mask: ArrayLike | None = None,
+    deadline_s: float | None = None,
+    progress: Progress | None = None,
+) -> Report:
+    """Inspect one scan against a reference, in one call. See `Inspector` for what goes in.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> report = inspect(layup.scan, layup.reference, None, layup.ply_outline, (0, 90), layup.mold_from_scanner)
+    >>> report.passed
+    False
+    """
+    inspector = Inspector(recipe, reference, ply_outline, fibre_angles_deg, mold_from_scanner, camera, mask)
+    return inspector.inspect(scan, deadline_s, progress)
+
+
+def compare(
+    report: Report,
+    debulked_scan: ArrayLike,
+    reference: ArrayLike,
+    recipe: Recipe | None = None,
+    mold_from_scanner: ArrayLike | None = None,
+    mask: ArrayLike | None = None,
+) -> Comparison:
+    """Hold a report against a scan of the same ply after debulking.
+
+    Parameters
+    ----------
+    report
+        Of the inspection before; from memory or `Report.load`.
+    debulked_scan, reference
+        (H, W, 3) organised or (N, 3) clouds, mm, NaN = nothing seen: the ply after debulking, and what lies below it.
+    recipe
+        None: the report's own.
+    mold_from_scanner
+        (4, 4), x_mold = T x_scanner, of both clouds; None: they are in the mold's frame already. The outlines of the
+        report are in the mold's frame: the mold must not have moved in it.
+    mask
+        (H, W) bool, True where the image of either cloud shows a clamp or a tool.
+
+    Returns
+    -------
+    Comparison
+        Measured RMS and peak inside the original outlines, outcomes, and the hit rate with its confidence interval.
+
+    Raises
+    ------
+    InputError
+        Names what was wrong, what was expected and what came.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> pose = layup.mold_from_scanner
+    >>> report = debulk.inspect(layup.scan, layup.reference, ply_outline=layup.ply_outline, mold_from_scanner=pose)
+    >>> comparison = compare(report, layup.debulked().scan, layup.reference, mold_from_scanner=pose)
+    >>> comparison.pockets[0].measured_rms_mm < 0.3
+    True
+    """
+    checked(report)
+    if recipe is None and report.recipe:
+        from debulk.recipe import Recipe
+
+        recipe = Recipe(**report.recipe)
+    return Inspector(recipe, reference, mold_from_scanner=mold_from_scanner, mask=mask).compare(report, debulked_scan)

@@ -1,0 +1,117 @@
+"""Measures the debulked ply inside the outlines of a report, and holds it against what was predicted."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import pocket, surface
+from debulk._core import InputError
+from debulk.comparison import Comparison, PocketComparison
+from debulk.grid import Grid
+from debulk.report import Report
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["compared"]
+
+_MOVED_MM = 0.2  # the laid ply farther than this from its consolidated thickness: scanner or mold have moved
+_PEAK_CELLS = 5  # width of the median before a peak is read: short runs of flying pixels survive a smaller one
+_PEAK_NOISE = 1.2  # the largest of many values after that median stands so many sigma of one value too high
+
+
+def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
+    """Compare a report with the measured heights of the debulked ply above the reference; NaN = not measured."""
+    checked(report)
+    limits, material = recipe.verdict, recipe.material
+    cells, threads = recipe.clean.median_cells, recipe.run.threads
+    filtered = heights if cells == 1 else surface.median(heights, cells, threads=threads)
+    peaks = surface.median(heights, _PEAK_CELLS, threads=threads)
+    between = np.isfinite(filtered.values)
+    if report.ply_outline_mm is not None:
+        between &= pocket.inside_outline(report.ply_outline_mm, filtered)
+    pockets = []
+    for known in report.pockets:
+        inside = pocket.inside_outline(known.outline_mm, filtered)
+        foot = known.foot_outline_mm if known.foot_outline_mm is not None else known.outline_mm
+        between &= ~(inside | pocket.inside_outline(foot, filtered))
+        measured, reason, figures = _measure(inside, heights, filtered, peaks, recipe)
+        pockets.append(
+            PocketComparison(
+                id=known.id,
+                outline_mm=known.outline_mm,
+                predicted=known.verdict,
+                measured=measured,
+                reason=reason,
+                predicted_rms_mm=known.rms_mm,
+                predicted_rms_range_mm=known.rms_range_mm,
+                predicted_ridge_mm=known.ridge_height_mm,
+                predicted_ridge_range_mm=known.ridge_range_mm,
+                **figures,
+            )
+        )
+    # Without an outline the map reaches past the ply, and the median tells nothing of it.
+    laid = None
+    if report.ply_outline_mm is not None and between.any():
+        laid = float(np.median(filtered.values[between]))
+    consolidated = material.thickness_mm / material.bulk_factor
+    warnings = []
+    if laid is not None and abs(laid - consolidated) > _MOVED_MM:
+        warnings.append(
+            f"between the pockets the ply stands {laid:.2f} mm above the reference, not its consolidated "
+            f"{consolidated:.2f} mm: the mold or the scanner moved, or this is another ply"
+        )
+    return Comparison(
+        pockets=tuple(pockets),
+        max_rms_mm=limits.max_rms_mm,
+        max_peak_mm=limits.max_ridge_mm,
+        laid_height_mm=laid,
+        height_map=Grid(filtered.values, filtered.origin_mm, filtered.spacing_mm),
+        ply_outline_mm=report.ply_outline_mm,
+        warnings=tuple(warnings),
+    )
+
+
+def _measure(
+    inside: NDArray[np.bool_],
+    heights: surface.HeightMap,
+    filtered: surface.HeightMap,
+    peaks: surface.HeightMap,
+    recipe: Recipe,
+) -> tuple[Verdict, str, dict[str, float]]:
+    """Outcome of one pocket, why, and its figures."""
+    limits = recipe.verdict
+    seen = inside & np.isfinite(filtered.values)
+    share = int(np.count_nonzero(seen)) / max(1, int(np.count_nonzero(inside)))
+    if share < limits.min_pocket_coverage:
+        reason = f"only {100 * share:.0f} % of it was seen, limit {100 * limits.min_pocket_coverage:.0f} %"
+        return Verdict.INVALID, reason, {"measured_share": share}
+    rms = float(np.sqrt(np.mean(filtered.values[seen].astype(np.float64) ** 2)))
+    peak = float(peaks.values[seen].max())
+    noise = _noise(inside, heights)
+    figures = {"measured_rms_mm": rms, "measured_peak_mm": peak, "noise_mm": noise, "measured_share": share}
+    if rms > limits.max_rms_mm:
+        return Verdict.CREASE, f"RMS {rms:.3f} mm above the limit of {limits.max_rms_mm:.2f} mm", figures
+    if peak > limits.max_ridge_mm + _PEAK_NOISE * noise:
+        return Verdict.CREASE, f"peak {peak:.2f} mm above the limit of {limits.max_ridge_mm:.2f} mm", figures
+    if peak > limits.max_ridge_mm:
+        return Verdict.UNDECIDED, f"peak {peak:.2f} mm within the noise of its limit", figures
+    return Verdict.CEASE, f"RMS {rms:.3f} mm and peak {peak:.2f} mm within their limits", figures
+
+
+def _noise(inside: NDArray[np.bool_], heights: surface.HeightMap) -> float:
+    rows, columns = (np.flatnonzero(inside.any(axis=k)) for k in (1, 0))
+    window = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+    noise = pocket.height_noise(Grid(heights.values[window], heights.origin_mm, heights.spacing_mm))
+    return noise if math.isfinite(noise) else 0.0
+
+
+def checked(report: Report) -> None:
+    """Refuse what is not a report."""
+    if not isinstance(report, Report):
+        raise InputError(f"report: expected a debulk.Report, but got a {type(report).__name__}")

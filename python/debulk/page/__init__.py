@@ -1,0 +1,1 @@
+"""Report and comparison as HTML pages, each one file that needs nothing else."""

@@ -1,0 +1,230 @@
+"""The report as one HTML page that needs nothing else: no network, all text escaped, one script that turns the nets."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from debulk.page import net as page_net
+from debulk.page import profile as page_profile
+from debulk.page.map import Area, colours, ply_map
+from debulk.results.report_text import number
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.results.report import ReportData
+
+# With the picture of the heights, and 2 kB of text a pocket, the page stays below 5 MB.
+_MAX_STILL_BYTES = 1_600_000  # of all drawings
+_MAX_DATA_BYTES = 700_000  # of what the script draws
+_TEMPLATES = Path(__file__).with_name("templates")
+
+
+class Look(NamedTuple):
+    """How a verdict is shown: a sign as well as a colour, and what to make of it."""
+
+    sign: str
+    advice: str
+
+
+LOOKS = {
+    Verdict.CEASE: Look("✓", "Every pocket is predicted to close under vacuum."),
+    Verdict.CREASE: Look("✕", "At least one pocket is predicted to leave a wrinkle."),
+    Verdict.UNDECIDED: Look("?", "Too near a limit, not certified, or not done in time: nothing is promised."),
+    Verdict.INVALID: Look("∅", "The scan or a part of it cannot be judged: see the reason, and scan again."),
+}
+
+
+class Bar(NamedTuple):
+    """One line of a bar chart; positions in percent of its width."""
+
+    label: str
+    text: str
+    percent: float
+    verdict: str = ""
+    sign: str = ""
+    low: float | None = None
+    high: float | None = None
+    measured: float | None = None
+
+
+class Chart(NamedTuple):
+    """A bar chart with an optional limit."""
+
+    title: str
+    bars: list[Bar]
+    limit_percent: float | None = None
+    limit_text: str = ""
+    note: str = ""
+    wide: bool = False
+
+
+class Row(NamedTuple):
+    """What a bar of a chart of pockets is made of, mm."""
+
+    id: int
+    verdict: Verdict
+    value: float | None
+    span: tuple[float, float] | None = None
+    measured: float | None = None
+
+
+class Drawings(NamedTuple):
+    """Net and section of a pocket; `still` where the net is drawn in the file, and not by the script alone."""
+
+    net: page_net.NetViews | None
+    profile: page_profile.Profile | None
+    still: bool
+
+
+def page(report: ReportData) -> str:
+    """Return the page.
+
+    Examples
+    --------
+    >>> from debulk.report import Report, Verdict
+    >>> "nothing raised" in page(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=()))
+    True
+    """
+    limits = report.recipe.get("verdict", {})
+    areas = [Area(p.id, p.verdict.value, p.outline_mm) for p in report.pockets]
+    return render(
+        "report.html.j2",
+        report=report,
+        counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
+        map=ply_map(report.height_map, report.ply_outline_mm, areas, _top(report)),
+        verdict_of={p.id: p.verdict for p in report.pockets},
+        drawings=_drawings(report),
+        limits=limits,
+        charts=[
+            bar_chart(
+                "Predicted RMS of the gaps, mm",
+                [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in report.pockets],
+                limits.get("max_rms_mm"),
+                3,
+                "thin line: range over the starts",
+            ),
+            bar_chart(
+                "Predicted ridge height, mm",
+                [Row(p.id, p.verdict, p.ridge_height_mm, p.ridge_range_mm) for p in report.pockets],
+                limits.get("max_ridge_mm"),
+                2,
+                "thin line: range over the starts",
+            ),
+        ],
+        timings=_timings(report),
+        total_ms=total_ms(report),
+        recipe=_recipe(report),
+    )
+
+
+def render(template: str, **values: Any) -> str:
+    """Fill in a template with what all pages share."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = number
+    environment.filters["signed"] = signed
+    script = (_TEMPLATES / "turn.js").read_text(encoding="utf-8")
+    # The browser runs the script with this hash and no other, whatever a name in the report may smuggle in.
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    shared = {
+        "looks": LOOKS,
+        "margin": margin,
+        "colours": colours(8),
+        "palette": colours(page_net.COLOURS),
+        "script": script,
+        "script_hash": f"sha256-{digest}",
+        "net_size": (page_net.WIDTH, page_net.HEIGHT),
+    }
+    return environment.get_template(template).render(**shared, **values)
+
+
+def margin(value: float | None, limit: float | None) -> float | None:
+    """Return by how much a figure stays below its limit; negative above."""
+    return None if value is None or limit is None else limit - value
+
+
+def signed(value: float, digits: int) -> str:
+    """Return a figure with its sign, as it is set in print."""
+    return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
+
+
+def bar_chart(title: str, rows: list[Row], limit: float | None, digits: int, note: str = "") -> Chart:
+    """Make a chart of the pockets' figures; its width is the largest figure's."""
+    tops = [top for row in rows for top in (row.value, row.measured, row.span and row.span[1]) if top is not None]
+    full = max([*tops, 1.15 * limit if limit else 0.0]) or 1.0
+
+    def bar(row: Row) -> Bar:
+        low, high = (100 * s / full for s in row.span) if row.span and row.span[1] > row.span[0] else (None, None)
+        percent = 0.0 if row.value is None else 100 * row.value / full
+        measured = None if row.measured is None else 100 * row.measured / full
+        text, sign = number(row.value, digits), LOOKS[row.verdict].sign
+        if row.measured is not None:
+            text += f" ◆ {number(row.measured, digits)}"
+        return Bar(str(row.id), text, percent, row.verdict.value, sign, low, high, measured)
+
+    bars, at = [bar(row) for row in rows], 100 * limit / full if limit else None
+    wide = any(row.measured is not None for row in rows)
+    return Chart(title, bars, at, f"limit {limit:.2f} mm" if limit else "", note, wide)
+
+
+def total_ms(report: ReportData) -> float:
+    """Return the time of the whole inspection: its own entry, or without one the sum of the stages."""
+    return report.timings_ms.get("total", sum(report.timings_ms.values()))
+
+
+def _top(report: ReportData) -> float | None:
+    """Height of the last colour: the highest pocket's; at least the cut, below which noise would look like pockets."""
+    cut = report.recipe.get("segmentation", {}).get("cut_height_mm")
+    return max([p.peak_mm for p in report.pockets] + ([] if cut is None else [cut]), default=None)
+
+
+def _drawings(report: ReportData) -> dict[int, Drawings]:
+    """Draw the pockets, the worst first, until the page would grow too large: then without stills, then not at all."""
+    severity = {Verdict.CREASE: 0, Verdict.UNDECIDED: 1, Verdict.INVALID: 2, Verdict.CEASE: 3}
+    stills, data = _MAX_STILL_BYTES, _MAX_DATA_BYTES
+    made = {}
+    for pocket in sorted(report.pockets, key=lambda p: (severity[p.verdict], p.id)):
+        if pocket.net is None or (stills < 0 and data < 0):
+            continue
+        profile = page_profile.profile(pocket, report.recipe)
+        net = page_net.net_views(pocket, profile.nodes if profile else None)
+        if net is not None:
+            data -= len(net.data)
+        if data < 0:
+            net = None
+        still = net is not None and net.size <= stills
+        if net is not None and still:
+            stills -= net.size
+        if profile is not None:
+            stills -= len(profile.markup)
+        made[pocket.id] = Drawings(net, profile if stills > 0 else None, still)
+    return made
+
+
+def _timings(report: ReportData) -> Chart:
+    stages = {stage: ms for stage, ms in report.timings_ms.items() if stage != "total"}
+    longest = max(stages.values(), default=0.0) or 1.0
+    bars = [Bar(stage, f"{ms:.1f} ms", 100 * ms / longest) for stage, ms in stages.items()]
+    return Chart(f"Times, {total_ms(report):.0f} ms in all", bars)
+
+
+def _recipe(report: ReportData) -> list[tuple[str, list[tuple[str, Any, Any]]]]:
+    """Sections, names, values, and the default where the value is another."""
+    from debulk.recipe import Recipe
+
+    defaults = Recipe().model_dump()
+    return [
+        (section, [(name, value, defaults.get(section, {}).get(name, value)) for name, value in table.items()])
+        for section, table in report.recipe.items()
+        if isinstance(table, dict)
+    ]

@@ -1,0 +1,352 @@
+"""The recipe: every setting of an inspection, with its unit in its name and the paper's tables as defaults.
+
+Import it where it is needed, not with the package: pydantic takes a tenth of a second.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from debulk._core import InputError
+from debulk.recipe.errors import Wrong, impossible, message, wrong_values
+
+_MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is something else
+
+
+class Section(BaseModel):
+    """One table of the recipe: immutable, and closed to unknown names, text for numbers, NaN and infinity."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, revalidate_instances="always"
+    )
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, **values: Any) -> None:
+            """Check all values; ``InputError`` names every wrong one."""
+            try:
+                super().__init__(**values)
+            except ValidationError as error:
+                raise InputError(message(type(self).__name__, wrong_values(type(self), error, values))) from None
+
+        # Tells pydantic that nested sections need not go through this __init__, so that the outermost sees all errors.
+        __init__.__pydantic_base_init__ = True
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _plain_numbers(cls, value: Any) -> Any:
+        """NumPy's scalars count as numbers."""
+        return value.item() if hasattr(value, "dtype") and getattr(value, "ndim", None) == 0 else value
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with other values, checked like new ones.
+
+        Parameters
+        ----------
+        update
+            New values by name. A section takes a section, or a mapping of the values that change in it.
+        deep
+            As pydantic has it; nothing here is mutable.
+
+        Raises
+        ------
+        InputError
+            If a value is wrong.
+
+        Examples
+        --------
+        >>> Recipe().model_copy(update={"material": {"thickness_mm": 0.2}}).material.thickness_mm
+        0.2
+        """
+        if not update:
+            return super().model_copy(deep=deep)
+        values: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
+        for name, value in update.items():
+            old = values.get(name)
+            values[name] = (
+                {**old.model_dump(), **value} if isinstance(old, BaseModel) and isinstance(value, Mapping) else value
+            )
+        return type(self)(**values)
+
+
+class Material(Section):
+    """The ply: one layer of uncured prepreg."""
+
+    thickness_mm: float = Field(default=0.3, gt=0, le=10, description="thickness t of the uncured ply")
+    young_mpa: float = Field(default=360.0, gt=0, description="modulus E that bends the ply, along both fibres")
+    shear_mpa: float = Field(default=40.0, gt=0, description="in-plane shear modulus G")
+    density_kg_m3: float = Field(default=1048.0, gt=0, description="density of the uncured ply")
+    friction: float = Field(
+        default=0.4, ge=0, le=10, description="friction coefficient of the ply on what lies below it"
+    )
+    bulk_factor: float = Field(default=1.2, ge=1, le=5, description="thickness before over thickness after debulking")
+
+
+class Loads(Section):
+    """What presses the ply down."""
+
+    pressure_mpa: float = Field(default=0.1, gt=0, le=10, description="vacuum pressure P")
+    gravity_m_s2: float = Field(default=9.81, ge=0, le=100, description="acceleration of gravity")
+    vacuum: Literal["vertical"] = Field(default="vertical", description="direction of the vacuum's force: along -z")
+
+
+class Segmentation(Section):
+    """Which regions of the height map count as pockets."""
+
+    cut_height_mm: float = Field(default=2.0, gt=0, description="a pocket is where the ply stands higher than this")
+    area_tol_mm2: float = Field(default=200.0, ge=0, description="smaller pockets are dropped")
+    peak_tol_mm: float = Field(
+        default=1.25, ge=0, description="pockets with a lower peak, above the cut height, are dropped"
+    )
+    edge_tol_mm: float = Field(
+        default=20.0, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
+    )
+    regions: bool = Field(
+        default=True,
+        description="process only what stands up in a coarse pass over the scan, where that is sure to find every "
+        "pocket; false: always the whole scan",
+    )
+
+
+class Clean(Section):
+    """How the scan is cleaned and gridded."""
+
+    neighbours: int = Field(default=4, ge=1, le=64, description="neighbours that decide whether a point is an outlier")
+    std_ratio: float = Field(
+        default=1.0, ge=0, description="a point goes if its mean distance to them exceeds mean + this many deviations"
+    )
+    least_ratio: float = Field(
+        default=2.0,
+        ge=0,
+        le=100,
+        description="and exceeds this many means, sparing the flanks of pockets in a clean scan; 0: plain pcdenoise",
+    )
+    spike_mm: float = Field(
+        default=0.5,
+        ge=0,
+        description="a cell this far off the median of those two away takes that median; 0: none does",
+    )
+    median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
+    grid_spacing_mm: float | None = Field(
+        default=None,
+        gt=0,
+        le=50,
+        description="spacing of the height map; unset: the median distance of the reference's points, at least 0.5 mm",
+    )
+    max_hole_mm: float = Field(default=20.0, ge=0, description="drop-outs up to this width are filled from their rim")
+
+
+class Patch(Section):
+    """The surface on which the net is laid."""
+
+    mode: Literal["foot", "paper"] = Field(
+        default="foot", description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height'
+    )
+    mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
+    smooth_mm: float = Field(
+        default=8.0,
+        ge=0,
+        le=100,
+        description="window that smooths the ply before the net, and before pockets are measured: noise is no length",
+    )
+
+
+class Net(Section):
+    """The pin-jointed net that stands for the ply."""
+
+    node_target: int = Field(
+        default=100,
+        ge=9,
+        le=5000,
+        description="nodes a pocket; sets the spacing. More lower the RMS: part of the criterion (bench/study)",
+    )
+    spacing_mm: float | None = Field(
+        default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
+    )
+    paths: Literal["geodesic", "vertical_plane"] = Field(
+        default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
+    )
+
+
+class Solve(Section):
+    """How the minimum of the energy is found."""
+
+    method: Literal["auto", "interior_point", "ipopt", "nlopt"] = Field(
+        default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
+    )
+    starts: int = Field(
+        default=2,
+        ge=1,
+        le=1000,
+        description="starting points of every pocket: the net as laid, and seeded perturbations of it",
+    )
+    most_starts: int = Field(
+        default=8,
+        ge=1,
+        le=1000,
+        description="the same at most: a pocket gets further ones, one by one, while its verdict may well turn",
+    )
+    close_ridge_mm: float = Field(
+        default=0.2,
+        ge=0,
+        description="it may where a start ends with a ridge or bridge nearer to the limit than this",
+    )
+    close_rms_mm: float = Field(
+        default=0.03,
+        ge=0,
+        description="or with an RMS nearer to it; as good as 6 starts for all, in half the time (bench/study)",
+    )
+    seed: int = Field(default=0, ge=0, lt=2**63, description="seed of the perturbations")
+    tolerance: float = Field(
+        default=1e-8,
+        gt=0,
+        le=1e-3,
+        description="of the scaled first-order conditions; slower above 1e-6, pockets fail above 1e-5 (bench/study)",
+    )
+    max_iterations: int = Field(default=1000, ge=1, le=1_000_000, description="iterations after which it gives up")
+    stiffness: float = Field(
+        default=1e8,
+        ge=1e3,
+        le=1e12,
+        description="1/compliance of the fibres, in units of the scaled problem; 1e6 to 1e10 do alike (bench/study)",
+    )
+
+
+class Ridge(Section):
+    """How a ridge's cross-section is read from the net."""
+
+    touch_mm: float | None = Field(
+        default=None, gt=0, le=1, description="a node nearer to the mold than this touches it; unset: thickness / 30"
+    )
+
+
+class VerdictLimits(Section):
+    """The criteria a pocket must meet to pass."""
+
+    max_rms_mm: float = Field(default=0.30, gt=0, description="largest RMS of the debulked gaps inside the outline")
+    max_ridge_mm: float = Field(default=0.60, gt=0, description="largest height of a ridge or a bridge (provisional)")
+    min_coverage: float = Field(default=0.98, ge=0, le=1, description="least share of the ply that the scan must show")
+    min_pocket_coverage: float = Field(default=0.80, ge=0, le=1, description="the same of a pocket's own area")
+    rms_margin_mm: float = Field(
+        default=0.01,
+        ge=0,
+        description="an RMS nearer to its limit decides nothing: other starts move it about as much (bench/study)",
+    )
+    ridge_margin_mm: float = Field(default=0.05, ge=0, description="the same of a ridge or a bridge")
+    compliance_margin_mm: float = Field(
+        default=0.05, ge=0, description="the same of any figure where fibres needed a compliance"
+    )
+
+
+class Run(Section):
+    """How the machine is used."""
+
+    threads: int = Field(
+        default=0, ge=0, le=4096, description="worker threads; 0: one a core. The result does not depend on it"
+    )
+    dump_folder: str | None = Field(
+        default=None,
+        min_length=1,
+        description="folder for the solves that fail or are slow, to be done again by `debulk replay`; unset: none",
+    )
+    slow_ms: float = Field(default=1000.0, gt=0, description="a pocket's solves that take longer are slow")
+
+
+class Recipe(Section):
+    """Every setting of an inspection.
+
+    Frozen; compare with ``==``, change with :meth:`model_copy`. The defaults are the tables of Krogh, Jakobsen and
+    Wilm, *Will it Crease or Cease?*, and this project's readings where the paper is silent.
+
+    Raises
+    ------
+    InputError
+        Names every value that is wrong or unknown, what was expected and what came.
+
+    Examples
+    --------
+    >>> Recipe().material.thickness_mm
+    0.3
+    >>> Recipe(net={"node_target": 50}).net.node_target
+    50
+    """
+
+    material: Material = Field(default_factory=lambda: Material())
+    loads: Loads = Field(default_factory=lambda: Loads())  # not "load": Recipe.load reads a file
+    segmentation: Segmentation = Field(default_factory=lambda: Segmentation())
+    clean: Clean = Field(default_factory=lambda: Clean())
+    patch: Patch = Field(default_factory=lambda: Patch())
+    net: Net = Field(default_factory=lambda: Net())
+    solve: Solve = Field(default_factory=lambda: Solve())
+    ridge: Ridge = Field(default_factory=lambda: Ridge())
+    verdict: VerdictLimits = Field(default_factory=lambda: VerdictLimits())
+    run: Run = Field(default_factory=lambda: Run())
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, **values: Any) -> None:
+            """Check all values, each alone and against the others."""
+            try:
+                super(Section, self).__init__(**values)
+                wrong = impossible(self.model_dump(), set())
+            except ValidationError as error:
+                wrong = wrong_values(type(self), error, values)
+                wrong += self._impossible_rest(values, wrong)
+            if wrong:
+                raise InputError(message("recipe", wrong))
+
+        __init__.__pydantic_base_init__ = True
+
+    @classmethod
+    def _impossible_rest(cls, values: Mapping[str, Any], wrong: list[Wrong]) -> list[Wrong]:
+        """Check against each other those values that are right alone."""
+        merged = cls().model_dump()
+        for section, given in values.items():
+            if section in merged:
+                table = given.model_dump() if isinstance(given, BaseModel) else given
+                merged[section] |= {str(k): v for k, v in table.items()} if isinstance(table, Mapping) else {}
+        return impossible(merged, {entry.name for entry in wrong})
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Self:
+        """Read a recipe from a TOML file; what it does not name keeps its default.
+
+        Parameters
+        ----------
+        path
+            The file. ``debulk recipe`` prints an example of one.
+
+        Raises
+        ------
+        InputError
+            Names the file, and the line of broken TOML or every wrong value.
+        """
+        path = Path(path)
+        try:
+            if path.stat().st_size > _MAX_FILE_BYTES:
+                raise InputError(f"{path}: expected a recipe in TOML, got a file of {path.stat().st_size} bytes")
+            values = tomllib.loads(path.read_bytes().decode("utf-8"))
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        except UnicodeDecodeError as error:
+            raise InputError(f"{path}: not a text file: byte {error.start} is not UTF-8") from None
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"{path}: not valid TOML: {error}") from None
+        except RecursionError:
+            raise InputError(f"{path}: not a recipe: nested too deeply") from None
+        try:
+            return cls(**values)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+    def to_toml(self) -> str:
+        """Return the recipe as TOML with a comment on every setting; :meth:`load` reads it back to an equal recipe."""
+        from debulk.recipe.toml import toml
+
+        return toml(self)

@@ -1,0 +1,87 @@
+"""How often a prediction was right, with the exact confidence interval of that rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from debulk._core import InputError
+
+__all__ = ["Agreement", "agreement"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """How often the prediction was right, and how sure so few pockets make one of that.
+
+    Attributes
+    ----------
+    hits, total
+        Pockets predicted rightly, of those where both sides have decided. The others are not counted.
+    low, high
+        Exact 95 % confidence interval of the hit rate (Clopper and Pearson 1934).
+    """
+
+    hits: int
+    total: int
+    low: float
+    high: float
+
+    @property
+    def rate(self) -> float:
+        """Share of hits; NaN where nothing was counted."""
+        return self.hits / self.total if self.total else math.nan
+
+    def __str__(self) -> str:
+        if not self.total:
+            return "no pocket was decided on both sides"
+        return (
+            f"{self.hits} of {self.total} right, {100 * self.rate:.0f} % "
+            f"(95 % interval {100 * self.low:.1f} to {100 * self.high:.1f} %, Clopper-Pearson)"
+        )
+
+
+def agreement(hits: int, total: int, confidence: float = 0.95) -> Agreement:
+    """Hit rate with its exact confidence interval.
+
+    Parameters
+    ----------
+    hits, total
+        0 <= hits <= total.
+    confidence
+        Of the interval, between 0 and 1; it covers the true rate at least so often.
+
+    Raises
+    ------
+    InputError
+        For impossible counts.
+
+    Examples
+    --------
+    >>> print(agreement(13, 14))
+    13 of 14 right, 93 % (95 % interval 66.1 to 99.8 %, Clopper-Pearson)
+    """
+    if not 0 <= hits <= total:
+        raise InputError(f"hits: expected 0 to {total}, but got {hits}")
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence: expected a share between 0 and 1, but got {confidence!r}")
+    tail = 0.5 * (1 - confidence)
+    # Lowest rate at which so many hits or more, highest at which so many or fewer, are not rarer than the tail.
+    low = 0.0 if hits == 0 else _rate(lambda p: _at_least(hits, total, p) < tail)
+    high = 1.0 if hits == total else _rate(lambda p: 1 - _at_least(hits + 1, total, p) > tail)
+    return Agreement(hits=hits, total=total, low=low, high=high)
+
+
+def _at_least(hits: int, total: int, rate: float) -> float:
+    """Probability of so many hits or more."""
+    return math.fsum(math.comb(total, k) * rate**k * (1 - rate) ** (total - k) for k in range(hits, total + 1))
+
+
+def _rate(below: Callable[[float], bool]) -> float:
+    """Where a condition that holds for low rates ends."""
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if below(middle) else (low, middle)
+    return 0.5 * (low + high)

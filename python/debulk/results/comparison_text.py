@@ -1,0 +1,57 @@
+"""The comparison as text: the console's table, and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import TYPE_CHECKING
+
+from debulk.results.report_text import cell, columns, number
+
+if TYPE_CHECKING:
+    from debulk.results.comparison import ComparisonData
+
+_HEADINGS = ("#", "predicted", "RMS mm", "ridge mm", "measured", "RMS mm", "peak mm", "seen %", "", "reason")
+_TEXT_COLUMNS = {1, 4, 8, 9}
+_CSV = (
+    "id", "predicted", "measured", "hit", "reason", "predicted_rms_mm", "measured_rms_mm", "predicted_ridge_mm",
+    "measured_peak_mm", "noise_mm", "measured_share",
+)  # fmt: skip
+_HIT = {True: "right", False: "WRONG", None: "–"}
+
+
+def table(comparison: ComparisonData, width: int | None = None) -> str:
+    """Return a line for each pocket, the outcomes counted, and the hit rate with its interval."""
+    rows = [
+        (
+            str(p.id),
+            p.predicted.name,
+            number(p.predicted_rms_mm, 3),
+            number(p.predicted_ridge_mm, 2),
+            p.measured.name,
+            number(p.measured_rms_mm, 3),
+            number(p.measured_peak_mm, 2),
+            number(100 * p.measured_share, 0),
+            _HIT[p.hit],
+            p.reason,
+        )
+        for p in comparison.pockets
+    ]
+    lines = columns([_HEADINGS, *rows], _TEXT_COLUMNS, width, len(_HEADINGS) - 1) if rows else ["no pocket to compare"]
+    lines += [
+        f"{predicted.name} predicted, {measured.name} measured: {count}"
+        for (predicted, measured), count in sorted(comparison.outcomes().items())
+    ]
+    lines += [f"verdicts: {comparison.agreement}", f"by RMS alone: {comparison.rms_agreement}"]
+    lines += [f"warning: {warning}" for warning in comparison.warnings]
+    return "\n".join(lines)
+
+
+def csv_text(comparison: ComparisonData) -> str:
+    """Return a line for each pocket, units in the header."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_CSV)
+    for pocket in comparison.pockets:
+        writer.writerow([cell(getattr(pocket, name)) for name in _CSV])
+    return text.getvalue()

@@ -1,0 +1,261 @@
+"""The report of an inspection as plain data: what was found, how sure it is, and what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import InputError
+from debulk.grid import Grid
+from debulk.results import codec
+from debulk.results.record import Flags, Kinds, Numbers, Pairs, PointsXY, PointsXYZ, Quadruples, Record, Values
+from debulk.verdict import Verdict
+
+__all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport"]
+
+FORMAT = "debulk report"
+
+
+def _check_numbers(name: str, values: NDArray[np.int32], lowest: int, count: int) -> None:
+    if values.size and not (lowest <= values.min() and values.max() < count):
+        raise InputError(f"{name}: expected numbers of nodes below {count}, got {values.min()} to {values.max()}")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PocketNet(Record):
+    """The pin-jointed net of a pocket, as laid on the scanned ply.
+
+    Attributes
+    ----------
+    nodes_mm
+        (N, 3), mold frame.
+    neighbours
+        (N, 4): e, w along the first fibre, n, s along the second; -1 = none.
+    kinds
+        (N,): 0 inner, 1 fixed boundary, 2 free boundary.
+    edges
+        (M, 2) numbers of the nodes at the ends of each fibre segment.
+    inside
+        (N,): within the pocket's outline, the set of the RMS.
+    """
+
+    nodes_mm: PointsXYZ
+    neighbours: Quadruples
+    kinds: Kinds
+    edges: Pairs
+    inside: Flags
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        count = len(self.nodes_mm)
+        for name, lowest in (("neighbours", -1), ("edges", 0)):
+            _check_numbers(name, getattr(self, name), lowest, count)
+        for name in ("neighbours", "kinds", "inside"):
+            if len(getattr(self, name)) != count:
+                raise InputError(f"{name}: expected one a node, {count}, got {len(getattr(self, name))}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolveReport:
+    """How the minimum was found, and its certificate, which is computed apart from the solver.
+
+    Attributes
+    ----------
+    method, status
+        The solver, and how it ended.
+    certified
+        True if the returned point is a minimum by the certificate's own figures.
+    iterations, evaluations, starts
+        Work done; starting points tried.
+    length_error
+        Largest strain of a fibre segment.
+    penetration_mm
+        Deepest node below the mold.
+    kkt_error
+        Largest residual force over a node's vacuum load.
+    curvature
+        Lowest eigenvalue of the reduced Hessian, mJ/mm²; negative at a saddle. None: not computed.
+    energy_gain_mj
+        By how much the energy fell from the start. None: not computed.
+    compliant
+        True if the fibres had to be given a compliance.
+    doubt
+        Why it is not certified; empty if it is.
+    """
+
+    method: str
+    status: str
+    certified: bool
+    iterations: int
+    evaluations: int
+    length_error: float
+    penetration_mm: float
+    kkt_error: float
+    curvature: float | None = None
+    energy_gain_mj: float | None = None
+    compliant: bool = False
+    starts: int = 1
+    doubt: str = ""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PocketReport(Record):
+    """One pocket. What a pocket that cannot be judged does not have is None.
+
+    Attributes
+    ----------
+    id
+        1 for the largest.
+    verdict, reason
+        The outcome, and why in one sentence.
+    outline_mm, foot_outline_mm
+        (M, 2) contour at the cut height, and where the ply meets the mold; mold XY, closed from last to first.
+    touches_ply_edge
+        True if the pocket runs out at the ply's edge.
+    area_mm2, peak_mm, volume_mm3
+        XY area inside the outline, largest height above the reference, integral of the height inside; of the ply
+        smoothed as for the net.
+    measured_share
+        Share of the area that the scanner saw; the rest was filled.
+    spacing_mm, node_count
+        Of the net.
+    rms_mm, rms_range_mm
+        RMS of the post-processed gaps inside the outline; its lowest and highest value over all starts.
+    ridge_height_mm, ridge_length_mm, excess_length_mm
+        Of the worst ridge; the largest excess of a fibre's length over the mold's.
+    ridge_range_mm
+        Lowest and highest ridge height over all starts.
+    ridge_nodes
+        (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
+    bridge_height_mm
+        Largest height at which the ply, too short to reach the mold, bridges a hollow.
+    net
+        The net before debulking.
+    initial_gap_mm
+        (N,) height of the net's nodes above the mold before debulking.
+    debulked_mm, debulked_gap_mm
+        (N, 3) nodes at the minimum, (N,) their heights above the mold.
+    post_processed_gap_mm
+        (N,) gaps with the coarse net's ridges replaced by the real ply's.
+    energy_mj, energy_terms_mj
+        At the minimum; bending, shear, friction, gravity, vacuum.
+    solve
+        The solver's course and the certificate.
+    runtime_ms, runtime_split_ms
+        Time spent on this pocket, and its parts.
+    """
+
+    id: int
+    verdict: Verdict
+    reason: str
+    outline_mm: PointsXY
+    foot_outline_mm: PointsXY | None = None
+    touches_ply_edge: bool = False
+    area_mm2: float
+    peak_mm: float
+    volume_mm3: float
+    measured_share: float = 1.0
+    spacing_mm: float | None = None
+    node_count: int | None = None
+    rms_mm: float | None = None
+    rms_range_mm: tuple[float, float] | None = None
+    ridge_height_mm: float | None = None
+    ridge_length_mm: float | None = None
+    ridge_range_mm: tuple[float, float] | None = None
+    ridge_nodes: Numbers | None = None
+    bridge_height_mm: float | None = None
+    excess_length_mm: float | None = None
+    net: PocketNet | None = None
+    initial_gap_mm: Values | None = None
+    debulked_mm: PointsXYZ | None = None
+    debulked_gap_mm: Values | None = None
+    post_processed_gap_mm: Values | None = None
+    energy_mj: float | None = None
+    energy_terms_mj: dict[str, float] | None = None
+    solve: SolveReport | None = None
+    runtime_ms: float = 0.0
+    runtime_split_ms: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.net is not None:
+            for name in ("initial_gap_mm", "debulked_mm", "debulked_gap_mm", "post_processed_gap_mm"):
+                values = getattr(self, name)
+                if values is not None and len(values) != len(self.net.nodes_mm):
+                    raise InputError(f"{name}: expected one a node, {len(self.net.nodes_mm)}, got {len(values)}")
+            if self.ridge_nodes is not None:
+                _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """Something that the inspection did not take into account: what, why, and a bound on what it could change."""
+
+    what: str
+    why: str
+    bound: str = ""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ReportData(Record):
+    """The outcome of one inspection.
+
+    Attributes
+    ----------
+    verdict, reason
+        Of the layup: the worst pocket's, and why in one sentence.
+    pockets
+        Largest first.
+    timings_ms
+        Stage by stage, in order.
+    left_out
+        What the verdict does not take into account.
+    coverage
+        Share of the ply that the scan shows; None if the ply's outline is unknown.
+    height_map
+        Height of the ply above the reference, mm, NaN = nothing seen, or off the ply. For a picture: coarse where no
+        pocket was looked for.
+    ply_outline_mm
+        (M, 2), mold XY; None = unknown.
+    recipe
+        The settings, section by section; ``debulk.Recipe(**report.recipe)`` gives them back.
+    source
+        What was inspected: names of files, seed of a virtual layup, and the like.
+    warnings
+        What the reader should know before trusting the rest.
+    version
+        Of debulk.
+    """
+
+    verdict: Verdict
+    reason: str
+    pockets: tuple[PocketReport, ...]
+    timings_ms: dict[str, float] = field(default_factory=dict)
+    left_out: tuple[LeftOut, ...] = ()
+    coverage: float | None = None
+    height_map: Grid | None = None
+    ply_outline_mm: PointsXY | None = None
+    recipe: dict[str, Any] = field(default_factory=dict)
+    source: dict[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    version: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.version:
+            from debulk import __version__
+
+            object.__setattr__(self, "version", __version__)
+
+    @property
+    def passed(self) -> bool:
+        """True only for CEASE."""
+        return self.verdict is Verdict.CEASE
+
+    def to_dict(self) -> Mapping[str, Any]:
+        """Return the report as JSON's own types, as `debulk.Report.save` writes it."""
+        return codec.encode(self, FORMAT)

@@ -1,0 +1,129 @@
+"""The report as text: the console's table, and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from debulk.results.report import PocketReport, ReportData
+
+HEADINGS = ("#", "area cm²", "peak mm", "Δ mm", "nodes", "RMS mm", "ridge mm", "verdict", "reason", "time ms")
+_TEXT_COLUMNS = {7, 8}
+
+
+class Figures(NamedTuple):
+    """A pocket's figures as they are shown."""
+
+    id: str
+    area_cm2: str
+    peak_mm: str
+    spacing_mm: str
+    nodes: str
+    rms_mm: str
+    ridge_mm: str
+    verdict: str
+    reason: str
+    time_ms: str
+
+
+def number(value: float | None, digits: int) -> str:
+    """Return a figure with so many decimals, a dash where there is none."""
+    # Adding zero turns the -0.0 that rounding leaves of a tiny negative figure into 0.0.
+    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def figures(pocket: PocketReport) -> Figures:
+    """Round a pocket's figures for the eye."""
+    return Figures(
+        str(pocket.id),
+        number(pocket.area_mm2 / 100, 2),
+        number(pocket.peak_mm, 2),
+        number(pocket.spacing_mm, 2),
+        "–" if pocket.node_count is None else str(pocket.node_count),
+        number(pocket.rms_mm, 3),
+        number(pocket.ridge_height_mm, 2),
+        pocket.verdict.name,
+        pocket.reason,
+        number(pocket.runtime_ms, 1),
+    )
+
+
+def table(report: ReportData, width: int | None = None) -> str:
+    """Return the verdict and a line for each pocket; in a width that has no room for the reasons, these below."""
+    lines = [f"{report.verdict.name}: {report.reason}"]
+    if report.pockets:
+        rows = [HEADINGS, *(tuple(figures(pocket)) for pocket in report.pockets)]
+        lines += columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"))
+    lines += [f"warning: {warning}" for warning in report.warnings]
+    for entry in report.left_out:
+        lines.append(f"left out: {entry.what}: {entry.why}" + (f" ({entry.bound})" if entry.bound else ""))
+    if report.timings_ms:
+        lines.append("times: " + ", ".join(f"{stage} {ms:.0f} ms" for stage, ms in report.timings_ms.items()))
+    return "\n".join(lines)
+
+
+def columns(
+    rows: Sequence[tuple[str, ...]], text: set[int], width: int | None = None, reason: int | None = None
+) -> list[str]:
+    """Lay out rows in columns; those whose numbers are in `text` start on the left.
+
+    Where that is wider than `width`, the column `reason` is folded below its row.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    folded = reason is not None and width is not None and sum(widths) + 2 * len(widths) - 2 > width
+    lines = []
+    for number, row in enumerate(rows):
+        cells = [
+            c.ljust(w) if k in text else c.rjust(w)
+            for k, (c, w) in enumerate(zip(row, widths, strict=True))
+            if not (folded and k == reason)
+        ]
+        lines.append("  ".join(cells).rstrip())
+        if folded and number and reason is not None and width is not None:
+            indent = " " * (widths[0] + 2)
+            lines += textwrap.wrap(row[reason], width, initial_indent=indent, subsequent_indent=indent)
+    return lines
+
+
+_CSV = (
+    "id", "verdict", "reason", "area_mm2", "peak_mm", "volume_mm3", "measured_share", "touches_ply_edge", "spacing_mm",
+    "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm", "ridge_low_mm", "ridge_high_mm",
+    "ridge_length_mm", "excess_length_mm",
+    "energy_mj", "solver", "status", "certified", "iterations", "evaluations", "length_error", "penetration_mm",
+    "kkt_error", "runtime_ms",
+)  # fmt: skip
+
+
+def csv_text(report: ReportData) -> str:
+    """Return a line for each pocket, units in the header; an empty cell where a pocket has no such figure."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_CSV)
+    for pocket in report.pockets:
+        writer.writerow([cell(_figure(pocket, name)) for name in _CSV])
+    return text.getvalue()
+
+
+def _figure(pocket: PocketReport, name: str) -> Any:
+    if name in ("rms_low_mm", "rms_high_mm", "ridge_low_mm", "ridge_high_mm"):
+        span = pocket.rms_range_mm if name.startswith("rms") else pocket.ridge_range_mm
+        return None if span is None else span[name.endswith("high_mm")]
+    if hasattr(pocket, name):
+        return getattr(pocket, name)
+    return getattr(pocket.solve, {"solver": "method"}.get(name, name)) if pocket.solve else None
+
+
+def cell(value: Any) -> Any:
+    """Return a value as CSV takes it."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    # A spreadsheet takes a text that starts so for a formula.
+    if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")):
+        return "'" + value
+    return value

@@ -1,0 +1,330 @@
+"""Make a varied layup: choose at random, render, spoil, and write down the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import InputError
+from debulk.scenes.varied import faults, molds, placing
+from debulk.scenes.varied.bumps import Bump
+from debulk.scenes.varied.ply import Ply
+from debulk.scenes.varied.polygons import distance, random_ply
+from debulk.scenes.varied.regions import label_regions
+from debulk.scenes.varied.rendering import Clamp, Stage
+from debulk.scenes.varied.seeing import Camera, random_camera
+from debulk.scenes.varied.truth import KnownPocket, Sized, Surfaces, VariedTruth, at_pixels, kinds_at, seen_shares
+from debulk.scenes.varied.truth import size_up as size_up_surfaces
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+SEVERITIES = ("benign", "one", "any")
+AREA_TOL_MM2, PEAK_TOL_MM = 200.0, 1.25
+
+
+@dataclass(frozen=True)
+class VariedLayup:
+    """A virtual layup of the second family, with the attributes of `debulk.scenes.Layup` and a few more.
+
+    Attributes
+    ----------
+    scan, reference
+        (H, W, 3) float32, scanner's frame, mm, NaN where nothing was seen.
+    mold_from_scanner
+        (4, 4) rigid motion, x_mold = T x_scanner.
+    camera
+        (f, cx, cy) in pixels.
+    ply_outline
+        (M, 2) mold XY, mm, counter-clockwise.
+    fibre_angles_deg
+        The two fibre directions from mold +x, degrees.
+    mask
+        (H, W) bool, True where a clamp hides the ply; None without a clamp.
+    truth
+        The surfaces, pockets and what was unseen.
+    """
+
+    scan: NDArray[np.float32]
+    reference: NDArray[np.float32]
+    mold_from_scanner: Floats
+    camera: tuple[float, float, float]
+    ply_outline: Floats
+    fibre_angles_deg: tuple[float, float]
+    mask: Bools | None
+    truth: VariedTruth
+
+
+def varied_layup(
+    seed: int = 0,
+    pixels: tuple[int, int] = (1280, 960),
+    *,
+    mold: str | None = None,
+    pockets: Sequence[str] | int | None = None,
+    severity: str | None = None,
+    noise: Sequence[str] | None = None,
+    holes_mm: Sequence[float] | int | None = None,
+    clamp: bool | None = None,
+    borders: int | None = None,
+    thickness_mm: float = 0.3,
+    cut_height_mm: float = 2.0,
+) -> VariedLayup:
+    """Make a virtual layup of the second family: other molds, pockets, noise and holes than `layup`, by other code.
+
+    The two families share nothing but this face, so that what was fitted to one can be tried on the other. All that
+    is not chosen is drawn at random; the ply's outline, the scanner's pose and its focal length always are.
+
+    Parameters
+    ----------
+    seed
+        Not negative. The same seed and arguments give the same bits.
+    pixels
+        Width and height of the image, at least 64 each.
+    mold
+        "saddle", "dome", "flanks" (to 45 degrees), "step", "ribs" (and grooves), "waves" or "cliff" (a part smaller
+        than the image above a table). Default: any.
+    pockets
+        Kinds, of "gaussians", "wrinkle", "lobes", "crescent", "ring", "superposed", "merging", "edge", "corner",
+        "edge to edge", "small" (below the tolerance on area), "thin" (a wrinkle 4 to 12 mm wide); or a number of
+        usual ones. Those for which there is no place are left out. Default: 2 to 10, seldom with one of the last three.
+    severity
+        "benign": little excess length in each; "one": the first has more than any limit allows; "any": all from
+        0.1 to 6 mm. Default: any of these three.
+    noise
+        Of "correlated", "range" (grows with depth), "quantised", "banding", "highlights", "flying"; white noise is
+        always there. Default: each with a chance of a third.
+    holes_mm
+        Widths of drop-outs at random places of the scan, or how many of 2 to 100 mm. Default: none to 6 of 2 to 15 mm.
+    clamp
+        Whether a clamp lies on the ply's edge. Default: one in eight.
+    borders
+        How many loose borders the ply has, 0.3 to 3 mm high and 60 to 260 mm wide. Default: one in five has one.
+    thickness_mm
+        The ply's, along z.
+    cut_height_mm
+        Height above the mold at which the truth's areas are taken.
+
+    Returns
+    -------
+    VariedLayup
+        Scan and reference with faults of their own, pose, camera, outline, fibre angles, mask and truth.
+
+    Raises
+    ------
+    debulk.InputError
+        An argument is out of its range.
+
+    Examples
+    --------
+    >>> scene = varied_layup(seed=1, pixels=(64, 64), mold="saddle", pockets=["ring", "crescent"])
+    >>> scene.scan.shape, scene.truth.mold_kind
+    ((64, 64, 3), 'saddle')
+    >>> sorted({kind for pocket in scene.truth.pockets for kind in pocket.kinds})
+    ['crescent', 'ring']
+    """
+    _check(seed, pixels, mold, pockets, severity, noise)
+    # A generator for each part, so that a choice made by the caller does not shift what is drawn for the others.
+    draw = [np.random.default_rng([seed, part]) for part in range(7)]
+    outline = random_ply(draw[0])
+    angles = ((0.0, 90.0), (45.0, -45.0), (30.0, 120.0), (0.0, 90.0))[int(draw[0].integers(4))]
+    kind = str(draw[1].choice(list(molds.KINDS)))
+    ground = molds.make_mold(draw[1], kind if mold is None else mold, outline)
+    bumps = _bumps(draw[2], pockets, severity, outline, angles, cut_height_mm - thickness_mm + PEAK_TOL_MM + 0.2)
+    loose = int(draw[3].random() < 0.2) if borders is None else borders
+    bumps += [placing.random_border(draw[3], outline) for _ in range(loose)]
+    ply = Ply(ground, outline, thickness_mm, tuple(bumps))
+    around = outline if ground.part_outline is None else ground.part_outline
+    crest = float(ground.smooth_height(*around.T).max())
+    camera = random_camera(draw[4], pixels, around, crest)
+    has_clamp = bool(draw[5].random() < 1 / 8) if clamp is None else clamp
+    bar = _clamp(draw[5], ply) if has_clamp else None
+    eye = camera.centre + camera.rotation[:, 0] * draw[4].uniform(300, 1000)
+    stage = Stage(camera, eye, ply, bar)
+    return _scanned(draw[6], stage, angles, faults.random_noise(draw[6], None if noise is None else tuple(noise)),
+                    holes_mm, cut_height_mm)
+
+
+def _check(
+    seed: int,
+    pixels: tuple[int, int],
+    mold: str | None,
+    pockets: Sequence[str] | int | None,
+    severity: str | None,
+    noise: Sequence[str] | None,
+) -> None:
+    if not isinstance(seed, int) or seed < 0:
+        raise InputError(f"seed: expected an integer from 0, but got {seed!r}")
+    if len(pixels) != 2 or min(pixels) < 64:
+        raise InputError(f"pixels: expected width and height of at least 64, but got {pixels!r}")
+    kinds = () if pockets is None or isinstance(pockets, int) else tuple(pockets)
+    for name, given, known in (
+        ("mold", () if mold is None else (mold,), tuple(molds.KINDS)),
+        ("pockets", kinds, tuple(placing.SHAPES)),
+        ("severity", () if severity is None else (severity,), SEVERITIES),
+        ("noise", () if noise is None else tuple(noise), faults.KINDS),
+    ):
+        for value in given:
+            if value not in known:
+                raise InputError(f"{name}: expected one of {', '.join(known)}, but got {value!r}")
+
+
+def _bumps(
+    rng: np.random.Generator,
+    pockets: Sequence[str] | int | None,
+    severity: str | None,
+    outline: Floats,
+    angles: tuple[float, float],
+    low_mm: float,
+) -> list[Bump]:
+    """Choose, scale and place the pockets."""
+    style = str(rng.choice(SEVERITIES)) if severity is None else severity
+    count = int(rng.integers(2, 11)) if pockets is None else pockets if isinstance(pockets, int) else 0
+    kinds = [str(k) for k in rng.choice(placing.USUAL, count)] if count or pockets is None else list(pockets)  # type: ignore[arg-type]
+    if pockets is None and rng.random() < 0.15:
+        kinds.insert(0, str(rng.choice(["edge to edge", "small", "thin"])))
+    bumps: list[Bump] = []
+    for number, kind in enumerate(kinds):
+        group = placing.SHAPES[kind](rng)
+        wanted = float(np.exp(rng.uniform(np.log(0.1), np.log(6.0))))
+        if style == "benign" or (style == "one" and number > 0):
+            wanted = float(rng.uniform(0.1, 0.6))
+        elif style == "one":
+            wanted = float(rng.uniform(1.4, 5.0))
+        group = placing.with_excess(group, wanted, angles, low_mm)
+        placed = placing.place(rng, kind, group, outline, bumps)
+        if placed is not None:
+            bumps += placed
+    return bumps
+
+
+def _clamp(rng: np.random.Generator, ply: Ply) -> Clamp:
+    """A bar across the ply's edge, 10 to 60 mm onto the ply."""
+    k = int(rng.integers(len(ply.outline)))
+    a, b = ply.outline[k], ply.outline[(k + 1) % len(ply.outline)]
+    along = (b - a) / np.hypot(*(b - a))
+    inward = np.array([-along[1], along[0]])
+    half = rng.uniform(20, 60)
+    middle = a + (b - a) * rng.uniform(0.15, 0.85) + inward * (rng.uniform(10, 60) - half)
+    line = middle + np.linspace(-half, half, 50)[:, None] * inward
+    top = float((ply.mold.smooth_height(*line.T) + ply.gap(*line.T)).max()) + rng.uniform(10, 30)
+    angle = float(np.arctan2(inward[1], inward[0]))
+    return Clamp((float(middle[0]), float(middle[1])), angle, float(half), float(rng.uniform(8, 30)), float(top))
+
+
+def _scanned(
+    rng: np.random.Generator,
+    stage: Stage,
+    angles: tuple[float, float],
+    noise: faults.Noise,
+    holes_mm: Sequence[float] | int | None,
+    cut_height_mm: float,
+) -> VariedLayup:
+    camera, ply, view = stage.camera, stage.ply, stage.scan
+    sizes: Sequence[float]
+    if holes_mm is None:
+        sizes = [float(s) for s in np.exp(rng.uniform(np.log(2), np.log(15), int(rng.integers(0, 7))))]
+    elif isinstance(holes_mm, int):
+        sizes = [float(s) for s in np.exp(rng.uniform(np.log(2), np.log(100), holes_mm))]
+    else:
+        sizes = holes_mm
+    scan, bad = faults.with_noise(rng, view.depth, noise)
+    reference, _ = faults.with_noise(rng, stage.reference, noise)
+    few = np.exp(rng.uniform(np.log(2), np.log(10), int(rng.integers(0, 4)))).tolist()
+    for depths, widths in ((scan, sizes), (reference, few)):
+        x, y = stage.at(depths)
+        for width in widths:
+            depths[faults.random_hole(rng, _place(rng, ply.outline), width).covers(x, y)] = np.nan
+    single = rng.random((2, *scan.shape)) < rng.uniform(0, 0.004)
+    scan[single[0]], reference[single[1]] = np.nan, np.nan
+    truth = _truth(stage, angles, cut_height_mm, ~np.isfinite(scan) | view.clamped, ~np.isfinite(reference), bad)
+    return VariedLayup(
+        scan=_cloud(camera, scan),
+        reference=_cloud(camera, reference),
+        mold_from_scanner=camera.mold_from_scanner,
+        camera=(camera.focal, *camera.middle),
+        ply_outline=ply.outline,
+        fibre_angles_deg=angles,
+        mask=view.clamped if stage.clamp is not None else None,
+        truth=truth,
+    )
+
+
+def _place(rng: np.random.Generator, outline: Floats) -> tuple[float, float]:
+    """A place on the ply, or up to 5 mm beside it."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    while True:
+        x, y = (float(v) for v in rng.uniform(low, high))
+        if float(distance(outline, np.array(x), np.array(y))) > -5:
+            return x, y
+
+
+def _cloud(camera: Camera, depth: Floats) -> NDArray[np.float32]:
+    """Points of depths, in the camera's frame."""
+    width, height = camera.size
+    u = (np.arange(width) - camera.middle[0]) / camera.focal
+    v = (np.arange(height) - camera.middle[1]) / camera.focal
+    cloud = np.empty((height, width, 3), np.float32)
+    cloud[..., 0], cloud[..., 1], cloud[..., 2] = depth * u[None, :], depth * v[:, None], depth
+    return cloud
+
+
+def _truth(
+    stage: Stage,
+    angles: tuple[float, float],
+    cut_height_mm: float,
+    unseen: Bools,
+    reference_unseen: Bools,
+    bad: Bools,
+) -> VariedTruth:
+    ply, camera = stage.ply, stage.camera
+
+    def height(x: Floats, y: Floats) -> Floats:
+        return ply.thickness_mm + (ply.gap_in_image(x, y) if np.ndim(x) == 2 else ply.gap(x, y))
+
+    known = Surfaces(height, ply.mold.smooth_height, ply.outline, ply.thickness_mm, angles)
+    sized = size_up_surfaces(known, cut_height_mm)
+    cuts = label_regions(height, ply.outline, cut_height_mm)
+    count = int(cuts.values.max())
+    scan_shares, rims = seen_shares(cuts, count, ply.top, camera, unseen)
+    reference_shares, _ = seen_shares(cuts, count, ply.mold.smooth_height, camera, reference_unseen)
+
+    def written(one: Sized) -> KnownPocket:
+        region = one.region
+        k = region.label - 1 if region.area_mm2 > 0 else None
+        return KnownPocket(
+            kinds=kinds_at(ply.bumps, region),
+            centre_mm=region.centre_mm,
+            outline_mm=region.outline_mm,
+            area_mm2=region.area_mm2,
+            volume_mm3=region.volume_mm3,
+            peak_mm=region.peak_mm,
+            touches_ply_edge=region.touches_ply_edge,
+            excess=one.excess,
+            ridge_mm=one.ridge_mm(ply.thickness_mm),
+            unseen_share=0.0 if k is None else float(scan_shares[k]),
+            reference_unseen_share=0.0 if k is None else float(reference_shares[k]),
+            rim_unseen_share=0.0 if k is None else float(rims[k]),
+        )
+
+    all_known = [written(one) for one in sized]
+    large = [p.area_mm2 >= AREA_TOL_MM2 and p.peak_mm >= cut_height_mm + PEAK_TOL_MM for p in all_known]
+    low, high = ply.outline.min(axis=0), ply.outline.max(axis=0)
+    x, y = np.meshgrid(np.arange(low[0], high[0], 3.0), np.arange(low[1], high[1], 3.0))
+    on_ply = distance(ply.outline, x, y) > 0
+    hidden = at_pixels(x[on_ply], y[on_ply], ply.top, camera, unseen | reference_unseen)
+    return VariedTruth(
+        pockets=tuple(p for p, is_large in zip(all_known, large, strict=True) if is_large),
+        decoys=tuple(p for p, is_large in zip(all_known, large, strict=True) if not is_large),
+        thickness_mm=ply.thickness_mm,
+        cut_height_mm=cut_height_mm,
+        mold_kind=ply.mold.kind,
+        bumps=ply.bumps,
+        unseen=unseen,
+        reference_unseen=reference_unseen,
+        bad=bad,
+        ply_seen_share=float(1 - hidden.mean()),
+        ply=ply,
+    )

@@ -1,0 +1,78 @@
+"""The draped ply: a thickness, an outline, and the air below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.scenes.varied.bumps import Box, Bump
+from debulk.scenes.varied.molds import Mold
+from debulk.scenes.varied.polygons import inside
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ply:
+    """A ply of constant vertical thickness over gaps that add up; the gap is known beyond the outline too."""
+
+    mold: Mold
+    outline: Floats
+    thickness_mm: float
+    bumps: tuple[Bump, ...]
+
+    def gap(self, x: Floats, y: Floats) -> Floats:
+        """Height of the air under the ply, mm, as if the ply went on beyond its outline."""
+        total = np.zeros(np.shape(x))
+        for bump in self.bumps:
+            where = _within(bump.box, x, y)
+            total[where] += bump.gap(x[where], y[where])
+        return total
+
+    def gap_in_image(self, x: Floats, y: Floats) -> Floats:
+        """Return the same for (H, W) positions that vary smoothly over the image, evaluating small windows only."""
+        total = np.zeros(x.shape)
+        for bump, window in zip(self.bumps, _windows((b.box for b in self.bumps), x, y), strict=True):
+            if window is not None:
+                total[window] += bump.gap(x[window], y[window]) * _within(bump.box, x[window], y[window])
+        return total
+
+    def top(self, x: Floats, y: Floats) -> Floats:
+        """Height of the ply's upper side in the mold's frame, continued beyond its outline."""
+        return self.mold.smooth_height(x, y) + self.thickness_mm + self.gap(x, y)
+
+    def height_above_mold(self, x: Floats, y: Floats) -> Floats:
+        """Height of the ply's upper side above the mold, 0 beside the ply."""
+        return np.where(inside(self.outline, x, y), self.thickness_mm + self.gap(x, y), 0.0)
+
+
+def _within(box: Box, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    inner: NDArray[np.bool_] = (x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])
+    return inner
+
+
+_STEP = 8
+
+
+def _windows(boxes: Iterable[Box], x: Floats, y: Floats) -> list[tuple[slice, slice] | None]:
+    """Windows of the image that hold all pixels in each box, from every eighth pixel; None: no pixel."""
+    xs, ys = x[::_STEP, ::_STEP], y[::_STEP, ::_STEP]
+    margin = 0.0  # no pixel is farther from the next of the eighths than a step of the coarse image
+    for axis in (0, 1):
+        if xs.shape[axis] > 1:
+            step = np.hypot(np.diff(xs, axis=axis), np.diff(ys, axis=axis)).max()
+            margin = max(margin, float(step))
+    windows: list[tuple[slice, slice] | None] = []
+    for box in boxes:
+        grown = (box[0] - 2 * margin, box[1] - 2 * margin, box[2] + 2 * margin, box[3] + 2 * margin)
+        rows, columns = np.nonzero(_within(grown, xs, ys))
+        if len(rows) == 0:
+            windows.append(None)
+            continue
+        first_row, last_row = _STEP * (rows.min() - 1), _STEP * (rows.max() + 1)
+        first_column, last_column = _STEP * (columns.min() - 1), _STEP * (columns.max() + 1)
+        windows.append((slice(max(first_row, 0), last_row + 1), slice(max(first_column, 0), last_column + 1)))
+    return windows

@@ -1,0 +1,241 @@
+"""Reads the house: what includes and imports what, against the order of the rooms.
+
+A room uses only rooms that stand before it on a line. In C++ every `#include` is read, in Python every import, also
+those inside functions; `if TYPE_CHECKING` is left out, for a name in an annotation binds nothing when the code runs.
+"""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+# The lines on which the data walks (design, "Layout"). A room that does not exist yet does no harm.
+LINES = tuple(
+    line.split()
+    for line in (
+        "core scanner cloud surface pocket net sheet ridge verdict",
+        "core solve sheet",
+        "core solve section ridge",
+        "pocket region",
+        "core files",
+    )
+)
+# The package from below to above; between the public rooms the order is that of LINES. Inside a folder only circles are
+# forbidden. The package itself, "debulk", is its `__init__.py`.
+PYTHON_BELOW = ("_core", "grid", "debulk", "arrays", "recipe")
+PYTHON_ROOMS = ("cloud", "surface", "pocket", "net", "sheet", "solve", "ridge", "section", "verdict", "scanner")
+PYTHON_ABOVE = (
+    "files", "results", "page", "report", "comparison", "inspection", "scenes", "study", "view", "doctor", "cli",
+)  # fmt: skip
+
+# A kernel or an .inl is a source in all but name: its file is included by others.
+MOST_LINES = {".hpp": 120, ".cpp": 350, ".inl": 350, "_kernel.hpp": 350}
+
+
+def _rooms_before() -> dict[str, set[str]]:
+    before: dict[str, set[str]] = {room: set() for line in LINES for room in line}
+    for _ in LINES:  # once more for each line that may join another
+        for line in LINES:
+            for k, room in enumerate(line):
+                before[room] |= set(line[:k]).union(*(before[earlier] for earlier in line[:k]))
+    return before
+
+
+BEFORE = _rooms_before()
+
+
+def may_include(room: str, other: str) -> bool:
+    """Whether a C++ room may use another."""
+    return room in BEFORE and (other == room or other in BEFORE[room])
+
+
+def may_import(part: str, other: str) -> bool:
+    """Whether a part of the Python package, a module or a folder of its top level, may use another."""
+    if part == other:
+        return True
+    if part in PYTHON_ROOMS and other in PYTHON_ROOMS:
+        return other in BEFORE[part]
+    order = [*PYTHON_BELOW, "the rooms", *PYTHON_ABOVE]
+    here, there = ("the rooms" if name in PYTHON_ROOMS else name for name in (part, other))
+    return here in order and there in order and order.index(there) < order.index(here)
+
+
+# --- C++ ---
+
+
+def _cpp_files(root: Path) -> list[Path]:
+    return sorted(path for path in (root / "cpp").rglob("*") if path.suffix in (".hpp", ".cpp", ".inl"))
+
+
+def _includes(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield line and name of each file of the house that a C++ file includes, in quotes or in angle brackets."""
+    for number, line in enumerate(path.read_text().splitlines(), start=1):
+        found = re.match(r'\s*#\s*include\s*(?:"([^"]+)"|<((?:debulk|bindings)/[^>]+)>)', line)
+        if found:
+            yield number, found[1] or found[2]
+
+
+def _binding_room(stem: str) -> str:
+    """Tell the room of a binding: bind_<room>.cpp and <room>_*.hpp belong to their room, the rest to the core."""
+    stem = stem.removeprefix("bind_")
+    return next((room for room in BEFORE if stem == room or stem.startswith(f"{room}_")), "core")
+
+
+def wrong_includes(root: Path) -> list[str]:
+    """Each `#include` in cpp/debulk and cpp/bindings that goes against the order, with its line."""
+    wrong = []
+    for path in _cpp_files(root):
+        place = path.relative_to(root / "cpp").parts
+        bindings = place[0] == "bindings"
+        room = _binding_room(path.stem) if bindings else place[1]
+        for number, name in _includes(path):
+            included = name.split("/")
+            if bindings and included[0] == "bindings":
+                continue
+            if included[0] != "debulk" or len(included) != 3 or not may_include(room, included[1]):
+                wrong.append(f"{path.relative_to(root)}:{number}: {room} may not include {name}")
+    return wrong
+
+
+def wrong_links(root: Path) -> list[str]:
+    """Each room that a cpp/debulk/<room>/CMakeLists.txt uses against the order."""
+    wrong = []
+    for path in sorted((root / "cpp" / "debulk").glob("*/CMakeLists.txt")):
+        room = path.parent.name
+        for used in re.findall(r"\bUSES((?:\s+[a-z]\w*)+)", path.read_text()):
+            wrong += [
+                f"{path.relative_to(root)}: {room} may not use {other}"
+                for other in used.split()
+                if not may_include(room, other)
+            ]
+    return wrong
+
+
+def too_long(root: Path) -> list[str]:
+    """Each C++ file that has more lines than its kind may have."""
+    lengths = [(path, len(path.read_text().splitlines())) for path in _cpp_files(root)]
+
+    def most(path: Path) -> int:
+        return MOST_LINES["_kernel.hpp" if path.name.endswith("_kernel.hpp") else path.suffix]
+
+    return [
+        f"{path.relative_to(root)}: {lines} lines, at most {most(path)} are wanted"
+        for path, lines in lengths
+        if lines > most(path)
+    ]
+
+
+# --- Python ---
+
+
+def modules_of(root: Path) -> dict[str, Path]:
+    """Return every module of python/debulk by its dotted name; a folder's `__init__.py` by the folder's."""
+    package = root / "python" / "debulk"
+    named = {}
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(package.parent).with_suffix("").parts
+        named[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return named
+
+
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield every node of a module that runs: not what stands in `if TYPE_CHECKING:`, but its else."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in (
+            getattr(node.test, "id", ""),
+            getattr(node.test, "attr", ""),
+        ):
+            for other in node.orelse:
+                yield other
+                yield from _statements(other)
+            continue
+        yield node
+        yield from _statements(node)
+
+
+def imports_of(name: str, path: Path, modules: dict[str, Path]) -> list[tuple[int, str, str]]:
+    """Return line, module and, if it is none, the name asked of that module, of each import from the package."""
+    known = modules.keys() | {"debulk._core"}
+    folder = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    found = []
+    for node in _statements(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found += [(node.lineno, alias.name, "") for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                above = folder.split(".")[: len(folder.split(".")) - node.level + 1]
+                base = ".".join([*above, *([base] if base else [])])
+            for alias in node.names:
+                inner = f"{base}.{alias.name}"
+                found.append((node.lineno, inner, "") if inner in known else (node.lineno, base, alias.name))
+    return [entry for entry in found if entry[1].partition(".")[0] == "debulk"]
+
+
+def _own_names(path: Path) -> set[str]:
+    """Return the names that a module binds at its top level."""
+    names = set()
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.ImportFrom):
+            names |= {alias.asname or alias.name for alias in node.names}
+        elif isinstance(node, ast.Assign):
+            names |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+    return names
+
+
+def wrong_imports(root: Path) -> list[str]:
+    """Each import in python/debulk of a part that stands further up, and each detour by the package's lazy names."""
+    modules = modules_of(root)
+    own = _own_names(modules["debulk"]) if "debulk" in modules else set()
+    wrong = []
+    for name, path in modules.items():
+        part = name.split(".")[1] if "." in name else "debulk"
+        for line, other, asked in imports_of(name, path, modules):
+            other_part = other.split(".")[1] if "." in other else "debulk"
+            where = f"{path.relative_to(root)}:{line}"
+            if not may_import(part, other_part):
+                wrong.append(f"{where}: {part} may not import {other_part}")
+            elif other == "debulk" and asked not in own:
+                wrong.append(f"{where}: {asked or 'debulk'} is to be imported from the module that defines it")
+    return wrong
+
+
+# --- circles ---
+
+
+def _circles(uses: dict[str, set[str]]) -> list[list[str]]:
+    """Return the groups of names that use one another, by Tarjan's strongly connected components."""
+    number: dict[str, int] = {}
+    lowest: dict[str, int] = {}
+    stack: list[str] = []
+    groups = []
+
+    def visit(name: str) -> None:
+        number[name] = lowest[name] = len(number)
+        stack.append(name)
+        for other in sorted(uses.get(name, ())):
+            if other not in number:
+                visit(other)
+            if other in stack:
+                lowest[name] = min(lowest[name], lowest[other])
+        if lowest[name] == number[name]:
+            at = stack.index(name)
+            group, stack[at:] = stack[at:], []
+            if len(group) > 1 or name in uses.get(name, ()):
+                groups.append(sorted(group))
+
+    for name in sorted(uses):
+        if name not in number:
+            visit(name)
+    return groups
+
+
+def circles(root: Path) -> list[str]:
+    """Each circle of C++ files by their includes, and of Python modules by their imports, lazy ones too."""
+    modules = modules_of(root)
+    includes = {str(path.relative_to(root / "cpp")): {name for _, name in _includes(path)} for path in _cpp_files(root)}
+    imports = {name: {other for _, other, _ in imports_of(name, path, modules)} for name, path in modules.items()}
+    return [f"a circle: {', '.join(group)}" for uses in (includes, imports) for group in _circles(uses)]
+
+
+CHECKS = (wrong_includes, wrong_links, wrong_imports, circles, too_long)

@@ -1,0 +1,262 @@
+import base64
+import dataclasses
+import hashlib
+import itertools
+import json
+import re
+from html.parser import HTMLParser
+
+import cv2
+import numpy as np
+import pytest
+
+from debulk import Grid
+from debulk.page.map import _label_box, _labels, _overlap, colours, ply_map
+from debulk.page.net import HEIGHT, WIDTH, net_views
+from debulk.page.profile import profile
+from debulk.page.report import _drawings, margin, page
+from debulk.report import Report
+from debulk.verdict import Verdict
+
+VOID = {"meta", "br", "image", "path", "circle", "rect", "link", "img", "hr", "input", "use"}
+
+
+class Reader(HTMLParser):
+    """Collects elements, and fails where they do not nest."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.elements, self.text = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        if tag not in VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] not in ("style", "script"):
+            self.text.append(data)
+
+
+def read(html):
+    reader = Reader()
+    reader.feed(html)
+    reader.close()
+    assert reader.open == []
+    return reader
+
+
+@pytest.fixture(scope="module")
+def html(report):
+    return page(report)
+
+
+def test_the_page_loads_nothing(html):
+    reader = read(html)
+    assert not {tag for tag, _ in reader.elements} & {"link", "iframe", "object", "embed", "base", "form", "img"}
+    for _, attributes in reader.elements:
+        for name, value in attributes.items():
+            assert not name.startswith("on")
+            if name in ("src", "href", "xlink:href", "action", "data", "srcset"):
+                assert value.startswith(("#pocket-", "#outline-", "data:image/png;base64,"))
+    assert "://" not in html and "url(" not in html and "@import" not in html
+    policy = next(a["content"] for t, a in reader.elements if t == "meta" and "http-equiv" in a)
+    assert policy.startswith("default-src 'none'")
+
+
+def test_one_script_and_no_other_may_run(html):
+    """The policy names the script by its hash: what a name in the report smuggles in does not run."""
+    scripts = re.findall(r"<script([^>]*)>(.*?)</script>", html, re.DOTALL)
+    assert len(scripts) == 1 and "src" not in scripts[0][0]
+    digest = base64.b64encode(hashlib.sha256(scripts[0][1].encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in html
+    assert "unsafe-inline" not in html.replace("style-src 'unsafe-inline'", "")
+    for danger in ("eval(", "fetch(", "XMLHttpRequest", "import(", "innerHTML = location"):
+        assert danger not in scripts[0][1]
+
+
+def test_everything_is_escaped(html):
+    assert html.count("<script") == 1
+    assert "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; less" in html
+    assert "scan &lt;1&gt;.pcd" in html
+
+
+def test_the_page_shows_every_pocket_and_figure(report, html):
+    text = " ".join(" ".join(read(html).text).split())
+    assert text.index("INVALID") < text.index("pocket 6 cannot be judged") < text.index("Height above")
+    for pocket in report.pockets:
+        assert f"Pocket {pocket.id}" in text
+        assert f"{pocket.area_mm2 / 100:.2f}" in text
+        if pocket.rms_mm is not None:
+            assert f"{pocket.rms_mm:.3f}" in text
+            assert f"{0.3 - pocket.rms_mm:+.3f}".replace("-", "−") in text
+            assert f" {pocket.solve.evaluations} " in text
+    for part in ("residual force", "1243 points", "the ply's edge is nearer", "98.7", "node_target", "(default 100)"):
+        assert part in text
+    for stage in report.timings_ms:
+        assert stage in text
+
+
+def test_outlines_carry_number_and_sign_besides_colour(report, html):
+    labels = re.findall(r'<text class="label"[^>]*>(\d+) (.)</text>', html)
+    assert labels == [("1", "✓"), ("2", "✓"), ("3", "✕"), ("4", "?"), ("5", "✕"), ("6", "∅"), ("7", "✕")]
+
+
+def test_the_page_is_small_and_deterministic(report, html):
+    assert len(html.encode()) < 5_000_000
+    assert page(report) == html
+
+
+def test_a_large_noisy_report_stays_below_5_mb(report):
+    heights = np.random.default_rng(0).normal(5, 4, (3000, 4000)).astype(np.float32)
+    pockets = tuple(dataclasses.replace(report.pockets[k % 5], id=k + 1) for k in range(150))
+    large = dataclasses.replace(report, height_map=Grid(heights, np.zeros(2), 0.3), pockets=pockets)
+    html = page(large)
+    assert len(html.encode()) < 5_000_000
+    assert "left out to keep the page small" in html
+    assert html.index("data-net") < html.index('class="net" role="img" aria-label="Net of pocket 150')
+    read(html)
+
+
+def test_what_has_to_be_left_out_is_left_out_of_the_harmless_first(report):
+    pockets = tuple(dataclasses.replace(report.pockets[k % 5], id=k + 1) for k in range(150))
+    drawings = _drawings(dataclasses.replace(report, pockets=pockets))
+    still = {pocket.verdict for pocket in pockets if pocket.id in drawings and drawings[pocket.id].still}
+    assert Verdict.CREASE in still and Verdict.CEASE not in still
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_a_report_with_nothing_in_it_has_a_page(verdict):
+    assert verdict.name in "".join(read(page(Report(verdict=verdict, reason="nothing raised", pockets=()))).text)
+
+
+def test_the_picture_lies_where_the_outlines_lie():
+    """A single high cell, its position read back from the picture."""
+    values = np.zeros((30, 50), np.float32)
+    values[4, 40] = 8.0
+    values[20:, :10] = np.nan
+    report = Report(
+        verdict=Verdict.CEASE, reason="", pockets=(), height_map=Grid(values, np.array([100.0, 200.0]), 2.0)
+    )
+    drawn = ply_map(report.height_map, None, [], None)
+    assert drawn.top_mm == pytest.approx(0.1)  # a thousandth of the cells is not looked at
+    picture = cv2.imdecode(np.frombuffer(base64.b64decode(drawn.image), np.uint8), cv2.IMREAD_UNCHANGED)
+    assert picture.shape == (30, 50, 4)
+    x, y, width, height = drawn.image_box
+    row, column = np.unravel_index(np.argmax(picture[..., 2]), picture.shape[:2])
+    assert x + (column + 0.5) * width / 50 == pytest.approx(180.0)
+    assert -(y + (row + 0.5) * height / 30) == pytest.approx(208.0)
+    assert picture[0, 0, 3] == 0 and picture[29, 0, 3] == 255  # north-west was not seen
+
+
+def test_a_cropped_picture_keeps_its_place(report):
+    drawn = ply_map(report.height_map, np.array([[400.0, 300], [800, 300], [800, 700]]), [], 15.0)
+    x, y, width, height = drawn.image_box
+    assert drawn.x - 2 < x + 1 < 400 and 800 < x + width < 850
+    assert -700 - 50 < y < -700 and y + height > -300
+
+
+def test_labels_keep_off_their_neighbours():
+    square = np.array([[0, 0], [8, 0], [8, 8], [0, 8]], dtype=float)
+    crowd = [square + np.array(shift) for shift in ((0, 0), (12, 0), (24, 0), (500, 300), (12, 30))]
+    places = _labels(crowd, 10.0, np.array([-40.0, -40.0]), np.array([510.0, 310.0]))
+    boxes = [_label_box(x, -y + 3.5, anchor, 10.0) for x, y, anchor in places]
+    squares = [np.concatenate([s.min(axis=0), s.max(axis=0)]) for s in crowd]
+    for k, box in enumerate(boxes):
+        assert all(_overlap(box, other) == 0 for other in squares + boxes[:k])
+        assert (box[:2] >= -40).all() and (box[2:] <= [510, 310]).all()
+
+
+def test_a_total_among_the_times_is_not_a_stage(report):
+    text = " ".join(read(page(dataclasses.replace(report, timings_ms={"a": 10.0, "b": 20.0, "total": 31.0}))).text)
+    assert "31 ms in all" in text and " total " not in text
+
+
+def test_margins_are_positive_inside():
+    assert margin(0.25, 0.3) == pytest.approx(0.05)
+    assert margin(0.35, 0.3) == pytest.approx(-0.05)
+    assert margin(None, 0.3) is None and margin(0.3, None) is None
+
+
+def test_nets_are_drawn_at_one_scale_with_their_kinds(report):
+    views = net_views(report.pockets[6], [0, 1, 2])
+    before, after = views.views
+    net = report.pockets[6].net
+    for view in (before, after):
+        read(view.markup)
+        assert view.markup.count('class="fixed"') == np.sum(net.kinds == 1)
+        assert view.markup.count('class="free"') == np.sum(net.kinds == 2) > 0
+        assert view.markup.count("<circle") == np.sum(net.kinds == 0)
+        assert view.markup.count('class="section"') == 1
+    assert before.high_mm == pytest.approx(report.pockets[6].initial_gap_mm.max())
+    assert after.high_mm == pytest.approx(report.pockets[6].debulked_gap_mm.max())
+    assert views.top_mm == pytest.approx(max(before.high_mm, after.high_mm), abs=0.01)
+    # Nothing is drawn outside the frame.
+    for u, v in re.findall(r"[ML](-?\d+\.\d) (-?\d+\.\d)", before.markup + after.markup):
+        assert 0 <= float(u) <= WIDTH and 0 <= float(v) <= HEIGHT
+
+
+def test_every_segment_is_drawn_once_as_a_cells_side_or_alone(report):
+    net = report.pockets[0].net
+    data = json.loads(net_views(report.pockets[0]).data)
+    cells = np.array(data["cells"]).reshape(-1, 4)
+    sides = {tuple(sorted((c[k], c[k - 1]))) for c in cells.tolist() for k in range(4)}
+    loose = {tuple(sorted(edge)) for edge in np.array(data["loose"]).reshape(-1, 2).tolist()}
+    assert not sides & loose
+    assert sides | loose == {tuple(sorted(edge)) for edge in net.edges.tolist()}
+
+
+def test_the_height_before_follows_from_the_mold_where_it_is_not_given(report):
+    pocket = report.pockets[0]
+    without = net_views(dataclasses.replace(pocket, initial_gap_mm=None))
+    assert without.views[0].high_mm == pytest.approx(pocket.initial_gap_mm.max())
+
+
+def test_the_section_runs_along_the_whole_fibre_through_the_ridge(report):
+    pocket = report.pockets[1]
+    net = pocket.net
+    inner = int(np.argmax(np.where((net.neighbours >= 0).all(axis=1), pocket.post_processed_gap_mm, 0)))
+    ridge = np.array([net.neighbours[inner, 3], inner, net.neighbours[inner, 2]])
+    drawn = profile(dataclasses.replace(pocket, ridge_nodes=ridge), report.recipe)
+    read(drawn.markup)
+    assert drawn.through_ridge and drawn.fibre == 1
+    assert set(ridge.tolist()) < set(drawn.nodes)
+    assert net.neighbours[drawn.nodes[0], 3] == net.neighbours[drawn.nodes[-1], 2] == -1
+    assert all(net.neighbours[a, 2] == b for a, b in itertools.pairwise(drawn.nodes))
+    standing = pocket.post_processed_gap_mm[drawn.nodes] > 0.25 + 0.02
+    assert drawn.markup.count('class="ridge"') == np.sum(standing) > 0
+    for u, v in re.findall(r"[ML](-?\d+\.\d) (-?\d+\.\d)", drawn.markup):
+        assert 0 <= float(u) <= WIDTH and 0 <= float(v) <= HEIGHT
+
+
+def test_heights_of_the_section_are_to_the_scale_that_is_said(report):
+    """Read back from the drawing: the net's gaps over its lengths, exaggerated as said."""
+    pocket = report.pockets[2]
+    drawn = profile(pocket, report.recipe)
+    curves = re.findall(r'class="(before|net-after)" d="([^"]+)"', drawn.markup)
+    before, after = (
+        np.array(re.findall(r"(\S+) (\S+)", d.replace("M", "").replace("L", "\n")), float) for _, d in curves
+    )
+    gaps = pocket.initial_gap_mm[drawn.nodes] - pocket.debulked_gap_mm[drawn.nodes]
+    points = pocket.net.nodes_mm[drawn.nodes]
+    scale = np.ptp(before[:, 0]) / np.hypot(*(points[-1] - points[0])[:2])
+    assert after[:, 1] - before[:, 1] == pytest.approx(gaps * scale * drawn.exaggeration, abs=0.15)
+    assert not drawn.through_ridge  # the report says of no ridge where it is: then through the highest node
+    assert int(np.argmax(pocket.initial_gap_mm)) in drawn.nodes
+
+
+def test_there_is_no_drawing_without_a_net(report):
+    assert net_views(report.pockets[5]) is None
+    assert profile(report.pockets[5], {}) is None
+
+
+def test_colours_run_from_dark_to_light():
+    light = [sum(int(c[k : k + 2], 16) * w for k, w in ((1, 0.3), (3, 0.59), (5, 0.11))) for c in colours(16)]
+    assert all(a < b for a, b in itertools.pairwise(light))

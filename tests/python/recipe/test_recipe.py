@@ -1,0 +1,209 @@
+import tomllib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from debulk import InputError
+from debulk.recipe import Material, Net, Recipe
+from debulk.recipe.errors import known_names
+
+
+def error_of(make, *args, **kwargs):
+    with pytest.raises(InputError) as caught:
+        make(*args, **kwargs)
+    return str(caught.value)
+
+
+def test_the_defaults_are_the_papers_tables():
+    recipe = Recipe()
+    assert recipe.material.model_dump() == {
+        "thickness_mm": 0.3, "young_mpa": 360.0, "shear_mpa": 40.0, "density_kg_m3": 1048.0, "friction": 0.4,
+        "bulk_factor": 1.2,
+    }  # fmt: skip
+    assert recipe.loads.model_dump() == {"pressure_mpa": 0.1, "gravity_m_s2": 9.81, "vacuum": "vertical"}
+    assert recipe.segmentation.model_dump() == {
+        "cut_height_mm": 2.0, "area_tol_mm2": 200.0, "peak_tol_mm": 1.25, "edge_tol_mm": 20.0,
+        "regions": True,
+    }  # fmt: skip
+    assert (recipe.clean.neighbours, recipe.clean.std_ratio, recipe.net.node_target) == (4, 1.0, 100)
+    assert (recipe.verdict.max_rms_mm, recipe.verdict.max_ridge_mm, recipe.verdict.min_coverage) == (0.3, 0.6, 0.98)
+
+
+def test_the_same_defaults_stand_in_the_core():
+    from debulk.verdict import Criteria
+
+    limits, core = Recipe().verdict, Criteria()
+    assert limits.max_rms_mm == core.max_rms_mm
+    assert limits.max_ridge_mm == core.max_ridge_height_mm
+    for name in ("min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm", "compliance_margin_mm"):
+        assert getattr(limits, name) == getattr(core, name)
+
+
+def test_every_setting_is_described_and_every_dimension_named():
+    plain = {
+        "friction", "bulk_factor", "vacuum", "neighbours", "std_ratio", "least_ratio", "median_cells", "mode",
+        "node_target", "paths", "regions",
+        "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
+        "min_coverage", "min_pocket_coverage", "threads", "dump_folder",
+    }  # fmt: skip
+    for section in Recipe.model_fields:
+        for name, entry in type(getattr(Recipe(), section)).model_fields.items():
+            assert entry.description, f"{section}.{name}"
+            assert name in plain or name.endswith(("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2", "_ms")), (
+                f"{section}.{name}"
+            )
+
+
+def test_toml_reads_back_to_an_equal_recipe(tmp_path):
+    recipe = Recipe(net={"spacing_mm": 8.4}, material={"thickness_mm": 0.1 + 0.2}, solve={"tolerance": 1e-9})
+    path = tmp_path / "cell.toml"
+    path.write_text(recipe.to_toml(), encoding="utf-8")
+    assert Recipe.load(path) == recipe
+    path.write_text(Recipe().to_toml(), encoding="utf-8")
+    assert Recipe.load(str(path)) == Recipe()
+
+
+def test_toml_has_a_comment_on_every_setting():
+    lines = Recipe().to_toml().splitlines()
+    for name in known_names(Recipe):
+        if "." in name:
+            line = next(line for line in lines if line.removeprefix("# ").startswith(name.split(".")[1] + " = "))
+            assert "  # " in line or "... " in line
+
+
+def test_all_wrong_values_come_in_one_error():
+    text = error_of(
+        Recipe,
+        material={"thickness_mm": -0.3, "bulk_factor": 0.9, "young_mpa": "soft"},
+        net={"spacing_mm": float("nan"), "node_target": 99.5},
+        loads={"pressure_mpa": float("inf"), "vacuum": "sideways"},
+        verdict=7,
+        segmentation={"cut_height_mm": 0.15},
+    )
+    assert text.startswith("9 wrong values")
+    for part in (
+        "material.thickness_mm: expected a number greater than 0, got -0.3",
+        "material.bulk_factor: expected a number at least 1, got 0.9",
+        "material.young_mpa: expected a number, got 'soft'",
+        "net.spacing_mm: expected a finite number, got nan",
+        "net.node_target: expected a whole number, got 99.5",
+        "loads.pressure_mpa: expected a finite number, got inf",
+        "loads.vacuum: expected 'vertical', got 'sideways'",
+        "verdict: expected a table of settings, got 7",
+        "segmentation.cut_height_mm: expected more than 0.2",
+    ):
+        assert part in text
+
+
+@pytest.mark.parametrize(
+    ("values", "suggestion"),
+    [
+        ({"material": {"thicknes_mm": 0.2}}, "thicknes_mm: not a known setting; did you mean material.thickness_mm?"),
+        ({"material": {"pressure_mpa": 0.2}}, "did you mean loads.pressure_mpa?"),
+        ({"material": {"presure_mpa": 0.2}}, "did you mean loads.pressure_mpa?"),
+        ({"segmentatoin": {}}, "segmentatoin: not a known setting; did you mean segmentation?"),
+        ({"verdict": {"rms_mm": 0.2}}, "did you mean verdict.max_rms_mm?"),
+        ({"load": {}}, "did you mean loads?"),
+    ],
+)  # fmt: skip
+def test_an_unknown_name_is_told_its_neighbour(values, suggestion):
+    assert suggestion in error_of(Recipe, **values)
+
+
+def test_nothing_is_suggested_that_is_not_near():
+    assert error_of(Recipe, qqq=1) == "qqq: not a known setting"
+
+
+@pytest.mark.parametrize(
+    ("values", "name"),
+    [
+        ({"segmentation": {"cut_height_mm": 0.3}}, "segmentation.cut_height_mm"),
+        ({"material": {"thickness_mm": 2.5}, "verdict": {"max_rms_mm": 9.0, "max_ridge_mm": 9.0}}, "cut_height_mm"),
+        ({"patch": {"mold_tol_mm": 2.0}}, "segmentation.cut_height_mm"),
+        ({"verdict": {"max_rms_mm": 0.25}}, "verdict.max_rms_mm"),
+        ({"verdict": {"max_ridge_mm": 0.2}}, "verdict.max_ridge_mm"),
+        ({"verdict": {"min_coverage": 1.01}}, "verdict.min_coverage"),
+        ({"clean": {"median_cells": 4}}, "clean.median_cells"),
+        ({"clean": {"neighbours": True}}, "clean.neighbours"),
+        ({"run": {"threads": -1}}, "run.threads"),
+    ],
+)
+def test_what_cannot_be_is_refused(values, name):
+    assert name in error_of(Recipe, **values)
+
+
+def test_sections_alone_are_checked_too():
+    assert error_of(Material, thickness_mm=0) == "thickness_mm: expected a number greater than 0, got 0"
+    assert Recipe(material=Material(thickness_mm=0.2)).material.thickness_mm == 0.2
+
+
+def test_numpy_numbers_are_numbers():
+    assert Recipe(net={"node_target": np.int64(50), "spacing_mm": np.float32(2.5)}).net == Net(
+        node_target=50, spacing_mm=2.5
+    )
+    assert "material.friction" in error_of(Recipe, material={"friction": np.array([0.4, 0.5])})
+
+
+def test_a_recipe_does_not_change():
+    with pytest.raises(ValueError, match="frozen"):
+        Recipe().material.thickness_mm = 1.0
+
+
+def test_a_changed_copy_is_checked():
+    recipe = Recipe(material={"friction": 0.3})
+    copy = recipe.model_copy(update={"material": {"thickness_mm": 0.2}})
+    assert (copy.material.friction, copy.material.thickness_mm, recipe.material.thickness_mm) == (0.3, 0.2, 0.3)
+    assert "material.thickness_mm" in error_of(recipe.model_copy, update={"material": {"thickness_mm": -1.0}})
+    assert "cut_height_mm" in error_of(recipe.model_copy, update={"segmentation": {"cut_height_mm": 0.2}})
+    assert recipe.model_copy() == recipe
+
+
+@pytest.mark.parametrize(
+    ("data", "parts"),
+    [
+        (b"[material]\nthickness_mm = = 3\n", ["not valid TOML", "line 2"]),
+        (b"\xff\xfe", ["byte 0 is not UTF-8"]),
+        (b"a = " + b"[" * 5000, ["not a recipe"]),
+        (b"[material]\nthickness_mm = nan\n", ["material.thickness_mm", "finite"]),
+        (b"[material]\nyoung_mpa = 1e999\nfriction = -inf\n", ["2 wrong", "material.young_mpa", "material.friction"]),
+        (b"# " + b"x" * (1 << 20), ["expected a recipe"]),
+    ],
+)
+def test_a_bad_file_is_named(tmp_path, data, parts):
+    path = tmp_path / "cell.toml"
+    path.write_bytes(data)
+    text = error_of(Recipe.load, path)
+    assert text.startswith(f"{path}: ")
+    for part in parts:
+        assert part in text
+
+
+def test_a_missing_file_is_named(tmp_path):
+    assert "none.toml" in error_of(Recipe.load, tmp_path / "none.toml")
+    assert str(tmp_path) in error_of(Recipe.load, tmp_path)
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.dictionaries(st.sampled_from(known_names(Recipe)), JSON, max_size=6))
+def test_any_values_give_a_recipe_or_one_error(values):
+    tree: dict = {}
+    for name, value in values.items():
+        section, _, key = name.partition(".")
+        if not key:
+            tree[section] = value
+        elif isinstance(tree.setdefault(section, {}), dict):
+            tree[section][key] = value
+    try:
+        recipe = Recipe(**tree)
+    except InputError:
+        return
+    assert tomllib.loads(recipe.to_toml()) == recipe.model_dump(exclude_none=True)
