@@ -8,21 +8,28 @@ where the mold lies.
 
 from __future__ import annotations
 
+from debulk.scanner.board import Board
+from debulk.scanner.calibrate import calibrate
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, decode
 from debulk.scanner.patterns import fringe_patterns
+from debulk.scanner.register import Registration, register
 from debulk.scanner.scanner import ScanCancelled, Scanner, ScanTooLate
 from debulk.scanner.triangulate import Scan, match, triangulate
 
 __all__ = [
+    "Board",
     "Calibration",
     "Phase",
+    "Registration",
     "Scan",
     "ScanCancelled",
     "ScanTooLate",
     "Scanner",
+    "calibrate",
     "decode",
     "fringe_patterns",
     "match",
+    "register",
     "triangulate",
 ]
