@@ -37,6 +37,17 @@ float repaired(const float* phase, long width, long at, float order_step) {
   return votes >= least_votes && std::abs(wanted) <= most_order_change ? own + wanted * order_step : nan;
 }
 
+// A pixel with fewer than eight neighbours: two must support it, and a doubtful one goes.
+bool supported_at_border(const float* phase, long width, long height, long row, long column, float order_step) {
+  int support = 0;
+  for (long j = std::max(row - 1, 0L); j <= std::min(row + 1, height - 1); ++j)
+    for (long i = std::max(column - 1, 0L); i <= std::min(column + 1, width - 1); ++i) {
+      const float other = phase[j * width + i];
+      support += other >= 0 && std::abs(other - phase[row * width + column]) < 0.5f * order_step;
+    }
+  return support >= 3;  // itself among them
+}
+
 #define DEBULK_KERNEL "debulk/scanner/neighbours_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
@@ -51,9 +62,11 @@ NeighbourCounts check_neighbours(float* phase_rad, int width, int height, double
     std::vector<Change>& here = found[static_cast<std::size_t>(begin / strip)];
     for (long row = begin; row < end; ++row) {
       const bool border = row == 0 || row == height - 1 || width < 18;
-      const long first = row * width;
-      for (long i = 0; i < width; i += border ? 1 : width - 1)  // what has no eight neighbours keeps what is sure
-        if (phase_rad[first + i] < 0) here.push_back({first + i, nan});
+      for (long i = 0; i < width; i += border ? 1 : width - 1) {
+        const long at = row * width + i;
+        if (phase_rad[at] < 0 || (phase_rad[at] >= 0 && !supported_at_border(phase_rad, width, height, row, i, step)))
+          here.push_back({at, nan});
+      }
       if (!border) DEBULK_ON(isa, run(phase_rad, width, row, step, here));
     }
   });

@@ -13,6 +13,7 @@ from debulk.scanner.calibrate import calibrate
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, decode
 from debulk.scanner.patterns import fringe_patterns
+from debulk.scanner.picture import picture
 from debulk.scanner.register import Registration, register
 from debulk.scanner.scanner import ScanCancelled, Scanner, ScanTooLate
 from debulk.scanner.triangulate import Scan, match, triangulate
@@ -30,6 +31,7 @@ __all__ = [
     "decode",
     "fringe_patterns",
     "match",
+    "picture",
     "register",
     "triangulate",
 ]

@@ -9,9 +9,6 @@ import pytest
 from debulk.scanner import decode, match
 
 FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "two_frequency_fringes"
-
-if not FOLDER.is_dir():  # a worktree beside the project's root
-    FOLDER = Path(__file__).resolve().parents[5] / "work" / "shared" / "data" / "two_frequency_fringes"
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the captures are not on this machine")
 
 
