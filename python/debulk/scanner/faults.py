@@ -119,7 +119,7 @@ def _misplaced(lit: F64, stages: list[Stage], steps: int, where: str, fit: _Fit)
         return f"images {i + 1} and {j + 1}{where} show the same pattern: one is a repetition, and the pattern after it is missing"
     count = len(few)
     orders = [np.roll(np.arange(count), 1), np.roll(np.arange(count), -1)]
-    names = [f"the images{where} begin with the last pattern", f"the images{where} begin with the second pattern"]
+    names = [f"the images{where} begin with the second pattern", f"the images{where} begin with the last pattern"]
     for i, j in pairs:
         order = np.arange(count)
         order[[i, j]] = j, i

@@ -21,7 +21,7 @@ _OVERSAMPLED = 8
 
 _DIFFUSE = 0.022  # of the fibre; a white wall is 1
 _GLOSS = 0.45  # at the middle of a highlight
-_GLOSS_POWER = 70.0  # the greater, the narrower its highlights
+_GLOSS_POWER = 140.0  # the greater, the narrower its highlights
 _WEAVE_MM = 30.0  # two tows
 
 
