@@ -15,7 +15,7 @@ sources := $(shell find cpp cmake python -not -path '*/__pycache__*' -not -name 
 package_files := CMakeLists.txt pyproject.toml README.md LICENSE third_party_notes.md
 test_sources := $(shell find tests/cpp)
 cpp_files = $(shell find cpp tests/cpp $(wildcard bench) -name '*.hpp' -o -name '*.cpp')
-python_files := python tests/python $(wildcard bench)
+python_files := python tests/python $(wildcard bench docs)
 
 # Requirements are written once, in pyproject.toml: $(call required,build) prints those of the build, of the package
 # ("run") or of one of its extras, one a line.
@@ -64,6 +64,11 @@ asan: $(stamps)/system ## Run the C++ tests under the address and undefined-beha
 	cmake --build --preset asan
 	ctest --preset asan -j 2
 
+.PHONY: docs
+docs: $(stamps)/package $(stamps)/docs ## Build the pages of docs/ into build/docs
+	$(python) -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/docs
+	@echo 'debulk: the pages are in build/docs/index.html'
+
 .PHONY: wheel
 wheel: $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
 	cmake/make_wheel.sh $(python) dist
@@ -94,6 +99,7 @@ bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; re
 	$(python) bench/front/make_scene.py --pitch 0.55 build/scenes/paper
 	$(python) bench/front/cycle.py build/scenes bench/front
 	$(python) bench/front/regions.py
+	$(python) bench/front/registration.py > bench/front/registration.txt
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
@@ -126,6 +132,11 @@ $(stamps)/tools: $(stamps)/venv
 $(stamps)/wheeltools: $(stamps)/venv
 	@$(call required,wheel) > $(stamps)/wheel.txt
 	@$(pip) -r $(stamps)/wheel.txt
+	@touch $@
+
+$(stamps)/docs: $(stamps)/venv
+	@$(call required,docs) > $(stamps)/docs.txt
+	@$(pip) -r $(stamps)/docs.txt
 	@touch $@
 
 # What draws the study's pictures.

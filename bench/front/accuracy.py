@@ -48,8 +48,7 @@ def errors(layup, seed):
     inspector = debulk.Inspector(
         None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner, camera=layup.camera
     )
-    found, _ = inspector._find(layup.scan, debulk._core.Stop())
-    pockets = [pocket for segmentation, _ in found.parts for pocket in segmentation.pockets]
+    pockets = [found.pocket for found in inspector.find(layup.scan).pockets]
     rows = []
     for number, true in enumerate(layup.truth.pockets, 1):
         near = [p for p in pockets if np.hypot(*(middle(p.outline_mm) - middle(true.outline_mm))) < 3]

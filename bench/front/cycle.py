@@ -154,13 +154,14 @@ def case(title: str, stem: str, width: int, height: int, count: int):
             late = latencies(inspector, scan, wall, cancel)
             if late:
                 lines.append(f"  {kind} answered after {np.median(late):.0f} ms, {max(late):.0f} ms at most")
-        if name == "regions":
-            mesh_rows, columns, pixel_mm, eye_mm2 = inspector._regions.mesh
-            read, worked = inspector._regions.shares
+        looked = inspector.find(scan).regions
+        if looked is not None:
             lines += [
-                f"  the coarse pass reads every {mesh_rows}th row ({mesh_rows * pixel_mm:.1f} mm) and {columns}th "
-                f"column near the ply; an eye of the mesh holds {eye_mm2 / 100:.2f} cm² (AreaTol 2 cm²)",
-                f"  of the pixels {100 * read:.0f} % are read by it and the sample, {100 * worked:.0f} % worked on",
+                f"  the coarse pass reads every {looked.rows}th row ({looked.rows * looked.pixel_mm:.1f} mm) and "
+                f"{looked.columns}th column near the ply; an eye of the mesh holds {looked.eye_mm2 / 100:.2f} cm² "
+                "(AreaTol 2 cm²)",
+                f"  of the pixels {100 * looked.read_share:.0f} % are read by it and the sample, "
+                f"{100 * looked.image_share:.0f} % worked on",
                 *(f"  left out: {e.what}: {e.why} ({e.bound})" for e in report.left_out if "threshold" in e.what),
             ]
         lines.append("")

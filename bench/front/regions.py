@@ -11,15 +11,14 @@ from cycle import difference
 
 import debulk
 from debulk import _core
-from debulk.inspection.regions import RegionFront, in_order
+from debulk.inspection.regions import RegionFinder
 
 MESHES = ((1, 16), (2, 32), (4, 64), None, (16, 256), (32, 512), (64, 1024), (128, 2048))
 
 
 def centres(found):
     """(area, centroid) of the pockets, largest first."""
-    pockets = [found.parts[part][0].pockets[index] for part, index in in_order(found)]
-    return [(p.area_mm2, p.centroid_mm) for p in pockets]
+    return [(one.pocket.area_mm2, one.pocket.centroid_mm) for one in found.pockets]
 
 
 def worst(found, whole):
@@ -36,28 +35,24 @@ def study(inspector, scan, whole, cycles=5):
     """A mesh at a time: its steps; mm between rows, mm² of an eye, shares read and worked on, ms of the coarse pass, ms
     busy; (pockets missing, worst area) or (why refused,); whether it is the one in use.
     """
-    standard = inspector._regions.mesh[:2]
+    usual = inspector.find(scan).regions
+    given = inspector.prepared, inspector.mold_from_scanner, inspector.ply_outline, inspector.recipe
     for mesh in MESHES:
-        if mesh == standard:
+        if mesh == (usual.rows, usual.columns):
             continue
-        front = RegionFront(
-            inspector.reference,
-            inspector.prepared.image,
-            inspector.mold_from_scanner,
-            inspector.grid_spacing_mm,
-            inspector.ply_outline,
-            inspector.recipe,
-            mesh,
-        )
-        rows, columns, pixel_mm, eye_mm2 = front.mesh
-        busy, coarse, found = [], [], None
+        finder = RegionFinder(*given, mesh=mesh)
+        busy, coarse = [], []
         for _ in range(cycles):
             began = time.process_time()
-            found = front.inspect(scan, None, _core.Stop())
+            found = finder.find(scan)
             busy.append(1e3 * (time.process_time() - began) / _core.default_threads())
-            coarse.append(front.times_ms["coarse"])
-        result = (front.reason,) if found is None else worst(centres(found), whole)
-        yield (rows, columns), (rows * pixel_mm, eye_mm2, *front.shares, min(coarse), min(busy)), result, mesh is None
+            coarse.append(found.times_ms.get("coarse", np.nan))
+        used = found.regions
+        if used is None:  # processed whole
+            yield mesh, (np.nan,) * 6, (found.left_out[0].why,), False
+            continue
+        figures = used.rows * used.pixel_mm, used.eye_mm2, used.read_share, used.image_share, min(coarse), min(busy)
+        yield (used.rows, used.columns), figures, worst(centres(found), whole), mesh is None
 
 
 def main() -> None:
@@ -88,7 +83,7 @@ def main() -> None:
         "   mesh, pixels   rows apart   an eye holds     read   worked on   coarse ms   busy ms   missing   worst area",
     ]
     for (rows, columns), cases in table.items():
-        apart, eye, read, worked, coarse, busy = np.mean([c[0] for c in cases], axis=0)
+        apart, eye, read, worked, coarse, busy = np.nanmean([c[0] for c in cases], axis=0)
         results = [c[1] for c in cases]
         refused = [r for r in results if len(r) == 1]
         missing = sum(r[0] for r in results if len(r) == 2)

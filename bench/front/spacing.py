@@ -17,8 +17,7 @@ lines = ["spacing   busy ms   area: median    worst   peak: median   worst   vol
 for spacing in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0):
     front = FrontEnd(
         inspector.reference,
-        layup.scan.shape[:2],
-        layup.camera,
+        inspector.prepared.image,
         layup.mold_from_scanner,
         spacing_mm=spacing,
         least_ratio=inspector.recipe.clean.least_ratio,

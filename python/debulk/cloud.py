@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
+from debulk import _core, arrays
 
 InputError = _core.InputError
 
@@ -49,7 +49,7 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
     ...
     debulk._core.InputError: scan: expected an (H, W, 3) or (N, 3) array of points, but got shape (4, 2)
     """
-    cloud = _as_cloud(points, name)
+    cloud = as_cloud(points, name)
     seen, low, high = _core.cloud_bounds(cloud, 0)
     if seen == 0:
         raise InputError(
@@ -96,7 +96,7 @@ def transform(points: ArrayLike, matrix: ArrayLike, *, threads: int = 0) -> NDAr
     motion = np.asarray(matrix)
     if motion.dtype.kind not in "fiu":
         raise InputError(f"matrix: expected a (4, 4) array of numbers, but got {motion.dtype}")
-    moved: NDArray[np.float32] = _core.cloud_transform(_as_cloud(points, "points"), motion.astype(np.float64), threads)
+    moved: NDArray[np.float32] = _core.cloud_transform(as_cloud(points, "points"), motion.astype(np.float64), threads)
     return moved
 
 
@@ -150,8 +150,8 @@ def remove_outliers(
     >>> bool(remove_outliers(points)[7, 5])
     False
     """
-    cloud = _as_cloud(points, "points")
-    count = _whole(neighbours, "neighbours")
+    cloud = as_cloud(points, "points")
+    count = arrays.whole(neighbours, "neighbours")
     keep: NDArray[np.uint8] = _core.remove_outliers(
         cloud, count, float(std_ratio), float(least_ratio), threads, stop or _core.Stop()
     )
@@ -170,15 +170,11 @@ def median_pitch(points: ArrayLike, *, threads: int = 0) -> float:
     >>> median_pitch(0.5 * np.dstack([x, y, x]))
     0.5
     """
-    return float(_core.median_pitch(_as_cloud(points, "points"), threads))
+    return float(_core.median_pitch(as_cloud(points, "points"), threads))
 
 
 def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     """Bring points into the form that the package computes on, like `checked`, but look at shape and type only."""
-    return _as_cloud(points, name)
-
-
-def _as_cloud(points: ArrayLike, name: str) -> NDArray[np.float32]:
     array: NDArray[Any] = np.asarray(points)
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
         raise InputError(f"{name}: expected an (H, W, 3) or (N, 3) array of points, but got shape {array.shape}")
@@ -186,9 +182,3 @@ def _as_cloud(points: ArrayLike, name: str) -> NDArray[np.float32]:
         raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}")
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(array, dtype=np.float32)
-
-
-def _whole(value: int, name: str) -> int:
-    if int(value) != value:
-        raise InputError(f"{name}: expected a whole number, but got {value}")
-    return int(value)

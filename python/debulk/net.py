@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
+from debulk import _core, arrays
 
 if TYPE_CHECKING:
     from debulk.surface import Reference
@@ -137,11 +137,11 @@ def fibre_net(
     made = _core.fibre_net(
         _checked(surface, "surface"),
         _checked(reference, "reference"),
-        _pair(centre_mm, "centre_mm"),
+        arrays.pair(centre_mm, "centre_mm"),
         _radians(angles_deg),
-        outline=_core.surface_extent(surface) if outline_mm is None else _corners(outline_mm, "outline_mm"),
-        ply_outline=None if ply_outline is None else _corners(ply_outline, "ply_outline"),
-        rms_outline=None if rms_outline_mm is None else _corners(rms_outline_mm, "rms_outline_mm"),
+        outline=_core.surface_extent(surface) if outline_mm is None else arrays.corners(outline_mm, "outline_mm"),
+        ply_outline=None if ply_outline is None else arrays.corners(ply_outline, "ply_outline"),
+        rms_outline=None if rms_outline_mm is None else arrays.corners(rms_outline_mm, "rms_outline_mm"),
         spacing=spacing_mm,
         node_target=node_target,
         edge_tol=edge_tol_mm,
@@ -192,8 +192,8 @@ def surface_area(surface: Reference, outline_mm: ArrayLike, ply_outline: ArrayLi
     >>> round(surface_area(slope, [(1, 1), (4, 1), (4, 3), (1, 3)]), 6)  # 6 √2
     8.485281
     """
-    ply = None if ply_outline is None else _corners(ply_outline, "ply_outline")
-    return float(_core.surface_area(_checked(surface, "surface"), _corners(outline_mm, "outline_mm"), ply))
+    ply = None if ply_outline is None else arrays.corners(ply_outline, "ply_outline")
+    return float(_core.surface_area(_checked(surface, "surface"), arrays.corners(outline_mm, "outline_mm"), ply))
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,10 +281,10 @@ def drape(
     """
     core = _core.Drape(
         _checked(surface, "surface"),
-        _pair(seed_mm, "seed_mm"),
+        arrays.pair(seed_mm, "seed_mm"),
         _radians(angles_deg),
         spacing_mm,
-        outline=_core.surface_extent(surface) if outline_mm is None else _corners(outline_mm, "outline_mm"),
+        outline=_core.surface_extent(surface) if outline_mm is None else arrays.corners(outline_mm, "outline_mm"),
         paths=paths,
     )
     net = core.net
@@ -299,19 +299,5 @@ def _checked(surface: Reference, argument: str) -> Any:
     return surface
 
 
-def _pair(value: ArrayLike, argument: str) -> Floats:
-    pair = np.asarray(value, dtype=np.float64)
-    if pair.shape != (2,):
-        raise _core.InputError(f"{argument}: expected two numbers, but got shape {pair.shape}")
-    return pair
-
-
 def _radians(angles_deg: ArrayLike) -> Floats:
-    return np.radians(_pair(angles_deg, "angles_deg"))
-
-
-def _corners(value: ArrayLike, argument: str) -> Floats:
-    corners = np.asarray(value, dtype=np.float64)
-    if corners.ndim != 2 or corners.shape[1] != 2:
-        raise _core.InputError(f"{argument}: expected an (N, 2) array, but got shape {corners.shape}")
-    return corners
+    return np.radians(arrays.pair(angles_deg, "angles_deg"))

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
+from debulk import _core, arrays
 from debulk.grid import Grid
-
-if TYPE_CHECKING:
-    from debulk.surface import Reference
+from debulk.surface import HeightMap, Reference
 
 Floats = NDArray[np.float64]
 
@@ -137,9 +135,9 @@ def segment(
     Parameters
     ----------
     height_map
-        (ny, nx) float32 ply minus reference, mm, NaN = unknown. If it has an attribute ``measured``, a mask of that
-        shape, False where a height was filled, it decides `Pocket.measured_share`. With `smooth_mm`, pockets are
-        measured on ``before_median``, and ``blur_mm2`` is undone, where it has these (`debulk.surface.HeightMap`).
+        (ny, nx) float32 ply minus reference, mm, NaN = unknown. A `debulk.surface.HeightMap` says more: `measured`
+        decides `Pocket.measured_share` (all heights of a plain grid count as measured), and with `smooth_mm` pockets
+        are measured on `before_median`, and `blur_mm2` is undone.
     cut_height_mm
         A pocket is where the height is at least this.
     area_tol_mm2
@@ -176,10 +174,8 @@ def segment(
     """
     if not isinstance(height_map, Grid):
         raise _core.InputError(f"height_map: expected a debulk.Grid, but got a {type(height_map).__name__}")
-    measured = getattr(height_map, "measured", None)
-    if isinstance(measured, Grid):
-        measured = measured.values
-    before = getattr(height_map, "before_median", None)
+    known = height_map if isinstance(height_map, HeightMap) else None
+    before = None if known is None else known.before_median
     core = _core.segment(
         np.asarray(height_map.values, dtype=np.float32),
         np.asarray(height_map.origin_mm, dtype=np.float64),
@@ -190,9 +186,9 @@ def segment(
         edge_tol_mm=0.0 if edge_tol_mm is None else edge_tol_mm,
         bridge_mm=bridge_mm,
         smooth_mm=smooth_mm,
-        blur_mm2=float(getattr(height_map, "blur_mm2", 0.0)),
-        ply_outline=None if ply_outline is None else np.asarray(ply_outline, dtype=np.float64),
-        measured=None if measured is None else np.ascontiguousarray(measured, dtype=bool).view(np.uint8),
+        blur_mm2=0.0 if known is None else known.blur_mm2,
+        ply_outline=None if ply_outline is None else arrays.corners(ply_outline, "ply_outline"),
+        measured=None if known is None else np.ascontiguousarray(known.measured, dtype=bool).view(np.uint8),
         before_median=None if before is None else np.asarray(before, dtype=np.float32),
         threads=threads,
         stop=stop or _core.Stop(),
@@ -449,23 +445,23 @@ def polygon_area(outline_mm: ArrayLike) -> float:
     >>> polygon_area([[0, 0], [4, 0], [4, 1], [0, 1]])
     4.0
     """
-    return float(_core.polygon_area(np.asarray(outline_mm, dtype=np.float64)))
+    return float(_core.polygon_area(arrays.corners(outline_mm, "outline_mm")))
 
 
 def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
     """(N,) whether the points (N, 2) lie inside the (M, 2) polygon (even-odd rule)."""
-    result: NDArray[np.bool_] = _core.inside_polygon(_pairs(outline_mm), _pairs(xy_mm))
+    result: NDArray[np.bool_] = _core.inside_polygon(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
     return result
 
 
 def distance_to_outline(outline_mm: ArrayLike, xy_mm: ArrayLike) -> Floats:
     """(N,) distances in mm of the points (N, 2) from the (M, 2) polygon's outline, inside and outside alike."""
-    result: Floats = _core.distance_to_outline(_pairs(outline_mm), _pairs(xy_mm))
+    result: Floats = _core.distance_to_outline(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
     return result
 
 
-def _pairs(xy: ArrayLike) -> Floats:
-    return np.asarray(xy, dtype=np.float64)
+def _places(xy_mm: ArrayLike) -> Floats:
+    return arrays.numbers(xy_mm, "xy_mm", (None, 2), "an (N, 2) array of points", nan=True)
 
 
 def _like(grid: Grid, values: NDArray[Any]) -> Grid:

@@ -37,7 +37,7 @@ class Certificate:
         Largest relative error of a segment's length. Limit 1e-4; up to 1e-3 with a compliance.
     penetration_mm
         Deepest movable node below the reference, mm. Limit 1e-3.
-    energy_gain_mj
+    energy_rise_mj
         Π above that of the initial configuration, mJ; 0 where it is not above. Limit 0.
     curvature
         Smallest curvature of Π within the active constraints, in the unit of `kkt_error` over Δ; 0 where none is
@@ -54,7 +54,7 @@ class Certificate:
     strict_kkt_error: float
     length_error: float
     penetration_mm: float
-    energy_gain_mj: float
+    energy_rise_mj: float
     curvature: float
     compliant: bool
     certified: bool

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
-from debulk.cloud import _as_cloud
+from debulk import _core, arrays
+from debulk.cloud import as_cloud
 from debulk.grid import Grid
 
 InputError = _core.InputError
@@ -59,26 +59,26 @@ class Reference(_core.Reference):
             raise InputError(
                 f"heights_mm: expected an (ny, nx) array of numbers, but got {heights.dtype}, shape {heights.shape}"
             )
-        super().__init__(heights.astype(np.float64), _pair(origin_mm, "origin_mm"), float(spacing_mm))
+        super().__init__(heights.astype(np.float64), arrays.pair(origin_mm, "origin_mm"), float(spacing_mm))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Reference, (self.heights_mm, self.origin_mm, self.spacing_mm)
 
     def height(self, xy: ArrayLike) -> Any:
         """Heights, mm: (M,) for (M, 2) points, a float for one (2,)."""
-        points, one = _points(xy)
+        points, one = arrays.points_xy(xy, "xy")
         out = self._height(points)
         return float(out[0]) if one else out
 
     def gradient(self, xy: ArrayLike) -> NDArray[np.float64]:
         """Slopes (dF/dx, dF/dy): (M, 2) for (M, 2) points, (2,) for one."""
-        points, one = _points(xy)
+        points, one = arrays.points_xy(xy, "xy")
         out: NDArray[np.float64] = self._gradient(points)
         return out[0] if one else out
 
     def hessian(self, xy: ArrayLike) -> NDArray[np.float64]:
         """Second derivatives, 1/mm: (M, 2, 2) for (M, 2) points, (2, 2) for one."""
-        points, one = _points(xy)
+        points, one = arrays.points_xy(xy, "xy")
         out: NDArray[np.float64] = self._hessian(points)
         return out[0] if one else out
 
@@ -161,10 +161,10 @@ def height_map(
     """
     reference: Any = reference_cloud
     if not isinstance(reference, _core.Reference):
-        reference = _as_cloud(reference, "reference_cloud")
-    spacing = 0.0 if spacing_mm is None else _positive(spacing_mm, "spacing_mm")
+        reference = as_cloud(reference, "reference_cloud")
+    spacing = 0.0 if spacing_mm is None else arrays.positive(spacing_mm, "spacing_mm")
     values, measured, origin, step = _core.height_map(
-        _as_cloud(scan, "scan"), reference, spacing, float(hole_diameter_mm), float(jump_ratio), threads
+        as_cloud(scan, "scan"), reference, spacing, float(hole_diameter_mm), float(jump_ratio), threads
     )
     return HeightMap(values, origin, step, measured.view(np.bool_))
 
@@ -211,10 +211,10 @@ def grid_heights(
     >>> grid_heights(np.dstack([x, y, 0.5 * x]), (10.0, 10.0), 2.0, (2, 3)).values.tolist()
     [[5.0, 6.0, 7.0], [5.0, 6.0, 7.0]]
     """
-    cloud = _as_cloud(points, "points")
+    cloud = as_cloud(points, "points")
     if (origin_mm is None) != (shape is None):
         raise InputError("origin_mm, shape: expected both or neither, but got one of them")
-    spacing = _core.median_pitch(cloud, threads) if spacing_mm is None else _positive(spacing_mm, "spacing_mm")
+    spacing = _core.median_pitch(cloud, threads) if spacing_mm is None else arrays.positive(spacing_mm, "spacing_mm")
     if not spacing > 0:
         raise InputError("points: expected a cloud with neighbouring points, but got none that are neighbours")
     if origin_mm is None or shape is None:
@@ -223,7 +223,7 @@ def grid_heights(
             raise InputError("points: expected at least one point with three finite coordinates, but got none")
         origin, size = _core.covering_grid(low[:2], high[:2], spacing)
     else:
-        origin, size = _pair(origin_mm, "origin_mm"), (int(shape[0]), int(shape[1]))
+        origin, size = arrays.pair(origin_mm, "origin_mm"), (int(shape[0]), int(shape[1]))
     values = _core.grid_heights(cloud, origin, spacing, size, float(jump_ratio), threads)
     return Grid(values, origin, spacing)
 
@@ -274,7 +274,7 @@ def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) 
     >>> float(without_spikes(Grid(values, np.zeros(2), 1.0)).values.max())
     0.0
     """
-    tolerance = _positive(tolerance_mm, "tolerance_mm")
+    tolerance = arrays.positive(tolerance_mm, "tolerance_mm")
     return replace(grid, values=_core.without_spikes(_heights(grid, "grid"), tolerance, threads))
 
 
@@ -327,7 +327,7 @@ def fit_reference(
     """
     nodes, origin, step = _core.fit_reference(
         _heights(heights, "heights"),
-        _pair(heights.origin_mm, "origin_mm"),
+        arrays.pair(heights.origin_mm, "origin_mm"),
         float(heights.spacing_mm),
         float(spacing_mm),
         float(window_mm),
@@ -345,26 +345,3 @@ def _heights(grid: Grid, name: str) -> NDArray[np.float32]:
             f"{name}: expected a grid of (ny, nx) floating-point values, but got {values.dtype}, shape {values.shape}"
         )
     return np.ascontiguousarray(values, dtype=np.float32)
-
-
-def _pair(value: ArrayLike, name: str) -> NDArray[np.float64]:
-    pair = np.asarray(value)
-    if pair.shape != (2,) or pair.dtype.kind not in "fiu" or not np.isfinite(pair).all():
-        raise InputError(f"{name}: expected two finite coordinates in mm, but got {value!r}")
-    return pair.astype(np.float64)
-
-
-def _positive(value: float, name: str) -> float:
-    number = float(value)
-    if not (np.isfinite(number) and number > 0):
-        raise InputError(f"{name}: expected a positive length in mm, but got {value!r}")
-    return number
-
-
-def _points(xy: ArrayLike) -> tuple[NDArray[np.float64], bool]:
-    points = np.asarray(xy)
-    if points.ndim not in (1, 2) or points.shape[-1] != 2 or points.dtype.kind not in "fiu":
-        raise InputError(
-            f"xy: expected an (M, 2) array of points or one (2,), but got {points.dtype}, shape {points.shape}"
-        )
-    return np.atleast_2d(points.astype(np.float64)), points.ndim == 1

@@ -21,6 +21,8 @@ class Verdict(StrEnum):
     'cease'
     >>> Verdict.worst([Verdict.CEASE, Verdict.CREASE, Verdict.UNDECIDED])
     <Verdict.CREASE: 'crease'>
+    >>> sorted([Verdict.INVALID, Verdict.CREASE, Verdict.CEASE])
+    [<Verdict.CEASE: 'cease'>, <Verdict.CREASE: 'crease'>, <Verdict.INVALID: 'invalid'>]
     """
 
     CEASE = "cease"
@@ -37,10 +39,29 @@ class Verdict(StrEnum):
         """0 for CEASE up to 3 for INVALID."""
         return list(Verdict).index(self)
 
+    # A verdict is text as well, and text compares by its letters: that "invalid" < "undecided" must not decide anything.
+    def __lt__(self, other: object) -> bool:
+        return self.severity < self._severity_of(other)
+
+    def __le__(self, other: object) -> bool:
+        return self.severity <= self._severity_of(other)
+
+    def __gt__(self, other: object) -> bool:
+        return self.severity > self._severity_of(other)
+
+    def __ge__(self, other: object) -> bool:
+        return self.severity >= self._severity_of(other)
+
+    @staticmethod
+    def _severity_of(other: object) -> int:
+        if not isinstance(other, Verdict):
+            raise TypeError(f"a Verdict compares with a Verdict, not with a {type(other).__name__}")
+        return other.severity
+
     @classmethod
     def worst(cls, verdicts: Iterable[Verdict]) -> Verdict:
         """Return the most severe of the verdicts, CEASE where there are none."""
-        return max(verdicts, key=lambda verdict: verdict.severity, default=cls.CEASE)
+        return max(verdicts, default=cls.CEASE)
 
 
 _DEFAULTS = _core.Criteria()  # the numbers stand once, in cpp/debulk/verdict/judge.hpp

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import doctest
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,10 @@ from numpy.typing import NDArray
 import debulk
 from debulk import pocket
 from debulk.grid import Grid
-from debulk.inspection.evaluation import lay_net
+from debulk.inspection.found import FoundPocket
+from debulk.inspection.laid_pocket import lay_net
+from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.surface import HeightMap
 
 ORIGIN = np.array([-10.0, 20.0])
 THICKNESS = 0.3
@@ -77,22 +79,15 @@ def test_ends_at_the_edge_of_the_ply() -> None:
     assert np.isnan(pocket.segment(heights, ply_outline=outline).heights.values[100, 200])
 
 
-@dataclass(frozen=True, eq=False)
-class Map(Grid):
-    measured: Any = None
-
-
 def test_counts_measured_points_by_the_mask() -> None:
     plain = bells((60, 80, 8, 40))
     mask: NDArray[np.bool_] = np.ones(plain.values.shape, bool)
     mask[: int((80 - 20) / 0.5)] = False
-    assert pocket.segment(Map(plain.values, ORIGIN, 0.5, mask)).pockets[0].measured_share == pytest.approx(
-        0.5, abs=0.02
-    )
-    as_grid = Map(plain.values, ORIGIN, 0.5, Grid(mask, ORIGIN, 0.5))
-    assert pocket.segment(as_grid).pockets[0].measured_share == pytest.approx(0.5, abs=0.02)
+    assert pocket.segment(plain).pockets[0].measured_share == 1.0
+    (half,) = pocket.segment(HeightMap(plain.values, ORIGIN, 0.5, mask)).pockets
+    assert half.measured_share == pytest.approx(0.5, abs=0.02)
     with pytest.raises(debulk.InputError, match="measured"):
-        pocket.segment(Map(plain.values, ORIGIN, 0.5, mask[1:]))
+        pocket.segment(HeightMap(plain.values, ORIGIN, 0.5, mask[1:]))
 
 
 def test_feet_come_down_to_the_mold() -> None:
@@ -194,7 +189,7 @@ def test_feet_and_nets_end_when_stopped() -> None:
     with pytest.raises(debulk._core.Stopped):
         pocket.feet(found, stop=stop)
     feet, mold = pocket.feet(found), debulk.surface.Reference(np.zeros((8, 8)), (-50, -50), 50.0)
-    given = found, feet, 0, mold, None, np.array([0.0, 90.0]), debulk.Recipe()
+    given = FoundPocket(1, found, feet, 0), PlyOnMold(mold, None, np.array([0.0, 90.0]), debulk.Recipe())
     with pytest.raises(debulk._core.Stopped):
         lay_net(*given, stop)
     assert len(lay_net(*given).nodes_mm) > 90

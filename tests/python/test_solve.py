@@ -92,8 +92,8 @@ def test_no_small_move_within_the_constraints_lowers_the_energy(solved):
             x += (np.linalg.pinv(jacobian, rcond=1e-10) @ (laid.spacing_mm - length)).reshape(-1, 3)
             below = model.gaps(x)
             x[:, 2] += np.maximum(0, -below) * movable
-        if np.abs(model.lengths(x) / laid.spacing_mm - 1).max() < 1e-9:
-            assert model.energy(x) > solution.energy_mj - 1e-4
+        assert np.abs(model.lengths(x) / laid.spacing_mm - 1).max() < 1e-8
+        assert model.energy(x) > solution.energy_mj - 1e-4
 
 
 def test_the_initial_net_and_a_truncated_solve_are_not_certified():

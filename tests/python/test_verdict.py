@@ -96,9 +96,17 @@ def test_excess_bounds():
     assert bounds.least_mm == 0
     assert bounds.geometric_mm == pytest.approx(1.0 + (2 - math.pi / 2) * 0.3)
     assert bounds.elastic_mm > bounds.geometric_mm
-    assert excess_bounds(0.108, **ply).elastic_mm == pytest.approx(0.5, abs=2e-3)  # model.md, section 6
+    assert excess_bounds(0.108, **ply).elastic_mm == pytest.approx(0.5, abs=2e-3)  # docs/model.md, section 6
     assert natural_length(360.0, 0.3, 0.1) == pytest.approx((360 * 0.3**3 / 12 / 0.1) ** (1 / 3))
     with pytest.raises(InputError, match="excess_length_mm"):
         excess_bounds(math.inf, **ply)
     with pytest.raises(InputError, match="modulus_mpa"):
         excess_bounds(1.0, **{**ply, "modulus_mpa": 0})
+
+
+def test_verdicts_compare_by_severity_and_with_nothing_else():
+    order = [Verdict.CEASE, Verdict.UNDECIDED, Verdict.CREASE, Verdict.INVALID]
+    assert sorted(reversed(order)) == order and max(order) is Verdict.INVALID
+    assert Verdict.CEASE < Verdict.CREASE <= Verdict.CREASE and Verdict.INVALID > Verdict.UNDECIDED >= Verdict.CEASE
+    with pytest.raises(TypeError, match="not with a str"):
+        assert Verdict.CEASE < "crease"

@@ -37,7 +37,7 @@ struct PocketNet {
   std::vector<int> open_ends;  // inner nodes away from the ply's edge that miss a fibre neighbour: the rim is not closed there
 };
 
-// The pocket's net on the ply's surface (model.md, section 2). Its nodes: inside the perimeter, and in the band up to one
+// The pocket's net on the ply's surface (docs/model.md, section 2). Its nodes: inside the perimeter, and in the band up to one
 // spacing outside it (in XY), and not past the ply's edge; of these the part that hangs together with the centre.
 //  * A band node within mold_tol of the mold is a boundary node: free within edge_tol of the ply's edge, else fixed.
 //  * A node that lost a fibre neighbour to the ply's edge is the end of a fibre there: free, unless it is such a fixed node.

@@ -18,7 +18,7 @@ enum class NodeKind : std::uint8_t {
 enum Direction { east = 0, west = 1, north = 2, south = 3 };
 using Neighbours = std::array<int, 4>;
 
-// A pin-jointed net: nodes at one spacing along two families of inextensible fibres (model.md, section 2).
+// A pin-jointed net: nodes at one spacing along two families of inextensible fibres (docs/model.md, section 2).
 struct Net {
   std::vector<Eigen::Vector3d> nodes;  // mm, mold frame; every segment is `spacing` long
   std::vector<Neighbours> neighbours;  // one a node, consistent: neighbours[neighbours[i][east]][west] == i

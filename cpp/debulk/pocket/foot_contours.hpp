@@ -19,7 +19,7 @@ struct FootOptions {
   void check() const;
 };
 
-// Where a pocket's ply comes down to the mold: the contour height - thickness = mold_tol round it (model.md, section 1.5).
+// Where a pocket's ply comes down to the mold: the contour height - thickness = mold_tol round it (docs/model.md, section 1.5).
 struct Foot {
   Polygon outline;  // counter-clockwise, mold XY, mm
   double area = 0;  // mm2

@@ -9,7 +9,7 @@
 
 namespace debulk {
 
-// Which length of the mold a piece of ply is compared with [R, model.md section 5]. The paper's L_mold is an arc length; the
+// Which length of the mold a piece of ply is compared with (docs/model.md, section 5). The paper's L_mold is an arc length; the
 // net's L_ply is a sum of chords. Comparing chords with chords, node for node, lets the discretisation cancel: a net that lies
 // on a curved mold has exactly no excess. Chord and arc differ by spacing^3 / (24 R^2) a segment, 1e-4 mm at 8 mm and R = 450 mm.
 

@@ -37,7 +37,7 @@ struct PostProcessed {
   double excess_length = 0.0;           // mm, largest_fibre_excess()
 };
 
-// Turns the coarse net at the minimum into what will be seen on the mold (paper, "Post-Processing the Results"; model.md, section 5).
+// Turns the coarse net at the minimum into what will be seen on the mold (paper, "Post-Processing the Results"; docs/model.md, section 5).
 // The rule, from the node with the largest gap down (ties: the lower number first):
 //  - A node below touch_gap(), one that an earlier ridge has claimed, and one on the flank of both its fibres is no top.
 //  - Of the sections through a top, that of the larger excess per length counts (ties: the first fibre). At the net's border

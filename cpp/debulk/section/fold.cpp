@@ -22,7 +22,7 @@ constexpr double kLeastExcess = 1e-3;               // in natural lengths
 constexpr double kShortest = 0.0075, kInFold = 10;  // shortest segment, in natural lengths; least number of segments in a fold
 constexpr double kTouching_mm = Certificate::penetration_limit_mm;
 
-// Arc length of a small fold, mm (model.md, section 6).
+// Arc length of a small fold, mm (docs/model.md, section 6).
 double lifted_length(double excess, double natural) {
   return 4.844 * natural * std::pow(excess / natural, 1.0 / 7);
 }

@@ -11,7 +11,7 @@
 
 namespace debulk {
 
-// The 2-D section model (paper, "Post-Processing the Results"; model.md, section 6): the cross-section of an inextensible ply
+// The 2-D section model (paper, "Post-Processing the Results"; docs/model.md, section 6): the cross-section of an inextensible ply
 // between two pins on the mold, longer than the mold, under the vacuum; which fold it makes.
 struct SectionOptions {
   int segments = 200;                            // of the polyline; even

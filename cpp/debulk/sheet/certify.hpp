@@ -6,7 +6,7 @@
 
 namespace debulk {
 
-// Judges a configuration from its nodes alone, in mm and N, apart from any solver (design.md, "What a certificate is").
+// Judges a configuration from its nodes alone, in mm and N, apart from any solver (docs/certificate.md, "What is certified").
 // stiffness: that of the solve's compliance; used only where the lengths are off by more than the plain limit, when the
 // multipliers of the lengths must be stiffness times strain instead of fitted ones.
 struct Judged {

@@ -7,7 +7,7 @@
 namespace debulk {
 
 // Paper eq. (7) on free boundary nodes: mu P A / N times the distance moved, rounded at the start so that it has
-// derivatives there: sqrt(delta^2 + eps^2) - eps with eps = 1e-3 Delta (model.md, section 3).
+// derivatives there: sqrt(delta^2 + eps^2) - eps with eps = 1e-3 Delta (docs/model.md, section 3).
 class Friction : public Term {
  public:
   Friction(double force_n, double spacing_mm, std::vector<int> nodes, const Points& start)

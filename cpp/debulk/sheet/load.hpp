@@ -6,7 +6,7 @@ namespace debulk {
 
 // Potential of a vertical dead load, the same force on every node: minus its work through the nodes' downward movement from
 // the start, paper eqs. (5) and (6), gravity with A t rho g / N and vacuum with P A / N. The work counts movement positive
-// downward, or the vacuum would lift the ply (model.md, section 3).
+// downward, or the vacuum would lift the ply (docs/model.md, section 3).
 class Load : public Term {
  public:
   Load(double force_n, const Points& start) : force_(force_n), start_(start) {}

@@ -77,6 +77,10 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
     if (!judged.complete) minimum.status = solve.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline;
     minimum.certificate = judged.certificate;
     minimum.energy_mj = sheet.energy(minimum.nodes);
+    // A compliance lets a method converge where the fibres are too short for what is asked of them.
+    const bool feasible = minimum.certificate.length_error <= Certificate::compliant_length_limit &&
+                          minimum.certificate.penetration_mm <= Certificate::penetration_limit_mm;
+    if (minimum.status == SolveStatus::converged && !feasible) minimum.status = SolveStatus::infeasible;
     if (minimum.certified() || minimum.status == SolveStatus::no_minimum || options.solve.stop.now()) break;
     if (!judged.descent.empty()) {
       Points beside = minimum.nodes;

@@ -36,7 +36,8 @@ struct Minimum {
   bool certified() const { return (status == SolveStatus::converged || status == SolveStatus::nothing_moves) && certificate.certified(); }
 };
 
-// The sheet under vacuum, from each start. Ordered as the starts; a stopped run returns those begun, the first at least.
+// The sheet under vacuum, from each start (docs/solver.md, section 10). Ordered as the starts; a stopped run returns those
+// begun, the first at least.
 std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start = nullptr);
 
 // The same for several sheets at once, on up to `threads` threads (0: as many as the process may use): result k is that of

@@ -6,7 +6,7 @@
 
 namespace debulk {
 
-// The ply's material and the loads on it (the paper's table; model.md, top).
+// The ply's material and the loads on it (the paper's table; docs/model.md).
 struct PlyMaterial {
   double thickness_mm = 0.3;
   double young_mpa = 360.0;  // for bending only

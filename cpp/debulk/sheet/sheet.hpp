@@ -13,7 +13,7 @@
 
 namespace debulk {
 
-// The mass-spring ply on the mold: potential energy of a pocket's net (model.md, section 3),
+// The mass-spring ply on the mold: potential energy of a pocket's net (docs/model.md, section 3),
 //   Pi = bending + shear + friction - gravity - vacuum,
 // as a sum of the terms that this net and ply need; terms that are zero whatever the nodes do are left out.
 class Sheet {

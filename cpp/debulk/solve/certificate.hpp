@@ -4,7 +4,7 @@
 
 namespace debulk {
 
-// What is known of a returned point from the point alone (design.md, "What a certificate is"): first-order residual with
+// What is known of a returned point from the point alone (docs/certificate.md, "What is certified"): first-order residual with
 // multipliers fitted afresh, length error, penetration, energy against the start's, and the smallest curvature within the
 // active constraints.
 struct Certificate {

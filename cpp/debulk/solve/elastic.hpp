@@ -6,7 +6,7 @@ namespace debulk {
 
 // The same problem with a compliance 1/k on its equalities: minimise f(y) + k/2 |s|^2 subject to c(y) - s = 0, in the
 // variables (y, s). Multipliers stay bounded by k times the violation where the constraints' gradients depend on each
-// other (a fibre pinned at both ends at the length of its chord has no regular solution otherwise; model.md, section 4),
+// other (a fibre pinned at both ends at the length of its chord has no regular solution otherwise; docs/model.md, section 4),
 // and elsewhere the answer differs from the inextensible one by a violation of lambda / k, which the certificate reports.
 class Elastic : public Problem {
  public:

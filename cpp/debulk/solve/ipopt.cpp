@@ -133,9 +133,7 @@ SolveStatus translate(Ipopt::ApplicationReturnStatus status, const Stop& stop) {
       return SolveStatus::iteration_limit;
     case Ipopt::User_Requested_Stop:
       return stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline;
-    case Ipopt::Infeasible_Problem_Detected:
-      return SolveStatus::infeasible;
-    default:
+    default:  // infeasible among them: with a compliance on every equality no problem is, and rounding is all that can say so
       return SolveStatus::numerical_failure;
   }
 }

@@ -10,7 +10,7 @@
 
 namespace debulk {
 
-// The Newton system of an elastic problem at one iterate,
+// The Newton system of an elastic problem at one iterate (docs/solver.md, section 4),
 //   [ W + S + d    J^T ] [dy]   [slope  ]        W: Hessian of f + lambda . c,  S: diagonal of the bounds,
 //   [ J          - 1/k ] [dl] = [deficit],       k: the stiffness,  d: a shift, mostly 0,
 // with dl eliminated at a stiffness rho = k, or milder where k is beyond what double precision carries (nearly dependent

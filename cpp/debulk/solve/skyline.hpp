@@ -9,7 +9,7 @@ namespace debulk {
 
 // Cholesky factorisation of a symmetric positive definite matrix with a skyline: row i of the upper triangle from the
 // diagonal to the last column that is not zero, one row behind the other. For the narrow matrices of a net numbered row by
-// row, a few rows eliminated at a time beat a general sparse factorisation several times over (model.md, section 4).
+// row, a few rows eliminated at a time beat a general sparse factorisation several times over (docs/model.md, section 4).
 class Skyline {
  public:
   Skyline() = default;

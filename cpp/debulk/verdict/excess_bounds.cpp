@@ -9,7 +9,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kFold = 1.3256;  // model.md, section 6
+constexpr double kFold = 1.3256;  // docs/model.md, section 6
 
 void require_positive(double value, const char* argument, const char* expected) {
   require(std::isfinite(value) && value > 0, argument, expected, value);

@@ -2,7 +2,7 @@
 
 namespace debulk {
 
-// What the excess length of a pocket's fibres allows before anything is solved (model.md, sections 5 and 6). An inextensible fibre
+// What the excess length of a pocket's fibres allows before anything is solved (docs/model.md, sections 5 and 6). An inextensible fibre
 // held at both ends cannot put more into a ridge than it has to spare, and may put less: it can share it among ridges.
 struct RidgeBounds {
   double least = 0.0;      // mm, always 0

@@ -15,7 +15,7 @@ enum class Verdict {
 const char* name(Verdict verdict);
 
 // What is accepted. The RMS limit is the paper's, the nominal ply thickness; it dilutes (a 1 mm ridge passes in a pocket wider
-// than about 20 mm), so ridge height has a limit of its own, provisional until the study chooses (model.md, section 7).
+// than about 20 mm), so ridge height has a limit of its own, provisional until the study chooses (docs/model.md, section 7).
 struct Criteria {
   double max_rms = 0.30;              // mm, of the post-processed gaps inside the perimeter
   double max_ridge_height = 0.60;     // mm; bridging ply must stay below it too
@@ -30,7 +30,7 @@ struct Criteria {
   void check() const;
 };
 
-// A figure and the least and most it was in the certified solutions from several starts (model.md, section 4: many minima).
+// A figure and the least and most it was in the certified solutions from several starts (docs/model.md, section 4: many minima).
 struct Spread {
   double low = 0.0;
   double high = 0.0;
@@ -41,7 +41,7 @@ struct PocketEvidence {
   Spread rms;                // mm
   Spread ridge_height;       // mm, 0: no ridge
   Spread bridge_height;      // mm, 0: no bridging
-  bool certified = false;    // the certificate of design.md holds for every solution in the ranges
+  bool certified = false;    // the certificate of docs/certificate.md holds for every solution in the ranges
   bool compliant = false;    // the length error is above 1e-4: a compliance was needed
   std::string solve_status;  // the solver's outcome in words, for the reason
   bool deadline_passed = false;

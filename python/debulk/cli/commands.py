@@ -1,6 +1,6 @@
 """The command line.
 
-Exit codes of `inspect`: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan. The other commands end with 0 or
+Exit codes of `inspect`: 0 cease, 1 crease, 2 bad input, 3 invalid scan, 4 undecided. The other commands end with 0 or
 2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified. Of all: 70 is a fault
 of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
 """
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
 _EXIT_CODES = (
-    "Exit codes: 0 cease, 1 crease or undecided, 2 bad input, 3 invalid scan; 70 a fault of debulk's, 130 interrupted."
+    "Exit codes: 0 cease, 1 crease, 2 bad input, 3 invalid scan, 4 undecided; 70 a fault of debulk's, 130 interrupted."
 )
 
 app = typer.Typer(

@@ -15,7 +15,7 @@ import typer
 from debulk import InputError
 from debulk.verdict import Verdict
 
-EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.UNDECIDED: 1, Verdict.INVALID: 3}
+EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.INVALID: 3, Verdict.UNDECIDED: 4}
 BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
 
 Progress = Callable[[str, float], None]

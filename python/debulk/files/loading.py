@@ -220,7 +220,7 @@ def _factor(unit: str) -> float:
 
 
 def _check_plausible(source: Source, points: Points, unit: Unit) -> None:
-    """Refuse points that cannot be a scan, and sizes that tell of another unit."""
+    """Refuse points that cannot be a scan, and sizes that suggest another unit."""
     low, high = np.array(points.low), np.array(points.high)
     if (low > high).any():
         source.fail(0, "no point has three numbers: nothing was seen", "check the scanner and its export")

@@ -1,4 +1,4 @@
-"""An inspection and a comparison in one call each, for those who inspect one scan."""
+"""An inspection and a comparison in one call each: enough where a reference is used only once."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection.comparing import checked
 from debulk.inspection.inspector import Inspector, Progress
+from debulk.net import Drape
 from debulk.report import Report
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def inspect(
     reference: ArrayLike,
     recipe: Recipe | None = None,
     ply_outline: ArrayLike | None = None,
-    fibre_angles_deg: ArrayLike | Grid = (0.0, 90.0),
+    fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0),
     mold_from_scanner: ArrayLike | None = None,
     camera: tuple[float, float, float] | None = None,
     mask: ArrayLike | None = None,

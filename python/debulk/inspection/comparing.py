@@ -55,7 +55,7 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
                 **figures,
             )
         )
-    # Without an outline the map reaches past the ply, and the median tells nothing of it.
+    # Without an outline the map reaches past the ply, and its median would not be the ply's.
     laid = None
     if report.ply_outline_mm is not None and between.any():
         laid = float(np.median(filtered.values[between]))

@@ -1,26 +1,25 @@
-"""One pocket: from its patch to its verdict."""
+"""One pocket, from what was found of it to its verdict: lay the net, settle it, post-process, judge."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from concurrent.futures import Executor
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
-from debulk.grid import Grid
-from debulk.inspection import dumps, starts
+from debulk import _core, ridge, solve, verdict
+from debulk.inspection import dumps, left_out, starts
+from debulk.inspection.cycle import Cycle, stopping
+from debulk.inspection.found import FoundPocket
+from debulk.inspection.laid_pocket import REFUSED, LaidPocket, lay_pocket
+from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
-
-Floats = NDArray[np.float64]
+__all__ = ["Evaluation", "evaluate", "evaluate_all"]
 
 
 @dataclass(frozen=True)
@@ -29,6 +28,60 @@ class Evaluation:
 
     report: PocketReport
     left_out: tuple[LeftOut, ...] = ()
+
+
+def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, begun: float) -> list[Evaluation]:
+    """Evaluate all pockets, as many at a time as there are threads; `begun` is the share of the work done before."""
+    threads = ply.recipe.run.threads or _core.default_threads()
+    evaluations = []
+    # The core's calls release the GIL; whatever ends the wait (Ctrl-C, an error of progress) ends the solvers.
+    with ThreadPoolExecutor(threads, "debulk") as pool, stopping(cycle.stop):
+        for evaluation in pool.map(lambda found: evaluate(found, ply, cycle.stop, pool), pockets):
+            evaluations.append(evaluation)
+            cycle.report("debulk", begun + (1 - begun) * len(evaluations) / len(pockets))
+    cycle.check()
+    return evaluations
+
+
+def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None) -> Evaluation:
+    """Evaluate one pocket. Idle threads of the pool help, see `starts.settle`."""
+    watch = _Stopwatch()
+    seen = _seen(found)
+    if stop.now():
+        return _not_evaluated(seen, _too_late(found))
+    try:
+        with watch.step("net"):
+            laid = lay_pocket(found, ply, stop)
+    except _core.Stopped:
+        return _not_evaluated(seen, _too_late(found))
+    except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
+        return _not_evaluated(seen, verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
+
+    def post_process(solution: solve.Solution) -> ridge.PostProcessed:
+        with watch.step("ridge"):
+            return laid.post_process(solution)
+
+    with watch.step("solve"):
+        settled = starts.settle(laid.sheet, ply.recipe, post_process, stop, pool)
+    dumps.keep(
+        laid.sheet,
+        settled.solution,
+        settled.solution.status in REFUSED,
+        watch.split_ms["solve"],
+        found.number,
+        ply.recipe,
+    )
+    judged = laid.judge(settled.solution, settled.best, settled.every, deadline_passed=stop.past_deadline)
+    report = replace(
+        seen,
+        verdict=judged.verdict,
+        reason=judged.reason,
+        runtime_ms=sum(watch.split_ms.values()),
+        runtime_split_ms=watch.split_ms,
+        **_net_figures(laid),
+        **_debulked_figures(laid, settled),
+    )
+    return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
 
 
 @dataclass
@@ -45,203 +98,71 @@ class _Stopwatch:
         self.split_ms[name] = self.split_ms.get(name, 0.0) + 1e3 * (time.perf_counter() - began) - within_ms
 
 
-def evaluate(
-    segmentation: pocket.Segmentation,
-    feet: pocket.Feet,
-    index: int,
-    reference: surface.Reference,
-    ply_outline: Floats | None,
-    fibre_angles_deg: Floats | Grid,
-    recipe: Recipe,
-    stop: _core.Stop,
-    number: int | None = None,
-    pool: Executor | None = None,
-) -> Evaluation:
-    """Evaluate pocket number `index` (from 0) of a segmentation: patch, net, minimum, ridges, verdict.
-
-    Its report gets the id `number`, its own unless that is given. Idle threads of the pool help, see `starts.settle`.
-    """
-    found, foot = segmentation.pockets[index], feet.feet[index]
-    watch = _Stopwatch()
-    seen = PocketReport(  # what is known before the ply is modelled
-        id=found.id if number is None else number,
+def _seen(found: FoundPocket) -> PocketReport:
+    """Report what is known of a pocket before its ply is modelled."""
+    return PocketReport(
+        id=found.number,
         verdict=verdict.Verdict.INVALID,
         reason="",
-        outline_mm=found.outline_mm,
-        foot_outline_mm=foot.outline_mm,
-        touches_ply_edge=found.touches_ply_edge,
-        area_mm2=found.area_mm2,
-        peak_mm=found.peak_mm,
-        volume_mm3=found.volume_mm3,
-        measured_share=found.measured_share,
+        outline_mm=found.pocket.outline_mm,
+        foot_outline_mm=found.foot.outline_mm,
+        touches_ply_edge=found.pocket.touches_ply_edge,
+        area_mm2=found.pocket.area_mm2,
+        peak_mm=found.pocket.peak_mm,
+        volume_mm3=found.pocket.volume_mm3,
+        measured_share=found.pocket.measured_share,
     )
 
-    def given_up(judged: verdict.Judgement) -> Evaluation:
-        return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason))
 
-    if stop.now():
-        return given_up(verdict.judge(certified=False, deadline_passed=True, coverage=found.measured_share))
-    try:
-        with watch.step("net"):
-            laid = lay_net(segmentation, feet, index, reference, ply_outline, fibre_angles_deg, recipe, stop)
-    except _core.Stopped:
-        return given_up(verdict.judge(certified=False, deadline_passed=True, coverage=found.measured_share))
-    except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
-        return given_up(verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
+def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
+    return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason))
 
-    def post_process(solution: solve.Solution) -> ridge.PostProcessed:
-        with watch.step("ridge"):
-            return _post_process(solution, laid, reference, recipe)
 
-    with watch.step("solve"):
-        ply = sheet.Sheet(laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, reference, recipe)
-        outcome = starts.settle(ply, recipe, post_process, stop, pool)
-    solution = outcome.solution
-    dumps.keep(ply, solution, _refused(solution), watch.split_ms["solve"], seen.id, recipe)
-    judged = _judge(outcome, found, foot, laid, recipe, stop)
-    worst = max(outcome.best.sections, key=lambda section: section.height_mm, default=None)
-    report = replace(
-        seen,
-        verdict=judged.verdict,
-        reason=judged.reason,
-        spacing_mm=laid.spacing_mm,
-        node_count=len(laid.nodes_mm),
-        rms_mm=outcome.best.rms_mm,
-        rms_range_mm=outcome.rms_mm,
-        ridge_height_mm=outcome.best.ridge_height_mm,
-        ridge_range_mm=outcome.ridge_mm,
-        ridge_length_mm=outcome.best.ridge_length_mm,
-        ridge_nodes=None if worst is None else np.array(worst.nodes, dtype=np.int32),
-        bridge_height_mm=outcome.best.bridge_height_mm,
-        excess_length_mm=outcome.best.excess_length_mm,
-        net=PocketNet(
-            nodes_mm=laid.nodes_mm,
-            neighbours=laid.neighbours,
-            kinds=laid.kinds.astype(np.uint8),
-            edges=laid.edges,
-            inside=laid.inside,
+def _too_late(found: FoundPocket) -> verdict.Judgement:
+    return verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
+
+
+def _net_figures(laid: LaidPocket) -> dict[str, Any]:
+    net = laid.net
+    return {
+        "spacing_mm": net.spacing_mm,
+        "node_count": len(net.nodes_mm),
+        "net": PocketNet(
+            nodes_mm=net.nodes_mm,
+            neighbours=net.neighbours,
+            kinds=net.kinds.astype(np.uint8),
+            edges=net.edges,
+            inside=net.inside,
         ),
-        initial_gap_mm=ply.gaps(laid.nodes_mm),
-        debulked_mm=solution.nodes_mm,
-        debulked_gap_mm=ply.gaps(solution.nodes_mm),
-        post_processed_gap_mm=outcome.best.gap_mm,
-        energy_mj=solution.energy_mj,
-        energy_terms_mj=ply.terms(solution.nodes_mm),
-        solve=_solve_report(solution, recipe),
-        runtime_ms=sum(watch.split_ms.values()),
-        runtime_split_ms=watch.split_ms,
-    )
-    return Evaluation(report, _left_out(ply, outcome))
+        "initial_gap_mm": laid.sheet.gaps(net.nodes_mm),
+    }
 
 
-def criteria(recipe: Recipe) -> verdict.Criteria:
-    """Take the limits from the recipe."""
-    limits = recipe.verdict
-    return verdict.Criteria(
-        max_rms_mm=limits.max_rms_mm,
-        max_ridge_height_mm=limits.max_ridge_mm,
-        min_coverage=limits.min_coverage,
-        min_pocket_coverage=limits.min_pocket_coverage,
-        rms_margin_mm=limits.rms_margin_mm,
-        ridge_margin_mm=limits.ridge_margin_mm,
-        compliance_margin_mm=limits.compliance_margin_mm,
-    )
+def _debulked_figures(laid: LaidPocket, settled: starts.Settled) -> dict[str, Any]:
+    solution, best = settled.solution, settled.best
+    worst = max(best.sections, key=lambda section: section.height_mm, default=None)
+    return {
+        "rms_mm": best.rms_mm,
+        "rms_range_mm": settled.rms_mm,
+        "ridge_height_mm": best.ridge_height_mm,
+        "ridge_range_mm": settled.ridge_mm,
+        "ridge_length_mm": best.ridge_length_mm,
+        "ridge_nodes": None if worst is None else np.array(worst.nodes, dtype=np.int32),
+        "bridge_height_mm": best.bridge_height_mm,
+        "excess_length_mm": best.excess_length_mm,
+        "debulked_mm": solution.nodes_mm,
+        "debulked_gap_mm": laid.sheet.gaps(solution.nodes_mm),
+        "post_processed_gap_mm": best.gap_mm,
+        "energy_mj": solution.energy_mj,
+        "energy_terms_mj": laid.sheet.terms(solution.nodes_mm),
+        "solve": _solve_report(laid, solution),
+    }
 
 
-def lay_net(
-    segmentation: pocket.Segmentation,
-    feet: pocket.Feet,
-    index: int,
-    reference: surface.Reference,
-    ply_outline: Floats | None,
-    fibre_angles_deg: Floats | Grid,
-    recipe: Recipe,
-    stop: _core.Stop | None = None,
-) -> net.Net:
-    """Lay the net of pocket number `index` (from 0) on its patch."""
-    found, foot = segmentation.pockets[index], feet.feet[index]
-    # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
-    spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(foot.area_mm2 / recipe.net.node_target))
-    paper = recipe.patch.mode == "paper"
-    return net.from_core(
-        _core.lay_pocket(
-            segmentation._core,
-            feet._core,
-            found.id,
-            reference,
-            mode=recipe.patch.mode,
-            margin_mm=spacing + 10.0,
-            angles=np.radians(_angles_at(fibre_angles_deg, found.centroid_mm)),
-            ply_outline=ply_outline,
-            spacing=recipe.net.spacing_mm,
-            node_target=recipe.net.node_target,
-            edge_tol=recipe.segmentation.edge_tol_mm,
-            # The foot lies at the tolerance: what the spline makes of it may be a little above.
-            mold_tol=1.25 * feet.mold_tol_mm,
-            paths="vertical_plane" if paper else recipe.net.paths,  # geodesics stray on the glued step
-            stop=stop or _core.Stop(),
-        )
-    )
-
-
-def _angles_at(angles: Floats | Grid, xy: Floats) -> Floats:
-    if not isinstance(angles, Grid):
-        return angles
-    i, j = np.rint((xy - angles.origin_mm) / angles.spacing_mm).astype(int)
-    ny, nx = angles.values.shape[:2]
-    return np.asarray(angles.values[np.clip(j, 0, ny - 1), np.clip(i, 0, nx - 1)], dtype=np.float64)
-
-
-def _post_process(
-    solution: solve.Solution, laid: net.Net, reference: surface.Reference, recipe: Recipe
-) -> ridge.PostProcessed:
-    return ridge.post_process(
-        solution.nodes_mm,
-        laid.neighbours,
-        laid.inside,
-        reference,
-        thickness_mm=recipe.material.thickness_mm,
-        bulk_factor=recipe.material.bulk_factor,
-        touch_mm=recipe.ridge.touch_mm,
-    )
-
-
-def _judge(
-    outcome: starts.Settled,
-    found: pocket.Pocket,
-    foot: pocket.Foot,
-    laid: net.Net,
-    recipe: Recipe,
-    stop: _core.Stop,
-) -> verdict.Judgement:
-    solution = outcome.solution
-    refused = solution.explanation if _refused(solution) else ""
-    return verdict.judge(
-        certified=solution.certified,
-        rms_mm=outcome.best.rms_mm,
-        ridge_height_mm=outcome.best.ridge_height_mm,
-        bridge_height_mm=outcome.best.bridge_height_mm,
-        rms_range_mm=outcome.rms_mm,
-        ridge_range_mm=outcome.ridge_mm,
-        bridge_range_mm=outcome.bridge_mm,
-        compliant=solution.certificate.compliant,
-        solve_status=solution.certificate.failure or solution.explanation,
-        deadline_passed=stop.past_deadline and not solution.certified,
-        coverage=found.measured_share,
-        closed_rim=(foot.closed or found.touches_ply_edge) and len(laid.open_ends) == 0,
-        refused=refused,
-        criteria=criteria(recipe),
-    )
-
-
-def _refused(solution: solve.Solution) -> bool:
-    return solution.status in ("too_few_movable_nodes", "no_minimum", "not_a_surface")
-
-
-def _solve_report(solution: solve.Solution, recipe: Recipe) -> SolveReport:
+def _solve_report(laid: LaidPocket, solution: solve.Solution) -> SolveReport:
     certificate = solution.certificate
     return SolveReport(
-        method=recipe.solve.method,
+        method=laid.recipe.solve.method,
         status=solution.status,
         certified=solution.certified,
         iterations=solution.iterations,
@@ -250,31 +171,8 @@ def _solve_report(solution: solve.Solution, recipe: Recipe) -> SolveReport:
         penetration_mm=certificate.penetration_mm,
         kkt_error=certificate.kkt_error,
         curvature=certificate.curvature,
-        energy_gain_mj=certificate.energy_gain_mj,
+        energy_gain_mj=laid.sheet.energy(laid.sheet.start_mm) - solution.energy_mj,
         compliant=certificate.compliant,
         starts=len(solution.minima),
         doubt=certificate.failure,
     )
-
-
-_LEFT_OUT = {
-    "friction": LeftOut(
-        what="friction of pockets inside the ply",
-        why="their nets have no free edge",
-        bound="none: friction acts on free boundary nodes only",
-    ),
-    "gravity": LeftOut(what="gravity", why="the recipe's density or gravity is zero", bound="below 1e-4 of the vacuum"),
-}
-
-
-def _left_out(ply: sheet.Sheet, outcome: starts.Settled) -> tuple[LeftOut, ...]:
-    entries = [_LEFT_OUT[name] for name in ply.left_out if name in _LEFT_OUT]
-    if outcome.cut:
-        entries.append(
-            LeftOut(
-                what="some seeded starts",
-                why="the deadline passed",
-                bound="the ranges of RMS and ridge height come from fewer minima than the recipe asks for",
-            )
-        )
-    return tuple(entries)

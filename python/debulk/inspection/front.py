@@ -7,38 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
-from debulk.cloud import _as_cloud, _whole
+from debulk import _core, arrays
+from debulk.cloud import as_cloud
+from debulk.inspection.camera import PinholeImage
 from debulk.surface import HeightMap, Reference
 
-__all__ = ["FrontEnd", "fit_camera"]
+__all__ = ["FrontEnd"]
 
 InputError = _core.InputError
-
-
-def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
-    """Fit a pinhole camera to an organised cloud.
-
-    Parameters
-    ----------
-    points
-        (H, W, 3) in the scanner's frame, whose origin is the camera's centre and whose z is its axis.
-
-    Returns
-    -------
-    tuple[float, float, float] | None
-        f, cx, cy in pixels: pixel (row i, column j) looks along ((j - cx) / f, (i - cy) / f, 1). None for a cloud that
-        is not a pinhole's: unorganised, or points more than 0.1 px off their pixels.
-
-    Examples
-    --------
-    >>> column, row = np.meshgrid(np.arange(40.0), np.arange(30.0))
-    >>> points = 500.0 * np.dstack([(column - 19.5) / 80, (row - 14.5) / 80, np.ones_like(row)])
-    >>> [round(value, 3) for value in fit_camera(points)]
-    [80.0, 19.5, 14.5]
-    """
-    camera: tuple[float, float, float] | None = _core.fit_pinhole(_as_cloud(points, "points"))
-    return None if camera is None else (camera[0], camera[1], camera[2])
 
 
 class FrontEnd:
@@ -55,11 +31,9 @@ class FrontEnd:
     ----------
     reference
         The smooth reference surface, mold frame.
-    shape
-        (height, width) of the scans in pixels.
-    camera
-        (f, cx, cy) in pixels, of a pinhole at the origin of the scanner's frame that looks along +z (see `fit_camera`).
-        None: every scan takes the general way.
+    image
+        Of the pinhole camera that the organised scans come from (see `debulk.inspection.camera`). None: every scan
+        takes the general way.
     mold_from_scanner
         (4, 4) rigid motion, x_mold = T x_scanner. None: scans are in the mold's frame already.
     spacing_mm
@@ -89,7 +63,7 @@ class FrontEnd:
     >>> flat = Reference(np.full_like(x, 500.0), (-40.0, -30.0), 10.0)
     >>> column, row = np.meshgrid(np.arange(120.0), np.arange(90.0))
     >>> scan = 502.0 * np.dstack([(column - 59.5) / 800, (row - 44.5) / 800, np.ones_like(row)])
-    >>> front = FrontEnd(flat, (90, 120), (800.0, 59.5, 44.5), spacing_mm=1.0)
+    >>> front = FrontEnd(flat, PinholeImage(90, 120, 800.0, 59.5, 44.5), spacing_mm=1.0)
     >>> heights = front.inspect(scan)
     >>> front.fast, round(float(np.nanmedian(heights.values)), 4)
     (True, 2.0)
@@ -98,8 +72,7 @@ class FrontEnd:
     def __init__(
         self,
         reference: Reference,
-        shape: tuple[int, int],
-        camera: tuple[float, float, float] | None,
+        image: PinholeImage | None,
         mold_from_scanner: ArrayLike | None = None,
         *,
         spacing_mm: float = 0.5,
@@ -116,24 +89,23 @@ class FrontEnd:
         if not isinstance(reference, _core.Reference):
             raise InputError(f"reference: expected a debulk.surface.Reference, but got a {type(reference).__name__}")
         pose = np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64)
-        box = np.array([[-1e9, -1e9], [1e9, 1e9]]) if box_mm is None else np.asarray(box_mm, dtype=np.float64)
-        if box.shape != (2, 2):
-            raise InputError(f"box_mm: expected an array of shape (2, 2), but got {box.shape}")
-        self.shape = (_whole(shape[0], "shape"), _whole(shape[1], "shape"))
+        everything = [[-1e9, -1e9], [1e9, 1e9]]
+        box = arrays.numbers(everything if box_mm is None else box_mm, "box_mm", (2, 2), "an array of shape (2, 2)")
+        self._shape: tuple[int, ...] = ()  # of the last scan's image
         self._core: Any = _core.FrontEnd(
             reference,
-            self.shape,
-            None if camera is None else (float(camera[0]), float(camera[1]), float(camera[2])),
+            (0, 0) if image is None else image.shape,  # the core reads it beside a camera only
+            None if image is None else image.camera,
             pose,
             tuple(box.reshape(4).tolist()),
-            neighbours=_whole(neighbours, "neighbours"),
+            neighbours=arrays.whole(neighbours, "neighbours"),
             std_ratio=float(std_ratio),
             least_ratio=float(least_ratio),
             spacing_mm=float(spacing_mm),
             hole_diameter_mm=float(hole_diameter_mm),
             jump_ratio=float(jump_ratio),
             spike_mm=float(spike_mm),
-            median_cells=_whole(median_cells, "median_cells"),
+            median_cells=arrays.whole(median_cells, "median_cells"),
             threads=threads,
         )
 
@@ -154,7 +126,9 @@ class FrontEnd:
         InputError
             For a bad cloud.
         """
-        *maps, origin, spacing = self._core.run(_as_cloud(scan, "scan"), stop or _core.Stop())
+        points = as_cloud(scan, "scan")
+        self._shape = points.shape[:-1]
+        *maps, origin, spacing = self._core.run(points, stop or _core.Stop())
         values, measured, before = (m.copy() if copy and m is not None else m for m in maps)
         return HeightMap(values, origin, spacing, measured.view(np.bool_), before, self._core.blur_mm2)
 
@@ -165,9 +139,10 @@ class FrontEnd:
 
     @property
     def keep(self) -> NDArray[np.bool_]:
-        """(H, W): False for the last scan's outliers and missing points, if it had the camera's shape."""
-        keep: NDArray[np.uint8] = self._core.keep(self.shape)
-        return keep.view(np.bool_)
+        """(H, W) or (N,): False for the last scan's outliers and missing points."""
+        rows, columns = self._shape if len(self._shape) == 2 else (*self._shape, 1)
+        keep: NDArray[np.uint8] = self._core.keep((rows, columns))
+        return keep.view(np.bool_).reshape(self._shape)
 
     @property
     def outlier_threshold_mm(self) -> float:

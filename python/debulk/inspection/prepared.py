@@ -1,43 +1,25 @@
-"""A prepared inspector in a file: a .npz of plain arrays, never with pickled objects."""
+"""What an inspector makes of its reference cloud, once."""
 
 from __future__ import annotations
 
-import json
-import zipfile
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from debulk._core import InputError
+from debulk import _core, cloud, surface
 from debulk.grid import Grid
-from debulk.surface import Reference
+from debulk.inspection.camera import PinholeImage, fit_camera
+from debulk.inspection.cleaning import cleaned, masked
 
 if TYPE_CHECKING:
-    from debulk.inspection.inspector import Inspector
+    from debulk.recipe import Recipe
 
-FORMAT = "debulk inspector 1"
-_GRID = ("f", (3,))  # x and y of the first point, spacing
-# Name: kind of the values, and shape, None where any length will do. What an inspector may lack has a question mark.
-_ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
-    "recipe": ("U", ()),
-    "reference": ("f", (None, None)),
-    "reference_grid": _GRID,
-    "seen": ("f", (None, None)),
-    "seen_grid": _GRID,
-    "grid_spacing_mm": ("f", ()),
-    "ply_outline?": ("f", (None, 2)),
-    "fibre_angles_deg?": ("f", (2,)),
-    "fibre_angles?": ("f", (None, None, 2)),
-    "fibre_angles_grid?": _GRID,
-    "mold_from_scanner?": ("f", (4, 4)),
-    "camera?": ("f", (3,)),
-    "image?": ("f", (5,)),
-    "mask?": ("b", (None, None)),
-}
-_SPARE_BYTES = 1 << 16  # headers of the archive
+__all__ = ["Prepared", "prepare"]
+
+Floats = NDArray[np.float64]
+_LEAST_SPACING_MM = 0.5  # of the height map: a finer one shows no more of a pocket
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,128 +33,32 @@ class Prepared:
     grid_spacing_mm
         Of the height map.
     image
-        (height, width, f, cx, cy) in pixels, where the cloud was a pinhole camera's; else None.
+        Of the pinhole camera that the cloud comes from; None: it comes from none.
     """
 
-    reference: Reference
+    reference: surface.Reference
     seen: Grid
     grid_spacing_mm: float
-    image: tuple[int, int, float, float, float] | None = None
+    image: PinholeImage | None = None
 
 
-def write(inspector: Inspector, path: Path) -> None:
-    """Write the inspector with its recipe and everything it was given beside its reference."""
-    from debulk.files import replacing
-
-    prepared, angles = inspector.prepared, inspector.fibre_angles_deg
-    arrays: dict[str, Any] = {
-        "format": FORMAT,
-        "recipe": json.dumps(inspector.recipe.model_dump()),
-        "reference": prepared.reference.heights_mm,
-        "reference_grid": [*prepared.reference.origin_mm, prepared.reference.spacing_mm],
-        "seen": prepared.seen.values,
-        "seen_grid": _grid(prepared.seen),
-        "grid_spacing_mm": prepared.grid_spacing_mm,
-        "ply_outline": inspector.ply_outline,
-        "mold_from_scanner": inspector.mold_from_scanner,
-        "camera": inspector.camera,
-        "image": None if prepared.image is None else np.array(prepared.image, dtype=np.float64),
-        "mask": inspector.mask,
-    }
-    if isinstance(angles, Grid):
-        arrays |= {"fibre_angles": angles.values.astype(np.float64), "fibre_angles_grid": _grid(angles)}
-    else:
-        arrays["fibre_angles_deg"] = angles
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        np.savez(file, allow_pickle=False, **{name: value for name, value in arrays.items() if value is not None})
-
-
-def read(path: Path) -> dict[str, Any]:
-    """Read what `Inspector` takes: its keyword arguments, the recipe as a dictionary."""
-    a = _arrays(path)
-    try:
-        recipe = json.loads(str(a["recipe"]))
-    except (ValueError, RecursionError):
-        _fail(path, "its recipe is not JSON")
-    if not isinstance(recipe, dict):
-        _fail(path, "its recipe is not JSON")
-    try:
-        x, y, spacing = a["reference_grid"].tolist()
-        prepared = Prepared(
-            Reference(a["reference"], (x, y), spacing),
-            _on_grid(a, "seen"),
-            float(a["grid_spacing_mm"]),
-            _image(path, a.get("image")),
-        )
-    except InputError as error:
-        _fail(path, str(error))
-    if not 0 < prepared.grid_spacing_mm < np.inf:
-        _fail(path, f"grid_spacing_mm is {prepared.grid_spacing_mm:g}")
-    camera = a.get("camera")
-    return {
-        "recipe": recipe,
-        "reference": prepared,
-        "ply_outline": a.get("ply_outline"),
-        "fibre_angles_deg": _on_grid(a, "fibre_angles") if "fibre_angles" in a else a.get("fibre_angles_deg"),
-        "mold_from_scanner": a.get("mold_from_scanner"),
-        "camera": None if camera is None else tuple(camera.tolist()),
-        "mask": a.get("mask"),
-    }
-
-
-def _image(path: Path, values: NDArray[Any] | None) -> tuple[int, int, float, float, float] | None:
-    if values is None:
-        return None
-    height, width, f, cx, cy = values.tolist()
-    if not (np.isfinite(values).all() and 2 <= height < 1 << 16 and 2 <= width < 1 << 16 and f > 0):
-        _fail(path, f"image is {values.tolist()}")
-    return int(height), int(width), f, cx, cy
-
-
-def _arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Read the file's arrays, each of the kind and shape that it must have."""
-    try:
-        size = path.stat().st_size
-        with zipfile.ZipFile(path) as archive:  # sizes first: nothing is unpacked that the file does not hold
-            if sum(info.file_size for info in archive.infolist()) > size + _SPARE_BYTES:
-                _fail(path, "its arrays are larger than the file")
-        with np.load(path, allow_pickle=False) as archive:
-            found = {name: archive[name] for name in archive.files}
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except Exception as error:  # a damaged archive ends in errors of zipfile, zlib, NumPy: all mean the same
-        _fail(path, " ".join(str(error).split())[:120])
-    if str(found.pop("format", "")) != FORMAT:
-        _fail(path, f"expected the format {FORMAT!r}")
-    for name, (kind, shape) in _ARRAYS.items():
-        plain = name.removesuffix("?")
-        if plain not in found:
-            if plain == name:
-                _fail(path, f"lacks {plain}")
-            continue
-        value = found[plain]
-        fits = value.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, value.shape, strict=True))
-        if value.dtype.kind != kind or not fits:
-            _fail(path, f"{plain} is {value.dtype} {value.shape}")
-    if ("fibre_angles" in found) != ("fibre_angles_grid" in found) or ("fibre_angles" in found) == (
-        "fibre_angles_deg" in found
-    ):
-        _fail(path, "expected fibre_angles_deg, or fibre_angles and fibre_angles_grid")
-    return found
-
-
-def _grid(grid: Grid) -> list[float]:
-    return [*map(float, grid.origin_mm), float(grid.spacing_mm)]
-
-
-def _on_grid(arrays: dict[str, NDArray[Any]], name: str) -> Grid:
-    x, y, spacing = arrays[f"{name}_grid"].tolist()
-    if not (np.isfinite([x, y]).all() and 0 < spacing < np.inf):
-        raise InputError(f"{name}_grid is {x:g}, {y:g}, {spacing:g}")
-    return Grid(arrays[name], np.array([x, y]), spacing)
-
-
-def _fail(path: Path, problem: str) -> NoReturn:
-    raise InputError(f"{path}: not a prepared inspector: {problem}; save it again with Inspector.save")
+def prepare(
+    reference: ArrayLike,
+    mold_from_scanner: Floats | None,
+    camera: Floats | None,
+    mask: NDArray[np.bool_] | None,
+    recipe: Recipe,
+) -> Prepared:
+    """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
+    threads = recipe.run.threads
+    seen = masked(reference, mask, "reference")
+    points = cleaned(seen, mold_from_scanner, recipe, _core.Stop())
+    spacing = recipe.clean.grid_spacing_mm
+    if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
+        spacing = max(round(1024 * cloud.median_pitch(points, threads=threads)) / 1024, _LEAST_SPACING_MM)
+    heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads)
+    image = None
+    if seen.ndim == 3:
+        found = fit_camera(seen) if camera is None else camera
+        image = None if found is None else PinholeImage(*seen.shape[:2], *map(float, found))
+    return Prepared(surface.fit_reference(heights, threads=threads), heights, spacing, image)

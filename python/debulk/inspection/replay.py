@@ -1,4 +1,4 @@
-"""A solve in one file, to be done again elsewhere, with ``debulk replay FILE`` (model.md, section 4)."""
+"""A solve in one file, to be done again elsewhere, with ``debulk replay FILE`` (docs/solver.md)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """How many starts a pocket gets: a fixed few, and more, up to a fixed number, while a figure lies close to its limit.
 
-A sheet has many minima, and its figures differ between them (model.md, section 4). Far from every limit that does not
-matter; close to one, the range over a few starts is too narrow to trust. Measured in bench/study: 2 starts, and up to 8
-close to a limit, decide as well as 6 for every pocket, in less than half the time.
+A sheet has many minima, and its figures differ between them (docs/model.md, section 4). Far from every limit that does
+not matter; close to one, the range over a few starts is too narrow to trust. Measured in bench/study: 2 starts, and up
+to 8 close to a limit, decide as well as 6 for every pocket, in less than half the time.
 """
 
 from __future__ import annotations
@@ -46,26 +46,26 @@ class Settled:
     solution: solve.Solution
     """The best certified one, with every start's in `minima`."""
     best: ridge.PostProcessed
-    """Of that one."""
+    """Ridges of that solution."""
     every: tuple[ridge.PostProcessed, ...]
-    """Of every certified start (without those that needed a compliance, unless all did); else of the solution."""
+    """Ridges of every certified start (those that needed a compliance count only if all did); else of the solution."""
     cut: bool
-    """Whether a deadline left out starts that the rule asks for."""
+    """Whether a deadline cut off starts that the rule asks for."""
 
     @property
     def rms_mm(self) -> Range:
         """Least and most over the certified starts."""
-        return _range([p.rms_mm for p in self.every])
+        return spread([p.rms_mm for p in self.every])
 
     @property
     def ridge_mm(self) -> Range:
         """The same of the ridge height."""
-        return _range([p.ridge_height_mm for p in self.every])
+        return spread([p.ridge_height_mm for p in self.every])
 
     @property
     def bridge_mm(self) -> Range:
         """The same of the bridging height."""
-        return _range([p.bridge_height_mm for p in self.every])
+        return spread([p.bridge_height_mm for p in self.every])
 
 
 def settle(
@@ -144,11 +144,11 @@ def close(every: Sequence[Figures], recipe: Recipe) -> bool:
     limits, windows = recipe.verdict, recipe.solve
     ridges = (limits.max_ridge_mm, limits.ridge_margin_mm, windows.close_ridge_mm)
     figures = [  # least and most, limit, margin, window
-        (*_range([p.ridge_height_mm for p in every]), *ridges),
-        (*_range([p.rms_mm for p in every]), limits.max_rms_mm, limits.rms_margin_mm, windows.close_rms_mm),
+        (*spread([p.ridge_height_mm for p in every]), *ridges),
+        (*spread([p.rms_mm for p in every]), limits.max_rms_mm, limits.rms_margin_mm, windows.close_rms_mm),
     ]
     if any(p.bridge_height_mm > 0 for p in every):
-        figures.append((*_range([p.bridge_height_mm for p in every]), *ridges))
+        figures.append((*spread([p.bridge_height_mm for p in every]), *ridges))
     crease = any(low > limit + margin for low, _, limit, margin, _ in figures)
     cease = all(high <= limit - margin for _, high, limit, margin, _ in figures)
     if not crease and not cease:
@@ -158,5 +158,6 @@ def close(every: Sequence[Figures], recipe: Recipe) -> bool:
     return not far_above and not far_below
 
 
-def _range(values: list[float]) -> Range:
+def spread(values: Sequence[float]) -> Range:
+    """Return the least and the most."""
     return min(values), max(values)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from debulk.page.charts import Row, bar_chart
 from debulk.page.map import Area, nice, ply_map
-from debulk.page.report import Row, bar_chart, render
+from debulk.page.render import render
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def page(comparison: ComparisonData) -> str:
 
     Examples
     --------
-    >>> from debulk.results.comparison import ComparisonData
+    >>> from debulk.comparison import Comparison
     >>> "no pocket was decided" in page(Comparison(pockets=(), max_rms_mm=0.3, max_peak_mm=0.6))
     True
     """

@@ -1,16 +1,14 @@
-"""The report as one HTML page that needs nothing else: no network, all text escaped, one script that turns the nets."""
+"""The report as one HTML page that needs nothing else."""
 
 from __future__ import annotations
 
-import base64
-import hashlib
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.page import net as page_net
 from debulk.page import profile as page_profile
-from debulk.page.map import Area, colours, ply_map
-from debulk.results.report_text import number
+from debulk.page.charts import Bar, Chart, Row, bar_chart
+from debulk.page.map import Area, ply_map
+from debulk.page.render import render
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -19,56 +17,6 @@ if TYPE_CHECKING:
 # With the picture of the heights, and 2 kB of text a pocket, the page stays below 5 MB.
 _MAX_STILL_BYTES = 1_600_000  # of all drawings
 _MAX_DATA_BYTES = 700_000  # of what the script draws
-_TEMPLATES = Path(__file__).with_name("templates")
-
-
-class Look(NamedTuple):
-    """How a verdict is shown: a sign as well as a colour, and what to make of it."""
-
-    sign: str
-    advice: str
-
-
-LOOKS = {
-    Verdict.CEASE: Look("✓", "Every pocket is predicted to close under vacuum."),
-    Verdict.CREASE: Look("✕", "At least one pocket is predicted to leave a wrinkle."),
-    Verdict.UNDECIDED: Look("?", "Too near a limit, not certified, or not done in time: nothing is promised."),
-    Verdict.INVALID: Look("∅", "The scan or a part of it cannot be judged: see the reason, and scan again."),
-}
-
-
-class Bar(NamedTuple):
-    """One line of a bar chart; positions in percent of its width."""
-
-    label: str
-    text: str
-    percent: float
-    verdict: str = ""
-    sign: str = ""
-    low: float | None = None
-    high: float | None = None
-    measured: float | None = None
-
-
-class Chart(NamedTuple):
-    """A bar chart with an optional limit."""
-
-    title: str
-    bars: list[Bar]
-    limit_percent: float | None = None
-    limit_text: str = ""
-    note: str = ""
-    wide: bool = False
-
-
-class Row(NamedTuple):
-    """What a bar of a chart of pockets is made of, mm."""
-
-    id: int
-    verdict: Verdict
-    value: float | None
-    span: tuple[float, float] | None = None
-    measured: float | None = None
 
 
 class Drawings(NamedTuple):
@@ -118,63 +66,6 @@ def page(report: ReportData) -> str:
         total_ms=total_ms(report),
         recipe=_recipe(report),
     )
-
-
-def render(template: str, **values: Any) -> str:
-    """Fill in a template with what all pages share."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["number"] = number
-    environment.filters["signed"] = signed
-    script = (_TEMPLATES / "turn.js").read_text(encoding="utf-8")
-    # The browser runs the script with this hash and no other, whatever a name in the report may smuggle in.
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
-    shared = {
-        "looks": LOOKS,
-        "margin": margin,
-        "colours": colours(8),
-        "palette": colours(page_net.COLOURS),
-        "script": script,
-        "script_hash": f"sha256-{digest}",
-        "net_size": (page_net.WIDTH, page_net.HEIGHT),
-    }
-    return environment.get_template(template).render(**shared, **values)
-
-
-def margin(value: float | None, limit: float | None) -> float | None:
-    """Return by how much a figure stays below its limit; negative above."""
-    return None if value is None or limit is None else limit - value
-
-
-def signed(value: float, digits: int) -> str:
-    """Return a figure with its sign, as it is set in print."""
-    return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
-
-
-def bar_chart(title: str, rows: list[Row], limit: float | None, digits: int, note: str = "") -> Chart:
-    """Make a chart of the pockets' figures; its width is the largest figure's."""
-    tops = [top for row in rows for top in (row.value, row.measured, row.span and row.span[1]) if top is not None]
-    full = max([*tops, 1.15 * limit if limit else 0.0]) or 1.0
-
-    def bar(row: Row) -> Bar:
-        low, high = (100 * s / full for s in row.span) if row.span and row.span[1] > row.span[0] else (None, None)
-        percent = 0.0 if row.value is None else 100 * row.value / full
-        measured = None if row.measured is None else 100 * row.measured / full
-        text, sign = number(row.value, digits), LOOKS[row.verdict].sign
-        if row.measured is not None:
-            text += f" ◆ {number(row.measured, digits)}"
-        return Bar(str(row.id), text, percent, row.verdict.value, sign, low, high, measured)
-
-    bars, at = [bar(row) for row in rows], 100 * limit / full if limit else None
-    wide = any(row.measured is not None for row in rows)
-    return Chart(title, bars, at, f"limit {limit:.2f} mm" if limit else "", note, wide)
 
 
 def total_ms(report: ReportData) -> float:

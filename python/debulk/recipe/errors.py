@@ -18,7 +18,7 @@ class Wrong(NamedTuple):
 
 
 def message(what: str, wrong: list[Wrong]) -> str:
-    """Put all wrong values into one message, one a line where there are several."""
+    """Put all wrong values into one message, one per line where there are several."""
     lines = [f"{entry.name}: {entry.text}" for entry in wrong]
     if len(lines) == 1:
         return lines[0]
@@ -49,8 +49,17 @@ def wrong_values(model: type[BaseModel], error: ValidationError, values: Mapping
     return list(wrong.values())
 
 
+# Settings of earlier versions, and what to write instead.
+_GONE = {
+    "segmentation.edge_tol_mm": "it is called net.free_edge_mm now",
+    "loads.vacuum": "the vacuum acts along -z; leave the line out",
+}
+
+
 def _unknown(name: str, names: list[str]) -> str:
     """Name the nearest known setting: first by its last part, in whatever section that stands."""
+    if name in _GONE:
+        return f"not a setting any more: {_GONE[name]}"
     last = name.rsplit(".", 1)[-1]
     tails = {known.rsplit(".", 1)[-1]: known for known in reversed(names)}
     near = [tails[tail] for tail in difflib.get_close_matches(last, list(tails), n=1, cutoff=0.75)]

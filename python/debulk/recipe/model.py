@@ -91,9 +91,8 @@ class Material(Section):
 class Loads(Section):
     """What presses the ply down."""
 
-    pressure_mpa: float = Field(default=0.1, gt=0, le=10, description="vacuum pressure P")
+    pressure_mpa: float = Field(default=0.1, gt=0, le=10, description="vacuum pressure P, along -z")
     gravity_m_s2: float = Field(default=9.81, ge=0, le=100, description="acceleration of gravity")
-    vacuum: Literal["vertical"] = Field(default="vertical", description="direction of the vacuum's force: along -z")
 
 
 class Segmentation(Section):
@@ -103,9 +102,6 @@ class Segmentation(Section):
     area_tol_mm2: float = Field(default=200.0, ge=0, description="smaller pockets are dropped")
     peak_tol_mm: float = Field(
         default=1.25, ge=0, description="pockets with a lower peak, above the cut height, are dropped"
-    )
-    edge_tol_mm: float = Field(
-        default=20.0, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
     )
     regions: bool = Field(
         default=True,
@@ -168,6 +164,9 @@ class Net(Section):
     )
     spacing_mm: float | None = Field(
         default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
+    )
+    free_edge_mm: float = Field(
+        default=20.0, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
     )
     paths: Literal["geodesic", "vertical_plane"] = Field(
         default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
@@ -248,7 +247,7 @@ class Run(Section):
     """How the machine is used."""
 
     threads: int = Field(
-        default=0, ge=0, le=4096, description="worker threads; 0: one a core. The result does not depend on it"
+        default=0, ge=0, le=4096, description="worker threads; 0: one per core. The result does not depend on it"
     )
     dump_folder: str | None = Field(
         default=None,

@@ -162,7 +162,7 @@ def _decode_record(kind: type, value: Any, name: str) -> Any:
             raise InputError(f"{prefix}{key}: not a value of schema {SCHEMA}")
     for key in hints:
         if key not in value:
-            raise InputError(f"{prefix}{key}: lacks")
+            raise InputError(f"{prefix}{key}: is missing")
     parts = {key: _decode(hint, value[key], prefix + key) for key, hint in hints.items()}
     try:
         return kind(**parts)
@@ -179,7 +179,7 @@ def _decode_array(dtype: np.dtype[Any], value: Any, name: str, shape: tuple[int 
         for number in numbers:
             if not isinstance(number, accepted) or (isinstance(number, bool) and dtype.kind != "b"):
                 raise InputError(f"{name}: expected {dtype} values, got {json.dumps(number)[:40]}")
-        if not numbers:  # a nested list cannot tell (0, 3) from (0,)
+        if not numbers:  # an empty list looks the same for the shapes (0, 3) and (0,)
             return np.empty([length or 0 for length in shape], dtype=dtype)
         return np.array(numbers, dtype=dtype).reshape(flat.shape)
     except (ValueError, TypeError, OverflowError) as error:
@@ -190,7 +190,7 @@ def _decode_grid(value: Any, name: str) -> Grid:
     _require(value, name, lambda v: isinstance(v, dict), "an object")
     for key in ("origin_mm", "spacing_mm", "shape", "values"):
         if key not in value:
-            raise InputError(f"{name}.{key}: lacks")
+            raise InputError(f"{name}.{key}: is missing")
     origin = _decode_array(np.dtype(np.float64), value["origin_mm"], f"{name}.origin_mm", (2,))
     spacing = _decode(float, value["spacing_mm"], f"{name}.spacing_mm")
     shape, text = value["shape"], value["values"]

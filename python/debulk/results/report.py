@@ -56,7 +56,7 @@ class PocketNet(Record):
             _check_numbers(name, getattr(self, name), lowest, count)
         for name in ("neighbours", "kinds", "inside"):
             if len(getattr(self, name)) != count:
-                raise InputError(f"{name}: expected one a node, {count}, got {len(getattr(self, name))}")
+                raise InputError(f"{name}: expected one per node, {count}, got {len(getattr(self, name))}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,9 +78,10 @@ class SolveReport:
     kkt_error
         Largest residual force over a node's vacuum load.
     curvature
-        Lowest eigenvalue of the reduced Hessian, mJ/mm²; negative at a saddle. None: not computed.
+        Smallest curvature of the energy within the active constraints, in the unit of `kkt_error` over the net's
+        spacing; 0 where none is negative, and negative at a saddle. None: not computed.
     energy_gain_mj
-        By how much the energy fell from the start. None: not computed.
+        By how much the energy fell from the net as laid, positive when it fell. None: not computed.
     compliant
         True if the fibres had to be given a compliance.
     doubt
@@ -186,7 +187,7 @@ class PocketReport(Record):
             for name in ("initial_gap_mm", "debulked_mm", "debulked_gap_mm", "post_processed_gap_mm"):
                 values = getattr(self, name)
                 if values is not None and len(values) != len(self.net.nodes_mm):
-                    raise InputError(f"{name}: expected one a node, {len(self.net.nodes_mm)}, got {len(values)}")
+                    raise InputError(f"{name}: expected one per node, {len(self.net.nodes_mm)}, got {len(values)}")
             if self.ridge_nodes is not None:
                 _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
 

@@ -123,7 +123,7 @@ TEST(LayNet, FourthNodeOnASphereIsTheMirrorImage) {
   EXPECT_GT(cells, 100);
 }
 
-// s w'' + w' = -sin w, w(0) = pi/2, with s = u v / R^2 (model.md section 2); returns the shear pi/2 - w at s.
+// s w'' + w' = -sin w, w(0) = pi/2, with s = u v / R^2 (docs/model.md, section 2); returns the shear pi/2 - w at s.
 double sphere_shear(double s_end) {
   double w = kPi / 2, dw = -1, s = 0;
   const int steps = 20000;

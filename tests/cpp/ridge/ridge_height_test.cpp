@@ -15,7 +15,7 @@ double three_nodes(double spacing, double centre) {
   return ridge_height(2 * spacing, 2 * std::sqrt(spacing * spacing - centre * centre), 0.3);
 }
 
-TEST(RidgeHeight, SymmetricThreeNodesOnAFlatMold) {  // model.md, section 5
+TEST(RidgeHeight, SymmetricThreeNodesOnAFlatMold) {  // docs/model.md, section 5
   EXPECT_NEAR(three_nodes(8.40, 4.66), 1.540, 5e-4);
   EXPECT_NEAR(three_nodes(9.3, 3.2), 0.697, 5e-4);
 }

@@ -1,4 +1,4 @@
-// The checks of model.md, section 3.
+// The checks of docs/model.md, section 3.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>

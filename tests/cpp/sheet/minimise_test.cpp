@@ -4,26 +4,14 @@
 
 #include <memory>
 
-#include "support/shapes.hpp"
+#include "sheet/nets.hpp"
 
 namespace debulk {
 namespace {
 
 constexpr double kSpacing = 5.0;
-
-// A ridge along y on a plane, its border fixed: fibres bent in the xz plane, and straight ones along y.
-Net ridge_net(int columns, int rows, double angle) {
-  Net net = test::flat_net(columns, rows, kSpacing);
-  for (int j = 0; j < rows; ++j) {
-    Eigen::Vector3d at(0, j * kSpacing, 0);
-    for (int i = 0; i < columns; ++i) {
-      net.nodes[static_cast<std::size_t>(j * columns + i)] = at;
-      const double turn = angle * std::cos(M_PI * (i + 0.5) / (columns - 1));
-      at += kSpacing * Eigen::Vector3d(std::cos(turn), 0, std::sin(turn));
-    }
-  }
-  return net;
-}
+using test::Impatient;
+using test::ridge_net;
 
 Sheet ridge(double angle, const PlyMaterial& ply = PlyMaterial()) {
   return Sheet(ridge_net(9, 7, angle), 900.0, ply, std::make_shared<test::Plane>());
@@ -50,17 +38,6 @@ TEST(MinimiseAll, GivesTheSameBitsOnAnyNumberOfThreads) {
     }
   }
 }
-
-// A mold that raises a flag when it has been asked often enough: a stop in the middle of a solve, without a clock.
-struct Impatient : test::Plane {
-  explicit Impatient(long most) : left(most) {}
-  SurfaceSample sample(const Eigen::Vector2d& p) const override {
-    if (--left == 0) stop.cancel();
-    return Plane::sample(p);
-  }
-  mutable long left;
-  Stop stop;
-};
 
 TEST(Minimise, StopsWithinAnIterationAndSaysSo) {
   for (const char* name : {"interior_point", "ipopt", "nlopt"})

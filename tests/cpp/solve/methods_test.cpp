@@ -119,15 +119,33 @@ TEST(Methods, ApproachTheInextensibleAnswerAsTheComplianceStiffens) {
 TEST(Elastic, DerivativesAgreeWithFiniteDifferences) {
   const OnSphere problem(3);
   const Elastic elastic(problem, 50.0);
-  Eigen::VectorXd y(4), gradient(4);
+  Eigen::VectorXd y(4), gradient(4), lambda(1);
   y << 0.3, 0.5, 0.9, 0.02;
+  lambda << 1.7;
+  const auto slope = [&](const Eigen::VectorXd& at) {  // of weight f + lambda c
+    Eigen::VectorXd out(4), row(4);
+    elastic.gradient(at, out);
+    elastic.jacobian(at, row);
+    return Eigen::VectorXd(0.4 * out + lambda[0] * row);
+  };
   elastic.gradient(y, gradient);
+  Eigen::VectorXd row(4), curvature(4), c_up(1), c_down(1);
+  elastic.jacobian(y, row);
+  elastic.hessian(y, 0.4, lambda, curvature);
   for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(elastic.jacobian_pattern()[static_cast<std::size_t>(i)].column, i);
+    EXPECT_EQ(elastic.hessian_pattern()[static_cast<std::size_t>(i)].row, i);
     Eigen::VectorXd up = y, down = y;
     up[i] += 1e-6;
     down[i] -= 1e-6;
     EXPECT_NEAR(gradient[i], (elastic.value(up) - elastic.value(down)) / 2e-6, 1e-7);
+    elastic.constraints(up, c_up);
+    elastic.constraints(down, c_down);
+    EXPECT_NEAR(row[i], (c_up[0] - c_down[0]) / 2e-6, 1e-8);
+    EXPECT_NEAR(curvature[i], (slope(up) - slope(down))[i] / 2e-6, 1e-6);  // a diagonal one
   }
+  elastic.constraints(elastic.extend(y.head(3)), c_up);  // the slack takes the whole violation
+  EXPECT_EQ(c_up[0], 0);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <Eigen/QR>
 
+#include <algorithm>
 #include <random>
 
 namespace debulk {
@@ -43,6 +44,26 @@ TEST(Multipliers, ResidualIsRightForDependentColumns) {
   const Eigen::VectorXd g = random_matrix(20, 1, 8);
   const Eigen::VectorXd exact = a.completeOrthogonalDecomposition().solve(g);
   EXPECT_LT((fit_multipliers(a.sparseView(), g, {}).residual - (g - a * exact)).norm(), 1e-9);
+}
+
+// Two contacts with the same gradient share a push in any way, and neither pulls.
+TEST(Multipliers, KeepTheirSignsWhereColumnsDependOnEachOther) {
+  Eigen::MatrixXd a(3, 3);
+  a << 1, 1, 0, 0, 0, 1, 0, 0, 0;
+  for (const double push : {2.0, -2.0}) {
+    const Multipliers fit = fit_multipliers(a.sparseView(), Eigen::Vector3d(push, 1, 0.5), {0, 1});
+    EXPECT_GE(fit.x[0], 0);
+    EXPECT_GE(fit.x[1], 0);
+    EXPECT_NEAR(fit.x[0] + fit.x[1], std::max(0.0, push), 1e-9);
+    EXPECT_NEAR(fit.x[2], 1, 1e-9);
+    EXPECT_LT((fit.residual - Eigen::Vector3d(std::min(0.0, push), 0, 0.5)).norm(), 1e-9);
+  }
+}
+
+TEST(Multipliers, AreNotFittedOnceStopped) {
+  Stop stop;
+  stop.cancel();
+  EXPECT_THROW(fit_multipliers(random_matrix(5, 2, 1).sparseView(), random_matrix(5, 1, 2), {}, stop), Stopped);
 }
 
 TEST(Multipliers, WithoutColumnsLeaveTheGradient) {

@@ -21,7 +21,7 @@ TEST(ExcessBounds, NaturalLengthOfThePapersPly) {
   EXPECT_NEAR(paper_length(), 2.0, 0.01);
 }
 
-TEST(ExcessBounds, ElasticFoldsNeedLittleExcess) {  // model.md, section 6
+TEST(ExcessBounds, ElasticFoldsNeedLittleExcess) {  // docs/model.md, section 6
   EXPECT_NEAR(elastic_fold_excess(0.3, paper_length()), 0.044, 5e-4);
   EXPECT_NEAR(elastic_fold_excess(0.5, paper_length()), 0.108, 5e-4);
   EXPECT_NEAR(elastic_fold_excess(1.0, paper_length()), 0.362, 5e-4);

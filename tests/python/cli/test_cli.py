@@ -85,7 +85,7 @@ def test_metres_apply_to_all_files(cell):
 
 @pytest.mark.parametrize(
     ("verdict", "code"),
-    [(Verdict.CEASE, 0), (Verdict.CREASE, 1), (Verdict.UNDECIDED, 1), (Verdict.INVALID, 3)],
+    [(Verdict.CEASE, 0), (Verdict.CREASE, 1), (Verdict.UNDECIDED, 4), (Verdict.INVALID, 3)],
 )
 def test_the_exit_code_tells_the_verdict(cell, report, monkeypatch, verdict, code):
     monkeypatch.setattr(FakeInspector, "answer", dataclasses.replace(report, verdict=verdict))

@@ -1,8 +1,6 @@
-"""The main job on virtual layups, against their truth (issue: "At the end these hold")."""
+"""The main job on virtual layups that nothing was chosen on, against their truth."""
 
 from __future__ import annotations
-
-import re
 
 import numpy as np
 import pytest
@@ -15,10 +13,12 @@ SIZES = {
     (1280, 960): {"peak": 0.15, "area": (0.0025, 0.016), "volume": (0.0025, 0.016)},
     (5120, 3840): {"peak": 0.05, "area": (0.001, 0.009), "volume": (0.001, 0.008)},
 }
+# No other test, study or bench looks at these layups: no limit and no method was chosen on them.
+HELD_OUT = (8201, 8202, 8203)
 
 
 @pytest.mark.parametrize("pixels", SIZES, ids=["1.2 Mpx", "20 Mpx"])
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", HELD_OUT)
 def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
     limits = SIZES[pixels]
     layup = scenes.layup(seed, pixels)
@@ -38,19 +38,14 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
         assert np.median(error) < median
         assert max(error) < worst
 
-    # The decoys are named, at their places, with what stood against them.
-    named = [
-        (*map(float, re.findall(r"-?\d+", e.what.split("at")[1])[:2]), e.why)
-        for e in report.left_out
-        if "bump" in e.what
-    ]
+    # The decoys are dropped, at their places, for what stood against them; one that no cut reaches is not there at all.
+    dropped = inspector.find(layup.scan).dropped
+    against = {"below CutHeight": set(), "below AreaTol": {"area"}, "below PeakTol": {"peak"}}
     for decoy in layup.truth.decoys:
-        why = [w for x, y, w in named if np.hypot(x - decoy.centre_mm[0], y - decoy.centre_mm[1]) < 3.0]
-        if decoy.kind == "below CutHeight":
-            assert why == []
-        else:
-            assert len(why) == 1
-            assert ("area" if decoy.kind == "below AreaTol" else "peak") in why[0]
+        near = [d for d in dropped if np.linalg.norm(d.centroid_mm - decoy.centre_mm) < 3.0]
+        assert len(near) == len(against[decoy.kind])
+        for bump in near:
+            assert against[decoy.kind] <= set(bump.reason.split(" and "))
 
     for p in report.pockets:
         assert p.solve is not None

@@ -14,7 +14,8 @@ from debulk import Grid
 from debulk.page.map import _label_box, _labels, _overlap, colours, ply_map
 from debulk.page.net import HEIGHT, WIDTH, net_views
 from debulk.page.profile import profile
-from debulk.page.report import _drawings, margin, page
+from debulk.page.render import margin
+from debulk.page.report import _drawings, page
 from debulk.report import Report
 from debulk.verdict import Verdict
 

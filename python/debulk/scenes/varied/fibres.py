@@ -15,8 +15,8 @@ Floats = NDArray[np.float64]
 TOUCH_MM = 1e-3
 """A ply nearer to the mold than this lies on it."""
 HELD_MM = 40.0
-"""Contact between a foot and the ply's edge, along the fibre, that certainly holds the fibre: model.md 6 has it slip
-over 6 to 30 mm."""
+"""Contact between a foot and the ply's edge, along the fibre, that certainly holds the fibre: it slips over 6 to 30 mm
+(docs/model.md, section 6)."""
 _BESIDE_MM = 60.0
 
 

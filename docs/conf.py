@@ -1,0 +1,26 @@
+"""Sphinx builds the pages with this; `make docs` does it."""
+
+import sys
+from pathlib import Path
+
+import debulk
+
+sys.path.insert(0, str(Path(__file__).parent / "extensions"))
+
+project = "debulk"
+version = release = debulk.__version__
+author = "the authors of debulk"
+copyright = "the authors of debulk, Apache-2.0"
+
+# MathJax comes from its package: pages are read on machines without the net.
+extensions = ["myst_parser", "sphinx-mathjax-offline", "sphinx.ext.mathjax", "recipe_reference"]
+exclude_patterns = ["extensions"]
+nitpicky = True
+
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
+myst_heading_anchors = 4
+
+html_theme = "furo"
+html_title = f"debulk {version}"
+html_copy_source = False
+html_show_sphinx = False

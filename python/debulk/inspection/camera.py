@@ -1,0 +1,58 @@
+"""The pinhole camera of an organised cloud: pixel (row i, column j) looks along ((j - cx) / f, (i - cy) / f, 1)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from numpy.typing import ArrayLike
+
+from debulk import _core
+from debulk.cloud import as_cloud
+
+__all__ = ["PinholeImage", "fit_camera"]
+
+
+class PinholeImage(NamedTuple):
+    """The image of a pinhole camera at the origin of the scanner's frame that looks along +z; all in pixels."""
+
+    height: int
+    width: int
+    f: float
+    cx: float
+    cy: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width)."""
+        return self.height, self.width
+
+    @property
+    def camera(self) -> tuple[float, float, float]:
+        """(f, cx, cy)."""
+        return self.f, self.cx, self.cy
+
+
+def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
+    """Fit a pinhole camera to an organised cloud.
+
+    Parameters
+    ----------
+    points
+        (H, W, 3) in the scanner's frame, whose origin is the camera's centre and whose z is its axis.
+
+    Returns
+    -------
+    tuple[float, float, float] | None
+        f, cx, cy in pixels. None for a cloud that is not a pinhole's: unorganised, or points more than 0.1 px off
+        their pixels.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> column, row = np.meshgrid(np.arange(40.0), np.arange(30.0))
+    >>> points = 500.0 * np.dstack([(column - 19.5) / 80, (row - 14.5) / 80, np.ones_like(row)])
+    >>> [round(value, 3) for value in fit_camera(points)]
+    [80.0, 19.5, 14.5]
+    """
+    camera: tuple[float, float, float] | None = _core.fit_pinhole(as_cloud(points, "points"))
+    return None if camera is None else (camera[0], camera[1], camera[2])

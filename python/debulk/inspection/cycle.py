@@ -1,0 +1,90 @@
+"""The clock of one inspection: its deadline, the time of each stage, its progress; and how its threads are ended."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import TypeVar
+
+from debulk import _core
+from debulk._core import InputError
+
+__all__ = ["Cancelled", "Cycle", "Progress", "stopping", "watched"]
+
+Progress = Callable[[str, float], None]
+Result = TypeVar("Result")
+
+
+class Cancelled(RuntimeError):
+    """The inspection was cancelled from another thread; there is no report."""
+
+
+class Cycle:
+    """The clock of one inspection.
+
+    Parameters
+    ----------
+    deadline_s
+        Seconds from now; None: none.
+    progress
+        Called with the name of the stage and the share of the work that is done.
+    """
+
+    def __init__(self, deadline_s: float | None = None, progress: Progress | None = None) -> None:
+        self.stop = _core.Stop()
+        if deadline_s is not None:
+            if not deadline_s > 0:
+                raise InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
+            self.stop.set_deadline(deadline_s)
+        self.current = ""
+        self._progress = progress
+        self._stages: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str, done: float) -> Iterator[None]:
+        """Time the body as a stage that begins when a share `done` of the work is done."""
+        self.check()
+        self.current = name
+        self.report(name, done)
+        began = time.perf_counter()
+        yield
+        self._stages[name] = 1e3 * (time.perf_counter() - began)
+
+    def check(self) -> None:
+        """Raise `Cancelled` if another thread has cancelled the inspection."""
+        if self.stop.cancelled:
+            raise Cancelled("the inspection was cancelled")
+
+    def split(self, name: str, parts_ms: dict[str, float]) -> None:
+        """Name the parts of a stage; what they leave of its time stays its own."""
+        rest = self._stages.pop(name) - sum(parts_ms.values())
+        self._stages |= {**parts_ms, name: max(0.0, rest)}
+
+    def report(self, name: str, done: float) -> None:
+        """Call the progress function, if there is one."""
+        if self._progress is not None:
+            self._progress(name, done)
+
+    def timings_ms(self) -> dict[str, float]:
+        """Return the milliseconds of the stages so far, in order."""
+        return dict(self._stages)
+
+
+def watched(stop: _core.Stop, work: Callable[[], Result]) -> Result:
+    """Do the work in another thread, so that Ctrl-C reaches this one while the work is in the core."""
+    with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
+        return pool.submit(work).result()
+
+
+@contextmanager
+def stopping(stop: _core.Stop) -> Iterator[None]:
+    """Raise the stop when the body ends by what no computation throws: the threads that it waits for end soon then."""
+    try:
+        yield
+    except (InputError, _core.Stopped):
+        raise
+    except BaseException:
+        stop.cancel()
+        raise

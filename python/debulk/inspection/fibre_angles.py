@@ -1,0 +1,73 @@
+"""The fibre directions of a draped ply: two angles for all of it, or a map of them, known here and unknown there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import arrays
+from debulk._core import InputError
+from debulk.grid import Grid
+from debulk.net import Drape
+
+__all__ = ["angles_at", "checked_angles"]
+
+Floats = NDArray[np.float64]
+_NAME = "fibre_angles_deg"
+
+
+def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
+    """Two angles in degrees, or a Grid of them with NaN where nothing is known; a Drape is read on such a grid.
+
+    Raises
+    ------
+    InputError
+        Another shape, an infinite angle, or a grid that knows none.
+    """
+    if isinstance(value, Drape):
+        return _sampled(value)
+    if not isinstance(value, Grid):
+        return arrays.numbers(value, _NAME, (2,), "two angles in degrees, a Grid of them or a debulk.net.Drape")
+    shape, expected = (None, None, 2), "an (ny, nx, 2) array of degrees, NaN where nothing is known"
+    angles = arrays.numbers(value.values, f"{_NAME}.values", shape, expected, nan=True)
+    if not np.isfinite(angles).all(axis=2).any():
+        raise InputError(f"{_NAME}.values: expected {expected}, but got no point with two known angles")
+    return Grid(
+        angles,
+        arrays.pair(value.origin_mm, f"{_NAME}.origin_mm"),
+        arrays.positive(value.spacing_mm, f"{_NAME}.spacing_mm"),
+    )
+
+
+def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
+    """Return the two angles at the nearest point of the grid, degrees.
+
+    Raises
+    ------
+    InputError
+        Names the place and a remedy where the nearest point is outside the grid, or its angles are not known.
+    """
+    if not isinstance(angles, Grid):
+        return angles
+    i, j = np.rint((xy_mm - angles.origin_mm) / angles.spacing_mm).astype(int)
+    ny, nx = angles.values.shape[:2]
+    outside = not (0 <= i < nx and 0 <= j < ny)
+    found = np.full(2, np.nan) if outside else np.asarray(angles.values[j, i], dtype=np.float64)
+    if not np.isfinite(found).all():
+        lack = "lies outside their grid" if outside else "is NaN in their grid"
+        raise InputError(
+            f"{_NAME}: expected them at the pocket's centre, but ({xy_mm[0]:.0f}, {xy_mm[1]:.0f}) mm {lack}: "
+            "give angles that cover the whole ply, as a larger grid or drape, or two numbers"
+        )
+    return found
+
+
+def _sampled(drape: Drape) -> Grid:
+    """Read a drape on the grid of its own spacing that covers its nodes: plain values, which can be saved.
+
+    Along a fibre a drape has the direction of the segment, one per cell, so that a finer grid would say no more.
+    """
+    low, high = drape.nodes_mm[:, :2].min(axis=0), drape.nodes_mm[:, :2].max(axis=0)
+    nx, ny = np.ceil((high - low) / drape.spacing_mm).astype(int) + 1
+    blank = Grid(np.empty((ny, nx, 0)), low, drape.spacing_mm)
+    return Grid(drape.angles_deg(np.dstack(np.meshgrid(blank.x_mm, blank.y_mm))), low, drape.spacing_mm)

@@ -1,0 +1,128 @@
+"""What a finder finds in a scan: the pockets, how much of the ply is known, and what was not looked at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from debulk.grid import Grid
+from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation
+from debulk.results.report import LeftOut
+
+__all__ = ["Found", "FoundPocket", "RegionFigures"]
+
+
+@dataclass(frozen=True, eq=False)
+class FoundPocket:
+    """One pocket of a segmentation.
+
+    Attributes
+    ----------
+    number
+        1 for the largest of the scan.
+    segmentation, feet
+        The piece of the scan that the pocket was found in.
+    index
+        Of the pocket in that piece, from 0.
+    """
+
+    number: int
+    segmentation: Segmentation
+    feet: Feet
+    index: int
+
+    @property
+    def pocket(self) -> Pocket:
+        """What stands up; its `id` counts within its piece."""
+        return self.segmentation.pockets[self.index]
+
+    @property
+    def foot(self) -> Foot:
+        """Where its ply comes down to the mold."""
+        return self.feet.feet[self.index]
+
+
+@dataclass(frozen=True)
+class RegionFigures:
+    """How much of a scan was looked at where its pockets were found through regions of interest.
+
+    Attributes
+    ----------
+    rows, columns
+        Steps between the rows and the columns of pixels that the coarse pass reads.
+    pixel_mm
+        A pixel's longest side on the ply.
+    eye_mm2
+        Area between two such rows and two such columns: what is larger cannot hide there.
+    flag_mm
+        Height above which the coarse pass takes a pixel for a part of a pocket.
+    windows
+        Number of the windows that were processed.
+    read_share, image_share
+        Shares of the pixels that the coarse pass and the sample of the outlier filter read, and that lie in windows.
+    threshold_mm, threshold_error_mm, sample
+        Of the outlier filter: its threshold, the standard error of it, and the points that it comes from; an error of
+        0 says that all points were used.
+    """
+
+    rows: int
+    columns: int
+    pixel_mm: float
+    eye_mm2: float
+    flag_mm: float
+    windows: int
+    read_share: float
+    image_share: float
+    threshold_mm: float
+    threshold_error_mm: float
+    sample: int
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The pockets of a scan, found in one piece or in several.
+
+    Attributes
+    ----------
+    parts
+        What was segmented, with the feet. No pocket is in two parts.
+    known_mm2
+        XY area of the ply (outline unknown: of the reference) whose height is known, measured or filled in by the rule.
+    overview
+        Heights above the reference for a picture.
+    times_ms
+        Stage by stage.
+    left_out
+        What this way of looking leaves out.
+    regions
+        Figures of the regions of interest; None: the whole scan was processed.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> pose = layup.mold_from_scanner
+    >>> inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=pose)
+    >>> found = inspector.find(layup.scan)
+    >>> len(found.pockets), found.pockets[0].number, found.pockets[0].pocket.touches_ply_edge
+    (14, 1, False)
+    """
+
+    parts: tuple[tuple[Segmentation, Feet], ...]
+    known_mm2: float
+    overview: Grid
+    times_ms: dict[str, float] = field(default_factory=dict)
+    left_out: tuple[LeftOut, ...] = ()
+    regions: RegionFigures | None = None
+
+    @property
+    def pockets(self) -> tuple[FoundPocket, ...]:
+        """All pockets, largest area first, numbered as if the scan were in one piece."""
+        places = [(s, feet, index) for s, feet in self.parts for index in range(len(s.pockets))]
+        places.sort(key=lambda place: -round(1e6 * place[0].pockets[place[2]].area_mm2))
+        return tuple(FoundPocket(number, *place) for number, place in enumerate(places, start=1))
+
+    @property
+    def dropped(self) -> tuple[Dropped, ...]:
+        """What stood above the cut but is no pocket, largest area first."""
+        dropped = [d for segmentation, _ in self.parts for d in segmentation.dropped]
+        return tuple(sorted(dropped, key=lambda d: -d.area_mm2))

@@ -1,0 +1,41 @@
+"""The ply of an inspection and what lies below it: the same for all of its pockets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.grid import Grid
+from debulk.surface import Reference
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["PlyOnMold"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PlyOnMold:
+    """Everything that a pocket is evaluated with, beside what was found of it.
+
+    Attributes
+    ----------
+    reference
+        The surface below the ply.
+    outline
+        (M, 2), mold XY, mm; None = unknown.
+    fibre_angles_deg
+        Two angles, or a Grid of them with NaN where nothing is known.
+    recipe
+        All settings.
+    """
+
+    reference: Reference
+    outline: Floats | None
+    fibre_angles_deg: Floats | Grid
+    recipe: Recipe

@@ -1,0 +1,103 @@
+"""Finds pockets in the whole scan: heights everywhere, then segmentation and feet."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core, pocket
+from debulk.grid import Grid
+from debulk.inspection.cleaning import masked
+from debulk.inspection.found import Found
+from debulk.inspection.front import FrontEnd
+from debulk.inspection.options import cleaning, segmenting
+from debulk.inspection.prepared import Prepared
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["WholeScanFinder"]
+
+Floats = NDArray[np.float64]
+
+
+class WholeScanFinder:
+    """Finds the pockets of scan after scan, of any cloud. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    prepared
+        The reference, and the camera's image where there is one.
+    mold_from_scanner
+        (4, 4), x_mold = T x_scanner. None: scans are in the mold's frame.
+    ply_outline
+        (M, 2), mold XY, mm, or None.
+    recipe
+        The sections clean, segmentation, patch, material and run.
+    """
+
+    def __init__(
+        self, prepared: Prepared, mold_from_scanner: Floats | None, ply_outline: Floats | None, recipe: Recipe
+    ) -> None:
+        self._prepared = prepared
+        self._mold_from_scanner = mold_from_scanner
+        self._ply_outline = ply_outline
+        self._recipe = recipe
+        self._front: FrontEnd | None = None
+
+    def prepare(self) -> FrontEnd:
+        """Make what the first scan needs, and what takes memory until then; later calls give the same."""
+        if self._front is None:
+            self._front = FrontEnd(
+                self._prepared.reference,
+                self._prepared.image,
+                self._mold_from_scanner,
+                spacing_mm=self._prepared.grid_spacing_mm,
+                box_mm=self._ply_box(),
+                **cleaning(self._recipe),
+            )
+        return self._front
+
+    def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
+        """Find the pockets of a scan; see `Finder`."""
+        stop = stop or _core.Stop()
+        points = masked(scan, mask, "scan")
+        front = self.prepare()
+        heights = front.inspect(points, stop, copy=False)  # in the front end's memory, until the next scan
+        times_ms, began = front.times_ms, time.perf_counter()
+        segmentation = pocket.segment(
+            heights,
+            **segmenting(self._recipe),
+            ply_outline=self._ply_outline,
+            smooth_mm=self._recipe.patch.smooth_mm,
+            threads=self._recipe.run.threads,
+            stop=stop,
+        )
+        feet = pocket.feet(
+            segmentation,
+            thickness_mm=self._recipe.material.thickness_mm,
+            mold_tol_mm=self._recipe.patch.mold_tol_mm,
+            smooth_mm=self._recipe.patch.smooth_mm,
+            threads=self._recipe.run.threads,
+            stop=stop,
+        )
+        times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
+        return Found(
+            parts=((segmentation, feet),),
+            known_mm2=float(np.count_nonzero(np.isfinite(segmentation.heights.values)) * heights.spacing_mm**2),
+            overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
+            times_ms=times_ms,
+        )
+
+    def _ply_box(self) -> Floats | None:
+        """Lowest and highest XY of the ply and of what the filters see beside it; None: all of the reference."""
+        if self._ply_outline is None:
+            return None
+        margin = max(30.0, 2 * self._recipe.clean.max_hole_mm)
+        low, high = self._ply_outline.min(axis=0) - margin, self._ply_outline.max(axis=0) + margin
+        known = _core.surface_extent(self._prepared.reference)
+        beside = (low >= known.max(axis=0)).any() or (high <= known.min(axis=0)).any()
+        return None if beside else np.stack([low, high])

@@ -1,0 +1,62 @@
+"""Bar charts of the pockets' figures, as the pages show them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from debulk.page.render import LOOKS
+from debulk.results.report_text import number
+from debulk.verdict import Verdict
+
+
+class Bar(NamedTuple):
+    """One line of a bar chart; positions in percent of its width."""
+
+    label: str
+    text: str
+    percent: float
+    verdict: str = ""
+    sign: str = ""
+    low: float | None = None
+    high: float | None = None
+    measured: float | None = None
+
+
+class Chart(NamedTuple):
+    """A bar chart with an optional limit."""
+
+    title: str
+    bars: list[Bar]
+    limit_percent: float | None = None
+    limit_text: str = ""
+    note: str = ""
+    wide: bool = False
+
+
+class Row(NamedTuple):
+    """What a bar of a chart of pockets is made of, mm."""
+
+    id: int
+    verdict: Verdict
+    value: float | None
+    span: tuple[float, float] | None = None
+    measured: float | None = None
+
+
+def bar_chart(title: str, rows: list[Row], limit: float | None, digits: int, note: str = "") -> Chart:
+    """Make a chart of the pockets' figures; its width is the largest figure's."""
+    tops = [top for row in rows for top in (row.value, row.measured, row.span and row.span[1]) if top is not None]
+    full = max([*tops, 1.15 * limit if limit else 0.0]) or 1.0
+
+    def bar(row: Row) -> Bar:
+        low, high = (100 * s / full for s in row.span) if row.span and row.span[1] > row.span[0] else (None, None)
+        percent = 0.0 if row.value is None else 100 * row.value / full
+        measured = None if row.measured is None else 100 * row.measured / full
+        text, sign = number(row.value, digits), LOOKS[row.verdict].sign
+        if row.measured is not None:
+            text += f" ◆ {number(row.measured, digits)}"
+        return Bar(str(row.id), text, percent, row.verdict.value, sign, low, high, measured)
+
+    bars, at = [bar(row) for row in rows], 100 * limit / full if limit else None
+    wide = any(row.measured is not None for row in rows)
+    return Chart(title, bars, at, f"limit {limit:.2f} mm" if limit else "", note, wide)

@@ -1,0 +1,68 @@
+"""Fills in the pages' templates: all text escaped, one script that turns the nets, nothing from a network."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from debulk.page import net
+from debulk.page.map import colours
+from debulk.results.report_text import number
+from debulk.verdict import Verdict
+
+_TEMPLATES = Path(__file__).with_name("templates")
+
+
+class Look(NamedTuple):
+    """How a verdict is shown: a sign as well as a colour, and what to make of it."""
+
+    sign: str
+    advice: str
+
+
+LOOKS = {
+    Verdict.CEASE: Look("✓", "Every pocket is predicted to close under vacuum."),
+    Verdict.CREASE: Look("✕", "At least one pocket is predicted to leave a wrinkle."),
+    Verdict.UNDECIDED: Look("?", "Too near a limit, not certified, or not done in time: nothing is promised."),
+    Verdict.INVALID: Look("∅", "The scan or a part of it cannot be judged: see the reason, and scan again."),
+}
+
+
+def render(template: str, **values: Any) -> str:
+    """Fill in a template with what all pages share."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = number
+    environment.filters["signed"] = signed
+    script = (_TEMPLATES / "turn.js").read_text(encoding="utf-8")
+    # The browser runs the script with this hash and no other, whatever a name in the report may smuggle in.
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    shared = {
+        "looks": LOOKS,
+        "margin": margin,
+        "colours": colours(8),
+        "palette": colours(net.COLOURS),
+        "script": script,
+        "script_hash": f"sha256-{digest}",
+        "net_size": (net.WIDTH, net.HEIGHT),
+    }
+    return environment.get_template(template).render(**shared, **values)
+
+
+def margin(value: float | None, limit: float | None) -> float | None:
+    """Return by how much a figure stays below its limit; negative above."""
+    return None if value is None or limit is None else limit - value
+
+
+def signed(value: float, digits: int) -> str:
+    """Return a figure with its sign, as it is set in print."""
+    return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
