@@ -6,6 +6,8 @@ from typing import ClassVar, Never, overload, type_check_only
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from debulk._core import scanner as scanner
+
 _Floats = NDArray[np.float64]
 _Singles = NDArray[np.float32]
 _Integers = NDArray[np.int32]
