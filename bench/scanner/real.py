@@ -1,6 +1,6 @@
 """The real captures of ../shared/data/two_frequency_fringes decoded and matched; real.txt and real.png.
 
-    .venv/bin/python bench/scanner/real.py FOLDER
+.venv/bin/python bench/scanner/real.py FOLDER
 """
 
 import sys
@@ -27,7 +27,8 @@ def main():
     for name, phase in zip(("left", "right"), phases, strict=True):
         residual = phase.order_residual[np.isfinite(phase.order_residual)]
         lines.append(
-            f"{name}: {residual.size:,} lit pixels, {100 * (residual < 0.4).mean():.2f} % within 0.4 of a whole fringe order, median "
+            f"{name}: {residual.size:,} lit pixels, {100 * (residual < 0.4).mean():.2f} % within 0.4 of a whole "
+            f"fringe order, median "
             f"{np.median(residual):.3f}; {phase.counts['repaired']:,} orders decided by the pixels beside, "
             f"{np.isfinite(phase.phase_rad).sum():,} phases, noise {np.nanmedian(phase.noise_rad):.4f} rad"
         )
@@ -35,9 +36,11 @@ def main():
     bend = disparity[:, 2:] - 2 * disparity[:, 1:-1] + disparity[:, :-2]
     bend = np.sort(np.abs(bend[np.isfinite(bend)]))
     lines.append(
-        f"matched: {np.isfinite(disparity).sum():,} pixels, {np.nanpercentile(disparity, 0.5):.0f} to {np.nanpercentile(disparity, 99.5):.0f} px; "
+        f"matched: {np.isfinite(disparity).sum():,} pixels, {np.nanpercentile(disparity, 0.5):.0f} to "
+        f"{np.nanpercentile(disparity, 99.5):.0f} px; "
         f"noise along the rows {1.4826 * np.median(bend) / np.sqrt(6):.3f} px by the median of second differences, "
-        f"{np.sqrt(np.mean(bend[: int(0.9 * bend.size)] ** 2) / 6):.3f} px rms without the tenth at folds and edges; predicted {np.nanmedian(sigma):.3f} px"
+        f"{np.sqrt(np.mean(bend[: int(0.9 * bend.size)] ** 2) / 6):.3f} px rms without the tenth at folds and "
+        f"edges; predicted {np.nanmedian(sigma):.3f} px"
     )
     (HERE / "real.txt").write_text("\n".join(lines) + "\n")
     print(*lines, sep="\n")

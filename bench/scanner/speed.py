@@ -23,7 +23,9 @@ def cameras(width, height):
     f = 1.1 * width
     matrix = np.array([[f, 0, (width - 1) / 2], [0, f, (height - 1) / 2], [0, 0, 1]])
     turn = cv2.Rodrigues(np.array([0.002, 0.17, 0.003]))[0]
-    return scanner.Calibration([matrix, matrix], [[-0.09, 0.06, 4e-4, -3e-4, 0.0]] * 2, turn, turn @ [-420.0, 0, 0], (width, height))
+    return scanner.Calibration(
+        [matrix, matrix], [[-0.09, 0.06, 4e-4, -3e-4, 0.0]] * 2, turn, turn @ [-420.0, 0, 0], (width, height)
+    )
 
 
 def images(calibration, bits, rng):
@@ -45,7 +47,9 @@ def images(calibration, bits, rng):
         u = ((points[:, 0] - 210) / 2800 + 0.5).reshape(column.shape).astype(np.float32)
         u = cv2.resize(u, (width, height), interpolation=cv2.INTER_CUBIC)
         v = points[:, 1].reshape(column.shape).astype(np.float32)
-        bright = cv2.resize(0.04 + 0.6 * (0.5 + 0.5 * np.sin(v / 90 + points[:, 0].reshape(column.shape) / 130)) ** 4, (width, height)).astype(np.float32)
+        bright = cv2.resize(
+            0.04 + 0.6 * (0.5 + 0.5 * np.sin(v / 90 + points[:, 0].reshape(column.shape) / 130)) ** 4, (width, height)
+        ).astype(np.float32)
         bright *= 1 + 0.1 * np.sin(v.mean() + 40 * u)
         stack = np.empty((3, 12, height, width), kind)
         for e, exposure in enumerate((1.0, 4.0, 16.0)):
@@ -54,14 +58,18 @@ def images(calibration, bits, rng):
                     for j in range(0, height, height // 8):
                         rows = slice(j, min(height, j + height // 8))
                         light = 0.55 + 0.43 * np.cos(2 * np.pi * (n * u[rows] + s / STEPS))
-                        grey = bright[rows] * light * np.float32(exposure * white) + np.roll(noise, 131 * (12 * e + 6 * p + s), axis=1)[: rows.stop - j]
+                        grey = (
+                            bright[rows] * light * np.float32(exposure * white)
+                            + np.roll(noise, 131 * (12 * e + 6 * p + s), axis=1)[: rows.stop - j]
+                        )
                         stack[e, 6 * p + s, rows] = np.clip(np.rint(grey), 0, white)
         out.append(stack)
     return out
 
 
 def by_numpy(stacks, calibration, white):
-    """The same in a straightforward way: every exposure decoded, the best chosen, phases remapped and matched row by row."""
+    """The same in a straightforward way: every exposure decoded, the best chosen, phases remapped and matched "
+    "row by row."""
     rectified = calibration.rectified
     phases = []
     for stack in stacks:
@@ -71,7 +79,9 @@ def by_numpy(stacks, calibration, white):
             for p in range(2):
                 part = exposure[6 * p : 6 * p + 6].astype(np.float32)
                 turn = 2 * np.pi * np.arange(6) / 6
-                wrapped.append(np.arctan2(-np.tensordot(np.sin(turn), part, 1), np.tensordot(np.cos(turn), part, 1)) / (2 * np.pi))
+                wrapped.append(
+                    np.arctan2(-np.tensordot(np.sin(turn), part, 1), np.tensordot(np.cos(turn), part, 1)) / (2 * np.pi)
+                )
             beat = (wrapped[1] - wrapped[0]) % 1
             phase = 2 * np.pi * (wrapped[0] + np.rint(50 * beat - wrapped[0]))
             fine = exposure.max(axis=0) < white
@@ -106,7 +116,9 @@ def main():
     parser.add_argument("--no-numpy", action="store_true")
     given = parser.parse_args()
     width, height = (int(n) for n in given.pixels.split("x"))
-    lines = [f"Images in memory to cloud, {width} x {height} pixels, 2 x 12 images of 3 exposures, {given.threads} threads."]
+    lines = [
+        f"Images in memory to cloud, {width} x {height} pixels, 2 x 12 images of 3 exposures, {given.threads} threads."
+    ]
     calibration = cameras(width, height)
     for bits in (8, 12):
         left, right = images(calibration, bits, np.random.default_rng(0))
@@ -124,9 +136,12 @@ def main():
         plane = scan.points_mm[::8, ::8] @ calibration.rectified.rotation  # back to the left camera's frame
         off = plane[..., 2][np.isfinite(plane[..., 2])] - 2400
         lines.append(
-            f"{bits} bits: {np.median(times):.2f} s in the median of {given.cycles} cycles, {min(times):.2f} s the fastest, CPU {np.median(cpu):.2f} s; "
-            f"{read:.3f} of all grey values are read; extra memory {held[0]:.0f} MB after the first cycle, {held[-1]:.0f} MB after the last; "
-            f"{100 * scan.counts['matched'] / (width * height):.1f} % of the pixels have a point, off the plane by {np.median(np.abs(off)):.3f} mm in the median"
+            f"{bits} bits: {np.median(times):.2f} s in the median of {given.cycles} cycles, {min(times):.2f} s "
+            f"the fastest, CPU {np.median(cpu):.2f} s; "
+            f"{read:.3f} of all grey values are read; extra memory {held[0]:.0f} MB after the first cycle, "
+            f"{held[-1]:.0f} MB after the last; "
+            f"{100 * scan.counts['matched'] / (width * height):.1f} % of the pixels have a point, off the plane "
+            f"by {np.median(np.abs(off)):.3f} mm in the median"
         )
         print(lines[-1], flush=True)
         if not given.no_numpy:
@@ -135,7 +150,8 @@ def main():
             seconds = time.perf_counter() - began
             apart = np.abs(np.linalg.norm(other, axis=-1) - np.linalg.norm(scan.points_mm, axis=-1))
             lines.append(
-                f"  NumPy and OpenCV: {seconds:.1f} s, {seconds / np.median(times):.0f} times as long; clouds apart by {np.nanmedian(apart):.4f} mm in the median"
+                f"  NumPy and OpenCV: {seconds:.1f} s, {seconds / np.median(times):.0f} times as long; clouds "
+                f"apart by {np.nanmedian(apart):.4f} mm in the median"
             )
             print(lines[-1], flush=True)
     (HERE / "speed.txt").write_text("\n".join(lines) + "\n")

@@ -1,6 +1,6 @@
 """The virtual scanner against its truth, and the whole way from fringe images to verdicts; virtual.txt and virtual.png.
 
-    .venv/bin/python bench/scanner/virtual.py [--seeds 11 12 13 14 15] [--pixels 1280x960]
+.venv/bin/python bench/scanner/virtual.py [--seeds 11 12 13 14 15] [--pixels 1280x960]
 """
 
 import argparse
@@ -24,9 +24,7 @@ def order_errors(phase, truth):
 
 
 def inspected(layup, reference, scan, pose, camera):
-    report = Inspector(
-        None, reference, layup.ply_outline, (0, 90), mold_from_scanner=pose, camera=camera
-    ).inspect(scan)
+    report = Inspector(None, reference, layup.ply_outline, (0, 90), mold_from_scanner=pose, camera=camera).inspect(scan)
     found = {}
     for pocket in report.pockets:
         centre = pocket.outline_mm.mean(axis=0)
@@ -68,11 +66,16 @@ def study(seed, pixels, lines, totals, keep):
     close = np.abs(along[there]) < 3
     bias = float(np.mean(along[there][close]))
     lines.append(
-        f"layup {seed}: {np.count_nonzero(np.isfinite(along)):,} points, {100 * there.sum() / ply.truth.seen.sum():.2f} % of what both "
-        f"cameras see; depth noise {ratio:.3f} of the predicted {noise:.3f} mm (rms of two scans' difference; {100 * (1 - quiet.mean()):.3f} % "
-        f"beyond six deviations left out); mean error {bias:+.4f} mm, median {np.median(along[there]):+.4f} mm; standard deviation "
-        f"of the error, texture's included, {1.4826 * np.median(np.abs(along[there] - np.median(along[there]))):.3f} mm; "
-        f"{100 * (1 - close.mean()):.3f} % more than 3 mm off, on edges; rows agree within {scan.epipolar.error_px:.2f} px"
+        f"layup {seed}: {np.count_nonzero(np.isfinite(along)):,} points, "
+        f"{100 * there.sum() / ply.truth.seen.sum():.2f} % of what both "
+        f"cameras see; depth noise {ratio:.3f} of the predicted {noise:.3f} mm (rms of two scans' difference; "
+        f"{100 * (1 - quiet.mean()):.3f} % "
+        f"beyond six deviations left out); mean error {bias:+.4f} mm, median {np.median(along[there]):+.4f} mm; "
+        f"standard deviation "
+        f"of the error, texture's included, "
+        f"{1.4826 * np.median(np.abs(along[there] - np.median(along[there]))):.3f} mm; "
+        f"{100 * (1 - close.mean()):.3f} % more than 3 mm off, on edges; rows agree within "
+        f"{scan.epipolar.error_px:.2f} px"
     )
     totals["ratio"].append(ratio)
     totals["bias"].append(abs(bias) / noise)
@@ -86,10 +89,14 @@ def study(seed, pixels, lines, totals, keep):
         a, b = (f[k].verdict.name if k in f else "not found" for f in (found, true_found))
         same += a == b
         if a != b:
-            ridge = [f"{f[k].ridge_height_mm:.3f} mm" if k in f and f[k].ridge_height_mm is not None else "-" for f in (found, true_found)]
+            ridge = [
+                f"{f[k].ridge_height_mm:.3f} mm" if k in f and f[k].ridge_height_mm is not None else "-"
+                for f in (found, true_found)
+            ]
             lines.append(f"  pocket {k + 1}: {a} (ridge {ridge[0]}), from the true cloud {b} (ridge {ridge[1]})")
     lines.append(
-        f"  {len(report.pockets)} pockets, {len(true_report.pockets)} from the true cloud; {same} of {len(layup.truth.pockets)} verdicts the "
+        f"  {len(report.pockets)} pockets, {len(true_report.pockets)} from the true cloud; {same} of "
+        f"{len(layup.truth.pockets)} verdicts the "
         f"same; the layup: {report.verdict.name}, from the true cloud {true_report.verdict.name}"
     )
     totals["same"] += same, len(layup.truth.pockets)
@@ -128,17 +135,21 @@ def main():
         study(seed, pixels, lines, totals, k == 0)
         print(*lines[-3:], sep="\n", flush=True)
     head = [
-        f"The virtual scanner, {pixels[0]} x {pixels[1]} pixels, 8 bits, exposures 1, 4, 16, 6 steps of 50 and 51 periods, layups "
+        f"The virtual scanner, {pixels[0]} x {pixels[1]} pixels, 8 bits, exposures 1, 4, 16, 6 steps of 50 and "
+        f"51 periods, layups "
         f"{', '.join(map(str, given.seeds))}.",
         "",
         "Fringe orders, of the pixels that the projector lights:",
     ]
     for name, (wrong, decoded, lit) in ((n, totals[n]) for n in ("with", "exposure 1", "exposure 2", "exposure 3")):
         title = "all three exposures (HDR)" if name == "with" else f"{name} alone"
-        head.append(f"  {title}: {wrong} wrong = {wrong / max(lit, 1):.1e}; {100 * decoded / max(lit, 1):.2f} % have a phase")
+        head.append(
+            f"  {title}: {wrong} wrong = {wrong / max(lit, 1):.1e}; {100 * decoded / max(lit, 1):.2f} % have a phase"
+        )
     head += [
         f"Grey values read: {totals['read'][0] / totals['read'][1]:.3f} of all (without the checks' sample)",
-        f"Depth noise over the predicted: {min(totals['ratio']):.3f} to {max(totals['ratio']):.3f} (wanted: 0.8 to 1.2)",
+        f"Depth noise over the predicted: {min(totals['ratio']):.3f} to {max(totals['ratio']):.3f} (wanted: 0.8 "
+        f"to 1.2)",
         f"Mean error over the noise: {max(totals['bias']):.4f} at most (wanted: below 0.2)",
         f"Verdicts as from the true cloud: {totals['same'][0]} of {totals['same'][1]}",
         "",

@@ -139,8 +139,8 @@ def calibrate(
             (int(across), int(down)), square_mm, "charuco" if charuco else "checkerboard", marker_mm, dictionary
         )
         paths = [_files(folder) for folder in (left, right)]
-        seen = [[_eight_bits(_read(path)) for path in side] for side in paths]
-        found = scanner.calibrate(*seen, board, names=[path.name for path in paths[0]])
+        left_seen, right_seen = ([_eight_bits(_read(path)) for path in side] for side in paths)
+        found = scanner.calibrate(left_seen, right_seen, board, names=[path.name for path in paths[0]])
         found.save(output)
         for name, error in sorted(found.image_errors_px.items(), key=lambda item: -item[1]):
             print(f"{name}: {error:.3f} px")
@@ -172,12 +172,19 @@ def summary(scan: Scan, calibration: Calibration) -> str:
     """Say in a few lines what was scanned."""
     counts = scan.counts
     known = np.isfinite(scan.uncertainty_mm)
-    lines = [f"{counts['matched']} points of {counts['seen']} pixels seen by the left camera; {counts['unmatched']} seen by it alone"]
+    lines = [
+        f"{counts['matched']} points of {counts['seen']} pixels seen by the left camera; {counts['unmatched']} "
+        f"seen by it alone"
+    ]
     if known.any():
         lines.append(f"uncertainty {np.median(scan.uncertainty_mm[known]):.3f} mm in the median")
     if scan.epipolar is not None:
         error = scan.epipolar.error_px
-        said = f"rows agree within {error:.2f} px" if np.isfinite(error) else "the surface has too little texture to say whether a camera moved"
+        said = (
+            f"rows agree within {error:.2f} px"
+            if np.isfinite(error)
+            else "the surface has too little texture to say whether a camera moved"
+        )
         lines.append(said)
     f, cx, cy = scan.camera
     lines.append(f"camera of the cloud (f,cx,cy): {f:.4f},{cx:.4f},{cy:.4f}")

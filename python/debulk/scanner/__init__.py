@@ -2,8 +2,8 @@
 
 A projector shows fringes at two or more close numbers of periods; two cameras look on. `fringe_patterns` makes what the
 projector shows, `decode` turns a camera's images into absolute phases, `triangulate` two phases into points. `Scanner`
-does all that cycle after cycle with everything prepared. `calibrate` finds the cameras from images of a board, `register`
-where the mold lies.
+does all that cycle after cycle with everything prepared. `calibrate` finds the cameras from images of a board,
+`register` where the mold lies.
 """
 
 from __future__ import annotations

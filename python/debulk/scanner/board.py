@@ -21,8 +21,8 @@ class Board:
     Parameters
     ----------
     squares
-        How many across and down, the outermost included; at least 4. Of a checkerboard one number should be even and one
-        odd: then it has one way up.
+        How many across and down, the outermost included; at least 4. Of a checkerboard one number should be even and
+        one odd: then it has one way up.
     square_mm
         Side of a square, measured on the board.
     kind
@@ -53,14 +53,16 @@ class Board:
         if not 0 < self.square_mm < 1e4:
             raise InputError(f"square_mm: expected the side of a square in mm, but got {self.square_mm!r}")
         if self.marker_mm is not None and not 0 < self.marker_mm < self.square_mm:
-            raise InputError(f"marker_mm: expected less than the square's {self.square_mm} mm, but got {self.marker_mm!r}")
+            raise InputError(
+                f"marker_mm: expected less than the square's {self.square_mm} mm, but got {self.marker_mm!r}"
+            )
 
     @cached_property
     def corners_mm(self) -> F64:
         """(N, 3) inner corners in the board's frame, row by row."""
         across, down = self.squares
         x, y = np.meshgrid(np.arange(1, across), np.arange(1, down))
-        return np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]) * self.square_mm
+        return np.asarray(np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]) * self.square_mm, np.float64)
 
     def image(self, pixels_per_square: int = 100) -> NDArray[np.uint8]:
         """Draw the board, a white margin of one square round it."""
@@ -81,7 +83,9 @@ class Board:
         nothing = np.empty(0, np.int64), np.empty((0, 2))
         if self.kind == "checkerboard":
             size = self.squares[0] - 1, self.squares[1] - 1
-            found, corners = cv2.findChessboardCornersSB(image, size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_ACCURACY)
+            found, corners = cv2.findChessboardCornersSB(
+                image, size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_ACCURACY
+            )
             if not found:
                 return nothing
             return np.arange(size[0] * size[1]), np.asarray(corners, np.float64).reshape(-1, 2)

@@ -49,9 +49,10 @@ def calibrate(
 ) -> Calibration:
     """Calibrate two cameras from pairs of images of a board, with OpenCV.
 
-    Each pair shows the board in one place, seen by both cameras at once. Ten to twenty places are good: tilted by 20 to 40
-    degrees to all sides, near and far, and reaching into all corners of the images. Pairs that spoil the fit are left out
-    and named.
+    Each pair shows the board in one place, seen by both cameras at once. Ten to twenty places are good: tilted by 20
+    to 40
+    degrees to all sides, near and far, and reaching into all corners of the images. Pairs that spoil the fit are left
+    out and named.
 
     Parameters
     ----------
@@ -80,7 +81,9 @@ def calibrate(
     ...
     debulk._core.InputError: left_images, right_images: expected the board in at least 5 pairs, but found it in 0 of 6
     """
-    left, right = (_images(images, name) for images, name in ((left_images, "left_images"), (right_images, "right_images")))
+    left, right = (
+        _images(images, name) for images, name in ((left_images, "left_images"), (right_images, "right_images"))
+    )
     if len(left) != len(right):
         raise InputError(f"right_images: expected {len(left)} images like the left, but got {len(right)}")
     shapes = {image.shape for image in (*left, *right)}
@@ -100,7 +103,8 @@ def calibrate(
     total = len(left)
     if len(pairs) < LEAST_PAIRS:
         raise InputError(
-            f"left_images, right_images: expected the board in at least {LEAST_PAIRS} pairs, but found it in {len(pairs)} of {total}"
+            f"left_images, right_images: expected the board in at least {LEAST_PAIRS} pairs, but found it in "
+            f"{len(pairs)} of {total}"
         )
     pixels = left[0].shape[1], left[0].shape[0]
     while True:
@@ -120,7 +124,8 @@ def calibrate(
     total_error = float(np.sqrt(np.mean(errors**2)))
     if total_error > MOST_ERROR_PX:
         raise InputError(
-            f"left_images, right_images: expected pairs that fit within {MOST_ERROR_PX:g} px, but the error is {total_error:.1f} px: "
+            f"left_images, right_images: expected pairs that fit within {MOST_ERROR_PX:g} px, but the error is "
+            f"{total_error:.1f} px: "
             "pairs are mixed up, the cameras moved between them, or the board is another"
         )
     image_errors = {
@@ -145,13 +150,15 @@ def _images(images: Sequence[Any], name: str) -> list[NDArray[np.uint8]]:
     for k, image in enumerate(images):
         array = np.asarray(image)
         if array.ndim != 2 or array.dtype != np.uint8:
-            raise InputError(f"{name}, image {k + 1}: expected an (H, W) array of uint8, but got {array.dtype} {array.shape}")
+            raise InputError(
+                f"{name}, image {k + 1}: expected an (H, W) array of uint8, but got {array.dtype} {array.shape}"
+            )
         out.append(np.ascontiguousarray(array))
     return out
 
 
 def _seen(name: str, left: NDArray[np.uint8], right: NDArray[np.uint8], board: Board) -> _Pair | str:
-    """What both cameras see of the board, or why it is too little."""
+    """Find what both cameras see of the board, or say why it is too little."""
     found = [board.find(image) for image in (left, right)]
     for side, (ids, _) in zip(("left", "right"), found, strict=True):
         if len(ids) == 0:
@@ -167,14 +174,17 @@ def _fit(pairs: list[_Pair], pixels: tuple[int, int]) -> _Cameras:
     import cv2
 
     points = [pair.board.astype(np.float32) for pair in pairs]
-    views = [[getattr(pair, side).astype(np.float32) for pair in pairs] for side in ("left", "right")]
-    singles = [cv2.calibrateCamera(points, view, pixels, None, None) for view in views]
+    left, right = ([getattr(pair, side).astype(np.float32) for pair in pairs] for side in ("left", "right"))
+    (_, k1, d1, *_), (_, k2, d2, *_) = (
+        cv2.calibrateCamera(points, seen, pixels, np.eye(3), np.zeros(5)) for seen in (left, right)
+    )
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 200, 1e-9)
-    _, k1, d1, k2, d2, rotation, translation, _, _ = cv2.stereoCalibrate(
-        points, *views, *(part for single in singles for part in single[1:3]), pixels,
-        flags=cv2.CALIB_USE_INTRINSIC_GUESS, criteria=criteria,
-    )  # fmt: skip
-    return _Cameras([k1, k2], [np.ravel(d1)[:5], np.ravel(d2)[:5]], np.asarray(rotation), np.ravel(translation))
+    flags = cv2.CALIB_USE_INTRINSIC_GUESS
+    found = cv2.stereoCalibrate(points, left, right, k1, d1, k2, d2, pixels, flags=flags, criteria=criteria)
+    _, k1, d1, k2, d2, rotation, translation = found[:7]
+    matrices, distortions = ([np.asarray(part, np.float64) for part in both] for both in ((k1, k2), (d1, d2)))
+    turn, way = (np.asarray(part, np.float64) for part in (rotation, translation))
+    return _Cameras(matrices, [np.ravel(d)[:5] for d in distortions], turn, np.ravel(way))
 
 
 def _errors(pair: _Pair, cameras: _Cameras) -> tuple[float, float]:
@@ -186,7 +196,10 @@ def _errors(pair: _Pair, cameras: _Cameras) -> tuple[float, float]:
     steps = np.array([1e-6] * 3 + [1e-4] * 3)
     for _ in range(5):  # Gauss-Newton over both images
         residual = _residual(place, pair, cameras)
-        moved = [(_residual(place + step * axis, pair, cameras) - residual) / step for step, axis in zip(steps, np.eye(6), strict=True)]
+        moved = [
+            (_residual(place + step * axis, pair, cameras) - residual) / step
+            for step, axis in zip(steps, np.eye(6), strict=True)
+        ]
         place = place - np.linalg.lstsq(np.stack(moved, axis=1), residual, rcond=None)[0]
     left, right = _residual(place, pair, cameras).reshape(2, -1, 2)
     return float(np.sqrt(np.mean((left**2).sum(axis=1)))), float(np.sqrt(np.mean((right**2).sum(axis=1))))
@@ -199,7 +212,8 @@ def _residual(place: F64, pair: _Pair, cameras: _Cameras) -> F64:
     turn = cameras.rotation @ cv2.Rodrigues(place[:3])[0]
     there = np.concatenate([np.ravel(cv2.Rodrigues(turn)[0]), cameras.rotation @ place[3:] + cameras.translation])
     seen = [
-        cv2.projectPoints(pair.board, at[:3], at[3:], cameras.matrices[k], cameras.distortions[k])[0].reshape(-1, 2) - want
+        cv2.projectPoints(pair.board, at[:3], at[3:], cameras.matrices[k], cameras.distortions[k])[0].reshape(-1, 2)
+        - want
         for k, (at, want) in enumerate(((place, pair.left), (there, pair.right)))
     ]
     return np.concatenate(seen).ravel()

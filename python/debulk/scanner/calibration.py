@@ -32,7 +32,7 @@ class Calibration:
     distortions
         Two rows of 4, 5, 8, 12 or 14 coefficients.
     rotation, translation_mm
-        x_right = rotation @ x_left + translation_mm, of a point in the cameras' frames (x to the right, y down, z ahead).
+        x_right = rotation @ x_left + translation_mm, of a point in the cameras' frames: x to the right, y down, z ahead.
     pixels
         Width and height of the images.
     image_errors_px
@@ -70,7 +70,9 @@ class Calibration:
         self.camera_matrices = _numbers("camera_matrices", camera_matrices, (2, 3, 3))
         self.distortions = _numbers("distortions", distortions, (2, None))
         if self.distortions.shape[1] not in _DISTORTIONS:
-            raise InputError(f"distortions: expected two rows of {_DISTORTIONS} numbers, but got {self.distortions.shape[1]}")
+            raise InputError(
+                f"distortions: expected two rows of {_DISTORTIONS} numbers, but got {self.distortions.shape[1]}"
+            )
         self.rotation = _numbers("rotation", rotation, (3, 3))
         if np.abs(self.rotation @ self.rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(self.rotation) < 0:
             raise InputError("rotation: expected a rotation, but got a matrix that is none")
@@ -79,7 +81,9 @@ class Calibration:
             raise InputError("translation_mm: expected the way between the cameras in mm, but got zero")
         for matrix in self.camera_matrices:
             if not (matrix[0, 0] > 0 and matrix[1, 1] > 0 and np.allclose(matrix[2], (0, 0, 1))):
-                raise InputError(f"camera_matrices: expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], but got {matrix.tolist()}")
+                raise InputError(
+                    f"camera_matrices: expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], but got {matrix.tolist()}"
+                )
         self.pixels = checked_pixels(pixels)
         self.image_errors_px = dict(image_errors_px or {})
         self.spoiling = dict(spoiling or {})
@@ -165,8 +169,16 @@ def _rectify(calibration: Calibration) -> Rectified:
     width, height = calibration.pixels
     (left_k, right_k), (left_d, right_d) = calibration.camera_matrices, calibration.distortions
     left_r, right_r, *_ = cv2.stereoRectify(
-        left_k, left_d, right_k, right_d, (width, height), calibration.rotation, calibration.translation_mm[:, None], flags=0
+        left_k,
+        left_d,
+        right_k,
+        right_d,
+        (width, height),
+        calibration.rotation,
+        calibration.translation_mm[:, None],
+        flags=0,
     )
+    left_r, right_r = np.asarray(left_r, np.float64), np.asarray(right_r, np.float64)
     towards = right_r @ calibration.translation_mm
     if abs(towards[1]) > 1e-6 * abs(towards[0]) or towards[0] > 0:
         raise InputError(
@@ -181,11 +193,22 @@ def _rectify(calibration: Calibration) -> Rectified:
     right_width = int(np.ceil(f * (right_high[0] - right_low[0]))) + 1
     right_cx = float(-f * right_low[0])
     maps: list[F32] = []
-    for k, d, r, centre, columns in ((left_k, left_d, left_r, cx, width), (right_k, right_d, right_r, right_cx, right_width)):
+    for k, d, r, centre, columns in (
+        (left_k, left_d, left_r, cx, width),
+        (right_k, right_d, right_r, right_cx, right_width),
+    ):
         pinhole = np.array([[f, 0, centre], [0, f, cy], [0, 0, 1]])
-        maps += cv2.initUndistortRectifyMap(k, d, r, pinhole, (columns, height), cv2.CV_32FC1)
+        made = cv2.initUndistortRectifyMap(k, d, r, pinhole, (columns, height), cv2.CV_32FC1)
+        maps += [np.asarray(part, np.float32) for part in made]
     return Rectified(
-        f, (cx, cy), right_cx, float(-towards[0]), (width, height), right_width, np.asarray(left_r), (maps[0], maps[1], maps[2], maps[3])
+        f,
+        (cx, cy),
+        right_cx,
+        float(-towards[0]),
+        (width, height),
+        right_width,
+        left_r,
+        (maps[0], maps[1], maps[2], maps[3]),
     )
 
 
@@ -195,7 +218,8 @@ def _extent(matrix: F64, distortion: F64, rotation: F64, width: int, height: int
 
     x, y = np.linspace(0, width - 1, 33), np.linspace(0, height - 1, 33)
     border = np.concatenate(
-        [np.stack([x, np.full(33, at)], 1) for at in (0, height - 1)] + [np.stack([np.full(33, at), y], 1) for at in (0, width - 1)]
+        [np.stack([x, np.full(33, at)], 1) for at in (0, height - 1)]
+        + [np.stack([np.full(33, at), y], 1) for at in (0, width - 1)]
     )
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
     seen = cv2.undistortPoints(border[:, None], matrix, distortion, R=rotation, criteria=criteria).reshape(-1, 2)

@@ -59,15 +59,16 @@ def decode(
 ) -> Phase:
     """Decode the fringe images of one camera, one exposure or several.
 
-    Grey values follow I_k = offset + modulation cos(phase + 2π k / steps), k = 0, 1, ...: phase = 2π N u for N periods over
-    the projector's field 0 <= u < 1, as `fringe_patterns` makes them. Each pixel takes its brightest exposure that is not
-    saturated in any step, and its fringe order from the beat of the numbers of periods (heterodyne unwrapping).
+    Grey values follow I_k = offset + modulation cos(phase + 2π k / steps), k = 0, 1, ...: phase = 2π N u for N
+    periods over
+    the projector's field 0 <= u < 1, as `fringe_patterns` makes them. Each pixel takes its brightest exposure that is
+    not saturated in any step, and its fringe order from the beat of the numbers of periods (heterodyne unwrapping).
 
     Parameters
     ----------
     images
-        (n, H, W) or (E, n, H, W), uint8 or uint16, shortest exposure first; or sequences of (H, W) arrays, which need not
-        lie in one piece. All steps of the first number of periods, then of the second, and so on.
+        (n, H, W) or (E, n, H, W), uint8 or uint16, shortest exposure first; or sequences of (H, W) arrays, which need
+        not lie in one piece. All steps of the first number of periods, then of the second, and so on.
     periods
         Numbers of fringes over the field.
     steps
@@ -107,7 +108,9 @@ def decode(
     stack = checked_stack(images, count * len(numbers), bits=bits)
     refuse_faults(stack, numbers, count)
     shape = stack.shape
-    maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")}
+    maps: dict[str, Any] = {
+        name: np.empty(shape, np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")
+    }
     maps["exposure"] = np.empty(shape, np.uint8)
     return decode_into(maps, stack, numbers, count, sensor_noise, threads, stop or _core.Stop())
 
@@ -127,7 +130,9 @@ def decode_into(
     if sensor_noise is None:
         sensor_noise = core.sensor_noise(images, stack.exposures, steps, saturated, threads, stop)
     elif not (len(sensor_noise) == 2 and sensor_noise[0] >= 0 and sensor_noise[1] >= 0 and sum(sensor_noise) > 0):
-        raise InputError(f"sensor_noise: expected (a, b), not negative, for the variance a + b · value, but got {sensor_noise!r}")
+        raise InputError(
+            f"sensor_noise: expected (a, b), not negative, for the variance a + b · value, but got {sensor_noise!r}"
+        )
     counts = core.decode(
         images,
         stack.exposures,

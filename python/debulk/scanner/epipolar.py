@@ -51,12 +51,14 @@ def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
         return found, ""
     if len(shifts) < max(_LEAST_PATCHES, textured // 3):
         return found, (
-            f"the surface's texture agrees in only {len(shifts)} of {textured} patches of the two images: a camera was moved "
+            f"the surface's texture agrees in only {len(shifts)} of {textured} patches of the two images: a "
+            f"camera was moved "
             "far since the calibration, or the images are of different scans"
         )
     if error > MOST_ERROR_PX:
         return found, (
-            f"points of one row lie {error:.1f} rows apart in the two images: a camera was moved since the calibration; "
+            f"points of one row lie {error:.1f} rows apart in the two images: a camera was moved since the "
+            f"calibration; "
             "calibrate again"
         )
     return found, ""
@@ -117,7 +119,12 @@ def _remap(image: F32, x: F32, y: F32) -> F32:
     if part.size == 0 or min(part.shape) < 2:
         return np.full(x.shape, np.nan, np.float32)
     out = cv2.remap(
-        part, x - np.float32(j0), y - np.float32(i0), cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=float("nan")
+        part,
+        x - np.float32(j0),
+        y - np.float32(i0),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=float("nan"),
     )
     return np.asarray(out, np.float32)
 

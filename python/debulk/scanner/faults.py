@@ -1,6 +1,7 @@
 """Faults of fringe images: found before anything is decoded, on a sample of the pixels, and named.
 
-A healthy pixel follows I_k = offset + modulation cos(phase + 2π k / steps), and the beat of its phases gives whole fringe
+A healthy pixel follows I_k = offset + modulation cos(phase + 2π k / steps), and the beat of its phases gives whole
+fringe
 orders. An image that is missing, repeated or in another's place breaks both; one with another exposure, or a lamp that
 flickers, shows in the images' brightness, each pixel measured by its own mean and phases weighted alike.
 """
@@ -38,11 +39,14 @@ def refuse_faults(stack: Stack, periods: tuple[int, ...], steps: int) -> None:
         where = f" of exposure {e + 1}" if stack.exposures > 1 else ""
         if sample.max() > stack.white:
             raise InputError(
-                f"{stack.name}: expected grey values up to {stack.white}, but got {sample.max():.0f}: give the sensor's bits"
+                f"{stack.name}: expected grey values up to {stack.white}, but got {sample.max():.0f}: give the "
+                f"sensor's bits"
             )
         mean = float(np.minimum(sample, stack.white).mean())
         if mean < before:
-            raise InputError(f"{stack.name}: expected the shortest exposure first, but exposure {e + 1} is darker than {e}")
+            raise InputError(
+                f"{stack.name}: expected the shortest exposure first, but exposure {e + 1} is darker than {e}"
+            )
         before = mean
         found = _fault(sample, stack.white, stages, steps, where)
         if found:
@@ -98,9 +102,15 @@ def _fault(sample: F64, white: int, stages: list[Stage], steps: int, where: str)
     uneven = _uneven(lit, stages, steps, where)
     if fit.fine and not uneven:
         return ""
-    return _misplaced(lit, stages, steps, where, fit) or uneven or (
-        f"the images{where} do not follow the fringes of {steps} steps: fringe orders are {fit.residual:.2f} from whole numbers "
-        f"in the median (0.25 is chance); steps or periods are not those of the projector, or images are out of order"
+    return (
+        _misplaced(lit, stages, steps, where, fit)
+        or uneven
+        or (
+            f"the images{where} do not follow the fringes of {steps} steps: fringe orders are "
+            f"{fit.residual:.2f} from whole numbers "
+            f"in the median (0.25 is chance); steps or periods are not those of the projector, or images are "
+            f"out of order"
+        )
     )
 
 
@@ -116,7 +126,10 @@ def _misplaced(lit: F64, stages: list[Stage], steps: int, where: str, fit: _Fit)
     differences = np.array([np.abs(few[i] - few[j]).mean() for i, j in pairs])
     i, j = pairs[int(np.argmin(differences))]
     if differences.min() < 0.3 * usual:
-        return f"images {i + 1} and {j + 1}{where} show the same pattern: one is a repetition, and the pattern after it is missing"
+        return (
+            f"images {i + 1} and {j + 1}{where} show the same pattern: one is a repetition, "
+            "and the pattern after it is missing"
+        )
     count = len(few)
     orders = [np.roll(np.arange(count), 1), np.roll(np.arange(count), -1)]
     names = [f"the images{where} begin with the second pattern", f"the images{where} begin with the last pattern"]
@@ -149,8 +162,8 @@ def _uneven(lit: F64, stages: list[Stage], steps: int, where: str) -> str:
 def brightness_of_images(lit: F64, stages: list[Stage], steps: int) -> F64:
     """Brightness of each image beside the others of its number of periods.
 
-    The mean of grey values over their pixel's mean, every phase counted alike: then the fringes cancel. An odd image spoils
-    the phases and means too, so the images are corrected and measured again.
+    The mean of grey values over their pixel's mean, every phase counted alike: then the fringes cancel. An odd image
+    spoils the phases and means too, so the images are corrected and measured again.
     """
     brightness = np.ones(len(lit))
     for _ in range(2):

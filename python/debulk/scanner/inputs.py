@@ -72,13 +72,13 @@ class Stack:
         return self.images[0].shape[0], self.images[0].shape[1]
 
     def exposure(self, e: int) -> list[Image]:
-        """The images of one exposure."""
+        """Return the images of one exposure."""
         each = len(self.images) // self.exposures
         return self.images[e * each : (e + 1) * each]
 
 
 def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | None = None) -> Stack:
-    """Take (n, H, W) or (E, n, H, W), as an array or as sequences of (H, W) arrays, without copying what is in order."""
+    """Take (n, H, W) or (E, n, H, W), an array or sequences of (H, W) arrays; what is in order is not copied."""
     if not isinstance(images, np.ndarray | list | tuple) or len(images) == 0:
         raise InputError(f"{name}: expected images of shape (n, H, W) or (E, n, H, W), but got {_what(images)}")
     first = images[0]

@@ -22,8 +22,8 @@ def fringe_patterns(
     """Make the images that the projector shows.
 
     Step k at N periods shows 127.5 (1 + cos(phase + 2π k / steps)), rounded, where phase = 2π N u grows from 0 over the
-    projector's width (vertical fringes; over its height for horizontal ones), u = (column + 1/2) / width. The triangulation
-    needs vertical fringes, across the rows of two cameras that stand side by side.
+    projector's width (vertical fringes; over its height for horizontal ones), u = (column + 1/2) / width. The
+    triangulation needs vertical fringes, across the rows of two cameras that stand side by side.
 
     Parameters
     ----------

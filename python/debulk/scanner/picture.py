@@ -54,7 +54,9 @@ def picture(scan: Scan, left: Phase, width: int = 1400) -> NDArray[np.uint8]:
     last = max(1, len(left.brightness) - 1)
     parts = [
         _part(np.log10(np.maximum(light, 1e-3)), None, None, "modulation at the shortest exposure, log", width // 2),
-        _part(chosen, 0, last, f"exposure, 1 to {last + 1 if len(left.brightness) > 1 else 1}, longest bright", width // 2),
+        _part(
+            chosen, 0, last, f"exposure, 1 to {last + 1 if len(left.brightness) > 1 else 1}, longest bright", width // 2
+        ),
         _part(left.order_residual, 0, 0.5, "fringe order's distance to a whole number, 0 to 0.5", width // 2),
         _part(depth, low, high, f"depth, {low:.0f} to {high:.0f} mm", width // 2),
     ]

@@ -46,11 +46,11 @@ def register(
     scan
         Of the mold; needed for ``mold``.
     markers_mm
-        Two (N, 3) arrays: markers as the scanner measured them, and where they are in the mold's frame, in the same order.
-        Three or more that do not lie on one line.
+        Two (N, 3) arrays: markers as the scanner measured them, and where they are in the mold's frame, in the same
+        order. Three or more that do not lie on one line.
     mold
-        Instead: points of the mold's surface in the mold's frame, (M, 3) or (H, W, 3); the scan is laid upon them by ICP,
-        point to plane (needs Open3D, the extra ``view``).
+        Instead: points of the mold's surface in the mold's frame, (M, 3) or (H, W, 3); the scan is laid upon them by
+        ICP, point to plane (needs Open3D, the extra ``view``).
     start
         (4, 4) for ICP: right within some centimetres and degrees. None: the scanner's frame is nearly the mold's.
     most_mm
@@ -64,8 +64,8 @@ def register(
     Raises
     ------
     debulk.InputError
-        Too few markers or on one line, residuals too large (the marker at fault is named), too little overlap, or Open3D
-        is missing.
+        Too few markers or on one line, residuals too large (the marker at fault is named), too little overlap, or
+        Open3D is missing.
 
     Examples
     --------
@@ -80,7 +80,9 @@ def register(
         raise InputError(f"most_mm: expected a positive distance in mm, but got {most_mm!r}")
     if markers_mm is not None:
         if len(markers_mm) != 2:
-            raise InputError(f"markers_mm: expected markers as measured and in the mold's frame, but got {len(markers_mm)} arrays")
+            raise InputError(
+                f"markers_mm: expected markers as measured and in the mold's frame, but got {len(markers_mm)} arrays"
+            )
         return _by_markers(_points(markers_mm[0], "markers_mm[0]"), _points(markers_mm[1], "markers_mm[1]"), most_mm)
     if scan is None:
         raise InputError("scan: expected a scan of the mold, but got None")
@@ -104,13 +106,17 @@ def rigid_motion(measured: F64, wanted: F64) -> F64:
 
 def _by_markers(measured: F64, wanted: F64, most_mm: float) -> Registration:
     if measured.shape != wanted.shape:
-        raise InputError(f"markers_mm: expected as many markers in both frames, but got {len(measured)} and {len(wanted)}")
+        raise InputError(
+            f"markers_mm: expected as many markers in both frames, but got {len(measured)} and {len(wanted)}"
+        )
     if len(measured) < 3:
         raise InputError(f"markers_mm: expected at least 3 markers, but got {len(measured)}")
     for points in (measured, wanted):
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
         if spread[1] < _LEAST_SPREAD * spread[0]:
-            raise InputError("markers_mm: expected markers off one line, but they lie on one: the turn about it stays open")
+            raise InputError(
+                "markers_mm: expected markers off one line, but they lie on one: the turn about it stays open"
+            )
     motion = rigid_motion(measured, wanted)
     residuals = _distances(motion, measured, wanted)
     rms = float(np.sqrt(np.mean(residuals**2)))
@@ -118,10 +124,15 @@ def _by_markers(measured: F64, wanted: F64, most_mm: float) -> Registration:
         culprit = ""
         if len(measured) > 3:
             without = [np.delete(np.arange(len(measured)), k) for k in range(len(measured))]
-            left = [float(np.sqrt(np.mean(_distances(rigid_motion(measured[w], wanted[w]), measured[w], wanted[w]) ** 2))) for w in without]
+            left = [
+                float(np.sqrt(np.mean(_distances(rigid_motion(measured[w], wanted[w]), measured[w], wanted[w]) ** 2)))
+                for w in without
+            ]
             best = int(np.argmin(left))
             culprit = f"; without marker {best + 1} it would be {left[best]:.2f} mm" if left[best] < 0.5 * rms else ""
-        raise InputError(f"markers_mm: expected markers that fit within {most_mm:g} mm, but they miss by {rms:.2f} mm{culprit}")
+        raise InputError(
+            f"markers_mm: expected markers that fit within {most_mm:g} mm, but they miss by {rms:.2f} mm{culprit}"
+        )
     return Registration(motion, residuals, rms)
 
 
@@ -158,7 +169,9 @@ def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registratio
     off = ((there - np.asarray(target.points)[pairs[:, 1]]) * np.asarray(target.normals)[pairs[:, 1]]).sum(axis=1)
     rms = float(np.sqrt(np.mean(off**2)))
     if rms > most_mm:
-        raise InputError(f"mold: expected a scan that fits within {most_mm:g} mm, but it misses the surface by {rms:.2f} mm")
+        raise InputError(
+            f"mold: expected a scan that fits within {most_mm:g} mm, but it misses the surface by {rms:.2f} mm"
+        )
     return Registration(motion, np.abs(off), rms)
 
 

@@ -75,7 +75,9 @@ class Scanner:
         threads: int = 0,
     ) -> None:
         if not isinstance(calibration, Calibration):
-            raise InputError(f"calibration: expected a debulk.scanner.Calibration, but got a {type(calibration).__name__}")
+            raise InputError(
+                f"calibration: expected a debulk.scanner.Calibration, but got a {type(calibration).__name__}"
+            )
         self.calibration = calibration
         self.periods = checked_periods(periods)
         self.steps = checked_steps(steps, self.periods)
@@ -116,8 +118,8 @@ class Scanner:
         progress
             Called with the name of the stage and the share of the work that is done, from the calling thread.
         out
-            Memory for the points, (H, W, 3), and the uncertainty, (H, W), float32 and C-contiguous: then a cycle allocates
-            nothing large. None: new.
+            Memory for the points, (H, W, 3), and the uncertainty, (H, W), float32 and C-contiguous: then a cycle
+            allocates nothing large. None: new.
 
         Returns
         -------
@@ -155,29 +157,40 @@ class Scanner:
                 stop.cancel()
 
     def _scan(
-        self, left_images: Any, right_images: Any, out: tuple[F32, F32] | None, report: Progress, stop: _core.Stop, pool: ThreadPoolExecutor
+        self,
+        left_images: Any,
+        right_images: Any,
+        out: tuple[F32, F32] | None,
+        report: Progress,
+        stop: _core.Stop,
+        pool: ThreadPoolExecutor,
     ) -> Scan:
         """Each stage in the pool's thread, so that Ctrl-C reaches this one while the core works."""
         count = len(self.periods) * self.steps
         report("checking images", 0.0)
         shape = self.calibration.pixels[1], self.calibration.pixels[0]
-        stacks = [checked_stack(images, count, name, self.bits) for images, name in ((left_images, "left_images"), (right_images, "right_images"))]
+        stacks = [
+            checked_stack(images, count, name, self.bits)
+            for images, name in ((left_images, "left_images"), (right_images, "right_images"))
+        ]
         for stack in stacks:
             if stack.shape != shape:
-                raise InputError(f"{stack.name}: expected images of shape {shape}, the calibration's, but got {stack.shape}")
+                raise InputError(
+                    f"{stack.name}: expected images of shape {shape}, the calibration's, but got {stack.shape}"
+                )
             pool.submit(refuse_faults, stack, self.periods, self.steps).result()
             if stop.now():
                 raise _core.Stopped("the scan was stopped")
         phases = []
         for k, (stack, maps) in enumerate(zip(stacks, self._maps, strict=True)):
             report(f"decoding {'left' if k == 0 else 'right'}", 0.1 + 0.3 * k)
-            phases.append(
-                pool.submit(decode_into, maps, stack, self.periods, self.steps, self.sensor_noise, self.threads, stop).result()
-            )
+            given = maps, stack, self.periods, self.steps, self.sensor_noise, self.threads, stop
+            phases.append(pool.submit(decode_into, *given).result())
         self.left, self.right = phases
         report("triangulating", 0.7)
         points, uncertainty = out or (np.empty((*shape, 3), np.float32), np.empty(shape, np.float32))
-        scan = pool.submit(triangulate_into, points, uncertainty, *phases, self.calibration, self.threads, stop).result()
+        work = points, uncertainty, phases[0], phases[1], self.calibration, self.threads, stop
+        scan = pool.submit(triangulate_into, *work).result()
         report("triangulating", 1.0)
         return scan
 

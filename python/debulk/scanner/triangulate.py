@@ -35,7 +35,8 @@ class Scan:
     camera: tuple[float, float, float]
     """f, cx, cy in pixels."""
     counts: Mapping[str, int] = field(default_factory=dict)
-    """Pixels ``seen`` by the left camera, of those ``matched``, ``unmatched`` (hidden from the right one), ``ambiguous``
+    """Pixels ``seen`` by the left camera, of those ``matched``, ``unmatched`` (hidden from the right one), "
+    "``ambiguous``
     (the left-right check failed), ``behind`` the cameras."""
     epipolar: Epipolar | None = None
     """How well the rows of the two images agree; None where no images were given."""
@@ -54,8 +55,8 @@ def match(left: Phase | ArrayLike, right: Phase | ArrayLike, *, threads: int = 0
     Returns
     -------
     tuple[NDArray[np.float32], NDArray[np.float32]]
-        (H, W) disparity, column in the left image less column in the right one, NaN where there is none; and its standard
-        deviation (0 without the phases' noise). Pixels.
+        (H, W) disparity, column in the left image less column in the right one, NaN where there is none; and its
+        standard deviation (0 without the phases' noise). Pixels.
 
     Examples
     --------
@@ -84,13 +85,14 @@ def triangulate(
 ) -> Scan:
     """Triangulate two absolute phase maps.
 
-    Each pixel of the rectified left image is matched along its row of the right one, between pixels, never across an edge
-    or a gap; the partner must find its way back (left-right check). The rest is NaN.
+    Each pixel of the rectified left image is matched along its row of the right one, between pixels, never across an
+    edge or a gap; the partner must find its way back (left-right check). The rest is NaN.
 
     Parameters
     ----------
     left, right
-        A `Phase` of each camera, or (H, W) absolute phases in rad from another decoder, in the images as they were taken.
+        A `Phase` of each camera, or (H, W) absolute phases in rad from another decoder, in the images as they were
+        taken.
     calibration
         Of the two cameras. Its rectification is prepared with the first call.
     threads
@@ -106,8 +108,8 @@ def triangulate(
     Raises
     ------
     debulk.InputError
-        Phases of another shape than the calibration's; cameras that are exchanged, were moved since they were calibrated
-        (told from their modulation, so of two `Phase` only), or do not look at one scene.
+        Phases of another shape than the calibration's; cameras that are exchanged, were moved since they were
+        calibrated (told from their modulation, so of two `Phase` only), or do not look at one scene.
 
     Examples
     --------
@@ -164,8 +166,10 @@ def triangulate_into(
         raise InputError("left, right: most points lie behind the cameras: the two cameras' images are exchanged")
     if counts["matched"] < LEAST_MATCHED * counts["seen"]:
         raise InputError(
-            f"left, right: expected phases of one scene, but only {100 * counts['matched'] / counts['seen']:.0f} % of the left "
-            "pixels find a partner in their row: images are exchanged, of different scans, or the fringes run along the rows"
+            f"left, right: expected phases of one scene, but only "
+            f"{100 * counts['matched'] / counts['seen']:.0f} % of the left "
+            "pixels find a partner in their row: images are exchanged, of different scans, or the fringes run "
+            "along the rows"
         )
     return Scan(points, uncertainty, rectified.camera, counts, epipolar)
 

@@ -33,7 +33,8 @@ class FringeTruth:
     """What is known about fringe images."""
 
     points_mm: F32 = field(repr=False)
-    """(H, W, 3) on the rectified left camera's pixel grid, in its frame: the cloud as a perfect scanner would give it."""
+    """(H, W, 3) on the rectified left camera's pixel grid, in its frame: the cloud as a perfect scanner would "
+    "give it."""
     seen: NDArray[np.bool_] = field(repr=False)
     """(H, W) of these, the ones that the projector lights and the right camera sees."""
     left_phase_rad: F32 = field(repr=False)
@@ -151,7 +152,9 @@ def _field(points: F64, instrument: Rig, camera: View, target: Target, ply: bool
     return np.where(lit, u, np.nan)
 
 
-def _take(lines: F64, at: F64, bright: F64, times: list[float], bits: int, seed: tuple[int, int, int]) -> NDArray[np.uint8]:
+def _take(
+    lines: F64, at: F64, bright: F64, times: list[float], bits: int, seed: tuple[int, int, int]
+) -> NDArray[np.uint8]:
     """Expose, blur, add noise, quantise."""
     import cv2
 
@@ -168,7 +171,9 @@ def _take(lines: F64, at: F64, bright: F64, times: list[float], bits: int, seed:
         for e, time in enumerate(times):
             rng = np.random.Generator(np.random.SFC64([*seed, k, e]))
             electrons = image * np.float32(time / WHITE * FULL_WELL)
-            electrons += rng.standard_normal(at.shape, dtype=np.float32) * np.sqrt(electrons + np.float32(READ_ELECTRONS**2))
+            electrons += rng.standard_normal(at.shape, dtype=np.float32) * np.sqrt(
+                electrons + np.float32(READ_ELECTRONS**2)
+            )
             levels = np.rint(electrons * np.float32(white / FULL_WELL))
             out[e, k] = np.clip(levels, 0, white).astype(kind)
 
@@ -177,7 +182,9 @@ def _take(lines: F64, at: F64, bright: F64, times: list[float], bits: int, seed:
     return out
 
 
-def _true_cloud(calibration: Calibration, instrument: Rig, target: Target, ply: bool) -> tuple[F32, NDArray[np.bool_], F64]:
+def _true_cloud(
+    calibration: Calibration, instrument: Rig, target: Target, ply: bool
+) -> tuple[F32, NDArray[np.bool_], F64]:
     """Points on the rectified left grid, which of them light and both cameras reach, and the pose."""
     rectified, left = calibration.rectified, instrument.left
     width, height = rectified.pixels
@@ -188,7 +195,9 @@ def _true_cloud(calibration: Calibration, instrument: Rig, target: Target, ply: 
     rays = grid.rays()
     depth = depths(grid, rays, left.centre, target, ply)
     points = left.centre + depth[..., None] * rays
-    u = np.stack(np.broadcast_arrays((np.arange(width) - cx)[None, :] / f, (np.arange(height) - cy)[:, None] / f), axis=-1)
+    u = np.stack(
+        np.broadcast_arrays((np.arange(width) - cx)[None, :] / f, (np.arange(height) - cy)[:, None] / f), axis=-1
+    )
     cloud = np.concatenate([u, np.ones((height, width, 1))], axis=-1) * depth[..., None]
     lit = np.isfinite(_field(points, instrument, grid, target, ply))
     pixel = instrument.right.project(points.reshape(-1, 3)).reshape(height, width, 2)

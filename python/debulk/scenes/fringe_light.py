@@ -58,7 +58,12 @@ class Texture:
 
 
 def reflectance(
-    points: F64, on_ply: NDArray[np.bool_], target: Target, camera: View, projector: View, textures: tuple[Texture, Texture]
+    points: F64,
+    on_ply: NDArray[np.bool_],
+    target: Target,
+    camera: View,
+    projector: View,
+    textures: tuple[Texture, Texture],
 ) -> F64:
     """Share of the projector's light that (H, W, 3) points throw towards a camera.
 
@@ -81,7 +86,10 @@ def reflectance(
     facing = np.maximum((normal * to_light).sum(axis=-1), 0.0)
     weave = 0.5 + 0.3 * np.sin(2 * np.pi * x / _WEAVE_MM) * np.sin(2 * np.pi * y / _WEAVE_MM)
     gloss = np.zeros_like(x)
-    for share, along in ((weave, (np.ones_like(zx), np.zeros_like(zx), zx)), (1 - weave, (np.zeros_like(zx), np.ones_like(zx), zy))):
+    for share, along in (
+        (weave, (np.ones_like(zx), np.zeros_like(zx), zx)),
+        (1 - weave, (np.zeros_like(zx), np.ones_like(zx), zy)),
+    ):
         fibre = _unit(np.stack([along[0], along[1], along[2] + 0.02 * tilt], axis=-1))
         off = (fibre * half).sum(axis=-1)
         gloss += share * np.maximum(1.0 - off * off, 0.0) ** (0.5 * _GLOSS_POWER)

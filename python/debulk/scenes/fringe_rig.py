@@ -60,7 +60,7 @@ class Rig:
     projector: View
 
     def calibration(self) -> Calibration:
-        """The true one."""
+        """Return the true one."""
         turn = self.right.rotation.T @ self.left.rotation
         way = self.right.rotation.T @ (self.left.centre - self.right.centre)
         matrices, distortions = [self.left.matrix, self.right.matrix], [self.left.distortion, self.right.distortion]
@@ -68,14 +68,15 @@ class Rig:
 
 
 def rig(seed: int, pixels: tuple[int, int], projector_pixels: tuple[int, int]) -> Rig:
-    """Set up the cameras 2.4 m above the mold, 420 mm apart, both aimed at its middle, and the projector between them."""
+    """Set up the cameras 420 mm apart, 2.4 m above the mold's middle, and the projector between them."""
     rng = np.random.Generator(np.random.SFC64([seed, 7]))
     middle = np.array([140.0, -330.0, 2400.0]) + rng.uniform(-10, 10, 3)
+    along = np.array([BASELINE_MM, 0, 0])
     views = []
     for side in (-0.5, 0.5):
-        rotation = _aim(middle + [side * BASELINE_MM, 0, 0], rng.normal(0, 0.004, 3))
-        views.append(_view(rotation, middle + [side * BASELINE_MM, 0, 0], pixels, _DISTORTION * rng.uniform(0.8, 1.2, 5)))
-    place = middle + [0, -PROJECTOR_DOWN_MM, 0]
+        rotation = _aim(middle + side * along, rng.normal(0, 0.004, 3))
+        views.append(_view(rotation, middle + side * along, pixels, _DISTORTION * rng.uniform(0.8, 1.2, 5)))
+    place = middle - np.array([0, PROJECTOR_DOWN_MM, 0])
     return Rig(views[0], views[1], _view(_aim(place, np.zeros(3)), place, projector_pixels, np.zeros(5)))
 
 
@@ -91,7 +92,7 @@ def _aim(centre: F64, off_rad: F64) -> F64:
 
 
 def _view(rotation: F64, centre: F64, pixels: tuple[int, int], distortion: F64) -> View:
-    """The focal length at which the mold fills the image but for a margin of 3 %."""
+    """Choose the focal length at which the mold fills the image but for a margin of 3 %."""
     width, height = pixels
     seen = (mold.rim() - centre) @ rotation
     reach = np.abs(seen[:, :2] / seen[:, 2:]).max(axis=0)
@@ -101,10 +102,12 @@ def _view(rotation: F64, centre: F64, pixels: tuple[int, int], distortion: F64) 
 
 
 def depths(view: View, directions: F64, centre: F64, target: Target, ply: bool, spare: int = 6) -> F64:
-    """How far along each of (H, W, 3) directions from a centre the first surface is; ``view`` says where bells may be."""
+    """Find how far along each of (H, W, 3) directions the first surface is; ``view`` says where bells may be."""
     height, width = directions.shape[:2]
     out = np.empty((height, width))
-    boxes = [_box(view, bell.foot(90), target.thickness_mm, bell.height_mm, spare) for bell in target.bells] if ply else []
+    boxes = (
+        [_box(view, bell.foot(90), target.thickness_mm, bell.height_mm, spare) for bell in target.bells] if ply else []
+    )
     bells = Target(target.ply, target.thickness_mm, target.bells if ply else (), target.bell_steps)
     for start in range(0, height, _BLOCK_ROWS):
         rows = slice(start, min(start + _BLOCK_ROWS, height))

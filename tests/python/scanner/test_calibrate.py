@@ -8,7 +8,10 @@ from debulk import InputError
 from debulk.scanner import Board, Calibration, calibrate
 
 PIXELS = 800, 600
-MATRICES = [np.array([[900.0, 0, 405], [0, 902, 296], [0, 0, 1]]), np.array([[905.0, 0, 398], [0, 904, 303], [0, 0, 1]])]
+MATRICES = [
+    np.array([[900.0, 0, 405], [0, 902, 296], [0, 0, 1]]),
+    np.array([[905.0, 0, 398], [0, 904, 303], [0, 0, 1]]),
+]
 DISTORTIONS = [np.array([-0.1, 0.05, 3e-4, -2e-4, 0.0]), np.array([-0.08, 0.03, -2e-4, 1e-4, 0.0])]
 ROTATION = cv2.Rodrigues(np.array([0.01, -0.12, 0.005]))[0]
 TRANSLATION = np.array([-120.0, 1.5, 8.0])
@@ -21,13 +24,15 @@ def drawn(board, turn, move, k, noise_rng):
     texture = board.image(scale)
     column, row = np.meshgrid(np.arange(2 * PIXELS[0]) / 2 - 0.25, np.arange(2 * PIXELS[1]) / 2 - 0.25)
     pixels = np.stack([column.ravel(), row.ravel()], 1)[:, None]
-    rays = np.pad(cv2.undistortPoints(pixels, MATRICES[k], DISTORTIONS[k]).reshape(-1, 2), ((0, 0), (0, 1)), constant_values=1)
+    rays = np.pad(
+        cv2.undistortPoints(pixels, MATRICES[k], DISTORTIONS[k]).reshape(-1, 2), ((0, 0), (0, 1)), constant_values=1
+    )
     axes, origin = (turn, move) if k == 0 else (ROTATION @ turn, ROTATION @ move + TRANSLATION)
-    place = np.linalg.solve(np.column_stack([axes[:, 0], axes[:, 1], -origin]), rays.T)
+    place = np.linalg.solve(np.column_stack([axes[:, 0], axes[:, 1], origin]), rays.T)
     xy = place[:2] / place[2]
     u, v = (xy / board.square_mm + 1) * scale - 0.5  # the margin is a square wide
-    image = cv2.remap(texture, u.reshape(column.shape).astype(np.float32), v.reshape(column.shape).astype(np.float32), cv2.INTER_LINEAR,
-                      borderValue=128)  # fmt: skip
+    at = [values.reshape(column.shape).astype(np.float32) for values in (u, v)]
+    image = cv2.remap(texture, *at, cv2.INTER_LINEAR, borderValue=128)
     small = cv2.resize(image, PIXELS, interpolation=cv2.INTER_AREA).astype(float)
     return np.clip(small * 0.8 + 20 + noise_rng.normal(0, 1.0, small.shape), 0, 255).astype(np.uint8)
 
@@ -59,10 +64,15 @@ def test_the_cameras_are_found(pairs):
     true = Calibration(MATRICES, DISTORTIONS, ROTATION, TRANSLATION, PIXELS)
     point = np.array([[20.0, 10.0, 480.0]])
     left_pixel, right_pixel = (
-        cv2.projectPoints(point, cv2.Rodrigues(turn)[0], move, true.camera_matrices[k], true.distortions[k])[0].reshape(1, 1, 2)
+        cv2.projectPoints(point, cv2.Rodrigues(turn)[0], move, true.camera_matrices[k], true.distortions[k])[0].reshape(
+            1, 1, 2
+        )
         for k, (turn, move) in enumerate(((np.eye(3), np.zeros(3)), (true.rotation, true.translation_mm)))
     )
-    seen = [cv2.undistortPoints(p, found.camera_matrices[k], found.distortions[k]).reshape(2, 1) for k, p in enumerate((left_pixel, right_pixel))]
+    seen = [
+        cv2.undistortPoints(p, found.camera_matrices[k], found.distortions[k]).reshape(2, 1)
+        for k, p in enumerate((left_pixel, right_pixel))
+    ]
     first, second = np.eye(3, 4), np.column_stack([found.rotation, found.translation_mm])
     x = cv2.triangulatePoints(first, second, *seen).ravel()
     assert x[:3] / x[3] == pytest.approx(point[0], abs=1.0)
@@ -82,7 +92,7 @@ def test_pairs_that_spoil_the_fit_are_named(pairs):
 def test_cameras_that_moved_between_the_pairs_are_refused(pairs):
     board, left, right = pairs
     mixed = right[1:] + right[:1]
-    with pytest.raises(InputError, match="pairs are mixed up|fewer than 5 pairs fit"):
+    with pytest.raises(InputError, match=r"pairs are mixed up|fewer than 5 pairs fit"):
         calibrate(left, mixed, board)
 
 

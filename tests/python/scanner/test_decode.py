@@ -75,10 +75,14 @@ def test_same_bits_on_any_threads_and_instructions(formula):
     stack = checked_stack(np.stack([formula(seed=1) // 4, formula(seed=1)]), 12)
 
     def run(threads, widest):
-        maps = {name: np.empty((60, 640), np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")}
+        maps = {
+            name: np.empty((60, 640), np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")
+        }
         from debulk import _core
 
-        decode_into(maps | {"exposure": np.empty((60, 640), np.uint8)}, stack, (50, 51), 6, None, threads, _core.Stop(), widest)
+        decode_into(
+            maps | {"exposure": np.empty((60, 640), np.uint8)}, stack, (50, 51), 6, None, threads, _core.Stop(), widest
+        )
         return b"".join(map_.tobytes() for map_ in maps.values())
 
     assert len({run(threads, widest) for threads in (1, 2, 5) for widest in (2, 3, 4)}) == 1

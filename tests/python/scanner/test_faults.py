@@ -83,14 +83,16 @@ def test_a_fault_in_one_exposure_is_named_with_it(fringes, exposure):
 
 
 def test_exposures_in_the_wrong_order_are_named(fringes):
-    with pytest.raises(InputError, match="right_images: expected the shortest exposure first, but exposure 2 is darker"):
+    with pytest.raises(
+        InputError, match="right_images: expected the shortest exposure first, but exposure 2 is darker"
+    ):
         Scanner(fringes.calibration).scan(fringes.left, fringes.right[::-1])
 
 
 def test_a_wrong_number_of_steps_is_refused(formula):
-    with pytest.raises(InputError, match="expected 10 images .* got 12"):
+    with pytest.raises(InputError, match=r"expected 10 images .* got 12"):
         decode(formula(), (50, 51), 5)
-    with pytest.raises(InputError, match="do not follow the fringes of 4 steps|flickers"):
+    with pytest.raises(InputError, match=r"do not follow the fringes of 4 steps|flickers"):
         decode(formula(), (50, 51, 52), 4)  # as many images by chance
     with pytest.raises(InputError, match="do not follow the fringes of 6 steps"):
         decode(formula((47, 48)), (50, 51), 6)
@@ -107,7 +109,9 @@ def test_a_moved_camera_is_named(fringes, scanned, axis, degrees):
     assert scanned[0].epipolar.patches >= 20
     turn = cv2.Rodrigues(np.deg2rad(degrees) * np.eye(3)[axis])[0]
     old = fringes.calibration
-    moved = Calibration(old.camera_matrices, old.distortions, turn @ old.rotation, turn @ old.translation_mm, old.pixels)
+    moved = Calibration(
+        old.camera_matrices, old.distortions, turn @ old.rotation, turn @ old.translation_mm, old.pixels
+    )
     with pytest.raises(InputError, match="a camera was moved"):
         Scanner(moved).scan(fringes.left, fringes.right)
 

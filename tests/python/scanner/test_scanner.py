@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from debulk import InputError
-from debulk.scanner import Scanner, ScanCancelled, ScanTooLate, decode, triangulate
+from debulk.scanner import ScanCancelled, Scanner, ScanTooLate, decode, triangulate
 
 
 def test_a_cycle_is_its_steps(fringes, scanned):
@@ -29,7 +29,9 @@ def test_the_second_cycle_is_the_first_and_uses_the_same_memory(fringes):
 
 def test_progress_grows_and_names_its_stages(fringes):
     told = []
-    Scanner(fringes.calibration).scan(fringes.left, fringes.right, progress=lambda stage, done: told.append((stage, done)))
+    Scanner(fringes.calibration).scan(
+        fringes.left, fringes.right, progress=lambda stage, done: told.append((stage, done))
+    )
     assert [stage for stage, _ in told][:4] == ["checking images", "decoding left", "decoding right", "triangulating"]
     shares = [done for _, done in told]
     assert shares == sorted(shares)
@@ -37,7 +39,7 @@ def test_progress_grows_and_names_its_stages(fringes):
 
 
 def test_a_deadline_ends_the_scan(fringes):
-    with pytest.raises(ScanTooLate, match="the deadline of 0.001 s passed"):
+    with pytest.raises(ScanTooLate, match=r"the deadline of 0.001 s passed"):
         Scanner(fringes.calibration).scan(fringes.left, fringes.right, deadline_s=0.001)
     with pytest.raises(InputError, match="deadline_s"):
         Scanner(fringes.calibration).scan(fringes.left, fringes.right, deadline_s=0)

@@ -110,9 +110,15 @@ def test_a_calibration_survives_its_file(tmp_path, fringes):
     for name in ("camera_matrices", "distortions", "rotation", "translation_mm"):
         assert np.array_equal(getattr(again, name), getattr(fringes.calibration, name))
     assert again.pixels == fringes.calibration.pixels
-    for text in ("", "{}", "[1]", '{"debulk scanner calibration": 1}', '{"debulk scanner calibration": 1, "pixels": [1, 2]}'):
+    for text in (
+        "",
+        "{}",
+        "[1]",
+        '{"debulk scanner calibration": 1}',
+        '{"debulk scanner calibration": 1, "pixels": [1, 2]}',
+    ):
         (tmp_path / "bad.json").write_text(text)
-        with pytest.raises(InputError, match="bad.json: "):
+        with pytest.raises(InputError, match=r"bad\.json: "):
             Calibration.load(tmp_path / "bad.json")
     with pytest.raises(InputError, match="cannot be read"):
         Calibration.load(tmp_path / "none.json")

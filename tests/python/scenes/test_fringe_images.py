@@ -35,7 +35,9 @@ def test_true_points_are_seen_where_the_calibration_says(layup, images):
     values = []
     for k, phase in enumerate((truth.left_phase_rad, truth.right_phase_rad)):
         local = points if k == 0 else points @ calibration.rotation.T + calibration.translation_mm
-        pixel = cv2.projectPoints(local, np.zeros(3), np.zeros(3), calibration.camera_matrices[k], calibration.distortions[k])[0]
+        pixel = cv2.projectPoints(
+            local, np.zeros(3), np.zeros(3), calibration.camera_matrices[k], calibration.distortions[k]
+        )[0]
         at = pixel.reshape(-1, 1, 2).astype(np.float32)
         values.append(cv2.remap(phase, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderValue=float("nan")).ravel())
     off = values[0] - values[1]
@@ -73,7 +75,15 @@ def test_twelve_bits(layup):
     assert 255 < images.left.max() <= 4095
 
 
-@pytest.mark.parametrize(("change", "message"), [({"bits": 9}, "bits"), ({"exposures": ()}, "exposures"), ({"exposures": (4, 1)}, "exposures"), ({"pixels": (10, 10)}, "pixels")])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"bits": 9}, "bits"),
+        ({"exposures": ()}, "exposures"),
+        ({"exposures": (4, 1)}, "exposures"),
+        ({"pixels": (10, 10)}, "pixels"),
+    ],
+)
 def test_bad_arguments_are_named(layup, change, message):
     with pytest.raises(InputError, match=message):
         scenes.fringe_images(layup, **{"pixels": (160, 120), "exposures": (1.0,), **change})
