@@ -32,7 +32,7 @@ class Calibration:
     distortions
         Two rows of 4, 5, 8, 12 or 14 coefficients.
     rotation, translation_mm
-        x_right = rotation @ x_left + translation_mm, of a point in the cameras' frames: x to the right, y down, z ahead.
+        x_right = rotation @ x_left + translation_mm, of a point in the cameras' frames (x to the right, y down).
     pixels
         Width and height of the images.
     image_errors_px
@@ -168,7 +168,7 @@ def _rectify(calibration: Calibration) -> Rectified:
 
     width, height = calibration.pixels
     (left_k, right_k), (left_d, right_d) = calibration.camera_matrices, calibration.distortions
-    left_r, right_r, *_ = cv2.stereoRectify(
+    turns = cv2.stereoRectify(
         left_k,
         left_d,
         right_k,
@@ -178,7 +178,7 @@ def _rectify(calibration: Calibration) -> Rectified:
         calibration.translation_mm[:, None],
         flags=0,
     )
-    left_r, right_r = np.asarray(left_r, np.float64), np.asarray(right_r, np.float64)
+    left_r, right_r = np.asarray(turns[0], np.float64), np.asarray(turns[1], np.float64)
     towards = right_r @ calibration.translation_mm
     if abs(towards[1]) > 1e-6 * abs(towards[0]) or towards[0] > 0:
         raise InputError(

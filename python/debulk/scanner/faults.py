@@ -86,7 +86,7 @@ def _fit(sample: F64, stages: list[Stage], steps: int) -> _Fit:
 
 
 def _lit(sample: F64, white: int) -> F64:
-    """The clearest half of the pixels that are lit and saturated in no image."""
+    """Select the clearest half of the pixels that are lit and saturated in no image."""
     contrast = 0.5 * (sample.max(axis=0) - sample.min(axis=0))
     fine = (sample.max(axis=0) < white) & (contrast > max(4.0, white / 100))
     if np.count_nonzero(fine) < _LEAST:
