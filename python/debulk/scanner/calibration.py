@@ -51,8 +51,8 @@ class Calibration:
     --------
     >>> matrix = [[1000.0, 0, 639.5], [0, 1000.0, 479.5], [0, 0, 1]]
     >>> calibration = Calibration([matrix, matrix], np.zeros((2, 5)), np.eye(3), (-200.0, 0, 0), (1280, 960))
-    >>> calibration.rectified.camera
-    (1000.0, 639.5, 479.5)
+    >>> [round(number, 6) for number in calibration.rectified.camera]
+    [1000.0, 639.5, 479.5]
     """
 
     def __init__(
