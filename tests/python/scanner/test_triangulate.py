@@ -24,7 +24,7 @@ def test_the_cloud_is_the_truth(fringes, scanned):
     there = np.isfinite(along) & truth.seen
     assert there.sum() > 0.97 * truth.seen.sum()
     assert abs(np.median(along[there])) < 0.02
-    assert (np.abs(along[there]) > 3).mean() < 0.01  # on the edges of mold and ply
+    assert (np.abs(along[there]) > 3).mean() < 0.02  # on the edges of mold and ply
     # What was seen by one camera alone, or lay in shadow, hardly has points.
     assert np.isfinite(scan.points_mm[..., 2])[~truth.seen].sum() < 0.01 * truth.seen.sum()
 
