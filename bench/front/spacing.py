@@ -8,6 +8,7 @@ from accuracy import middle
 
 import debulk
 from debulk.inspection.front import FrontEnd
+from debulk.recipe import options
 
 layup = debulk.scenes.layup(seed=0, pixels=(5120, 3840))
 inspector = debulk.Inspector(
@@ -19,9 +20,7 @@ for spacing in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0):
         inspector.reference,
         inspector.prepared.image,
         layup.mold_from_scanner,
-        spacing_mm=spacing,
-        least_ratio=inspector.recipe.clean.least_ratio,
-        spike_mm=inspector.recipe.clean.spike_mm,
+        options=options.front_end(inspector.recipe, spacing),
     )
     busy = []
     for _ in range(3):

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "debulk/core/parallel.hpp"
 #include "debulk/sheet/minimise.hpp"
 #include "solve/pocket_file.hpp"
 
@@ -49,15 +50,14 @@ void one_by_one(benchmark::State& state, const std::string& method) {
 void together(benchmark::State& state) {
   std::vector<Sheet> sheets;
   for (const Pocket& pocket : pockets()) sheets.push_back(pocket.sheet());
-  std::vector<const Sheet*> all;
-  for (const Sheet& sheet : sheets) all.push_back(&sheet);
   double best_ms = 1e300;
   for (auto _ : state) {
     const auto then = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(minimise_all(all, MinimiseOptions(), static_cast<int>(state.range(0))));
+    parallel_for(static_cast<long>(sheets.size()), 1, static_cast<int>(state.range(0)),
+                 [&](long k, long) { benchmark::DoNotOptimize(minimise(sheets[static_cast<std::size_t>(k)], MinimiseOptions())); });
     best_ms = std::min(best_ms, milliseconds_since(then));
   }
-  if (all.empty()) return state.SkipWithError("no pockets: run export_pockets.py first");
+  if (sheets.empty()) return state.SkipWithError("no pockets: run export_pockets.py first");
   state.counters["best_ms"] = best_ms;
 }
 

@@ -52,7 +52,7 @@ std::string instruction_set() {
 
 }  // namespace
 
-void bind_build(py::module_& m) {
+void bind_build(py::module_ m) {
   m.def("build_versions", &versions);
   m.def("instruction_set", &instruction_set);
 }

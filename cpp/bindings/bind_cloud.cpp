@@ -1,15 +1,19 @@
+#include <array>
+#include <optional>
+
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/cloud/outliers.hpp"
+#include "debulk/cloud/pinhole.hpp"
 #include "debulk/cloud/pitch.hpp"
 #include "debulk/cloud/transform.hpp"
 
 namespace debulk {
 
-void bind_cloud(py::module_& m) {
+void bind_cloud(py::module_ m) {
   m.def(
-      "cloud_bounds",
+      "bounds",
       [](const CloudArray& points, int threads) {
         const CloudView cloud = cloud_view(points, "points");
         CloudBounds box;
@@ -23,43 +27,57 @@ void bind_cloud(py::module_& m) {
       py::arg("points"), py::arg("threads"));
 
   m.def(
-      "cloud_transform",
-      [](const CloudArray& points, const Array<double>& matrix, int threads) {
+      "transform",
+      [](const CloudArray& points, const Array<double>& matrix, int threads, const Stop& stop) {
         require(matrix.ndim() == 2 && matrix.shape(0) == 4 && matrix.shape(1) == 4, "matrix", "a (4, 4) array", shape_of(matrix));
         const Eigen::Matrix4d motion = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(matrix.data());
         const CloudView cloud = cloud_view(points, "points");
         std::vector<float> moved;
         {
           py::gil_scoped_release release;
-          moved = transform(cloud, motion, threads);
+          moved = transform(cloud, motion, threads, stop);
         }
         return to_array(std::move(moved), shape(points));
       },
-      py::arg("points"), py::arg("matrix"), py::arg("threads"));
+      py::arg("points"), py::arg("matrix"), py::arg("threads"), py::arg("stop"));
+
+  py::class_<OutlierOptions>(m, "OutlierOptions")
+      .def(py::init<>())
+      .def_readwrite("neighbours", &OutlierOptions::neighbours)
+      .def_readwrite("std_ratio", &OutlierOptions::std_ratio)
+      .def_readwrite("least_ratio", &OutlierOptions::least_ratio);
 
   m.def(
       "remove_outliers",
-      [](const CloudArray& points, int neighbours, double std_ratio, double least_ratio, int threads, const Stop& stop) {
+      [](const CloudArray& points, const OutlierOptions& options, int threads, const Stop& stop) {
         const CloudView cloud = cloud_view(points, "points");
         Outliers found;
         {
           py::gil_scoped_release release;
-          found = remove_outliers(cloud, {neighbours, std_ratio, least_ratio}, threads, stop);
+          found = remove_outliers(cloud, options, threads, stop);
         }
         std::vector<py::ssize_t> mask_shape = shape(points);
         mask_shape.pop_back();
         return to_array(std::move(found.keep), mask_shape);
       },
-      py::arg("points"), py::arg("neighbours"), py::arg("std_ratio"), py::arg("least_ratio"), py::arg("threads"), py::arg("stop"));
+      py::arg("points"), py::arg("options"), py::arg("threads"), py::arg("stop"));
 
   m.def(
       "median_pitch",
-      [](const CloudArray& points, int threads) {
+      [](const CloudArray& points, int threads, const Stop& stop) {
         const CloudView cloud = cloud_view(points, "points");
         py::gil_scoped_release release;
-        return median_pitch(cloud, threads);
+        return median_pitch(cloud, threads, stop);
       },
-      py::arg("points"), py::arg("threads"));
+      py::arg("points"), py::arg("threads"), py::arg("stop"));
+
+  m.def("fit_pinhole", [](const CloudArray& points) -> std::optional<std::array<double, 3>> {
+    const CloudView cloud = cloud_view(points, "points");
+    const py::gil_scoped_release release;
+    const std::optional<Pinhole> camera = fit_pinhole(cloud);
+    if (!camera) return std::nullopt;
+    return std::array<double, 3>{camera->f, camera->cx, camera->cy};
+  });
 }
 
 }  // namespace debulk

@@ -44,7 +44,7 @@ float* checked_out(py::array_t<float>& out, long count) {
 
 }  // namespace
 
-void bind_files(py::module_& m) {
+void bind_files(py::module_ m) {
   const py::object fault = py::exception<FileFault>(m, "FileFault");
 
   m.def(

@@ -6,6 +6,7 @@
 
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
+#include "bindings/pocket_modes.hpp"
 #include "debulk/net/area.hpp"
 #include "debulk/net/drape.hpp"
 #include "debulk/net/fibre_net.hpp"
@@ -44,13 +45,6 @@ py::array_t<T> column_array(const std::vector<From>& values) {
   return out;
 }
 
-// The rectangle of the grid under a measured surface.
-py::array_t<double> extent(const Reference& surface) {
-  const Grid<double>& g = surface.heights();
-  const double x = g.nx - 1, y = g.ny - 1;
-  return to_array(Outline{g.position(0, 0), g.position(x, 0), g.position(x, y), g.position(0, y)});
-}
-
 py::array_t<double> drape_angles(const Drape& drape, const Array<double>& xy) {
   const Outline at = points<2>(xy, "xy_mm");
   Outline out(at.size(), Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
@@ -64,7 +58,7 @@ py::array_t<double> drape_angles(const Drape& drape, const Array<double>& xy) {
 
 }  // namespace
 
-void bind_net(py::module_& m) {
+void bind_net(py::module_ m) {
   py::class_<Net>(m, "Net")
       .def_property_readonly("nodes", [](const Net& net) { return to_array(net.nodes); })
       .def_property_readonly("neighbours", [](const Net& net) { return rows_array<std::int32_t>(net.neighbours); })
@@ -80,42 +74,50 @@ void bind_net(py::module_& m) {
       .def_readonly("area", &PocketNet::area)
       .def_property_readonly("open_ends", [](const PocketNet& pocket) { return column_array<std::int32_t>(pocket.open_ends); });
 
+  py::class_<FibreNetOptions>(m, "FibreNetOptions")
+      .def(py::init<>())
+      .def_readwrite("spacing_mm", &FibreNetOptions::spacing)
+      .def_readwrite("node_target", &FibreNetOptions::node_target)
+      .def_readwrite("free_edge_mm", &FibreNetOptions::edge_tol)
+      .def_readwrite("mold_tol_mm", &FibreNetOptions::mold_tol)
+      .def_property(
+          "paths", [](const FibreNetOptions& o) { return o.paths == PathRule::geodesic ? "geodesic" : "vertical_plane"; },
+          [](FibreNetOptions& o, const std::string& name) { o.paths = path_rule(name); });
+
+  py::class_<LayPocketOptions>(m, "LayPocketOptions")
+      .def(py::init<>())
+      .def_property(
+          "mode", [](const LayPocketOptions& o) { return name_of(o.mode); },
+          [](LayPocketOptions& o, const std::string& name) { o.mode = patch_mode(name); })
+      .def_readwrite("net", &LayPocketOptions::net);
+
   m.def(
       "fibre_net",
       [](const Surface& surface, const Surface& reference, std::array<double, 2> centre, const FibreAngles& angles,
          const Array<double>& outline, const std::optional<Array<double>>& ply_outline, const std::optional<Array<double>>& rms_outline,
-         std::optional<double> spacing, int node_target, double edge_tol, double mold_tol, const std::string& paths) {
+         const FibreNetOptions& options) {
         PocketShape shape;
         shape.centre = {centre[0], centre[1]};
         shape.angles = angles;
         shape.outline = outline_of(outline, "outline_mm");
         shape.ply_outline = outline_of(ply_outline, "ply_outline");
         shape.rms_outline = outline_of(rms_outline, "rms_outline_mm");
-        const FibreNetOptions options{spacing, node_target, edge_tol, mold_tol, path_rule(paths)};
         py::gil_scoped_release unlocked;
         return fibre_net(surface, reference, shape, options);
       },
-      py::arg("surface"), py::arg("reference"), py::arg("centre"), py::arg("angles"), py::kw_only(), py::arg("outline"),
-      py::arg("ply_outline"), py::arg("rms_outline"), py::arg("spacing"), py::arg("node_target"), py::arg("edge_tol"), py::arg("mold_tol"),
-      py::arg("paths"));
+      py::arg("surface"), py::arg("reference"), py::arg("centre"), py::arg("angles"), py::arg("outline"), py::arg("ply_outline").none(true),
+      py::arg("rms_outline").none(true), py::arg("options"));
 
   m.def(
       "lay_pocket",
-      [](const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const std::string& mode, double margin,
-         const FibreAngles& angles, const std::optional<Array<double>>& ply_outline, std::optional<double> spacing, int node_target,
-         double edge_tol, double mold_tol, const std::string& paths, const Stop& stop) {
-        require(mode == "foot" || mode == "paper", "mode", "\"foot\" or \"paper\"", "\"" + mode + "\"");
+      [](const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const FibreAngles& angles,
+         const std::optional<Array<double>>& ply_outline, const LayPocketOptions& options, const Stop& stop) {
         const Outline ply = outline_of(ply_outline, "ply_outline");
-        const FibreNetOptions options{spacing, node_target, edge_tol, mold_tol, path_rule(paths)};
-        PatchOptions patch;
-        patch.mode = mode == "paper" ? PatchMode::paper : PatchMode::foot;
-        patch.margin_mm = margin;
         const py::gil_scoped_release unlocked;
-        return lay_pocket(segmentation, feet, id, reference, patch, angles, ply, options, stop);
+        return lay_pocket(segmentation, feet, id, reference, angles, ply, options, stop);
       },
-      py::arg("segmentation"), py::arg("feet"), py::arg("pocket_id"), py::arg("reference"), py::kw_only(), py::arg("mode"),
-      py::arg("margin_mm"), py::arg("angles"), py::arg("ply_outline").none(true), py::arg("spacing").none(true), py::arg("node_target"),
-      py::arg("edge_tol"), py::arg("mold_tol"), py::arg("paths"), py::arg("stop"));
+      py::arg("segmentation"), py::arg("feet"), py::arg("pocket_id"), py::arg("reference"), py::arg("angles"),
+      py::arg("ply_outline").none(true), py::arg("options"), py::arg("stop"));
 
   m.def(
       "surface_area",
@@ -125,7 +127,6 @@ void bind_net(py::module_& m) {
         return surface_area(surface, within, ply);
       },
       py::arg("surface"), py::arg("outline"), py::arg("ply_outline"));
-  m.def("surface_extent", &extent, py::arg("surface"));
 
   py::class_<Drape>(m, "Drape")
       .def(py::init([](const Surface& surface, std::array<double, 2> seed, const FibreAngles& angles, double spacing,

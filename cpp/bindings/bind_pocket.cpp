@@ -3,6 +3,7 @@
 
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
+#include "bindings/pocket_modes.hpp"
 #include "debulk/pocket/foot_contours.hpp"
 #include "debulk/pocket/patch.hpp"
 #include "debulk/pocket/segment.hpp"
@@ -49,38 +50,16 @@ const char* name_of(Dropped::Reason reason) {
   return "area and peak";
 }
 
-Segmentation segment_arrays(const Array<float>& heights, const Array<double>& origin, double spacing, double cut_height, double area_tol,
-                            double peak_tol, double edge_tol, double bridge, double smooth, double blur,
-                            const std::optional<Array<double>>& ply_outline, const std::optional<Array<std::uint8_t>>& measured,
-                            const std::optional<Array<float>>& before_median, int threads, const Stop& stop) {
-  SegmentOptions options;
-  options.cut_height_mm = cut_height;
-  options.area_tol_mm2 = area_tol;
-  options.peak_tol_mm = peak_tol;
-  options.edge_tol_mm = edge_tol;
-  options.bridge_mm = bridge;
-  options.smooth_mm = smooth;
-  options.blur_mm2 = blur;
-  if (ply_outline) options.ply_outline = points<2>(*ply_outline, "ply_outline");
-  const py::gil_scoped_release release;
+Segmentation segment_arrays(const Array<float>& heights, const Array<double>& origin, double spacing, const SegmentOptions& options,
+                            const std::optional<Array<std::uint8_t>>& measured, const std::optional<Array<float>>& before_median,
+                            int threads, const Stop& stop) {
   const Grid<float> grid = to_grid(heights, origin_of(origin), spacing, "height_map");
   std::optional<Grid<std::uint8_t>> mask;
   if (measured) mask = to_grid(*measured, grid.origin, spacing, "measured");
   std::optional<Grid<float>> before;
   if (before_median) before = to_grid(*before_median, grid.origin, spacing, "before_median");
-  return segment(grid, options, mask ? &*mask : nullptr, before ? &*before : nullptr, threads, stop);
-}
-
-FootMap find(const Segmentation& segmentation, double thickness, double mold_tol, double smooth, std::optional<double> noise, int threads,
-             const Stop& stop) {
-  return find_feet(segmentation, {thickness, mold_tol, smooth, noise}, threads, stop);
-}
-
-Patch patch_of(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const std::string& mode,
-               double margin, double fade) {
-  require(mode == "foot" || mode == "paper", "mode", "\"foot\" or \"paper\"", "\"" + mode + "\"");
   const py::gil_scoped_release release;
-  return make_patch(segmentation, feet, id, reference, {mode == "paper" ? PatchMode::paper : PatchMode::foot, margin, fade});
+  return segment(grid, options, mask ? &*mask : nullptr, before ? &*before : nullptr, threads, stop);
 }
 
 py::array_t<double> distances(const Array<double>& polygon, const Array<double>& at) {
@@ -99,9 +78,48 @@ py::array_t<bool> insides(const Array<double>& polygon, const Array<double>& at)
   return out;
 }
 
+void bind_options(py::module_ m) {
+  py::class_<SegmentOptions>(m, "SegmentOptions")
+      .def(py::init<>())
+      .def_readwrite("cut_height_mm", &SegmentOptions::cut_height_mm)
+      .def_readwrite("area_tol_mm2", &SegmentOptions::area_tol_mm2)
+      .def_readwrite("peak_tol_mm", &SegmentOptions::peak_tol_mm)
+      .def_readwrite("edge_tol_mm", &SegmentOptions::edge_tol_mm)
+      .def_readwrite("bridge_mm", &SegmentOptions::bridge_mm)
+      .def_readwrite("smooth_mm", &SegmentOptions::smooth_mm)
+      .def_readwrite("blur_mm2", &SegmentOptions::blur_mm2)
+      .def_property(
+          "ply_outline",
+          [](const SegmentOptions& o) -> std::optional<py::array_t<double>> {
+            if (!o.ply_outline) return std::nullopt;
+            return to_array<2>(*o.ply_outline);
+          },
+          [](SegmentOptions& o, const std::optional<Array<double>>& outline) {
+            o.ply_outline.reset();
+            if (outline) o.ply_outline = points<2>(*outline, "ply_outline");
+          });
+
+  py::class_<FootOptions>(m, "FootOptions")
+      .def(py::init<>())
+      .def_readwrite("thickness_mm", &FootOptions::thickness_mm)
+      .def_readwrite("mold_tol_mm", &FootOptions::mold_tol_mm)
+      .def_readwrite("smooth_mm", &FootOptions::smooth_mm)
+      .def_readwrite("noise_mm", &FootOptions::noise_mm);
+
+  py::class_<PatchOptions>(m, "PatchOptions")
+      .def(py::init<>())
+      .def_property(
+          "mode", [](const PatchOptions& o) { return name_of(o.mode); },
+          [](PatchOptions& o, const std::string& name) { o.mode = patch_mode(name); })
+      .def_readwrite("margin_mm", &PatchOptions::margin_mm)
+      .def_readwrite("fade_mm", &PatchOptions::fade_mm);
+}
+
 }  // namespace
 
-void bind_pocket(py::module_& m) {
+void bind_pocket(py::module_ m) {
+  bind_options(m);
+
   py::class_<Pocket>(m, "Pocket")
       .def_readonly("id", &Pocket::id)
       .def_property_readonly("outline", [](const Pocket& p) { return to_array<2>(p.outline); })
@@ -130,10 +148,8 @@ void bind_pocket(py::module_& m) {
       .def_property_readonly("labels", viewer(&Segmentation::labels))
       .def_property_readonly("heights", viewer(&Segmentation::heights));
 
-  m.def("segment", &segment_arrays, py::arg("heights"), py::arg("origin_mm"), py::arg("spacing_mm"), py::kw_only(),
-        py::arg("cut_height_mm"), py::arg("area_tol_mm2"), py::arg("peak_tol_mm"), py::arg("edge_tol_mm"), py::arg("bridge_mm"),
-        py::arg("smooth_mm"), py::arg("blur_mm2"), py::arg("ply_outline").none(true), py::arg("measured").none(true),
-        py::arg("before_median").none(true), py::arg("threads"), py::arg("stop"));
+  m.def("segment", &segment_arrays, py::arg("heights"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"),
+        py::arg("measured").none(true), py::arg("before_median").none(true), py::arg("threads"), py::arg("stop"));
 
   py::class_<Foot>(m, "Foot")
       .def_property_readonly("outline", [](const Foot& f) { return to_array<2>(f.outline); })
@@ -150,8 +166,8 @@ void bind_pocket(py::module_& m) {
       .def_readonly("noise", &FootMap::noise_mm)
       .def_readonly("mold_tol", &FootMap::mold_tol_mm);
 
-  m.def("find_feet", &find, py::arg("segmentation"), py::kw_only(), py::arg("thickness_mm"), py::arg("mold_tol_mm"), py::arg("smooth_mm"),
-        py::arg("noise_mm").none(true), py::arg("threads"), py::arg("stop"), py::call_guard<py::gil_scoped_release>());
+  m.def("find_feet", &find_feet, py::arg("segmentation"), py::arg("options"), py::arg("threads"), py::arg("stop"),
+        py::call_guard<py::gil_scoped_release>());
 
   py::class_<Patch>(m, "Patch")
       .def_property_readonly("outline", [](const Patch& p) { return to_array<2>(p.outline); })
@@ -165,8 +181,8 @@ void bind_pocket(py::module_& m) {
       .def_property_readonly("reference", viewer(&Patch::reference))
       .def_property_readonly("within", viewer(&Patch::within));
 
-  m.def("make_patch", &patch_of, py::arg("segmentation"), py::arg("feet"), py::arg("pocket_id"), py::arg("reference"), py::kw_only(),
-        py::arg("mode"), py::arg("margin_mm"), py::arg("fade_mm"));
+  m.def("make_patch", &make_patch, py::arg("segmentation"), py::arg("feet"), py::arg("pocket_id"), py::arg("reference"), py::arg("options"),
+        py::call_guard<py::gil_scoped_release>());
 
   m.def("height_noise", [](const Array<float>& heights) {
     const Grid<float> grid = to_grid(heights, Eigen::Vector2d::Zero(), 1.0, "height_map");

@@ -20,39 +20,28 @@ const std::uint8_t* mask_of(const std::optional<Array<std::uint8_t>>& mask, cons
 
 }  // namespace
 
-void bind_region(py::module_& m) {
+void bind_region(py::module_ m) {
+  py::class_<RegionOptions>(m, "RegionOptions")
+      .def(py::init<>())
+      .def_readwrite("front", &RegionOptions::front)
+      .def_readwrite("segment", &RegionOptions::segment)
+      .def_readwrite("feet", &RegionOptions::feet)
+      .def_readwrite("largest_share", &RegionOptions::largest_share)
+      .def_readwrite("row_step", &RegionOptions::row_step)
+      .def_readwrite("column_step", &RegionOptions::column_step);
+
   py::class_<RegionFront>(m, "RegionFront")
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape, const std::array<double, 3>& camera,
-                       const Array<double>& pose, double std_ratio, double least_ratio, int neighbours, double spacing,
-                       double hole_diameter, double spike, int median_cells, double cut_height, double area_tol, double peak_tol,
-                       const std::optional<Array<double>>& ply_outline, double thickness, double mold_tol, double smooth,
-                       double largest_share, const std::optional<std::array<int, 2>>& mesh, int threads) {
-             require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
+                       const Array<double>& pose, const RegionOptions& options, int threads) {
              View view;
              view.height = shape[0], view.width = shape[1];
              view.camera = {camera[0], camera[1], camera[2]};
-             view.mold_from_scanner = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(pose.data());
-             RegionOptions options;
-             options.front = {{neighbours, std_ratio, least_ratio}, spacing, {}, {hole_diameter}, spike, median_cells};
-             options.segment.cut_height_mm = cut_height;
-             options.segment.area_tol_mm2 = area_tol;
-             options.segment.peak_tol_mm = peak_tol;
-             options.segment.smooth_mm = smooth;
-             if (ply_outline) options.segment.ply_outline = points<2>(*ply_outline, "ply_outline");
-             options.feet.thickness_mm = thickness;
-             options.feet.mold_tol_mm = mold_tol;
-             options.feet.smooth_mm = smooth;
-             options.largest_share = largest_share;
-             if (mesh) options.row_step = (*mesh)[0], options.column_step = (*mesh)[1];
+             view.mold_from_scanner = pose_of(pose);
              const py::gil_scoped_release release;
              const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
              return std::make_unique<RegionFront>(std::move(reference), -far, far, view, options, threads);
            }),
-           py::arg("reference"), py::arg("shape"), py::arg("camera"), py::arg("mold_from_scanner"), py::kw_only(), py::arg("std_ratio"),
-           py::arg("least_ratio"), py::arg("neighbours"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("spike_mm"),
-           py::arg("median_cells"), py::arg("cut_height_mm"), py::arg("area_tol_mm2"), py::arg("peak_tol_mm"),
-           py::arg("ply_outline").none(true), py::arg("thickness_mm"), py::arg("mold_tol_mm"), py::arg("smooth_mm"),
-           py::arg("largest_share"), py::arg("mesh").none(true), py::arg("threads"))
+           py::arg("reference"), py::arg("shape"), py::arg("camera"), py::arg("mold_from_scanner"), py::arg("options"), py::arg("threads"))
       .def(
           "run",
           [](RegionFront& front, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, const Stop& stop) {

@@ -2,9 +2,11 @@
 
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
+#include "debulk/net/fibre_net.hpp"
 #include "debulk/ridge/mold_length.hpp"
 #include "debulk/ridge/post_process.hpp"
 #include "debulk/ridge/ridge_height.hpp"
+#include "debulk/sheet/minimise.hpp"
 
 namespace debulk {
 namespace {
@@ -39,13 +41,12 @@ double largest_excess_of_arrays(const Array<double>& nodes, const Array<int>& ne
 
 }  // namespace
 
-void bind_ridge(py::module_& m) {
+void bind_ridge(py::module_ m) {
   py::class_<RidgeOptions>(m, "RidgeOptions")
       .def(py::init<>())
       .def_readwrite("thickness_mm", &RidgeOptions::thickness)
       .def_readwrite("bulk_factor", &RidgeOptions::bulk_factor)
-      .def_readwrite("touch_mm", &RidgeOptions::touch)
-      .def_readwrite("taut_strain", &RidgeOptions::taut_strain);
+      .def_readwrite("touch_mm", &RidgeOptions::touch);
 
   py::class_<RidgeSection>(m, "RidgeSection")
       .def_readonly("peak", &RidgeSection::peak)
@@ -75,6 +76,13 @@ void bind_ridge(py::module_& m) {
   m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));
   m.def("post_process", &post_process_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("inside"), py::arg("surface"),
         py::arg("options"));
+  m.def(
+      "post_process",
+      [](const Minimum& minimum, const PocketNet& laid, const Surface& surface, const RidgeOptions& options) {
+        const py::gil_scoped_release release;
+        return post_process(minimum.nodes, laid.net.neighbours, laid.net.inside, surface, options);
+      },
+      py::arg("minimum"), py::arg("net"), py::arg("surface"), py::arg("options"));
   m.def("largest_fibre_excess", &largest_excess_of_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("surface"));
 }
 

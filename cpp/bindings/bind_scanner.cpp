@@ -113,9 +113,7 @@ PhaseView view_of(const py::tuple& parts, const char* name) {
 
 }  // namespace
 
-void bind_scanner(py::module_& package) {
-  py::module_ m = package.def_submodule("scanner", "Phase decoding, unwrapping and stereo matching.");
-
+void bind_scanner(py::module_ m) {
   m.def(
       "unwrap_stages",
       [](const std::vector<int>& periods) {

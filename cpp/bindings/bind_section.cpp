@@ -9,29 +9,21 @@
 namespace debulk {
 namespace {
 
-SectionFold fold_of_arrays(double excess, double span, double stiffness, double pressure_mpa, const std::optional<Array<double>>& profile,
-                           int segments, int steps, const std::string& pressure, const std::string& bending, bool self_contact,
-                           double contact_distance, const Stop& stop) {
+SectionFold fold_of_arrays(double excess, double span, const SectionPly& ply, const std::optional<Array<double>>& profile,
+                           SectionOptions options, const Stop& stop) {
   std::vector<Eigen::Vector2d> mold;
   if (profile) {
     mold = points<2>(*profile, "profile");
     require(mold.size() >= 2, "profile", "two or more points", mold.size());
   }
-  SectionOptions options;
-  options.segments = segments;
-  options.steps = steps;
-  options.pressure = pressure;
-  options.bending = bending;
-  options.self_contact = self_contact;
-  options.contact_distance = contact_distance;
   options.solve.stop = stop;
   const py::gil_scoped_release release;
-  return fold_section(excess, span, SectionPly{stiffness, pressure_mpa}, mold, options);
+  return fold_section(excess, span, ply, mold, options);
 }
 
 }  // namespace
 
-void bind_section(py::module_& m) {
+void bind_section(py::module_ m) {
   py::class_<SectionStep>(m, "SectionStep")
       .def_readonly("pressure_mpa", &SectionStep::pressure)
       .def_readonly("height_mm", &SectionStep::height)
@@ -49,9 +41,22 @@ void bind_section(py::module_& m) {
       .def_readonly("guide_force_n_per_mm", &SectionFold::guide_force)
       .def_readonly("natural_length_mm", &SectionFold::natural_length);
 
-  m.def("fold_section", &fold_of_arrays, py::arg("excess_length_mm"), py::arg("span_mm"), py::kw_only(), py::arg("stiffness_n_mm"),
-        py::arg("pressure_mpa"), py::arg("profile"), py::arg("segments"), py::arg("steps"), py::arg("pressure"), py::arg("bending"),
-        py::arg("self_contact"), py::arg("contact_distance_mm"), py::arg("stop"));
+  py::class_<SectionPly>(m, "SectionPly")
+      .def(py::init<>())
+      .def_readwrite("stiffness_n_mm", &SectionPly::stiffness)
+      .def_readwrite("pressure_mpa", &SectionPly::pressure);
+
+  py::class_<SectionOptions>(m, "SectionOptions")
+      .def(py::init<>())
+      .def_readwrite("segments", &SectionOptions::segments)
+      .def_readwrite("steps", &SectionOptions::steps)
+      .def_readwrite("pressure", &SectionOptions::pressure)
+      .def_readwrite("bending", &SectionOptions::bending)
+      .def_readwrite("self_contact", &SectionOptions::self_contact)
+      .def_readwrite("contact_distance_mm", &SectionOptions::contact_distance);
+
+  m.def("fold_section", &fold_of_arrays, py::arg("excess_length_mm"), py::arg("span_mm"), py::arg("ply"), py::arg("profile").none(true),
+        py::arg("options"), py::arg("stop"));
 }
 
 }  // namespace debulk

@@ -1,8 +1,11 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
+#include <optional>
+
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
+#include "debulk/net/fibre_net.hpp"
 #include "debulk/sheet/certify.hpp"
 #include "debulk/sheet/minimise.hpp"
 
@@ -41,30 +44,56 @@ py::tuple lower_triangle(const Sheet& sheet, const Array<double>& x) {
   return py::make_tuple(to_array(std::move(rows), {count}), to_array(std::move(columns), {count}), to_array(std::move(values), {count}));
 }
 
-MinimiseOptions options_of(const std::string& method, int starts, std::uint64_t seed, double tolerance, int max_iterations,
-                           double stiffness, const Stop& stop) {
-  MinimiseOptions options;
-  options.method = method;
-  options.starts = starts;
-  options.seed = seed;
-  options.solve.tolerance = tolerance;
-  options.solve.max_iterations = max_iterations;
-  options.solve.stiffness = stiffness;
-  options.solve.stop = stop;
-  return options;
+void bind_minimiser(py::module_ m) {
+  py::class_<MinimiseOptions>(m, "MinimiseOptions")
+      .def(py::init<>())
+      .def_readwrite("method", &MinimiseOptions::method)
+      .def_readwrite("starts", &MinimiseOptions::starts)
+      .def_readwrite("first_start", &MinimiseOptions::first_start)
+      .def_readwrite("seed", &MinimiseOptions::seed)
+      .def_readwrite("solve", &MinimiseOptions::solve);
+
+  py::class_<Minimum, std::shared_ptr<Minimum>>(m, "Minimum")
+      .def_property_readonly("nodes_mm", [](const Minimum& s) { return to_array<3>(s.nodes); })
+      .def_property_readonly("status", [](const Minimum& s) { return name(s.status); })
+      .def_property_readonly("explanation", [](const Minimum& s) { return explanation(s.status); })
+      .def_readonly("certificate", &Minimum::certificate)
+      .def_property_readonly("certified", &Minimum::certified)
+      .def_readonly("energy_mj", &Minimum::energy_mj)
+      .def_readonly("iterations", &Minimum::iterations)
+      .def_readonly("evaluations", &Minimum::evaluations);
+
+  py::class_<Minimiser>(m, "Minimiser")
+      .def(py::init([](std::shared_ptr<Sheet> sheet) { return std::make_unique<Minimiser>(std::move(sheet)); }), py::arg("sheet"),
+           py::call_guard<py::gil_scoped_release>())
+      .def(
+          "run",
+          [](const Minimiser& minimiser, MinimiseOptions options, const std::optional<Array<double>>& start, const Stop& stop) {
+            options.solve.stop = stop;
+            Points from;
+            if (start) from = points<3>(*start, "start");
+            const py::gil_scoped_release release;
+            return minimiser.run(options, start ? &from : nullptr);
+          },
+          py::arg("options"), py::arg("start").none(true), py::arg("stop"));
+
+  m.def("certify", [](const Sheet& sheet, const Array<double>& x, double stiffness) {
+    return certify(sheet, points<3>(x, "nodes_mm"), stiffness).certificate;
+  });
 }
 
 }  // namespace
 
-void bind_sheet(py::module_& m) {
-  py::class_<PlyMaterial>(m, "Ply").def(
-      py::init([](double thickness, double young, double shear, double density, double friction, double pressure, double gravity) {
-        PlyMaterial ply{thickness, young, shear, density, friction, pressure, gravity};
-        ply.check();
-        return ply;
-      }),
-      py::kw_only(), py::arg("thickness_mm"), py::arg("young_mpa"), py::arg("shear_mpa"), py::arg("density_kg_m3"), py::arg("friction"),
-      py::arg("pressure_mpa"), py::arg("gravity_m_s2"));
+void bind_sheet(py::module_ m) {
+  py::class_<PlyMaterial>(m, "PlyMaterial")
+      .def(py::init<>())
+      .def_readwrite("thickness_mm", &PlyMaterial::thickness_mm)
+      .def_readwrite("young_mpa", &PlyMaterial::young_mpa)
+      .def_readwrite("shear_mpa", &PlyMaterial::shear_mpa)
+      .def_readwrite("density_kg_m3", &PlyMaterial::density_kg_m3)
+      .def_readwrite("friction", &PlyMaterial::friction)
+      .def_readwrite("pressure_mpa", &PlyMaterial::pressure_mpa)
+      .def_readwrite("gravity_m_s2", &PlyMaterial::gravity_m_s2);
 
   py::class_<Sheet, std::shared_ptr<Sheet>>(m, "Sheet")
       .def(py::init([](const Array<double>& nodes, const Array<int>& neighbours, const Array<int>& kinds, double spacing, double area,
@@ -73,6 +102,10 @@ void bind_sheet(py::module_& m) {
            }),
            py::arg("nodes_mm"), py::arg("neighbours"), py::arg("kinds"), py::arg("spacing_mm"), py::arg("area_mm2"), py::arg("reference"),
            py::arg("ply"))
+      .def(py::init([](const PocketNet& laid, std::shared_ptr<Surface> reference, const PlyMaterial& ply) {
+             return std::make_shared<Sheet>(laid.net, laid.area, ply, std::move(reference));
+           }),
+           py::arg("net"), py::arg("reference"), py::arg("ply"))
       .def(
           "energy", [](const Sheet& s, const Array<double>& x) { return s.energy(points<3>(x, "x")); }, py::arg("x"))
       .def(
@@ -103,49 +136,10 @@ void bind_sheet(py::module_& m) {
           },
           py::arg("x"))
       .def_property_readonly("start", [](const Sheet& s) { return to_array<3>(s.start()); })
-      .def_property_readonly("movable_count", [](const Sheet& s) { return s.movable().size(); })
       .def_property_readonly("nodal_force_n", &Sheet::nodal_force_n)
-      .def_property_readonly("force_unit_n", &Sheet::force_unit_n)
       .def_property_readonly("left_out", &Sheet::left_out);
 
-  m.def(
-      "minimise",
-      [](const std::shared_ptr<Sheet>& sheet, const std::string& method, const py::object& start, int starts, int first_start,
-         std::uint64_t seed, double tolerance, int max_iterations, double stiffness, const Stop& stop) {
-        MinimiseOptions options = options_of(method, starts, seed, tolerance, max_iterations, stiffness, stop);
-        options.first_start = first_start;
-        Points from;
-        if (!start.is_none()) from = points<3>(start.cast<Array<double>>(), "start");
-        const py::gil_scoped_release release;
-        return minimise(*sheet, options, start.is_none() ? nullptr : &from);
-      },
-      py::arg("sheet"), py::kw_only(), py::arg("method"), py::arg("start"), py::arg("starts"), py::arg("first_start"), py::arg("seed"),
-      py::arg("tolerance"), py::arg("max_iterations"), py::arg("stiffness"), py::arg("stop"));
-  m.def(
-      "minimise_all",
-      [](const std::vector<std::shared_ptr<Sheet>>& sheets, const std::string& method, int starts, std::uint64_t seed, double tolerance,
-         int max_iterations, double stiffness, const Stop& stop, int threads) {
-        const MinimiseOptions options = options_of(method, starts, seed, tolerance, max_iterations, stiffness, stop);
-        std::vector<const Sheet*> all;
-        for (const auto& sheet : sheets) all.push_back(sheet.get());
-        const py::gil_scoped_release release;
-        return minimise_all(all, options, threads);
-      },
-      py::arg("sheets"), py::kw_only(), py::arg("method"), py::arg("starts"), py::arg("seed"), py::arg("tolerance"),
-      py::arg("max_iterations"), py::arg("stiffness"), py::arg("stop"), py::arg("threads"));
-  m.def("certify", [](const Sheet& sheet, const Array<double>& x, double stiffness) {
-    return certify(sheet, points<3>(x, "nodes_mm"), stiffness).certificate;
-  });
-
-  py::class_<Minimum>(m, "Minimum")
-      .def_property_readonly("nodes_mm", [](const Minimum& s) { return to_array<3>(s.nodes); })
-      .def_property_readonly("status", [](const Minimum& s) { return name(s.status); })
-      .def_property_readonly("explanation", [](const Minimum& s) { return explanation(s.status); })
-      .def_readonly("certificate", &Minimum::certificate)
-      .def_property_readonly("certified", &Minimum::certified)
-      .def_readonly("energy_mj", &Minimum::energy_mj)
-      .def_readonly("iterations", &Minimum::iterations)
-      .def_readonly("evaluations", &Minimum::evaluations);
+  bind_minimiser(m);
 }
 
 }  // namespace debulk

@@ -5,7 +5,6 @@
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
-#include "debulk/cloud/pinhole.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/fit_reference.hpp"
 #include "debulk/surface/front_end.hpp"
@@ -82,33 +81,41 @@ py::array_t<T> view_of(const T* values, int rows, int columns, const py::object&
   return out;
 }
 
-void bind_front_end(py::module_& m) {
-  m.def("fit_pinhole", [](const CloudArray& points) -> std::optional<std::array<double, 3>> {
-    const CloudView cloud = cloud_view(points, "points");
-    const py::gil_scoped_release release;
-    const std::optional<Pinhole> camera = fit_pinhole(cloud);
-    if (!camera) return std::nullopt;
-    return std::array<double, 3>{camera->f, camera->cx, camera->cy};
-  });
+// The rectangle of the grid under a measured surface.
+py::array_t<double> extent(const Reference& surface) {
+  const Grid<double>& g = surface.heights();
+  const double x = g.nx - 1, y = g.ny - 1;
+  return to_array<2>({g.position(0, 0), g.position(x, 0), g.position(x, y), g.position(0, y)});
+}
+
+void bind_front_end(py::module_ m) {
+  py::class_<FrontEndOptions>(m, "FrontEndOptions")
+      .def(py::init<>())
+      .def_readwrite("outliers", &FrontEndOptions::outliers)
+      .def_readwrite("spacing_mm", &FrontEndOptions::spacing)
+      .def_property(
+          "jump_ratio", [](const FrontEndOptions& o) { return o.gridding.jump_ratio; },
+          [](FrontEndOptions& o, double ratio) { o.gridding.jump_ratio = ratio; })
+      .def_property(
+          "hole_diameter_mm", [](const FrontEndOptions& o) { return o.fill.diameter; },
+          [](FrontEndOptions& o, double diameter) { o.fill.diameter = diameter; })
+      .def_readwrite("spike_mm", &FrontEndOptions::spike)
+      .def_readwrite("median_cells", &FrontEndOptions::median);
 
   py::class_<FrontEnd>(m, "FrontEnd")
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape,
                        const std::optional<std::array<double, 3>>& camera, const Array<double>& pose, const std::array<double, 4>& box,
-                       int neighbours, double std_ratio, double least_ratio, double spacing, double hole_diameter, double jump_ratio,
-                       double spike, int median_cells, int threads) {
-             require(pose.ndim() == 2 && pose.shape(0) == 4 && pose.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(pose));
+                       const FrontEndOptions& options, int threads) {
              View view;
              view.height = shape[0], view.width = shape[1];
              if (camera) view.camera = {(*camera)[0], (*camera)[1], (*camera)[2]};
-             view.mold_from_scanner = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(pose.data());
-             const FrontEndOptions front{{neighbours, std_ratio, least_ratio}, spacing, {jump_ratio}, {hole_diameter}, spike, median_cells};
+             view.mold_from_scanner = pose_of(pose);
              const py::gil_scoped_release release;
              return std::make_unique<FrontEnd>(std::move(reference), Eigen::Vector2d(box[0], box[1]), Eigen::Vector2d(box[2], box[3]), view,
-                                               camera.has_value(), front, threads);
+                                               camera.has_value(), options, threads);
            }),
            py::arg("reference"), py::arg("shape"), py::arg("camera").none(true), py::arg("mold_from_scanner"), py::arg("box"),
-           py::kw_only(), py::arg("neighbours"), py::arg("std_ratio"), py::arg("least_ratio"), py::arg("spacing_mm"),
-           py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("spike_mm"), py::arg("median_cells"), py::arg("threads"))
+           py::arg("options"), py::arg("threads"))
       .def(
           "run",
           [](const py::object& self, const CloudArray& scan, const Stop& stop) {
@@ -143,7 +150,7 @@ void bind_front_end(py::module_& m) {
 
 }  // namespace
 
-void bind_surface(py::module_& m) {
+void bind_surface(py::module_ m) {
   py::class_<Surface, std::shared_ptr<Surface>>(m, "Surface");
   py::class_<Reference, Surface, std::shared_ptr<Reference>>(m, "Reference")
       .def(py::init([](const Array<double>& heights, const std::array<double, 2>& origin, double spacing) {
@@ -181,18 +188,19 @@ void bind_surface(py::module_& m) {
   m.def(
       "grid_heights",
       [](const CloudArray& cloud, const std::array<double, 2>& origin, double spacing, const std::array<int, 2>& shape, double jump_ratio,
-         int threads) {
+         int threads, const Stop& stop) {
         require(shape[0] > 0 && shape[1] > 0, "shape", "positive numbers of rows and columns",
                 std::to_string(shape[0]) + " by " + std::to_string(shape[1]));
         const CloudView view = cloud_view(cloud, "points");
         Grid<float> grid(shape[1], shape[0], vector2(origin), spacing);
         {
           py::gil_scoped_release release;
-          grid_heights(view, grid, {jump_ratio}, threads);
+          grid_heights(view, grid, {jump_ratio}, threads, stop);
         }
         return grid_values(std::move(grid));
       },
-      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("threads"));
+      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("threads"),
+      py::arg("stop"));
 
   m.def(
       "covering_grid",
@@ -241,36 +249,30 @@ void bind_surface(py::module_& m) {
       },
       py::arg("values"), py::arg("tolerance_mm"), py::arg("threads"));
 
-  m.def(
-      "fill_holes",
-      [](const Array<float>& values, double spacing, double hole_diameter, int threads) {
-        Grid<float> grid = to_grid(values, {0, 0}, spacing, "grid");
-        Grid<std::uint8_t> measured;
-        {
-          py::gil_scoped_release release;
-          measured = fill_holes(grid, {hole_diameter}, threads);
-        }
-        return py::make_tuple(grid_values(std::move(grid)), grid_values(std::move(measured)));
-      },
-      py::arg("values"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("threads"));
+  py::class_<FitOptions>(m, "FitOptions")
+      .def(py::init<>())
+      .def_readwrite("node_spacing_mm", &FitOptions::spacing)
+      .def_readwrite("window_mm", &FitOptions::window)
+      .def_readwrite("robust", &FitOptions::robust)
+      .def_readwrite("doublings", &FitOptions::doublings);
 
   m.def(
       "fit_reference",
-      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, double node_spacing, double window, double robust,
-         int doublings, int threads) {
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const FitOptions& options, int threads,
+         const Stop& stop) {
         const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
         Grid<double> nodes;
         {
           py::gil_scoped_release release;
-          nodes = fit_reference(heights, {node_spacing, window, robust, doublings}, threads).heights();
+          nodes = fit_reference(heights, options, threads, stop).heights();
         }
         const Eigen::Vector2d first = nodes.origin;
         const double step = nodes.spacing;
         return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
       },
-      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("node_spacing_mm"), py::arg("window_mm"), py::arg("robust"),
-      py::arg("doublings"), py::arg("threads"));
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"), py::arg("stop"));
 
+  m.def("extent", &extent, py::arg("surface"));
   bind_front_end(m);
 }
 

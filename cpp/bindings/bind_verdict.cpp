@@ -10,7 +10,7 @@ namespace py = pybind11;
 
 namespace {
 
-void bind_judgement(py::module_& m) {
+void bind_judgement(py::module_ m) {
   py::enum_<Verdict>(m, "Verdict")
       .value("CEASE", Verdict::cease)
       .value("UNDECIDED", Verdict::undecided)
@@ -28,7 +28,7 @@ void bind_judgement(py::module_& m) {
       .def_readwrite("judgement", &JudgedPocket::judgement);
 }
 
-void bind_evidence(py::module_& m) {
+void bind_evidence(py::module_ m) {
   py::class_<Criteria>(m, "Criteria")
       .def(py::init<>())
       .def_readwrite("max_rms_mm", &Criteria::max_rms)
@@ -58,7 +58,7 @@ void bind_evidence(py::module_& m) {
 
 }  // namespace
 
-void bind_verdict(py::module_& m) {
+void bind_verdict(py::module_ m) {
   bind_judgement(m);
   bind_evidence(m);
   m.def("judge", &judge, py::arg("evidence"), py::arg("criteria"));
@@ -71,8 +71,6 @@ void bind_verdict(py::module_& m) {
   m.def("excess_bounds", &excess_bounds, py::arg("excess_length_mm"), py::arg("thickness_mm"), py::arg("bulk_factor"),
         py::arg("natural_length_mm"));
   m.def("natural_length", &natural_length, py::arg("modulus_mpa"), py::arg("thickness_mm"), py::arg("pressure_mpa"));
-  m.def("elastic_fold_height", &elastic_fold_height, py::arg("excess_length_mm"), py::arg("natural_length_mm"));
-  m.def("elastic_fold_excess", &elastic_fold_excess, py::arg("height_mm"), py::arg("natural_length_mm"));
 }
 
 }  // namespace debulk

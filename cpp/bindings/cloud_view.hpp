@@ -26,4 +26,10 @@ inline CloudView cloud_view(const CloudArray& a, const char* name) {
   return {a.data(), static_cast<int>(organised ? a.shape(1) : a.shape(0)), organised ? static_cast<int>(a.shape(0)) : 1};
 }
 
+// A rigid motion, x_mold = T x_scanner.
+inline Eigen::Matrix4d pose_of(const Array<double>& a) {
+  require(a.ndim() == 2 && a.shape(0) == 4 && a.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(a));
+  return Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(a.data());
+}
+
 }  // namespace debulk

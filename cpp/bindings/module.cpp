@@ -22,16 +22,17 @@ PYBIND11_MODULE(_core, m) {
       .def("now", &debulk::Stop::now);
 
   debulk::bind_build(m);
-  debulk::bind_scanner(m);
-  debulk::bind_cloud(m);
-  debulk::bind_files(m);
-  debulk::bind_surface(m);
-  debulk::bind_pocket(m);
-  debulk::bind_region(m);
-  debulk::bind_net(m);
-  debulk::bind_solve(m);
-  debulk::bind_sheet(m);
-  debulk::bind_ridge(m);
-  debulk::bind_section(m);
-  debulk::bind_verdict(m);
+  const auto room = [&m](const char* name) { return m.def_submodule(name); };
+  debulk::bind_scanner(room("scanner"));
+  debulk::bind_cloud(room("cloud"));
+  debulk::bind_files(room("files"));
+  debulk::bind_surface(room("surface"));
+  debulk::bind_pocket(room("pocket"));
+  debulk::bind_region(room("region"));
+  debulk::bind_net(room("net"));
+  debulk::bind_solve(room("solve"));
+  debulk::bind_sheet(room("sheet"));
+  debulk::bind_ridge(room("ridge"));
+  debulk::bind_section(room("section"));
+  debulk::bind_verdict(room("verdict"));
 }

@@ -9,9 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
 
-__all__ = ["corners", "numbers", "pair", "points_xy", "positive", "whole"]
+__all__ = ["corners", "numbers", "outline", "pair", "points_xy", "positive", "rigid", "whole"]
 
 Floats = NDArray[np.float64]
+LARGEST_MM = 1e5
+"""Farther from the origin than this, no corner is a ply's."""
+_CHUNK = 512  # sides of an outline that are held against others at a time
 
 
 def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected: str, *, nan: bool = False) -> Floats:
@@ -42,6 +45,10 @@ def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected
     ...
     debulk._core.InputError: xy: expected two coordinates in mm, but got shape (3,)
     """
+    if isinstance(value, np.ma.MaskedArray):
+        raise InputError(
+            f"{name}: expected {expected}, but got a masked array; fill in what is masked, or leave it out"
+        )
     try:
         array: NDArray[Any] = np.asarray(value)
     except ValueError:  # lists of different lengths
@@ -69,6 +76,54 @@ def corners(value: ArrayLike, name: str) -> Floats:
     return numbers(value, name, (None, 2), "an (N, 2) array of corners in mm")
 
 
+def outline(value: ArrayLike, name: str) -> Floats:
+    """Return (M, 2) corners of a polygon that encloses an area and does not cross itself, as a copy.
+
+    A corner that repeats the one before it, and a last one that repeats the first, are left out.
+
+    Raises
+    ------
+    InputError
+        Fewer than 3 corners, no area, a corner farther than 100 m from the origin, or sides that cross.
+
+    Examples
+    --------
+    >>> outline([[0, 0], [2, 2], [2, 0], [0, 1]], "ply_outline")
+    Traceback (most recent call last):
+    ...
+    debulk._core.InputError: ply_outline: expected an outline that does not cross itself, but its sides 1 and 3 cross \
+near (0.7, 0.7) mm; list the corners in their order round the ply
+    """
+    given = numbers(value, name, (None, 2), "an (M, 2) array of corners in mm")
+    repeats = (given == np.roll(given, -1, axis=0)).all(axis=1)  # of the corner after it
+    polygon: Floats = given[~np.roll(repeats, 1) | (np.arange(len(given)) == 0)]
+    if len(polygon) > 1 and np.array_equal(polygon[0], polygon[-1]):
+        polygon = polygon[:-1].copy()
+    if len(polygon) < 3:
+        raise InputError(f"{name}: expected at least 3 corners, but got {len(polygon)}")
+    farthest = float(np.abs(polygon).max())
+    if farthest > LARGEST_MM:
+        raise InputError(
+            f"{name}: expected corners within {LARGEST_MM / 1000:g} m of the mold frame's origin, but got one at "
+            f"{farthest:.4g} mm: check its unit and frame"
+        )
+    crossing = _crossing(polygon)
+    if crossing is not None:
+        first, second, (x, y) = crossing
+        raise InputError(
+            f"{name}: expected an outline that does not cross itself, but its sides {first + 1} and {second + 1} cross "
+            f"near ({x:.4g}, {y:.4g}) mm; list the corners in their order round the ply"
+        )
+    x, y = polygon.T
+    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    if area < 1.0:
+        raise InputError(
+            f"{name}: expected an outline round an area in mm, but got {len(polygon)} corners round {area:g} mm²: "
+            "is it in metres?"
+        )
+    return polygon
+
+
 def points_xy(value: ArrayLike, name: str) -> tuple[Floats, bool]:
     """Return (M, 2) points, NaN allowed, and whether one alone, (2,), was passed."""
     one = np.ndim(value) == 1
@@ -85,12 +140,53 @@ def positive(value: float, name: str) -> float:
     return number
 
 
+def rigid(value: ArrayLike, name: str) -> Floats:
+    """Return a (4, 4) rotation and translation, as a copy; refuse one that scales, shears or mirrors."""
+    motion = numbers(value, name, (4, 4), "a (4, 4) matrix").copy()
+    rotation = motion[:3, :3]
+    if not np.allclose(motion[3], [0, 0, 0, 1]):
+        last = " ".join(f"{v:g}" for v in motion[3])
+        raise InputError(f"{name}: expected a rigid motion with the last line 0 0 0 1, got {last}")
+    if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(rotation) < 0:
+        raise InputError(f"{name}: expected a rotation in the upper left 3 x 3, got one that scales, shears or mirrors")
+    return motion
+
+
 def whole(value: float, name: str) -> int:
     """Return a whole number."""
     number = float(numbers(value, name, (), "a whole number"))
     if int(number) != number:
         raise InputError(f"{name}: expected a whole number, but got {value!r}")
     return int(number)
+
+
+def _crossing(polygon: Floats) -> tuple[int, int, Floats] | None:
+    """Find two sides that cross, and where. Sides are taken from left to right, so that few are held against each."""
+    ends = np.roll(polygon, -1, axis=0)
+    low, high = np.minimum(polygon, ends), np.maximum(polygon, ends)
+    order = np.argsort(low[:, 0], kind="stable")
+    a, b, low, high = polygon[order], ends[order], low[order], high[order]
+    for begin in range(0, len(a), _CHUNK):
+        rows = slice(begin, begin + _CHUNK)
+        end = int(np.searchsorted(low[:, 0], high[rows, 0].max(), side="right"))
+        columns = slice(begin, end)
+        near = ((low[rows, None] <= high[None, columns]) & (low[None, columns] <= high[rows, None])).all(axis=2)
+        i, j = np.nonzero(near)
+        i, j = (i + begin)[j > i], (j + begin)[j > i]
+        t = _side(a[i], b[i], a[j]), _side(a[i], b[i], b[j]), _side(a[j], b[j], a[i]), _side(a[j], b[j], b[i])
+        crosses = np.flatnonzero((t[0] * t[1] < 0) & (t[2] * t[3] < 0))
+        if len(crosses):
+            k = crosses[0]
+            share = t[2][k] / (t[2][k] - t[3][k])
+            first, second = sorted((int(order[i[k]]), int(order[j[k]])))
+            return first, second, a[i[k]] + share * (b[i[k]] - a[i[k]])
+    return None
+
+
+def _side(a: Floats, b: Floats, p: Floats) -> Floats:
+    """On which side of the lines from a to b the points p lie."""
+    along, to = b - a, p - a
+    return np.asarray(along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0])
 
 
 def _shown(value: Any, array: NDArray[Any]) -> str:

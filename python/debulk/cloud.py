@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
 
+_OUTLIERS = _core.cloud.OutlierOptions()  # each default stands once, in cpp/debulk/cloud/outliers.hpp
+
 InputError = _core.InputError
 
 SMALLEST_EXTENT_MM = 10.0
@@ -50,7 +52,7 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
     debulk._core.InputError: scan: expected an (H, W, 3) or (N, 3) array of points, but got shape (4, 2)
     """
     cloud = as_cloud(points, name)
-    seen, low, high = _core.cloud_bounds(cloud, 0)
+    seen, low, high = _core.cloud.bounds(cloud, 0)
     if seen == 0:
         raise InputError(
             f"{name}: expected at least one point with three finite coordinates, but got none of {cloud.size // 3}"
@@ -64,7 +66,9 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
     return cloud
 
 
-def transform(points: ArrayLike, matrix: ArrayLike, *, threads: int = 0) -> NDArray[np.float32]:
+def transform(
+    points: ArrayLike, matrix: ArrayLike, *, threads: int = 0, stop: _core.Stop | None = None
+) -> NDArray[np.float32]:
     """Move a cloud into another frame: ``x_to = matrix @ x_from``, computed in double precision.
 
     Parameters
@@ -96,16 +100,18 @@ def transform(points: ArrayLike, matrix: ArrayLike, *, threads: int = 0) -> NDAr
     motion = np.asarray(matrix)
     if motion.dtype.kind not in "fiu":
         raise InputError(f"matrix: expected a (4, 4) array of numbers, but got {motion.dtype}")
-    moved: NDArray[np.float32] = _core.cloud_transform(as_cloud(points, "points"), motion.astype(np.float64), threads)
+    moved: NDArray[np.float32] = _core.cloud.transform(
+        as_cloud(points, "points"), motion.astype(np.float64), threads, stop or _core.Stop()
+    )
     return moved
 
 
 def remove_outliers(
     points: ArrayLike,
-    neighbours: int = 4,
-    std_ratio: float = 1.0,
+    neighbours: int = _OUTLIERS.neighbours,
+    std_ratio: float = _OUTLIERS.std_ratio,
     *,
-    least_ratio: float = 0.0,
+    least_ratio: float = _OUTLIERS.least_ratio,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> NDArray[np.bool_]:
@@ -151,14 +157,15 @@ def remove_outliers(
     False
     """
     cloud = as_cloud(points, "points")
-    count = arrays.whole(neighbours, "neighbours")
-    keep: NDArray[np.uint8] = _core.remove_outliers(
-        cloud, count, float(std_ratio), float(least_ratio), threads, stop or _core.Stop()
-    )
+    options = _core.cloud.OutlierOptions()
+    options.neighbours = arrays.whole(neighbours, "neighbours")
+    options.std_ratio = float(std_ratio)
+    options.least_ratio = float(least_ratio)
+    keep: NDArray[np.uint8] = _core.cloud.remove_outliers(cloud, options, threads, stop or _core.Stop())
     return keep.view(np.bool_)
 
 
-def median_pitch(points: ArrayLike, *, threads: int = 0) -> float:
+def median_pitch(points: ArrayLike, *, threads: int = 0, stop: _core.Stop | None = None) -> float:
     """How far apart the points of a cloud are, mm.
 
     Organised: the median distance of neighbouring pixels, projected on the XY plane. Unorganised: the median over the
@@ -170,11 +177,15 @@ def median_pitch(points: ArrayLike, *, threads: int = 0) -> float:
     >>> median_pitch(0.5 * np.dstack([x, y, x]))
     0.5
     """
-    return float(_core.median_pitch(as_cloud(points, "points"), threads))
+    return float(_core.cloud.median_pitch(as_cloud(points, "points"), threads, stop or _core.Stop()))
 
 
 def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     """Bring points into the form that the package computes on, like `checked`, but look at shape and type only."""
+    if isinstance(points, np.ma.MaskedArray):  # what is masked was not seen
+        if points.dtype.kind != "f":
+            raise InputError(f"{name}: expected float32 or float64 coordinates, but got {points.dtype}")
+        points = points.filled(np.nan)
     array: NDArray[Any] = np.asarray(points)
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
         raise InputError(f"{name}: expected an (H, W, 3) or (N, 3) array of points, but got shape {array.shape}")

@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 Paths = Literal["geodesic", "vertical_plane"]
 
+_DEFAULTS = _core.net.FibreNetOptions()  # each default stands once, in cpp/debulk/net/fibre_net.hpp
+
 __all__ = ["Drape", "Net", "drape", "fibre_net", "surface_area"]
 
 
@@ -60,6 +62,7 @@ class Net:
     shear_deg: Floats
     open_ends: Integers
     lattice: Integers
+    _core: Any = field(repr=False)
 
 
 def fibre_net(
@@ -70,11 +73,11 @@ def fibre_net(
     spacing_mm: float | None = None,
     outline_mm: ArrayLike | None = None,
     ply_outline: ArrayLike | None = None,
-    edge_tol_mm: float = 20.0,
-    mold_tol_mm: float = 0.2,
+    edge_tol_mm: float = _DEFAULTS.free_edge_mm,
+    mold_tol_mm: float = _DEFAULTS.mold_tol_mm,
     paths: Paths = "geodesic",
     rms_outline_mm: ArrayLike | None = None,
-    node_target: int = 100,
+    node_target: int = _DEFAULTS.node_target,
 ) -> Net:
     """Lay the net of one pocket (paper, "Meshing").
 
@@ -134,25 +137,27 @@ def fibre_net(
     >>> bool(np.allclose(np.linalg.norm(a - b, axis=1), 10.0, rtol=1e-9))
     True
     """
-    made = _core.fibre_net(
+    options = _core.net.FibreNetOptions()
+    options.spacing_mm = spacing_mm
+    options.node_target = node_target
+    options.free_edge_mm = edge_tol_mm
+    options.mold_tol_mm = mold_tol_mm
+    options.paths = paths
+    made = _core.net.fibre_net(
         _checked(surface, "surface"),
         _checked(reference, "reference"),
         arrays.pair(centre_mm, "centre_mm"),
         _radians(angles_deg),
-        outline=_core.surface_extent(surface) if outline_mm is None else arrays.corners(outline_mm, "outline_mm"),
-        ply_outline=None if ply_outline is None else arrays.corners(ply_outline, "ply_outline"),
-        rms_outline=None if rms_outline_mm is None else arrays.corners(rms_outline_mm, "rms_outline_mm"),
-        spacing=spacing_mm,
-        node_target=node_target,
-        edge_tol=edge_tol_mm,
-        mold_tol=mold_tol_mm,
-        paths=paths,
+        _core.surface.extent(surface) if outline_mm is None else arrays.corners(outline_mm, "outline_mm"),
+        None if ply_outline is None else arrays.corners(ply_outline, "ply_outline"),
+        None if rms_outline_mm is None else arrays.corners(rms_outline_mm, "rms_outline_mm"),
+        options,
     )
     return from_core(made)
 
 
-def from_core(made: Any) -> Net:
-    """Wrap a compiled pocket's net."""
+def from_core(made: _core.net.PocketNet) -> Net:
+    """Wrap a compiled pocket's net, with which the sheet and the post-processing go on."""
     net = made.net
     return Net(
         nodes_mm=net.nodes,
@@ -165,6 +170,7 @@ def from_core(made: Any) -> Net:
         shear_deg=np.degrees(net.shear),
         open_ends=made.open_ends,
         lattice=net.lattice,
+        _core=made,
     )
 
 
@@ -193,7 +199,7 @@ def surface_area(surface: Reference, outline_mm: ArrayLike, ply_outline: ArrayLi
     8.485281
     """
     ply = None if ply_outline is None else arrays.corners(ply_outline, "ply_outline")
-    return float(_core.surface_area(_checked(surface, "surface"), arrays.corners(outline_mm, "outline_mm"), ply))
+    return float(_core.net.surface_area(_checked(surface, "surface"), arrays.corners(outline_mm, "outline_mm"), ply))
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,12 +285,12 @@ def drape(
     >>> round(float(ply.shear_deg[ply.inside].max()), 1)
     1.8
     """
-    core = _core.Drape(
+    core = _core.net.Drape(
         _checked(surface, "surface"),
         arrays.pair(seed_mm, "seed_mm"),
         _radians(angles_deg),
         spacing_mm,
-        outline=_core.surface_extent(surface) if outline_mm is None else arrays.corners(outline_mm, "outline_mm"),
+        outline=_core.surface.extent(surface) if outline_mm is None else arrays.corners(outline_mm, "outline_mm"),
         paths=paths,
     )
     net = core.net
@@ -294,7 +300,7 @@ def drape(
 
 
 def _checked(surface: Reference, argument: str) -> Any:
-    if not isinstance(surface, _core.Reference):
+    if not isinstance(surface, _core.surface.Reference):
         raise _core.InputError(f"{argument}: expected a debulk.surface.Reference, but got a {type(surface).__name__}")
     return surface
 

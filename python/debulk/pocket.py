@@ -15,6 +15,9 @@ from debulk.surface import HeightMap, Reference
 
 Floats = NDArray[np.float64]
 
+# Each default stands once, in cpp/debulk/pocket.
+_SEGMENT, _FEET, _PATCH = _core.pocket.SegmentOptions(), _core.pocket.FootOptions(), _core.pocket.PatchOptions()
+
 __all__ = [
     "Dropped",
     "Feet",
@@ -111,14 +114,14 @@ class Segmentation:
 
 def segment(
     height_map: Grid,
-    cut_height_mm: float = 2.0,
-    area_tol_mm2: float = 200.0,
-    peak_tol_mm: float = 1.25,
+    cut_height_mm: float = _SEGMENT.cut_height_mm,
+    area_tol_mm2: float = _SEGMENT.area_tol_mm2,
+    peak_tol_mm: float = _SEGMENT.peak_tol_mm,
     ply_outline: ArrayLike | None = None,
     *,
     edge_tol_mm: float | None = None,
-    bridge_mm: float = 12.0,
-    smooth_mm: float = 0.0,
+    bridge_mm: float = _SEGMENT.bridge_mm,
+    smooth_mm: float = _SEGMENT.smooth_mm,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Segmentation:
@@ -172,26 +175,35 @@ def segment(
     >>> [(p.id, round(p.peak_mm, 2), bool(abs(p.area_mm2 / (np.pi * (80 / 3) ** 2) - 1) < 1e-3)) for p in found.pockets]
     [(1, 8.0, True)]
     """
+    options = _core.pocket.SegmentOptions()
+    options.cut_height_mm = cut_height_mm
+    options.area_tol_mm2 = area_tol_mm2
+    options.peak_tol_mm = peak_tol_mm
+    options.edge_tol_mm = 0.0 if edge_tol_mm is None else edge_tol_mm
+    options.bridge_mm = bridge_mm
+    options.smooth_mm = smooth_mm
+    options.ply_outline = None if ply_outline is None else arrays.corners(ply_outline, "ply_outline")
+    return segment_with(options, height_map, threads, stop or _core.Stop())
+
+
+def segment_with(
+    options: _core.pocket.SegmentOptions, height_map: Grid, threads: int, stop: _core.Stop
+) -> Segmentation:
+    """Do the same with compiled options, but for the blur, which the height map knows."""
     if not isinstance(height_map, Grid):
         raise _core.InputError(f"height_map: expected a debulk.Grid, but got a {type(height_map).__name__}")
     known = height_map if isinstance(height_map, HeightMap) else None
     before = None if known is None else known.before_median
-    core = _core.segment(
+    options.blur_mm2 = 0.0 if known is None else known.blur_mm2
+    core = _core.pocket.segment(
         np.asarray(height_map.values, dtype=np.float32),
         np.asarray(height_map.origin_mm, dtype=np.float64),
         float(height_map.spacing_mm),
-        cut_height_mm=cut_height_mm,
-        area_tol_mm2=area_tol_mm2,
-        peak_tol_mm=peak_tol_mm,
-        edge_tol_mm=0.0 if edge_tol_mm is None else edge_tol_mm,
-        bridge_mm=bridge_mm,
-        smooth_mm=smooth_mm,
-        blur_mm2=0.0 if known is None else known.blur_mm2,
-        ply_outline=None if ply_outline is None else arrays.corners(ply_outline, "ply_outline"),
-        measured=None if known is None else np.ascontiguousarray(known.measured, dtype=bool).view(np.uint8),
-        before_median=None if before is None else np.asarray(before, dtype=np.float32),
-        threads=threads,
-        stop=stop or _core.Stop(),
+        options,
+        None if known is None else np.ascontiguousarray(known.measured, dtype=bool).view(np.uint8),
+        None if before is None else np.asarray(before, dtype=np.float32),
+        threads,
+        stop,
     )
     return from_core(core)
 
@@ -277,9 +289,9 @@ class Feet:
 def feet(
     segmentation: Segmentation,
     *,
-    thickness_mm: float = 0.3,
-    mold_tol_mm: float = 0.2,
-    smooth_mm: float = 8.0,
+    thickness_mm: float = _FEET.thickness_mm,
+    mold_tol_mm: float = _FEET.mold_tol_mm,
+    smooth_mm: float = _FEET.smooth_mm,
     noise_mm: float | None = None,
     threads: int = 0,
     stop: _core.Stop | None = None,
@@ -318,16 +330,18 @@ def feet(
     >>> foot.closed, round(float(np.sqrt(foot.area_mm2 / np.pi)))  # 40 · 2/π · acos(√(0.2 / 8)) = 35.95
     (True, 36)
     """
-    core = _core.find_feet(
-        segmentation._core,
-        thickness_mm=thickness_mm,
-        mold_tol_mm=mold_tol_mm,
-        smooth_mm=smooth_mm,
-        noise_mm=noise_mm,
-        threads=threads,
-        stop=stop or _core.Stop(),
-    )
-    return feet_from_core(segmentation, core, thickness_mm)
+    options = _core.pocket.FootOptions()
+    options.thickness_mm = thickness_mm
+    options.mold_tol_mm = mold_tol_mm
+    options.smooth_mm = smooth_mm
+    options.noise_mm = noise_mm
+    return feet_with(options, segmentation, threads, stop or _core.Stop())
+
+
+def feet_with(options: _core.pocket.FootOptions, segmentation: Segmentation, threads: int, stop: _core.Stop) -> Feet:
+    """Do the same with compiled options."""
+    core = _core.pocket.find_feet(segmentation._core, options, threads, stop)
+    return feet_from_core(segmentation, core, options.thickness_mm)
 
 
 def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -> Feet:
@@ -383,8 +397,8 @@ def patch(
     reference: Reference,
     *,
     mode: Literal["foot", "paper"] = "foot",
-    margin_mm: float = 30.0,
-    fade_mm: float = 4.0,
+    margin_mm: float = _PATCH.margin_mm,
+    fade_mm: float = _PATCH.fade_mm,
 ) -> Patch:
     """Cut out one pocket's patch: the ply's net surface inside the perimeter, the reference F outside.
 
@@ -410,9 +424,11 @@ def patch(
     InputError
         No such pocket, feet of another segmentation, a value out of its range.
     """
-    core = _core.make_patch(
-        segmentation._core, feet._core, pocket_id, reference, mode=mode, margin_mm=margin_mm, fade_mm=fade_mm
-    )
+    options = _core.pocket.PatchOptions()
+    options.mode = mode
+    options.margin_mm = margin_mm
+    options.fade_mm = fade_mm
+    core = _core.pocket.make_patch(segmentation._core, feet._core, pocket_id, reference, options)
 
     def grid(values: NDArray[Any]) -> Grid:
         return Grid(values, core.origin, core.spacing)
@@ -436,7 +452,7 @@ def height_noise(height_map: Grid) -> float:
 
     Correlated noise (after a median filter) is told too low.
     """
-    return float(_core.height_noise(np.asarray(height_map.values, dtype=np.float32)))
+    return float(_core.pocket.height_noise(np.asarray(height_map.values, dtype=np.float32)))
 
 
 def polygon_area(outline_mm: ArrayLike) -> float:
@@ -445,18 +461,18 @@ def polygon_area(outline_mm: ArrayLike) -> float:
     >>> polygon_area([[0, 0], [4, 0], [4, 1], [0, 1]])
     4.0
     """
-    return float(_core.polygon_area(arrays.corners(outline_mm, "outline_mm")))
+    return float(_core.pocket.polygon_area(arrays.corners(outline_mm, "outline_mm")))
 
 
 def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
     """(N,) whether the points (N, 2) lie inside the (M, 2) polygon (even-odd rule)."""
-    result: NDArray[np.bool_] = _core.inside_polygon(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
+    result: NDArray[np.bool_] = _core.pocket.inside_polygon(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
     return result
 
 
 def distance_to_outline(outline_mm: ArrayLike, xy_mm: ArrayLike) -> Floats:
     """(N,) distances in mm of the points (N, 2) from the (M, 2) polygon's outline, inside and outside alike."""
-    result: Floats = _core.distance_to_outline(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
+    result: Floats = _core.pocket.distance_to_outline(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
     return result
 
 

@@ -52,7 +52,7 @@ def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: floa
     >>> round(ridge_height(2 * 9.3, 2 * (9.3**2 - 3.2**2) ** 0.5, 0.3), 3)
     0.697
     """
-    return float(_core.ridge_height(ply_length_mm, mold_length_mm, thickness_mm))
+    return float(_core.ridge.ridge_height(ply_length_mm, mold_length_mm, thickness_mm))
 
 
 @dataclass(frozen=True)
@@ -181,12 +181,16 @@ def post_process(
     >>> round(out.ridge_height_mm, 2), out.gap_mm.round(2).tolist()
     (1.54, [0.25, 1.54, 0.25])
     """
-    options = _core.RidgeOptions()
+    options = _core.ridge.RidgeOptions()
     options.thickness_mm = thickness_mm
     options.bulk_factor = bulk_factor
     if touch_mm is not None:
         options.touch_mm = touch_mm
-    out = _core.post_process(nodes_mm, neighbours, inside, reference, options)
+    return from_core(_core.ridge.post_process(nodes_mm, neighbours, inside, reference, options))
+
+
+def from_core(out: _core.ridge.PostProcessed) -> PostProcessed:
+    """Wrap a compiled result."""
     sections = tuple(
         RidgeSection(s.peak, s.fibre, tuple(s.nodes), s.ply_length_mm, s.mold_length_mm, s.height_mm, s.length_mm)
         for s in out.sections
@@ -236,4 +240,4 @@ def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, reference: 
     >>> round(largest_fibre_excess(nodes, fibre, mold), 9)
     2.0
     """
-    return float(_core.largest_fibre_excess(nodes_mm, neighbours, reference))
+    return float(_core.ridge.largest_fibre_excess(nodes_mm, neighbours, reference))

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
 
+_DEFAULTS = _core.section.SectionOptions()  # each default stands once, in cpp/debulk/section/fold.hpp
+
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
@@ -95,11 +97,11 @@ def fold(
     excess_length_mm: float,
     span_mm: float,
     recipe: Recipe | None = None,
-    segments: int = 200,
-    steps: int = 5,
+    segments: int = _DEFAULTS.segments,
+    steps: int = _DEFAULTS.steps,
     pressure: Literal["following", "vertical"] = "following",
     bending: Literal["consistent", "paper"] = "consistent",
-    self_contact: bool = True,
+    self_contact: bool = _DEFAULTS.self_contact,
     profile: ArrayLike | None = None,
     *,
     contact_distance_mm: float | None = None,
@@ -178,28 +180,28 @@ def fold(
     >>> [round(step.height_mm, 2) for step in stiff.steps]
     [2.38, 2.15, 2.02, 1.94, 1.87]
     """
-    if recipe is None:
-        from debulk.recipe import Recipe
+    from debulk.recipe import Recipe
+    from debulk.recipe.options import section_ply
 
-        recipe = Recipe()
+    recipe = recipe or Recipe()
     if stop is None:
         stop = _core.Stop()
     if deadline_s is not None:
         stop.set_deadline(deadline_s)
-    material = recipe.material
-    found = _core.fold_section(
+    options = _core.section.SectionOptions()
+    options.segments = segments
+    options.steps = steps
+    options.pressure = pressure
+    options.bending = bending
+    options.self_contact = self_contact
+    options.contact_distance_mm = recipe.material.thickness_mm if contact_distance_mm is None else contact_distance_mm
+    found = _core.section.fold_section(
         excess_length_mm,
         span_mm,
-        stiffness_n_mm=material.young_mpa * material.thickness_mm**3 / 12,
-        pressure_mpa=recipe.loads.pressure_mpa,
-        profile=None if profile is None else np.asarray(profile, dtype=np.float64),
-        segments=segments,
-        steps=steps,
-        pressure=pressure,
-        bending=bending,
-        self_contact=self_contact,
-        contact_distance_mm=material.thickness_mm if contact_distance_mm is None else contact_distance_mm,
-        stop=stop,
+        section_ply(recipe),
+        None if profile is None else np.asarray(profile, dtype=np.float64),
+        options,
+        stop,
     )
     load_steps = tuple(
         LoadStep(s.pressure_mpa, s.height_mm, s.foot_width_mm, s.end_force_n_per_mm, s.iterations) for s in found.steps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core
 
 if TYPE_CHECKING:
+    from debulk.net import Net
     from debulk.recipe import Recipe
     from debulk.surface import Reference
 
 Floats = NDArray[np.float64]
 
 __all__ = ["Sheet"]
+
+_PLY_NAMES = ("thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "pressure_mpa", "gravity_m_s2")
 
 
 class Sheet:
@@ -74,33 +78,60 @@ class Sheet:
         reference: Reference,
         recipe: Recipe | None = None,
     ) -> None:
-        if recipe is None:
-            from debulk.recipe import Recipe
+        from debulk.recipe import Recipe
+        from debulk.recipe.options import ply
 
-            recipe = Recipe()
-        material, loads = recipe.material, recipe.loads
-        self._ply: dict[str, float] = {
-            "thickness_mm": material.thickness_mm,
-            "young_mpa": material.young_mpa,
-            "shear_mpa": material.shear_mpa,
-            "density_kg_m3": material.density_kg_m3,
-            "friction": material.friction,
-            "pressure_mpa": loads.pressure_mpa,
-            "gravity_m_s2": loads.gravity_m_s2,
-        }
+        self._ply = ply(recipe or Recipe())
         self._neighbours = np.array(neighbours, dtype=np.int32)
         self._kinds = np.array(kinds, dtype=np.int32)
         self._spacing_mm, self._area_mm2 = float(spacing_mm), float(area_mm2)
         self._reference = reference
-        self._core = _core.Sheet(
+        self._core = _core.sheet.Sheet(
             np.asarray(nodes_mm, dtype=np.float64),
             self._neighbours,
             self._kinds,
             spacing_mm,
             area_mm2,
             reference,
-            _core.Ply(**self._ply),
+            self._ply,
         )
+
+    @classmethod
+    def of_net(cls, net: Net, reference: Reference, recipe: Recipe | None = None) -> Sheet:
+        """Make the sheet of a pocket's net, which stays where it was laid: its arrays are not copied back.
+
+        Parameters
+        ----------
+        net
+            From `debulk.net.fibre_net`.
+        reference, recipe
+            As above.
+
+        Raises
+        ------
+        InputError
+            An impossible material.
+
+        Examples
+        --------
+        >>> import numpy as np, debulk
+        >>> flat = debulk.surface.Reference(np.zeros((11, 11)), (-50, -50), 10.0)
+        >>> square = [(-12, -12), (12, -12), (12, 12), (-12, 12)]
+        >>> net = debulk.net.fibre_net(flat, flat, (0, 0), (0, 90), 5.0, outline_mm=square)
+        >>> sheet = Sheet.of_net(net, flat)
+        >>> bool((sheet.start_mm == net.nodes_mm).all()), sheet.area_mm2 == net.area_mm2
+        (True, True)
+        """
+        from debulk.recipe import Recipe
+        from debulk.recipe.options import ply
+
+        sheet = cls.__new__(cls)
+        sheet._ply = ply(recipe or Recipe())
+        sheet._neighbours, sheet._kinds = net.neighbours, net.kinds.astype(np.int32)
+        sheet._spacing_mm, sheet._area_mm2 = net.spacing_mm, net.area_mm2
+        sheet._reference = reference
+        sheet._core = _core.sheet.Sheet(net._core, reference, sheet._ply)
+        return sheet
 
     @property
     def start_mm(self) -> Floats:
@@ -135,7 +166,12 @@ class Sheet:
     @property
     def ply(self) -> dict[str, float]:
         """Material and loads, by the names that `Recipe.material` and `Recipe.loads` give them."""
-        return dict(self._ply)
+        return {name: getattr(self._ply, name) for name in _PLY_NAMES}
+
+    @cached_property
+    def _minimiser(self) -> _core.sheet.Minimiser:
+        """What every start of a solve needs, prepared once."""
+        return _core.sheet.Minimiser(self._core)
 
     @property
     def nodal_force_n(self) -> float:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,9 +14,11 @@ from debulk import _core
 if TYPE_CHECKING:
     from debulk.sheet import Sheet
 
-__all__ = ["Certificate", "Solution", "best", "certify", "methods", "minimise", "minimise_all"]
+__all__ = ["Certificate", "Solution", "best", "certify", "methods", "minimise"]
 
-STIFFNESS = 1e8
+# Each default stands once, in cpp/debulk/solve/options.hpp and cpp/debulk/sheet/minimise.hpp.
+_DEFAULTS = _core.sheet.MinimiseOptions()
+STIFFNESS = _DEFAULTS.solve.stiffness
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,7 @@ class Solution:
     iterations: int
     evaluations: int
     minima: tuple[Solution, ...] = ()
+    _core: Any = field(default=None, repr=False)
 
     @property
     def length_error(self) -> float:
@@ -123,21 +126,21 @@ def methods() -> list[str]:
     >>> methods()
     ['auto', 'interior_point', 'ipopt', 'nlopt']
     """
-    return _core.method_names()
+    return _core.solve.method_names()
 
 
 def minimise(
     sheet: Sheet,
-    method: str = "auto",
+    method: str = _DEFAULTS.method,
     start: ArrayLike | None = None,
-    starts: int = 1,
-    seed: int = 0,
+    starts: int = _DEFAULTS.starts,
+    seed: int = _DEFAULTS.seed,
     deadline_s: float | None = None,
     *,
-    tolerance: float = 1e-8,
-    max_iterations: int = 1000,
+    tolerance: float = _DEFAULTS.solve.tolerance,
+    max_iterations: int = _DEFAULTS.solve.max_iterations,
     stiffness: float = STIFFNESS,
-    first_start: int = 0,
+    first_start: int = _DEFAULTS.first_start,
     stop: _core.Stop | None = None,
 ) -> Solution:
     """Minimise the sheet's energy subject to inextensible fibres and no node below the reference.
@@ -194,78 +197,16 @@ def minimise(
         stop = _core.Stop()
     if deadline_s is not None:
         stop.set_deadline(deadline_s)
-    found = _core.minimise(
-        sheet._core,
-        method=method,
-        start=None if start is None else np.asarray(start, dtype=np.float64),
-        starts=starts,
-        first_start=first_start,
-        seed=seed,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        stiffness=stiffness,
-        stop=stop,
-    )
-    return _best(found)
-
-
-def minimise_all(
-    sheets: Sequence[Sheet],
-    method: str = "auto",
-    starts: int = 1,
-    seed: int = 0,
-    deadline_s: float | None = None,
-    *,
-    threads: int = 0,
-    tolerance: float = 1e-8,
-    max_iterations: int = 1000,
-    stiffness: float = STIFFNESS,
-    stop: _core.Stop | None = None,
-) -> list[Solution]:
-    """Minimise several sheets at once, one pocket and start a thread at a time.
-
-    Parameters
-    ----------
-    sheets
-        The pockets' plies.
-    threads
-        How many to use; 0 = as many as the process may. The result does not depend on it, bit for bit ("ipopt" solves
-        one after the other all the same: it is not thread-safe).
-    method, starts, seed, deadline_s, tolerance, max_iterations, stiffness, stop
-        As for `minimise`, the deadline being one for all. When it passes, the first start of every sheet comes before
-        any second one.
-
-    Returns
-    -------
-    list of Solution
-        In the order of the sheets, each as `minimise` alone gives it.
-
-    Examples
-    --------
-    >>> import numpy as np, debulk
-    >>> reference = debulk.surface.Reference(np.zeros((4, 4)), (-10, -10), 10.0)
-    >>> neighbours = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
-    >>> roofs = [[[-a, 0, 0], [0, 0, np.sqrt(25 - a**2)], [a, 0, 0]] for a in (4.8, 4.9)]
-    >>> sheets = [debulk.sheet.Sheet(roof, neighbours, [1, 0, 1], 5.0, 75.0, reference) for roof in roofs]
-    >>> [solution.certified for solution in minimise_all(sheets, threads=2)]
-    [True, True]
-    """
-    if stop is None:
-        stop = _core.Stop()
-    if deadline_s is not None:
-        stop.set_deadline(deadline_s)
-    found = _core.minimise_all(
-        [sheet._core for sheet in sheets],
-        method=method,
-        starts=starts,
-        seed=seed,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        stiffness=stiffness,
-        stop=stop,
-        threads=threads,
-    )
-    return [_best(minima) for minima in found]
+    options = _core.sheet.MinimiseOptions()
+    options.method = method
+    options.starts = starts
+    options.first_start = first_start
+    options.seed = seed
+    options.solve.tolerance = tolerance
+    options.solve.max_iterations = max_iterations
+    options.solve.stiffness = stiffness
+    found = sheet._minimiser.run(options, None if start is None else np.asarray(start, dtype=np.float64), stop)
+    return best([_solution(m) for m in found])
 
 
 def best(minima: Sequence[Solution]) -> Solution:
@@ -340,14 +281,10 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
     >>> certify(sheet, nodes).certified  # upright, the roof is in balance, but would fall over: a saddle
     False
     """
-    return _certificate(_core.certify(sheet._core, np.asarray(nodes_mm, dtype=np.float64), stiffness))
+    return _certificate(_core.sheet.certify(sheet._core, np.asarray(nodes_mm, dtype=np.float64), stiffness))
 
 
-def _best(found: list[_core.Minimum]) -> Solution:
-    return best([_solution(minimum) for minimum in found])
-
-
-def _certificate(c: _core.Certificate) -> Certificate:
+def _certificate(c: _core.solve.Certificate) -> Certificate:
     return Certificate(
         c.kkt_error,
         c.strict_kkt_error,
@@ -361,7 +298,7 @@ def _certificate(c: _core.Certificate) -> Certificate:
     )
 
 
-def _solution(m: _core.Minimum) -> Solution:
+def _solution(m: _core.sheet.Minimum) -> Solution:
     return Solution(
         m.nodes_mm,
         m.status,
@@ -371,4 +308,5 @@ def _solution(m: _core.Minimum) -> Solution:
         m.energy_mj,
         m.iterations,
         m.evaluations,
+        _core=m,
     )

@@ -18,10 +18,11 @@ from debulk.grid import Grid
 
 InputError = _core.InputError
 
+_FIT = _core.surface.FitOptions()  # each default stands once, in cpp/debulk/surface/fit_reference.hpp
 GridT = TypeVar("GridT", bound=Grid)
 
 
-class Reference(_core.Reference):
+class Reference(_core.surface.Reference):
     """The smooth reference surface z = F(x, y): the C2 bicubic spline through heights on a regular grid.
 
     Parameters
@@ -107,7 +108,7 @@ class HeightMap(Grid):
 
 def height_map(
     scan: ArrayLike,
-    reference_cloud: ArrayLike | _core.Reference,
+    reference_cloud: ArrayLike | _core.surface.Reference,
     spacing_mm: float | None = None,
     *,
     hole_diameter_mm: float = 20.0,
@@ -160,10 +161,10 @@ def height_map(
     ((30, 40), 1.5)
     """
     reference: Any = reference_cloud
-    if not isinstance(reference, _core.Reference):
+    if not isinstance(reference, _core.surface.Reference):
         reference = as_cloud(reference, "reference_cloud")
     spacing = 0.0 if spacing_mm is None else arrays.positive(spacing_mm, "spacing_mm")
-    values, measured, origin, step = _core.height_map(
+    values, measured, origin, step = _core.surface.height_map(
         as_cloud(scan, "scan"), reference, spacing, float(hole_diameter_mm), float(jump_ratio), threads
     )
     return HeightMap(values, origin, step, measured.view(np.bool_))
@@ -177,6 +178,7 @@ def grid_heights(
     *,
     jump_ratio: float = 6.0,
     threads: int = 0,
+    stop: _core.Stop | None = None,
 ) -> Grid:
     """Heights (z) of a cloud on a regular grid, float32, NaN where nothing was seen.
 
@@ -214,17 +216,21 @@ def grid_heights(
     cloud = as_cloud(points, "points")
     if (origin_mm is None) != (shape is None):
         raise InputError("origin_mm, shape: expected both or neither, but got one of them")
-    spacing = _core.median_pitch(cloud, threads) if spacing_mm is None else arrays.positive(spacing_mm, "spacing_mm")
+    stop = stop or _core.Stop()
+    if spacing_mm is None:
+        spacing = _core.cloud.median_pitch(cloud, threads, stop)
+    else:
+        spacing = arrays.positive(spacing_mm, "spacing_mm")
     if not spacing > 0:
         raise InputError("points: expected a cloud with neighbouring points, but got none that are neighbours")
     if origin_mm is None or shape is None:
-        seen, low, high = _core.cloud_bounds(cloud, threads)
+        seen, low, high = _core.cloud.bounds(cloud, threads)
         if seen == 0:
             raise InputError("points: expected at least one point with three finite coordinates, but got none")
-        origin, size = _core.covering_grid(low[:2], high[:2], spacing)
+        origin, size = _core.surface.covering_grid(low[:2], high[:2], spacing)
     else:
         origin, size = arrays.pair(origin_mm, "origin_mm"), (int(shape[0]), int(shape[1]))
-    values = _core.grid_heights(cloud, origin, spacing, size, float(jump_ratio), threads)
+    values = _core.surface.grid_heights(cloud, origin, spacing, size, float(jump_ratio), threads, stop)
     return Grid(values, origin, spacing)
 
 
@@ -252,7 +258,7 @@ def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
     >>> float(median(Grid(values, np.zeros(2), 1.0)).values.max())
     0.0
     """
-    return replace(grid, values=_core.median(_heights(grid, "grid"), int(size), threads))
+    return replace(grid, values=_core.surface.median(_heights(grid, "grid"), int(size), threads))
 
 
 def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) -> GridT:
@@ -275,17 +281,18 @@ def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) 
     0.0
     """
     tolerance = arrays.positive(tolerance_mm, "tolerance_mm")
-    return replace(grid, values=_core.without_spikes(_heights(grid, "grid"), tolerance, threads))
+    return replace(grid, values=_core.surface.without_spikes(_heights(grid, "grid"), tolerance, threads))
 
 
 def fit_reference(
     heights: Grid,
-    spacing_mm: float = 4.0,
+    spacing_mm: float = _FIT.node_spacing_mm,
     *,
-    window_mm: float = 12.0,
-    robust: float = 6.0,
-    doublings: int = 2,
+    window_mm: float = _FIT.window_mm,
+    robust: float = _FIT.robust,
+    doublings: int = _FIT.doublings,
     threads: int = 0,
+    stop: _core.Stop | None = None,
 ) -> Reference:
     """Fit the smooth reference surface to measured heights with noise and gaps.
 
@@ -307,6 +314,8 @@ def fit_reference(
         Times that the window may be doubled, where the wider fit agrees with the narrower ones within their noise.
     threads
         0: as many as the process may use.
+    stop
+        Raised from another thread, ends the fit with a RuntimeError.
 
     Returns
     -------
@@ -325,15 +334,18 @@ def fit_reference(
     >>> round(reference.height((20.0, 30.0)), 4)
     0.6
     """
-    nodes, origin, step = _core.fit_reference(
+    options = _core.surface.FitOptions()
+    options.node_spacing_mm = float(spacing_mm)
+    options.window_mm = float(window_mm)
+    options.robust = float(robust)
+    options.doublings = doublings
+    nodes, origin, step = _core.surface.fit_reference(
         _heights(heights, "heights"),
         arrays.pair(heights.origin_mm, "origin_mm"),
         float(heights.spacing_mm),
-        float(spacing_mm),
-        float(window_mm),
-        float(robust),
-        doublings,
+        options,
         threads,
+        stop or _core.Stop(),
     )
     return Reference(nodes, origin, step)
 

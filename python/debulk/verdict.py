@@ -39,7 +39,7 @@ class Verdict(StrEnum):
         """0 for CEASE up to 3 for INVALID."""
         return list(Verdict).index(self)
 
-    # A verdict is text as well, and text compares by its letters: that "invalid" < "undecided" must not decide anything.
+    # A verdict is text as well, and text compares by its letters: "invalid" < "undecided" must not decide anything.
     def __lt__(self, other: object) -> bool:
         return self.severity < self._severity_of(other)
 
@@ -64,7 +64,7 @@ class Verdict(StrEnum):
         return max(verdicts, default=cls.CEASE)
 
 
-_DEFAULTS = _core.Criteria()  # the numbers stand once, in cpp/debulk/verdict/judge.hpp
+_DEFAULTS = _core.verdict.Criteria()  # the numbers stand once, in cpp/debulk/verdict/judge.hpp
 
 
 @dataclass(frozen=True)
@@ -103,8 +103,8 @@ class Criteria:
     def __post_init__(self) -> None:
         self._compiled().check()
 
-    def _compiled(self) -> _core.Criteria:
-        compiled = _core.Criteria()
+    def _compiled(self) -> _core.verdict.Criteria:
+        compiled = _core.verdict.Criteria()
         compiled.max_rms_mm = self.max_rms_mm
         compiled.max_ridge_height_mm = self.max_ridge_height_mm
         compiled.min_coverage = self.min_coverage
@@ -159,7 +159,7 @@ def judge(
     solve_status
         The solver's outcome in words, for the reason.
     deadline_passed
-        Whether time ran out before the solution was certified.
+        Whether time ran out before the solution was certified, or before all starts that the rule asks for were tried.
     coverage
         Measured share of the pocket's area, 0 to 1.
     closed_rim
@@ -188,10 +188,10 @@ def judge(
     >>> judge(certified=False, rms_mm=0.26, ridge_height_mm=0.0, solve_status="iteration limit").verdict
     <Verdict.UNDECIDED: 'undecided'>
     """
-    evidence = _core.PocketEvidence()
-    evidence.rms = _core.Spread(*(rms_range_mm or (rms_mm, rms_mm)))
-    evidence.ridge_height = _core.Spread(*(ridge_range_mm or (ridge_height_mm, ridge_height_mm)))
-    evidence.bridge_height = _core.Spread(*(bridge_range_mm or (bridge_height_mm, bridge_height_mm)))
+    evidence = _core.verdict.PocketEvidence()
+    evidence.rms = _core.verdict.Spread(*(rms_range_mm or (rms_mm, rms_mm)))
+    evidence.ridge_height = _core.verdict.Spread(*(ridge_range_mm or (ridge_height_mm, ridge_height_mm)))
+    evidence.bridge_height = _core.verdict.Spread(*(bridge_range_mm or (bridge_height_mm, bridge_height_mm)))
     evidence.certified = certified
     evidence.compliant = compliant
     evidence.solve_status = solve_status
@@ -199,7 +199,7 @@ def judge(
     evidence.coverage = coverage
     evidence.closed_rim = closed_rim
     evidence.refused = refused
-    return _judgement(_core.judge(evidence, (criteria or Criteria())._compiled()))
+    return _judgement(_core.verdict.judge(evidence, (criteria or Criteria())._compiled()))
 
 
 def judge_layup(
@@ -236,14 +236,14 @@ def judge_layup(
     """
     judged = []
     for number, judgement in pockets:
-        inner = _core.Judgement()
-        inner.verdict = getattr(_core.Verdict, judgement.verdict.name)
+        inner = _core.verdict.Judgement()
+        inner.verdict = getattr(_core.verdict.Verdict, judgement.verdict.name)
         inner.reason = judgement.reason
-        outer = _core.JudgedPocket()
+        outer = _core.verdict.JudgedPocket()
         outer.id = number
         outer.judgement = inner
         judged.append(outer)
-    return _judgement(_core.judge_layup(judged, coverage, (criteria or Criteria())._compiled()))
+    return _judgement(_core.verdict.judge_layup(judged, coverage, (criteria or Criteria())._compiled()))
 
 
 @dataclass(frozen=True)
@@ -286,8 +286,8 @@ def excess_bounds(
     >>> round(bounds.geometric_mm, 2), round(bounds.elastic_mm, 2)
     (0.31, 1.0)
     """
-    length = _core.natural_length(modulus_mpa, thickness_mm, pressure_mpa)
-    bounds = _core.excess_bounds(excess_length_mm, thickness_mm, bulk_factor, length)
+    length = _core.verdict.natural_length(modulus_mpa, thickness_mm, pressure_mpa)
+    bounds = _core.verdict.excess_bounds(excess_length_mm, thickness_mm, bulk_factor, length)
     return RidgeBounds(bounds.least_mm, bounds.geometric_mm, bounds.elastic_mm)
 
 
@@ -299,8 +299,8 @@ def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float)
     >>> round(natural_length(360.0, 0.3, 0.1), 2)
     2.01
     """
-    return float(_core.natural_length(modulus_mpa, thickness_mm, pressure_mpa))
+    return float(_core.verdict.natural_length(modulus_mpa, thickness_mm, pressure_mpa))
 
 
-def _judgement(compiled: _core.Judgement) -> Judgement:
+def _judgement(compiled: _core.verdict.Judgement) -> Judgement:
     return Judgement(Verdict[compiled.verdict.name], compiled.reason)

@@ -83,7 +83,7 @@ def test_input_is_checked(flat):
         post_process(nodes, neighbours[:, :3], inside, flat, **PLY)
     with pytest.raises(InputError, match="neighbours: expected one row"):
         post_process(nodes, neighbours[:3], inside, flat, **PLY)
-    with pytest.raises(InputError, match="inside: expected one value a node"):
+    with pytest.raises(InputError, match="inside: expected one value per node"):
         post_process(nodes, neighbours, inside[:3], flat, **PLY)
     with pytest.raises(InputError, match=r"inside: expected an \(N,\) array"):
         post_process(nodes, neighbours, inside[:, None], flat, **PLY)

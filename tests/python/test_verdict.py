@@ -15,7 +15,9 @@ def test_the_four_verdicts_are_words():
 
 
 def test_the_worst_verdict_is_the_compiled_order():
-    assert [v.name for v in Verdict] == sorted((v.name for v in Verdict), key=lambda n: int(getattr(_core.Verdict, n)))
+    assert [v.name for v in Verdict] == sorted(
+        (v.name for v in Verdict), key=lambda n: int(getattr(_core.verdict.Verdict, n))
+    )
     assert Verdict.worst([]) is Verdict.CEASE
     for k, worst in enumerate(Verdict):
         assert worst.severity == k
@@ -41,7 +43,10 @@ def test_criteria_are_the_compiled_defaults_and_checked():
         ({"bridge_range_mm": (0.2, 0.8)}, Verdict.UNDECIDED, "bridge 0.20 to 0.80 mm lies on both sides"),
         ({"compliant": True}, Verdict.UNDECIDED, "strained"),
         ({"certified": False, "solve_status": "time limit"}, Verdict.UNDECIDED, "not certified (time limit)"),
-        ({"certified": False, "deadline_passed": True}, Verdict.UNDECIDED, "deadline"),
+        ({"certified": False, "deadline_passed": True}, Verdict.UNDECIDED, "before the solution was certified"),
+        ({"deadline_passed": True}, Verdict.UNDECIDED, "before all starts that the rule asks for were tried"),
+        ({"deadline_passed": True, "ridge_height_mm": 1.57}, Verdict.UNDECIDED, "before all starts"),
+        ({"deadline_passed": True, "coverage": 0.5}, Verdict.INVALID, "50.0 %"),
         ({"rms_mm": math.nan}, Verdict.UNDECIDED, "no finite figures"),
         ({"refused": "no movable node"}, Verdict.INVALID, "not evaluated: no movable node"),
         ({"coverage": 0.5}, Verdict.INVALID, "50.0 %"),

@@ -7,7 +7,7 @@
 
 namespace debulk {
 
-// A cloud that somebody else owns: three floats a point, in mm, row by row as the camera saw them. A height (or width) of
+// A view of a cloud that belongs to its caller: three floats per point, in mm, row by row as the camera saw them. A height (or width) of
 // 1 means unorganised: neighbours in memory need not be neighbours in space. A point with a coordinate that is not finite
 // is missing: nothing was seen there.
 struct CloudView {

@@ -10,7 +10,7 @@
 
 namespace debulk {
 
-// Exact nearest neighbours in a cloud that is, by and large, a sheet. The points are sorted into square cells on the two
+// Exact nearest neighbours in a cloud most of whose points form a sheet. The points are sorted into square cells on the two
 // axes of largest extent, and a search goes outward, ring by ring of cells: a point outside the rings is at least as far
 // away as the rings' border, for a projected distance never exceeds the distance. It ends when the last neighbour found
 // is not farther than that.
@@ -33,7 +33,8 @@ class GridSearch {
   void sort_points();
   // Cell along one of the two axes; a point beyond the border belongs to the cell at the border.
   int cell(const float* xyz, int axis) const;
-  // Visits whole rings until the result is certain; false: gave up, more than `budget` points and cells to look at.
+  // Visits whole rings until the result is certain; false: the search was given up, because there were more than `budget` points and cells
+  // to look at.
   bool search(std::size_t entry, int column, int row, long budget, Search& found) const;
   void visit(const Entry& from, std::size_t begin, std::size_t end, Search& found) const;
   template <class Visit>

@@ -13,7 +13,15 @@ namespace debulk {
 //
 // Distances are defined as the square root of the float sum dx² + dy² + dz², which is what PCL computes, so that every
 // search below gives the same bits. Organised clouds go through GridSearch, and to TreeSearch with those points for which
-// it would be slow; unorganised ones go through TreeSearch.
+// it would be slow; unorganised ones go through TreeSearch, which is PCL's.
+//
+// Why there are four searches (window_pass.hpp, open_search.hpp, grid_search.hpp, tree_search.hpp): CPU time of the four
+// nearest neighbours of all 1,204,432 points of a virtual scan of 1280 by 960 pixels, on one thread of the machine of 2026-11-22:
+//   pinhole camera:  window and open search       5 ms (5,157 points are left open by the window)
+//                    a tree in place of the open search     360 ms for the tree and 6 ms for its searches
+//   organised:       grid 225 ms                            tree 1,800 ms
+//   in any order:    grid 400 ms                            tree 4,250 ms
+// No search can be left out for less than eight times the time, and the tree bounds the cost where a cloud is no sheet.
 std::vector<float> mean_neighbour_distances(const CloudView& cloud, int neighbours, int threads = 0, const Stop& stop = Stop());
 
 // Squared distance as defined above.

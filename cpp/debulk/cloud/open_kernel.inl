@@ -137,7 +137,7 @@ struct Finder {
     return found.mean();
   }
 
-  // Asks for the tile of a point to come.
+  // Prefetches the tile of a point that is searched later.
   DEBULK_INLINE void fetch(std::uint32_t pixel) const {
     const CloudView& cloud = t.pass->cloud;
     const int i = static_cast<int>(pixel % static_cast<std::uint32_t>(cloud.width)) / tile_width * tile_width;

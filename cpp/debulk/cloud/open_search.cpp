@@ -17,7 +17,7 @@ constexpr int bin_side = 32;        // pixels
 constexpr std::uint32_t ahead = 6;  // points of which the memory is asked for
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// What the search looks at; the arrays of points have 16 more entries than points.
+// The search's input; the arrays of points have 16 more entries than points.
 struct OpenTables {
   const WindowPass* pass;
   double stretch;

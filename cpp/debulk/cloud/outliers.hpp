@@ -9,7 +9,7 @@
 namespace debulk {
 
 struct OutlierOptions {
-  int neighbours = 4;      // whose mean distance is looked at
+  int neighbours = 4;      // number of nearest neighbours whose mean distance decides
   double std_ratio = 1.0;  // standard deviations above the mean from which a point is an outlier
   // A point is never one below so many times the mean; 0 is pcdenoise. In a scan that has been cleaned already the
   // deviation is so small that the flanks of a bell, where points lie farther apart, would be removed: 2 keeps them.
@@ -19,7 +19,7 @@ struct OutlierOptions {
 };
 
 struct Outliers {
-  std::vector<std::uint8_t> keep;  // one a point: 1 stays, 0 is an outlier or was not seen
+  std::vector<std::uint8_t> keep;  // one per point: 1 stays, 0 is an outlier or was not seen
   double mean = 0.0;               // mm, of the points' mean distances to their neighbours
   double deviation = 0.0;          // mm, their sample standard deviation (n - 1)
   double threshold = 0.0;          // mm, mean + std_ratio * deviation, at least least_ratio * mean

@@ -253,9 +253,9 @@ DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
       const float mean = distance[lane];
       out.sum += mean, out.squares += static_cast<double>(mean) * mean, ++out.certain;
       s.near[place] = std::min(s.near[place], d.z[i]), s.far[place] = std::max(s.far[place], d.z[i]);
-      pass.states[index] = mean <= low ? pixel_kept : mean > high ? pixel_gone : pixel_close;
+      pass.states[index] = mean <= low ? pixel_kept : mean > high ? pixel_removed : pixel_close;
       if (pass.states[index] == pixel_close) out.close.push_back({index, mean});
-      if (pass.states[index] == pixel_gone && pass.base) pass.heights[index] = nan;
+      if (pass.states[index] == pixel_removed && pass.base) pass.heights[index] = nan;
     }
   }
   d.count = 0;

@@ -9,9 +9,9 @@
 
 namespace debulk {
 
-// What is known of a pixel after the pass. Anything but `kept` and `gone` is to be resolved.
+// What is known of a pixel after the pass. Every state but `kept` and `removed` is to be resolved.
 enum PixelState : std::uint8_t {
-  pixel_gone = 0,      // nothing seen, or an outlier
+  pixel_removed = 0,   // nothing seen, or an outlier
   pixel_kept = 1,      //
   pixel_close = 0x40,  // its distance is known, and too close to the guessed threshold to be decided
   pixel_open = 0x80,   // a point outside the windows might be among its nearest four
@@ -40,12 +40,12 @@ struct WindowPass {
   CloudView cloud;
   Pinhole camera;
   double tolerance = pinhole_tolerance;  // px
-  double low = 0, high = 0;              // mm; at or below low: kept, above high: gone
+  double low = 0, high = 0;              // mm; at or below low: kept, above high: removed
   bool certified = true;                 // see PinholeOutliers
   const RayBase* base = nullptr;         // none: no heights
-  // Out, one a pixel or tile.
+  // Out, one per pixel or tile.
   std::uint8_t* states = nullptr;
-  float* heights = nullptr;  // NaN where gone
+  float* heights = nullptr;  // NaN where the point was removed
   Tiles* tiles = nullptr;
   Isa isa = best_isa();
 };

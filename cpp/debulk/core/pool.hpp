@@ -7,7 +7,7 @@
 
 namespace debulk {
 
-// Things with buffers worth keeping, lent to whichever thread needs one; each comes back when its borrower lets it go.
+// Objects whose buffers are worth keeping. A thread borrows one, and it returns to the pool when the thread releases it.
 template <class T>
 class Pool {
  public:

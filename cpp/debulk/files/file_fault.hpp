@@ -5,7 +5,7 @@
 
 namespace debulk {
 
-// What is wrong with a file, and at which byte of it. Whoever knows the file's name makes an InputError of it.
+// What is wrong with a file, and at which byte of it. The caller, who knows the file's name, turns it into an InputError.
 class FileFault : public std::runtime_error {
  public:
   FileFault(long long byte, const std::string& problem) : std::runtime_error(problem), byte_(byte) {}

@@ -14,7 +14,7 @@ inline void copy_blocks(std::uint8_t* to, const std::uint8_t* from, std::size_t 
   for (std::size_t k = 0; k < length; k += block) std::memcpy(to + k, from + k, block);
 }
 
-// A back reference may reach into what it writes itself: what lies `distance` back then repeats.
+// A back reference may reach into the bytes that it writes: then the last `distance` bytes are repeated.
 inline void repeat(std::uint8_t* to, std::size_t distance, std::size_t length, std::size_t room) {
   const std::uint8_t* const from = to - distance;
   while (distance < block && length > distance) {  // the written part is a whole number of repetitions: twice as far each time

@@ -20,8 +20,8 @@ struct RecordLayout {
   void check() const;
 };
 
-// Reads `count` records from byte `offset` on, as points times `factor`, into out (3 floats a point). Chunks that fit into
-// the cache are read, converted and summarised by one thread each: memory is gone over once. Throws FileFault.
+// Reads `count` records from byte `offset` on, as points times `factor`, into out (3 floats per point). Chunks that fit into
+// the cache are read, converted and summarised by one thread each: the memory is read once. Throws FileFault.
 PointSummary read_records(int file, long long offset, long count, const RecordLayout& layout, double factor, float* out, int threads = 0);
 
 // The same from memory, where each of x, y, z is a column of its own, of native order: those of a binary_compressed PCD.

@@ -144,7 +144,7 @@ void TextPoints::read_row(std::string_view line, long long offset, long number, 
       if (at == end || *at != layout_.separator) fail(at, expected() + std::to_string(column + 1));
       ++at;
       skip_blanks();
-      // An empty column at the end of a line, as in "1,2,3,", is one all the same.
+      // An empty column at the end of a line, as in "1,2,3,", counts as a column.
       if (at == end && column + 2 == layout_.columns && std::find(layout_.xyz.begin(), layout_.xyz.end(), column + 1) == layout_.xyz.end())
         return;
     }

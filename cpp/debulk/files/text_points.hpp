@@ -29,7 +29,7 @@ class TextPoints {
 
   long rows() const { return rows_; }
 
-  // The first `rows` lines of numbers, times `factor`, into out (3 floats a point).
+  // The first `rows` lines of numbers, times `factor`, into out (3 floats per point).
   PointSummary read(long rows, double factor, float* out) const;
 
  private:

@@ -10,7 +10,7 @@
 
 namespace debulk {
 
-// A whole ply's net on the mold, from a seed point and its two fibre directions: tells the fibre angles anywhere in it.
+// A whole ply's net on the mold, from a seed point and its two fibre directions: gives the fibre angles anywhere in it.
 class Drape {
  public:
   // outline: what to cover, mold XY, mm; the net goes one cell further all round where it can.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "debulk/core/nominal_ply.hpp"
 #include "debulk/core/stop.hpp"
 #include "debulk/net/lay.hpp"
 #include "debulk/net/net.hpp"
@@ -18,14 +19,14 @@ struct PocketShape {
   FibreAngles angles{0.0, 0.0};
   std::vector<Eigen::Vector2d> outline;      // the perimeter
   std::vector<Eigen::Vector2d> ply_outline;  // empty: the ply's edge is unknown and no node is free
-  std::vector<Eigen::Vector2d> rms_outline;  // what Net::inside is told by; empty: `outline`
+  std::vector<Eigen::Vector2d> rms_outline;  // decides Net::inside; empty: `outline` does
 };
 
 struct FibreNetOptions {
-  std::optional<double> spacing;  // mm; none: chosen so that the net has about node_target nodes
-  int node_target = 100;          // all nodes of the net count
-  double edge_tol = 20.0;         // mm from the ply's edge within which boundary nodes are free
-  double mold_tol = 0.2;          // mm between surface and mold within which a band node is a boundary node
+  std::optional<double> spacing;        // mm; none: chosen so that the net has about node_target nodes
+  int node_target = 100;                // all nodes of the net count
+  double edge_tol = 20.0;               // mm from the ply's edge within which boundary nodes are free
+  double mold_tol = kNominalMoldTolMm;  // mm between surface and mold within which a band node is a boundary node
   PathRule paths = PathRule::geodesic;
 
   void check() const;
@@ -38,7 +39,7 @@ struct PocketNet {
 };
 
 // The pocket's net on the ply's surface (docs/model.md, section 2). Its nodes: inside the perimeter, and in the band up to one
-// spacing outside it (in XY), and not past the ply's edge; of these the part that hangs together with the centre.
+// spacing outside it (in XY), and not past the ply's edge; of these, the nodes that are connected to the centre.
 //  * A band node within mold_tol of the mold is a boundary node: free within edge_tol of the ply's edge, else fixed.
 //  * A node that lost a fibre neighbour to the ply's edge is the end of a fibre there: free, unless it is such a fixed node.
 //  * All others are inner, band nodes above mold_tol too.

@@ -42,7 +42,7 @@ struct LayOptions {
 
 // Lays a net from `centre`: the two initial paths, then each quadrant's nodes from their two neighbours towards the paths.
 // A path ends at the region's border; a cell whose last node is outside the region, or that shears beyond what a pin-jointed
-// net can (2 degrees from closing) or would fold over, does not exist, nor does what would hang on it.
+// net can (2 degrees from closing) or would fold over, does not exist, and neither do the cells that would continue it.
 // Every segment is `spacing` long (to about 1e-13 of it), every node on the surface.
 Lattice lay_net(const Surface& surface, const Eigen::Vector2d& centre, const FibreAngles& angles, double spacing, const NetDomain& region,
                 const LayOptions& options = {});
@@ -54,12 +54,12 @@ std::optional<Eigen::Vector3d> fourth_node(const Surface& surface, const Eigen::
 
 // The smallest parallelogram along the fibres (seen from above) about the outline, wider by `margin` on each side and by a
 // quarter of its extent, because fibres on a curved surface do not stay parallel. A net laid in it covers the outline: a
-// node needs every node between itself and the paths, be they in the outline or not.
+// node needs every node between itself and the paths, inside the outline or not.
 NetDomain fibre_parallelogram(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector2d& centre, const FibreAngles& angles,
                               double margin);
 
-// The kept nodes of a lattice as a net with its segments (kinds inner, nobody inside), numbered row by row along one fibre:
-// the first or the second, whichever gives the smaller bandwidth (a tie: the first). keep: one a lattice place.
+// The kept nodes of a lattice as a net with its segments (kinds inner, no node inside), numbered row by row along one fibre:
+// the first or the second, whichever gives the smaller bandwidth (a tie: the first). keep: one per lattice place.
 Net number_nodes(const Lattice& lattice, const std::vector<std::uint8_t>& keep);
 
 }  // namespace debulk

@@ -1,30 +1,62 @@
 #include "debulk/net/lay_pocket.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "debulk/core/error.hpp"
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {
+namespace {
 
-PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const PatchOptions& options,
-                     const FibreAngles& angles, const Polygon& ply_outline, const FibreNetOptions& net, const Stop& stop) {
+// The net reaches one spacing past the perimeter. The patch reaches this much further, mm, so that the spline through it is
+// sure of its slopes where the last nodes lie: it forgets its border by a factor of 4 per grid spacing.
+constexpr double kMarginBeyondNet = 10.0;
+
+// The foot contour lies where the ply is mold_tol above the mold. The spline through the patch may stand a little higher
+// there, and a band node on it must still count as lying on the mold.
+constexpr double kMoldTolAtFoot = 1.25;
+
+// An upper estimate, mm, of the spacing at which a net over `area` mm2 has `count` nodes: N cells of spacing² cover the area,
+// and the factor of 2 leaves room for the nodes in the band outside it, which a small net has as many of as inside.
+double largest_spacing(double area, int count) {
+  return 2 * std::sqrt(area / count);
+}
+
+}  // namespace
+
+PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const FibreAngles& angles,
+                     const Polygon& ply_outline, const LayPocketOptions& options, const Stop& stop) {
+  options.check();
+  const bool known = id >= 1 && static_cast<std::size_t>(id) <= std::min(segmentation.pockets.size(), feet.feet.size());
+  require(known, "pocket_id", "the number of a pocket of the segmentation", id);
   const auto check = [&] {
     if (stop.now()) throw Stopped("the laying of a net was stopped");
   };
   check();
-  PatchOptions wanted = options;
-  wanted.keep_reference = false;
-  Patch patch = make_patch(segmentation, feet, id, reference, wanted);
+  const auto index = static_cast<std::size_t>(id - 1);
+  const Pocket& pocket = segmentation.pockets[index];
+
+  PatchOptions window;
+  window.mode = options.mode;
+  window.margin_mm = kMarginBeyondNet + options.net.spacing.value_or(largest_spacing(feet.feet[index].area, options.net.node_target));
+  window.keep_reference = false;
+  Patch patch = make_patch(segmentation, feet, id, reference, window);
   check();
   const Reference surface(std::move(patch.surface));
   check();
-  const Pocket& pocket = segmentation.pockets[static_cast<std::size_t>(id - 1)];
+
   PocketShape shape;
   shape.centre = pocket.centroid;
   shape.angles = angles;
   shape.outline = patch.outline;
   shape.ply_outline = ply_outline;
   shape.rms_outline = pocket.outline;
+  FibreNetOptions net = options.net;
+  net.mold_tol = kMoldTolAtFoot * feet.mold_tol_mm;
+  // Geodesics would stray on the step at which the paper's patch is glued to the mold.
+  if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
   return fibre_net(surface, reference, shape, net, stop);
 }
 

@@ -21,13 +21,13 @@ using Neighbours = std::array<int, 4>;
 // A pin-jointed net: nodes at one spacing along two families of inextensible fibres (docs/model.md, section 2).
 struct Net {
   std::vector<Eigen::Vector3d> nodes;  // mm, mold frame; every segment is `spacing` long
-  std::vector<Neighbours> neighbours;  // one a node, consistent: neighbours[neighbours[i][east]][west] == i
-  std::vector<NodeKind> kinds;         // one a node
-  std::vector<std::uint8_t> inside;    // one a node: 1 inside the pocket's perimeter (the RMS set)
+  std::vector<Neighbours> neighbours;  // one per node, consistent: neighbours[neighbours[i][east]][west] == i
+  std::vector<NodeKind> kinds;         // one per node
+  std::vector<std::uint8_t> inside;    // one per node: 1 inside the pocket's perimeter (the RMS set)
   double spacing = 0.0;                // mm
 
   // Steps (i, j) along the first and the second fibre from the node at the centre, which is (0, 0).
-  std::vector<std::array<int, 2>> lattice;  // one a node where the net was laid by lay_net; else empty
+  std::vector<std::array<int, 2>> lattice;  // one per node where the net was laid by lay_net; else empty
 };
 
 // Segments (i, j) with i < j along both fibres, in order of their first node, then direction.

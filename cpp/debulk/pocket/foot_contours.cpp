@@ -34,7 +34,7 @@ struct Front {
   int i, j;
 };
 
-// The fronts, highest first, to 1/256 mm; first come, first served among equals. Levels only fall in a flood.
+// The fronts of the flood, highest first, to 1/256 mm, and among equals in the order in which they were added. Levels only fall in a flood.
 class Fronts {
  public:
   Fronts(double low, double high)
@@ -60,7 +60,7 @@ class Fronts {
   double low_;
   std::vector<std::vector<Front>> bins_;
   std::size_t at_;        // no front is in a higher bin
-  std::size_t next_ = 0;  // of bin at_, those before it are gone
+  std::size_t next_ = 0;  // of bin at_, those before it have been taken
 };
 
 // Where smoothing can matter: blocks of the grid whose mean stands up, or that a pocket reaches, and two blocks round them.
@@ -100,7 +100,7 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
   return where;
 }
 
-// labels: the seeds, which stay. Gives every point above `level` that is reached the label it is reached from.
+// `labels` holds the seeds, which stay. Every point above `level` that the flood reaches gets the label of the point it came from.
 void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
   const int nx = labels.nx, ny = labels.ny;
   long offsets[8];  // in a grid's values, of a point's neighbours
@@ -139,7 +139,7 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
   }
 }
 
-// What one foot alone surrounds becomes part of it.
+// Points that are surrounded by a single foot become part of it.
 void fill_within(Grid<std::int32_t>& labels) {
   auto taken = labels.like<std::uint8_t>();
   for (std::size_t k = 0; k < labels.size(); ++k) taken.values[k] = labels.values[k] > 0;

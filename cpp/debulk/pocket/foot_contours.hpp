@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/nominal_ply.hpp"
 #include "debulk/core/stop.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/segment.hpp"
@@ -12,10 +13,10 @@
 namespace debulk {
 
 struct FootOptions {
-  double thickness_mm = 0.3;       // of the ply: the scan sees its upper side
-  double mold_tol_mm = 0.2;        // the ply lies on the mold where its lower side is this near; raised to 3 sigma of the noise
-  double smooth_mm = 8.0;          // window of the smoothing before; 0: none
-  std::optional<double> noise_mm;  // sigma of the heights' noise; none: estimated
+  double thickness_mm = kNominalThicknessMm;  // of the ply: the scan sees its upper side
+  double mold_tol_mm = kNominalMoldTolMm;     // the ply lies on the mold where its lower side is this near; raised to 3 sigma of the noise
+  double smooth_mm = 8.0;                     // window of the smoothing before; 0: none
+  std::optional<double> noise_mm;             // sigma of the heights' noise; none: estimated
   void check() const;
 };
 
@@ -30,7 +31,7 @@ struct Foot {
 };
 
 struct FootMap {
-  std::vector<Foot> feet;     // one a pocket, in the order of their ids
+  std::vector<Foot> feet;     // one per pocket, in the order of their ids
   Grid<std::int32_t> labels;  // id of the pocket to whose foot a point belongs, 0: none
   Grid<float> heights;        // smoothed, above the reference
   double noise_mm = 0;        // sigma of the heights before smoothing
@@ -40,7 +41,8 @@ struct FootMap {
 
 // Every point that stands up belongs to the pocket it drains up to: a flood downhill from all pockets at once, the highest
 // point first, parts neighbours at their saddle (a watershed). It may rise again by mold_tol over the lowest point of its way, for
-// noise; behind a higher rise lies something else. So does what stands above the cut without being a pocket. Throws Stopped.
+// noise; behind a higher rise lies something else. The same holds behind whatever stands above the cut without being a pocket. Throws
+// Stopped.
 FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

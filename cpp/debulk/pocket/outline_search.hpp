@@ -6,7 +6,7 @@
 
 namespace debulk {
 
-// What polygon.hpp tells of a polygon and a point, to the last bit, for many points: sides in groups with boxes round them,
+// What polygon.hpp computes for a polygon and a point, to the last bit, for many points: sides in groups with boxes round them,
 // and only groups that can matter are looked at.
 class OutlineSearch {
  public:

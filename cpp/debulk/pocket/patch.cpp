@@ -60,8 +60,8 @@ double fade(double u) {
   return u >= 1 ? 0.0 : (1 - u) * (1 - u) * (1 + 2 * u);
 }
 
-// The part of the height map round the perimeter, with its points' whereabouts there.
-struct Window {
+// The part of the height map round the perimeter, and where its points lie in the map.
+struct PatchWindow {
   int i0, j0;
   const Segmentation& segmentation;
   const FootMap& feet;
@@ -75,7 +75,7 @@ struct Window {
 };
 
 // Adds max(ply - t, F) - F to the surface within, and its way down to 0 outside.
-void add_foot_excess(const Window& window, const Grid<std::uint8_t>& within, const PatchOptions& options, Grid<double>& surface) {
+void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within, const PatchOptions& options, Grid<double>& surface) {
   // Points within and, as far as what stands up there reaches, round them.
   const double t = window.feet.options.thickness_mm, spacing = within.spacing;
   const double off_ply_mm = std::max(options.margin_mm, options.fade_mm);
@@ -142,7 +142,7 @@ Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, 
   const Box box = bounding_box(patch.outline);
   const Eigen::Vector2d low = map.locate(box.low - Eigen::Vector2d::Constant(options.margin_mm));
   const Eigen::Vector2d high = map.locate(box.high + Eigen::Vector2d::Constant(options.margin_mm));
-  Window window{static_cast<int>(std::floor(low.x())), static_cast<int>(std::floor(low.y())), segmentation, feet, {}};
+  PatchWindow window{static_cast<int>(std::floor(low.x())), static_cast<int>(std::floor(low.y())), segmentation, feet, {}};
   const int nx = static_cast<int>(std::ceil(high.x())) - window.i0 + 1, ny = static_cast<int>(std::ceil(high.y())) - window.j0 + 1;
   patch.within = Grid<std::uint8_t>(nx, ny, map.position(window.i0, window.j0), map.spacing);
   if (patch.touches_ply_edge && segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);

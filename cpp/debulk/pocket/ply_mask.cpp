@@ -13,8 +13,9 @@ std::vector<std::vector<double>> crossings(const Polygon& polygon, int u, int v,
   for (std::size_t k = 0; k < polygon.size(); ++k) {
     Eigen::Vector2d a = polygon[k], b = polygon[k + 1 == polygon.size() ? 0 : k + 1];
     if (a[v] > b[v]) std::swap(a, b);
-    const int first = static_cast<int>(std::ceil(std::max(a[v], 0.0)));
-    const int end = static_cast<int>(std::ceil(std::min(b[v], static_cast<double>(count))));
+    // Cut to the lines before it becomes an int: a corner may lie farther off than an int holds.
+    const int first = static_cast<int>(std::ceil(std::clamp(a[v], 0.0, static_cast<double>(count))));
+    const int end = static_cast<int>(std::ceil(std::clamp(b[v], 0.0, static_cast<double>(count))));
     for (int line = first; line < end; ++line)
       lines[static_cast<std::size_t>(line)].push_back(a[u] + (line - a[v]) / (b[v] - a[v]) * (b[u] - a[u]));
   }

@@ -9,7 +9,7 @@
 namespace debulk {
 
 // Which points of a grid lie on the ply, and where the ply's outline crosses the lines between neighbouring points: what
-// keeps an outline's area exact below the grid spacing at the ply's edge, where no height tells.
+// keeps an outline's area exact below the grid spacing at the ply's edge, where no height is known.
 class PlyMask {
  public:
   PlyMask() = default;  // outline unknown: every point counts as on the ply

@@ -28,7 +28,7 @@ struct Box {
 };
 Box bounding_box(const Polygon& polygon);
 
-// Corners rounded to 2^-20 mm (about 1e-6), so that a window of a grid tells the same outline as the whole, to the last bit.
+// Corners rounded to 2^-20 mm (about 1e-6), so that a window of a grid gives the same outline as the whole, to the last bit.
 Polygon rounded(Polygon polygon);
 
 // Throws InputError unless it has at least three corners, all finite, and an area other than 0. A last corner that

@@ -9,6 +9,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/simd.hpp"
+#include "debulk/pocket/drop_out.hpp"
 #include "debulk/pocket/outline.hpp"
 #include "debulk/pocket/smooth_outline.hpp"
 #include "debulk/surface/thin_plate.hpp"
@@ -58,47 +59,6 @@ std::vector<std::size_t> members(const Components& components, std::size_t compo
 bool reaches_border(const Components& components, std::size_t component, const Grid<float>& heights) {
   return std::any_of(components.begin(component), components.end(component),
                      [&](const Run& run) { return run.row == 0 || run.row == heights.ny - 1 || run.begin == 0 || run.end == heights.nx; });
-}
-
-// How many steps to a neighbour it takes from a known height to the innermost point of a component (ascending indices).
-int depth(const Grid<float>& heights, const std::vector<std::size_t>& component) {
-  std::vector<int> steps(component.size(), 0);  // 0: not reached yet
-  const auto number = [&](int i, int j) -> long {
-    const auto at = std::lower_bound(component.begin(), component.end(), heights.index(i, j));
-    return at != component.end() && *at == heights.index(i, j) ? at - component.begin() : -1;
-  };
-  for (int step = 1;; ++step) {
-    std::vector<std::size_t> reached;
-    for (std::size_t n = 0; n < component.size(); ++n) {
-      if (steps[n]) continue;
-      const int i = static_cast<int>(component[n] % static_cast<std::size_t>(heights.nx)),
-                j = static_cast<int>(component[n] / static_cast<std::size_t>(heights.nx));
-      bool next_to = false;
-      for (int dj = -1; dj <= 1; ++dj)
-        for (int di = -1; di <= 1; ++di) {
-          if (!heights.contains(i + di, j + dj)) continue;
-          const long other = number(i + di, j + dj);
-          next_to |= other >= 0 ? steps[static_cast<std::size_t>(other)] > 0 : !std::isnan(heights.at(i + di, j + dj));
-        }
-      if (next_to) reached.push_back(n);
-    }
-    if (reached.empty()) return std::count(steps.begin(), steps.end(), 0) ? std::numeric_limits<int>::max() : step - 1;
-    for (const std::size_t n : reached) steps[n] = step;
-  }
-}
-
-// The rule for drop-outs, before the cut (segment.hpp), but for the border.
-bool may_bridge(const Grid<float>& heights, const std::vector<std::size_t>& component, const SegmentOptions& options) {
-  const auto high_rim = [&](std::size_t k) {
-    const int i = static_cast<int>(k % static_cast<std::size_t>(heights.nx)),
-              j = static_cast<int>(k / static_cast<std::size_t>(heights.nx));
-    for (int dj = -1; dj <= 1; ++dj)
-      for (int di = -1; di <= 1; ++di)
-        if (heights.contains(i + di, j + dj) && heights.at(i + di, j + dj) >= options.cut_height_mm / 4) return true;
-    return false;
-  };
-  return std::any_of(component.begin(), component.end(), high_rim) &&
-         2.0 * heights.spacing * depth(heights, component) <= options.bridge_mm + heights.spacing;
 }
 
 // What both hold.
@@ -217,7 +177,9 @@ bool Segmenter::bridge_components(const Components& components, bool all_of_them
     const auto r = static_cast<std::size_t>(begin);
     if (!all_of_them && reaches_border(components, r, out_.heights)) return;
     const std::vector<std::size_t> points = members(components, r, out_.heights.nx);
-    if (all_of_them || may_bridge(out_.heights, points, out_.options)) bridged_[r] = thin_plate(out_.heights, points, kLevelling);
+    const DropOutOptions drop_out{out_.options.cut_height_mm / 4, out_.options.bridge_mm};
+    if (all_of_them || is_drop_out(out_.heights, points, drop_out, stop))
+      bridged_[r] = thin_plate(out_.heights, points, kLevelling, stop);
   });
   bool any = false;
   for (std::size_t r = 0; r < count; ++r) {

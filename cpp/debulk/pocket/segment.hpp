@@ -73,7 +73,7 @@ struct Segmentation {
 Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
                      const Grid<float>* before_median = nullptr, int threads = 0, const Stop& stop = Stop());
 
-// The same for one map after the other, in memory that is kept.
+// The same for one map after the other, in memory that is reused.
 class Segmenter {
  public:
   // The result stays valid until the next call. threads, 0: as many as the process may use. Throws Stopped soon after the

@@ -22,7 +22,7 @@ struct Squares {
   Grid<std::uint8_t> marks;
 };
 
-// Squares lie at multiples of their side from mold (0, 0), so that a part of the map tells the same as the whole.
+// Squares lie at multiples of their side from mold (0, 0), so that a part of the map gives the same as the whole.
 int first_square(double origin, double spacing, int cell, int side) {
   return static_cast<int>(std::floor((std::round(origin / spacing) + cell) / side));
 }

@@ -41,7 +41,7 @@ struct TileSpan {
   int begin = 0, end = 0;
 };
 
-// What one reading along the mesh tells.
+// What one reading along the mesh yields.
 class MeshPass {
  public:
   static constexpr int cell_columns = 4;  // a cell: so many pixels of a row of the mesh
@@ -49,7 +49,7 @@ class MeshPass {
 
   // A high pixel counts if at least 8 of 25 pixels round it (of those that were seen) are high: what is 2 pixels wide in
   // any direction passes, and a single flying pixel or a run of six do not. `wanted`, if given (of the mold's XY), is 0
-  // where a high point does not matter. `spans`, one a row of tiles, are what is read; empty: everything.
+  // where a high point does not matter. `spans`, one per row of tiles, are what is read; empty: everything.
   void run(const CloudView& scan, const std::uint8_t* masked, const View& view, const Mesh& mesh, const RayBase& base,
            const MeshOptions& options, const Grid<std::uint8_t>* wanted, const std::vector<TileSpan>& spans, int threads, const Stop& stop);
 

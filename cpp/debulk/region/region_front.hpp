@@ -13,13 +13,13 @@ namespace debulk {
 
 // From a scan to its pockets through regions of interest: a coarse pass (MeshPass) finds what stands up, and only windows
 // round that are cleaned, gridded, filtered and segmented, with the same exact steps as the whole scan (FrontEnd, segment,
-// find_feet). What is prepared, and the buffers, stay from scan to scan; so does the memory of results that nobody holds any
+// find_feet). What is prepared, and the buffers, stay from scan to scan. So does the memory of results that are held by nobody any
 // more when the next run begins. A result that is still held stays as it is.
 //
 // Near a pocket, out to its foot and a margin beyond, a window holds what the whole scan's height map holds there, but for the outlier
-// threshold, which is told from a sample (SampledThreshold). Outlier decisions in a window are exact for that threshold T: its image part
-// reaches at least 4 T beyond what is used, so a point with one of its true nearest four outside has that one at 4 T or more, a mean of T
-// or more, and goes with or without it. A pocket or a foot that reaches beyond the exact heights makes them grow.
+// threshold, which is estimated from a sample (SampledThreshold). Outlier decisions in a window are exact for that threshold T: its image
+// part reaches at least 4 T beyond what is used, so a point with one of its true nearest four outside has that one at 4 T or more, a mean
+// of T or more, and goes with or without it. A pocket or a foot that reaches beyond the exact heights makes them grow.
 //
 // What is missed: nothing that covers AreaTol, unless along every cord of the mesh that it crosses less than 8 of 25 pixels
 // round each of its pixels stand higher than half the cut (narrower than 2 pixels: the filters of the whole scan leave

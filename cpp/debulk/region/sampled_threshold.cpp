@@ -79,8 +79,8 @@ SampledThreshold ThresholdSampler::run(const CloudView& cloud, const std::uint8_
     PinholeOutliers& outliers = whole->outliers;
     part.column = part.row = 0, part.width = cloud.width, part.height = cloud.height;
     outliers.fixed = 0;
-    if (masked) part.copy(cloud, masked);
-    out.pinhole = outliers.run(masked ? part.view() : cloud, camera, options, nullptr, threads, stop);
+    part.copy(cloud, masked);  // its owner may write into it meanwhile
+    out.pinhole = outliers.run(part.view(), camera, options, nullptr, threads, stop);
     const Outliers& found = outliers.summary();
     out.mean = found.mean, out.deviation = found.deviation, out.value = found.threshold, out.points = found.seen;
     return out;

@@ -20,13 +20,13 @@ struct CloudPart {
   Pinhole camera(const Pinhole& whole) const { return {whole.f, whole.cx - column, whole.cy - row}; }
 };
 
-// The outlier threshold of a whole cloud, told from parts of it.
+// The outlier threshold of a whole cloud, estimated from parts of it.
 struct SampledThreshold {
   double mean = 0, deviation = 0;  // mm, of the points' mean distances to their four neighbours
   double value = 0;                // mm
   double error = 0;                // mm, standard error, from how much the parts differ (jackknife)
   long points = 0;                 // in the sample
-  bool pinhole = false;            // false: not a pinhole's cloud, and nothing is told
+  bool pinhole = false;            // false: the cloud is not a pinhole camera's, and nothing is known
 };
 
 // Samples blocks of pixels, spread evenly over the image with a jitter: a twentieth of it or a million at least; all of an

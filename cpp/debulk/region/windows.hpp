@@ -42,7 +42,7 @@ struct WindowOptions {
   double margin_mm = 4.5;  // of exact heights round what stands up
 };
 
-// Windows round everything in the coarse pass that is high: each such tile with all tiles that stand up and hang on it.
+// Windows round everything in the coarse pass that is high: each such tile with all tiles that stand up and are connected to it.
 // `tile_near` is 0 for tiles that do not matter. Bounds are multiples of 16 points. Adds to `blocks` what is to be exact.
 std::vector<Window> find_windows(const MeshPass& pass, const Mesh& mesh, const RayBase& base, const View& view,
                                  const std::vector<std::uint8_t>& tile_near, const Grid<float>& frame, const WindowOptions& options,

@@ -12,10 +12,14 @@
 namespace debulk {
 namespace {
 
+// A section that is shorter than its mold by more than this, relative to its length, cannot be pressed onto it. It is the
+// strain that a certificate allows.
+constexpr double kTautStrain = 1e-4;
+
 void check_input(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
                  const std::vector<std::uint8_t>& inside) {
   check_nodes(nodes, neighbours);
-  require(inside.size() == nodes.size(), "inside", "one value a node", std::to_string(inside.size()) + " values");
+  require(inside.size() == nodes.size(), "inside", "one value per node", std::to_string(inside.size()) + " values");
   require(std::any_of(inside.begin(), inside.end(), [](std::uint8_t i) { return i != 0; }), "inside",
           "at least one node inside the perimeter", "none of " + std::to_string(inside.size()));
 }
@@ -68,7 +72,6 @@ void RidgeOptions::check() const {
   require(std::isfinite(thickness) && thickness > 0, "thickness_mm", "a positive thickness in mm", thickness);
   require(std::isfinite(bulk_factor) && bulk_factor >= 1, "bulk_factor", "at least 1", bulk_factor);
   require(std::isfinite(touch) && touch >= 0, "touch_mm", "a gap in mm, or 0 for a thirtieth of the thickness", touch);
-  require(taut_strain >= 0 && taut_strain < 1, "taut_strain", "a strain from 0 to 1", taut_strain);
 }
 
 PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
@@ -103,7 +106,7 @@ PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std:
       out.gaps[peak] = height;
       out.ridge_height = std::max(out.ridge_height, height);
       out.sections.push_back({sections.front(), height, 0.0});
-    } else if (sections.back().excess_per_length() < -options.taut_strain) {
+    } else if (sections.back().excess_per_length() < -kTautStrain) {
       for (const int n : claim(sections.back(), claimed)) {
         out.is_bridge[n] = 1;
         out.gaps[n] = gaps[n] + base;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "debulk/core/nominal_ply.hpp"
 #include "debulk/net/net.hpp"
 #include "debulk/ridge/ridge_line.hpp"
 #include "debulk/surface/surface.hpp"
@@ -12,13 +13,11 @@
 namespace debulk {
 
 struct RidgeOptions {
-  double thickness = 0.3;    // mm, t, nominal
-  double bulk_factor = 1.2;  // beta: the consolidated ply is t / beta thick
+  double thickness = kNominalThicknessMm;  // mm, t, nominal
+  double bulk_factor = 1.2;                // beta: the consolidated ply is t / beta thick
   // mm; a node up to this above the mold touches it. 0: t / 30. That is ten times the penetration a certificate allows, and at
   // the finest spacing of the paper (2.4 mm) holds 0.04 um of excess, a thousandth of what an elastic fold of height t needs.
   double touch = 0.0;
-  // Relative; a section shorter than its mold by more than this cannot be pressed onto it. The strain that a certificate allows.
-  double taut_strain = 1e-4;
 
   double consolidated() const { return thickness / bulk_factor; }          // mm
   double touch_gap() const { return touch > 0 ? touch : thickness / 30; }  // mm
@@ -26,9 +25,9 @@ struct RidgeOptions {
 };
 
 struct PostProcessed {
-  std::vector<double> gaps;             // mm above the mold, one a node: top of the consolidated ply, or of the ridge
-  std::vector<std::uint8_t> is_ridge;   // one a node: 1 at the peak of a ridge
-  std::vector<std::uint8_t> is_bridge;  // one a node: 1 where the ply is too short to reach the mold
+  std::vector<double> gaps;             // mm above the mold, one per node: top of the consolidated ply, or of the ridge
+  std::vector<std::uint8_t> is_ridge;   // one per node: 1 at the peak of a ridge
+  std::vector<std::uint8_t> is_bridge;  // one per node: 1 where the ply is too short to reach the mold
   std::vector<RidgeSection> sections;   // of the ridges, in the order in which they were formed: from the largest gap down
   double ridge_height = 0.0;            // mm, of the highest ridge; 0: none
   double ridge_length = 0.0;            // mm, of the longest connected ridge; 0: none

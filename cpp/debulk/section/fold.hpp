@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "debulk/core/nominal_ply.hpp"
 #include "debulk/solve/certificate.hpp"
 #include "debulk/solve/options.hpp"
 #include "debulk/solve/status.hpp"
@@ -14,20 +15,20 @@ namespace debulk {
 // The 2-D section model (paper, "Post-Processing the Results"; docs/model.md, section 6): the cross-section of an inextensible ply
 // between two pins on the mold, longer than the mold, under the vacuum; which fold it makes.
 struct SectionOptions {
-  int segments = 200;                            // of the polyline; even
-  int steps = 5;                                 // load steps: the pressure grows by equal shares
-  std::string pressure = "following";            // normal to the ply wherever it goes; or "vertical", a dead load along -z
-  std::string bending = "consistent";            // c theta^2 / (2 s) a node; or "paper", see section_stiffness()
-  bool self_contact = true;                      // the flanks do not pass through each other
-  double contact_distance = 0.3;                 // mm, between the flanks' mid-lines where they touch: the ply's thickness
-  SolveOptions solve{1e-8, 1000, 1e11, Stop()};  // so stiff that its strains are nothing beside excess / span
+  int segments = 200;                             // of the polyline; even
+  int steps = 5;                                  // load steps: the pressure grows by equal shares
+  std::string pressure = "following";             // normal to the ply wherever it goes; or "vertical", a dead load along -z
+  std::string bending = "consistent";             // c theta^2 / (2 s) a node; or "paper", see section_stiffness()
+  bool self_contact = true;                       // the flanks do not pass through each other
+  double contact_distance = kNominalThicknessMm;  // mm, between the flanks' mid-lines where they touch: the ply's thickness
+  SolveOptions solve{1e-8, 1000, 1e11, Stop()};   // so stiff that its strains are nothing beside excess / span
 
   void check() const;
 };
 
 struct SectionPly {
-  double stiffness = 0.81;  // c = E t^3 / 12, N mm
-  double pressure = 0.1;    // MPa
+  double stiffness = kNominalYoungMpa * kNominalThicknessMm * kNominalThicknessMm * kNominalThicknessMm / 12;  // c = E t^3 / 12, N mm
+  double pressure = kNominalPressureMpa;                                                                       // MPa
 
   void check() const;
 };

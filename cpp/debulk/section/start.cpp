@@ -49,7 +49,7 @@ SectionStart section_start(const SectionProfile& mold, double half_span, double 
       const Eigen::Vector2d foot = point_at(below, running, on_bump ? raised(0, k) : k * length - excess / 2);
       out.line.col(half + side * k) = foot + Eigen::Vector2d(0, on_bump ? raised(1, k) : 0.0);
     }
-    out.line(1, half) += raised(1, 0) / 2;  // the sides' crowns differ a little on a mold that is no mirror image of itself
+    out.line(1, half) += raised(1, 0) / 2;  // the sides' crowns differ a little on a mold that is not its own mirror image
   }
   out.line(1, half) += mold.at(0).height;
   return out;

@@ -13,7 +13,7 @@ namespace debulk {
 class BlockMatrix {
  public:
   BlockMatrix() = default;
-  // groups: sets of nodes that a term couples all with all. Every node gets a diagonal block. With `held`, one a node,
+  // groups: sets of nodes that a term couples all with all. Every node gets a diagonal block. With `held`, one per node,
   // nodes where it is not 0 have no blocks at all.
   BlockMatrix(int nodes, const std::vector<std::array<int, 3>>& groups, const std::vector<char>& held = {});
 

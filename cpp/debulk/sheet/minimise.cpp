@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "debulk/core/error.hpp"
-#include "debulk/core/parallel.hpp"
 #include "debulk/sheet/certify.hpp"
 #include "debulk/sheet/gap_problem.hpp"
 #include "debulk/solve/method.hpp"
@@ -43,15 +43,6 @@ Eigen::VectorXd perturbed(Eigen::VectorXd y, double amplitude, Random& random) {
     if (k % 3 == 2) y[k] = std::max(0.0, y[k]);
   }
   return y;
-}
-
-Minimum refused(const Sheet& sheet, SolveStatus status, double stiffness, const Stop& stop) {
-  Minimum out;
-  out.nodes = sheet.start();
-  out.status = status;
-  out.certificate = certify(sheet, out.nodes, stiffness, stop).certificate;
-  out.energy_mj = sheet.energy(out.nodes);
-  return out;
 }
 
 constexpr double kRetryPerturbation = 0.02;  // spacings
@@ -94,7 +85,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
   return minimum;
 }
 
-// Does something hold the ply as a whole? Fixed nodes do. Without any, let it slide as it lies, its nodes moved by the same
+// Whether something holds the ply as a whole. Fixed nodes do. Without any, it slides as it lies, all nodes moved by the same
 // (x, y) on the mold: load times the mean descent, against the grip of the free nodes, mu P A / N times the way. It is held
 // where it lies, or comes to rest within its own size (Newton's method with steps of at most a spacing), or slides off.
 bool held(const Sheet& sheet) {
@@ -144,37 +135,10 @@ SolveStatus refusal(const Sheet& sheet) {
   return held(sheet) ? SolveStatus::converged : SolveStatus::no_minimum;
 }
 
-// Start k: 0 is the given one (or the sheet's), the others are seeded perturbations of it.
-Minimum from_start(const Sheet& sheet, const MinimiseOptions& options, const Points* start, int k) {
-  const SolveStatus known = refusal(sheet);
-  if (known != SolveStatus::converged) return refused(sheet, known, options.solve.stiffness, options.solve.stop);
-  if (options.solve.stop.now()) {
-    Minimum minimum = refused(sheet, options.solve.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline,
-                              options.solve.stiffness, options.solve.stop);
-    if (start) minimum.nodes = *start;
-    return minimum;
-  }
-  if (const Eigen::Vector3d far = sheet.start().front(); !far.isZero(0)) {
-    // So far from the origin, differences of coordinates lack the digits that stiff fibres need: solve near it. The
-    // certificate is that of the configuration there, of which the returned nodes are the rounded ones.
-    Points near_start = start ? *start : sheet.start();
-    for (Eigen::Vector3d& node : near_start) node -= far;
-    Minimum minimum = from_start(sheet.moved(-far), options, &near_start, k);
-    for (Eigen::Vector3d& node : minimum.nodes) node += far;
-    for (std::size_t i = 0; i < minimum.nodes.size(); ++i)
-      if (sheet.net().kinds[i] == NodeKind::fixed) minimum.nodes[i] = sheet.start()[i];
-    return minimum;
-  }
-  const GapProblem problem(sheet);
-  const Eigen::VectorXd first = problem.from_points(start ? *start : sheet.start());
-  Random random(options.seed * 1000003u + static_cast<std::uint64_t>(k));
-  return run(sheet, problem, options, k == 0 ? first : perturbed(first, options.perturbation, random), random);
-}
-
-// Refused, and so would be every other start.
-bool never_begun(const Minimum& minimum) {
-  return minimum.status == SolveStatus::nothing_moves || minimum.status == SolveStatus::too_few_movable_nodes ||
-         minimum.status == SolveStatus::no_minimum || minimum.status == SolveStatus::not_a_surface;
+// Whether no solve was tried, or a solve showed that there is no minimum: then every other start would end the same way.
+bool ends_every_start(SolveStatus status) {
+  return status == SolveStatus::nothing_moves || status == SolveStatus::too_few_movable_nodes || status == SolveStatus::no_minimum ||
+         status == SolveStatus::not_a_surface;
 }
 
 }  // namespace
@@ -189,35 +153,58 @@ void MinimiseOptions::check() const {
   require(retries >= 0, "retries", "0 or more", retries);
 }
 
-std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start) {
+Minimiser::Minimiser(std::shared_ptr<const Sheet> sheet) : sheet_(std::move(sheet)), refusal_(refusal(*sheet_)) {
+  if (refusal_ != SolveStatus::converged) return;
+  const Eigen::Vector3d origin = sheet_->start().front();
+  near_origin_ = origin.isZero(0) ? sheet_ : std::make_shared<const Sheet>(sheet_->moved(-origin));
+}
+
+Minimum Minimiser::not_tried(SolveStatus status, const SolveOptions& options) const {
+  Minimum out;
+  out.nodes = sheet_->start();
+  out.status = status;
+  out.certificate = certify(*sheet_, out.nodes, options.stiffness, options.stop).certificate;
+  out.energy_mj = sheet_->energy(out.nodes);
+  return out;
+}
+
+// Start k: 0 is the given one (or the sheet's), the others are seeded perturbations of it. Far from the origin, differences of
+// coordinates lack the digits that stiff fibres need, so the solve is made near it. The certificate is that of the
+// configuration there, of which the returned nodes are the rounded ones.
+Minimum Minimiser::from_start(const MinimiseOptions& options, const Points* start, int k) const {
+  if (refusal_ != SolveStatus::converged) return not_tried(refusal_, options.solve);
+  const Points& given = start ? *start : sheet_->start();
+  if (options.solve.stop.now()) {
+    Minimum minimum = not_tried(options.solve.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline, options.solve);
+    minimum.nodes = given;
+    return minimum;
+  }
+  const Eigen::Vector3d origin = sheet_->start().front();
+  Points near_start = given;
+  for (Eigen::Vector3d& node : near_start) node -= origin;
+  const GapProblem problem(*near_origin_);
+  const Eigen::VectorXd first = problem.from_points(near_start);
+  Random random(options.seed * 1000003u + static_cast<std::uint64_t>(k));
+  Minimum minimum = debulk::run(*near_origin_, problem, options, k == 0 ? first : perturbed(first, options.perturbation, random), random);
+  for (Eigen::Vector3d& node : minimum.nodes) node += origin;
+  for (std::size_t i = 0; i < minimum.nodes.size(); ++i)
+    if (sheet_->net().kinds[i] == NodeKind::fixed) minimum.nodes[i] = sheet_->start()[i];
+  return minimum;
+}
+
+std::vector<Minimum> Minimiser::run(const MinimiseOptions& options, const Points* start) const {
   options.check();
-  if (start) sheet.energy(*start);  // checks it
+  if (start) sheet_->energy(*start);  // checks it
   std::vector<Minimum> minima;
   for (int k = options.first_start; k < options.starts; ++k) {
-    if (!minima.empty() && (options.solve.stop.now() || never_begun(minima[0]))) break;
-    minima.push_back(from_start(sheet, options, start, k));
+    if (!minima.empty() && (options.solve.stop.now() || ends_every_start(minima[0].status))) break;
+    minima.push_back(from_start(options, start, k));
   }
   return minima;
 }
 
-std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& sheets, const MinimiseOptions& options, int threads) {
-  options.check();
-  const auto starts = static_cast<std::size_t>(options.starts - options.first_start);
-  std::vector<std::vector<Minimum>> minima(sheets.size(), std::vector<Minimum>(starts));
-  std::vector<std::vector<char>> begun(sheets.size(), std::vector<char>(starts, 0));
-  // Every sheet's first start before any second one: a deadline cuts the others.
-  parallel_for(static_cast<long>(sheets.size() * starts), 1, threads, [&](long first, long) {
-    const std::size_t sheet = static_cast<std::size_t>(first) % sheets.size(), k = static_cast<std::size_t>(first) / sheets.size();
-    if (k > 0 && options.solve.stop.now()) return;
-    minima[sheet][k] = from_start(*sheets[sheet], options, nullptr, options.first_start + static_cast<int>(k));
-    begun[sheet][k] = 1;
-  });
-  for (std::size_t s = 0; s < sheets.size(); ++s) {
-    std::size_t kept = 1;
-    while (kept < starts && begun[s][kept] && !never_begun(minima[s][0])) ++kept;
-    minima[s].resize(kept);
-  }
-  return minima;
+std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start) {
+  return Minimiser(std::shared_ptr<const Sheet>(std::shared_ptr<void>(), &sheet)).run(options, start);  // lives in this call only
 }
 
 const Minimum& best(const std::vector<Minimum>& minima) {

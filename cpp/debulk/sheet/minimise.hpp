@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,13 +37,27 @@ struct Minimum {
   bool certified() const { return (status == SolveStatus::converged || status == SolveStatus::nothing_moves) && certificate.certified(); }
 };
 
-// The sheet under vacuum, from each start (docs/solver.md, section 10). Ordered as the starts; a stopped run returns those
-// begun, the first at least.
-std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start = nullptr);
+// Finds minima of one sheet. What every start of it needs is prepared once: whether the sheet can be solved at all, and the
+// sheet moved to the origin. Several threads may run starts of one Minimiser at the same time; a start's result does not
+// depend on the others.
+class Minimiser {
+ public:
+  explicit Minimiser(std::shared_ptr<const Sheet> sheet);
 
-// The same for several sheets at once, on up to `threads` threads (0: as many as the process may use): result k is that of
-// sheet k alone, bit for bit.
-std::vector<std::vector<Minimum>> minimise_all(const std::vector<const Sheet*>& sheets, const MinimiseOptions& options, int threads = 0);
+  // The sheet under vacuum from each start (docs/solver.md, section 10), in their order. A stopped run returns those that were begun, at least the first.
+  std::vector<Minimum> run(const MinimiseOptions& options, const Points* start = nullptr) const;
+
+ private:
+  Minimum from_start(const MinimiseOptions& options, const Points* start, int k) const;
+  Minimum not_tried(SolveStatus status, const SolveOptions& options) const;
+
+  std::shared_ptr<const Sheet> sheet_;
+  SolveStatus refusal_;                       // why no start is tried; `converged`: nothing speaks against it
+  std::shared_ptr<const Sheet> near_origin_;  // none where the sheet is refused
+};
+
+// The same for a sheet that is minimised once.
+std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start = nullptr);
 
 // The certified one of lowest energy, one without a compliance if there is any; if none is certified, the first.
 const Minimum& best(const std::vector<Minimum>& minima);

@@ -3,17 +3,18 @@
 #include <cmath>
 
 #include "debulk/core/error.hpp"
+#include "debulk/core/nominal_ply.hpp"
 
 namespace debulk {
 
 // The ply's material and the loads on it (the paper's table; docs/model.md).
 struct PlyMaterial {
-  double thickness_mm = 0.3;
-  double young_mpa = 360.0;  // for bending only
-  double shear_mpa = 40.0;   // in-plane
+  double thickness_mm = kNominalThicknessMm;
+  double young_mpa = kNominalYoungMpa;  // for bending only
+  double shear_mpa = 40.0;              // in-plane
   double density_kg_m3 = 1048.0;
-  double friction = 0.4;      // of free boundary nodes
-  double pressure_mpa = 0.1;  // vacuum, along -z
+  double friction = 0.4;                      // of free boundary nodes
+  double pressure_mpa = kNominalPressureMpa;  // vacuum, along -z
   double gravity_m_s2 = 9.81;
 
   double bending_mj() const { return young_mpa * std::pow(thickness_mm, 3) / 12; }  // c = E t^3 / 12, N mm

@@ -90,8 +90,8 @@ void Sheet::add_term(const std::string& name, double strength, std::shared_ptr<c
 void Sheet::check_net() const {
   const int count = static_cast<int>(net_.nodes.size());
   require(count >= 2, "nodes_mm", "at least 2 nodes", count);
-  require(net_.neighbours.size() == net_.nodes.size(), "neighbours", "one row a node", net_.neighbours.size());
-  require(net_.kinds.size() == net_.nodes.size(), "kinds", "one a node", net_.kinds.size());
+  require(net_.neighbours.size() == net_.nodes.size(), "neighbours", "one row per node", net_.neighbours.size());
+  require(net_.kinds.size() == net_.nodes.size(), "kinds", "one per node", net_.kinds.size());
   require(std::isfinite(net_.spacing) && net_.spacing > 0, "spacing_mm", "a positive length in mm", net_.spacing);
   check_points(net_.nodes);
   constexpr std::array<Direction, 4> opposite = {west, east, south, north};

@@ -9,7 +9,7 @@
 
 namespace debulk {
 
-using Points = std::vector<Eigen::Vector3d>;  // one a node, mm
+using Points = std::vector<Eigen::Vector3d>;  // one per node, mm
 using Places = std::vector<int>;              // slots of a BlockMatrix; -1: a block that it does not hold
 
 // One energy of the sheet, in mJ: value, gradient and Hessian of the same formula, in one place.

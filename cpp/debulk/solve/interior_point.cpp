@@ -29,7 +29,7 @@ constexpr double kSaddleMu = 1e-3, kEscapeStep = 0.05, kEscapeMu = 1e-4;
 constexpr int kSaddleSteps = 6, kEscapes = 10;
 
 struct Iterate {
-  VectorXd y, lambda, z;  // z: multipliers of the bounds, one a variable, 0 where there is none
+  VectorXd y, lambda, z;  // z: multipliers of the bounds, one per variable, 0 where there is none
   VectorXd c;
   double f = 0;
 };

@@ -21,7 +21,7 @@ namespace debulk {
 // growing sequence with which it does.
 class NewtonSystem {
  public:
-  // Once the stop is raised, factor() gives up after the factorisation that it is at.
+  // Once the stop is raised, factor() ends after the factorisation that it is computing.
   NewtonSystem(const Problem& problem, Stop stop);
 
   void differentiate(const Eigen::VectorXd& y);                            // J

@@ -98,7 +98,7 @@ class AugmentedLagrangian {
     return value;
   }
 
-  // From y, in place. Whether NLopt itself is content says little: the next round tells.
+  // Improves y in place. NLopt's own verdict says little; the next round shows whether y has converged.
   void minimise(VectorXd& y) {
     const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> optimiser(nlopt_create(NLOPT_LD_LBFGS, static_cast<unsigned>(y.size())),
                                                                       nlopt_destroy);

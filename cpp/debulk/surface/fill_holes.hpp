@@ -27,7 +27,7 @@ Grid<std::uint8_t> fill_holes(Grid<float>& heights, const FillOptions& options =
 // The same; `measured` is overwritten, its memory kept.
 void fill_holes(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads);
 
-// The same for one grid after the other, in memory that is kept.
+// The same for one grid after the other, in memory that is reused.
 class HoleFilling {
  public:
   void run(Grid<float>& heights, const FillOptions& options, Grid<std::uint8_t>& measured, int threads, const Stop& stop = Stop());
@@ -39,7 +39,7 @@ class HoleFilling {
   std::vector<int> first_, region_;
   std::vector<Hole> regions_, holes_;
   std::vector<Cell> cells_;      // hole by hole
-  std::vector<float> fillings_;  // one a cell
+  std::vector<float> fillings_;  // one per cell
   std::vector<HolePatch> patches_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "debulk/cloud/neighbours.hpp"
 #include "debulk/cloud/pinhole_outliers.hpp"
@@ -30,13 +31,14 @@ struct FrontEndOptions {
 // other takes the general one, by remove_outliers and grid_heights.
 class FrontEnd {
  public:
-  // camera: none takes the general way always. Points are in the scanner's frame. low, high: the box of the mold's XY
+  // Without a pinhole camera every scan takes the general way. Points are in the scanner's frame. low, high: the box of the mold's XY
   // plane that the grid is to cover, cut to the reference's.
   FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
            bool pinhole, const FrontEndOptions& options, int threads = 0);
 
   // The height map stays valid until the next call. Throws Stopped within some milliseconds when the stop is raised (before
-  // the search of a cloud that is no pinhole's has begun or ended, within some tenths of a second).
+  // the search of a cloud that is no pinhole's has begun or ended, within some tenths of a second). The scan is copied first:
+  // a scanner that writes the next one into the same memory meanwhile gives wrong heights, and no wrong indices.
   const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
 
   // Of the last run.
@@ -51,6 +53,7 @@ class FrontEnd {
   const Times& times() const { return times_; }
 
  private:
+  CloudView copied(const CloudView& scan, const Stop& stop);
   void grid_generally(const CloudView& scan, const Stop& stop);
 
   std::shared_ptr<const Reference> reference_;
@@ -60,6 +63,7 @@ class FrontEnd {
   RayBase base_;
   std::optional<ImageGridding> gridding_;
   PinholeOutliers image_;
+  std::vector<float> scan_;
   HoleFilling filling_;
   Outliers outliers_;
   HeightMap map_;

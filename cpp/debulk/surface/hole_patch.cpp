@@ -11,8 +11,8 @@ namespace {
 
 constexpr Cell around[4] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
 
-// Grows what is marked in an image of `nx` columns, whose border stays out of it, by its layer-th layer: over corners too,
-// or over edges only. In turn they keep a disc round.
+// Grows what is marked in an image of `nx` columns, but not onto its border, by layer number `layer`: over corners and edges,
+// or over edges only. The two in turn keep a disc round.
 void grow(std::vector<std::uint8_t>& marks, std::vector<std::uint8_t>& scratch, int nx, int layer) {
   scratch = marks;
   const std::uint8_t* from = scratch.data();
@@ -67,8 +67,8 @@ int HolePatch::depth() {
   return layer;
 }
 
-// The five-point Laplace equation for what the trend leaves at the rim, into rest_. The region has no missing neighbours
-// but its own cells, since it is a whole connected one.
+// The five-point Laplace equation for what the trend leaves at the rim, into rest_. The region is a whole component, so all of
+// its missing neighbours are its own cells.
 void HolePatch::harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend) {
   int width = 0;
   for (int k = 0; k < hole.count; ++k)

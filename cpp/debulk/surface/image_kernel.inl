@@ -4,7 +4,7 @@ struct Pixels {
   Floats column, row;
 };
 
-// Where sixteen nodes look in an image of `pitch` values a row. Most look into two rows and a few neighbouring columns, in
+// The places of sixteen nodes in an image of `pitch` values per row. Most of them lie in two rows and a few neighbouring columns, in
 // which shuffles find the values many times faster than loads one by one.
 struct Places {
   const float* image;
@@ -82,7 +82,7 @@ struct Nodes {
   }
 };
 
-// Whole numbers of pixels. Who is outside looks to the first inner pixel, and takes nothing from there.
+// Whole numbers of pixels. A node whose pixel is outside reads the first inner pixel, and the value is not used.
 struct Nearest {
   Ints in, column, row;
 
@@ -95,7 +95,7 @@ struct Nearest {
   }
 };
 
-// One look of many stretches after the other: a stretch's three looks wait for each other.
+// One of the three lookups for many stretches in turn, because the three lookups of one stretch wait for each other.
 void run(const ImageTables& t, int j, float* out) {
   constexpr int most = 32;  // stretches at once
   alignas(64) float heights[most * lanes];

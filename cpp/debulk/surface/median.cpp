@@ -19,7 +19,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 #define DEBULK_KERNEL "debulk/surface/median_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
-// The median of the values that are there, at columns and rows `step` apart, up to `reach` steps away.
+// The median of the values that are known, at columns and rows `step` apart, up to `reach` steps away.
 float window_median(const Grid<float>& grid, int i, int j, int reach, int step) {
   if (std::isnan(grid.at(i, j))) return std::numeric_limits<float>::quiet_NaN();
   std::array<float, 25> window{};

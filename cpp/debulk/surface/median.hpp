@@ -5,10 +5,10 @@
 
 namespace debulk {
 
-// The median of the values that are there in a window of size by size (3 or 5) round each value; the mean of the middle
+// The median of the values that are known in a window of size by size (3 or 5) round each value; the mean of the middle
 // two where their number is even. A missing value stays missing.
 Grid<float> median(const Grid<float>& grid, int size = 3, int threads = 0);
-// The same into a grid that is there; it must be another.
+// The same, written into a grid that exists already and is not the input.
 void median(const Grid<float>& grid, int size, Grid<float>& out, int threads, const Stop& stop = Stop());
 
 // Spikes that are no ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median. A value further

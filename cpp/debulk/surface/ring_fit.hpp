@@ -13,7 +13,7 @@ struct RingPoint {
 
 // A polynomial through the ring of measured values round a hole, of the highest degree (of 4, 2, 1, 0, at most
 // `highest_degree`) that predicts no point of the hole with more noise than a single measured value has. An even degree
-// is worth what the next odd one is for the crown of a bell, at less noise. Allocates nothing.
+// serves the crown of a bell as well as the next odd one, with less noise. Allocates nothing.
 class RingFit {
  public:
   RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint>& hole, int highest_degree);

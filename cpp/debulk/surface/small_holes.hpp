@@ -7,8 +7,8 @@
 
 namespace debulk {
 
-// Nearly all holes are of one to three cells. What HolePatch puts into such a one is linear in the heights round it, with
-// factors that depend on its shape alone: here they are, once and for all.
+// Nearly all holes have one to three cells. What HolePatch puts into such a hole is linear in the heights round it, with
+// factors that depend on its shape alone. They are computed once.
 class SmallHoles {
  public:
   static const SmallHoles& table();

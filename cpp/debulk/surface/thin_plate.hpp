@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 
 namespace debulk {
 
@@ -12,10 +13,15 @@ namespace debulk {
 // their rim, so a crest stays a crest and two slopes that fall towards each other meet in a valley. Differences that reach
 // another NaN are left out. `levelling` weighs squared first differences in addition: a small one makes the plate level
 // where the known heights leave a tilt open. The result is empty where the known heights do not determine the plate.
+//
+// More than 6000 unknown heights are solved on every so-manyth column and row and interpolated bilinearly between them, so
+// that time and memory stay linear; for discs of 40 000 and 80 000 heights that moves them by 5 to 10 % of what the plate
+// itself is off a bowed surface. Throws Stopped within one factorisation of the stop.
 template <class Number>
-std::vector<double> thin_plate(const Grid<Number>& heights, const std::vector<std::size_t>& unknown, double levelling = 0);
+std::vector<double> thin_plate(const Grid<Number>& heights, const std::vector<std::size_t>& unknown, double levelling = 0,
+                               const Stop& stop = Stop());
 
-extern template std::vector<double> thin_plate(const Grid<float>&, const std::vector<std::size_t>&, double);
-extern template std::vector<double> thin_plate(const Grid<double>&, const std::vector<std::size_t>&, double);
+extern template std::vector<double> thin_plate(const Grid<float>&, const std::vector<std::size_t>&, double, const Stop&);
+extern template std::vector<double> thin_plate(const Grid<double>&, const std::vector<std::size_t>&, double, const Stop&);
 
 }  // namespace debulk

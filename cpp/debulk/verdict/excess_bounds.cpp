@@ -43,10 +43,4 @@ double elastic_fold_height(double excess_length, double natural_length) {
   return kFold * natural_length * std::pow(excess_length / natural_length, 4.0 / 7.0);
 }
 
-double elastic_fold_excess(double height, double natural_length) {
-  require(std::isfinite(height) && height >= 0, "height_mm", "a height in mm, or 0", height);
-  require_positive(natural_length, "natural_length_mm", "a positive length in mm");
-  return natural_length * std::pow(height / (kFold * natural_length), 7.0 / 4.0);
-}
-
 }  // namespace debulk

@@ -17,8 +17,7 @@ RidgeBounds excess_bounds(double excess_length, double thickness, double bulk_fa
 double natural_length(double modulus, double thickness, double pressure);
 
 // Height of an elastic fold on a flat, frictionless floor under a dead load, as excess / natural length goes to 0:
-// h / l = 1.3256 (dL / l)^(4/7). Exact values lie below (by 3 % at dL = l / 2, 11 % at 2 l), so it is an upper bound. And its inverse.
+// h / l = 1.3256 (dL / l)^(4/7). Exact values lie below (by 3 % at dL = l / 2, 11 % at 2 l), so it is an upper bound.
 double elastic_fold_height(double excess_length, double natural_length);
-double elastic_fold_excess(double height, double natural_length);
 
 }  // namespace debulk

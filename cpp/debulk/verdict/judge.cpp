@@ -74,7 +74,9 @@ std::string cannot_be_judged(const PocketEvidence& evidence, const Criteria& cri
 // Why the figures prove nothing; empty when they do.
 std::string not_proven(const PocketEvidence& evidence) {
   const std::string status = evidence.solve_status.empty() ? "" : " (" + evidence.solve_status + ")";
-  if (evidence.deadline_passed) return "the deadline passed before the solution was certified" + status;
+  if (evidence.deadline_passed)
+    return evidence.certified ? "the deadline passed before all starts that the rule asks for were tried"
+                              : "the deadline passed before the solution was certified" + status;
   if (!evidence.certified) return "the solution is not certified" + status;
   if (!usable(evidence.rms) || !usable(evidence.ridge_height) || !usable(evidence.bridge_height))
     return "the solution has no finite figures" + status;

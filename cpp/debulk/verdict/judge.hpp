@@ -5,7 +5,7 @@
 
 namespace debulk {
 
-// In the order from best to worst: the worse one wins.
+// From best to worst. Of two verdicts the worse one counts.
 enum class Verdict {
   cease,      // closes within the criteria, and a certificate says so
   undecided,  // the evidence lies on both sides of a limit, or is not certified
@@ -36,7 +36,7 @@ struct Spread {
   double high = 0.0;
 };
 
-// What is known of one pocket. The defaults prove nothing: a pocket is UNDECIDED until someone certifies it.
+// What is known of one pocket. The defaults prove nothing: a pocket is UNDECIDED until it is certified.
 struct PocketEvidence {
   Spread rms;                // mm
   Spread ridge_height;       // mm, 0: no ridge

@@ -17,7 +17,7 @@ import typer
 from debulk import InputError, __version__
 from debulk.cli import scanning
 from debulk.cli import tools as cli_tools
-from debulk.cli.support import EXIT_CODES, check_writable, outcome, show, shown_progress
+from debulk.cli.support import EXIT_CODES, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
 from debulk.report import Report
 from debulk.results.saving import check_report_path
 from debulk.verdict import Verdict
@@ -57,7 +57,7 @@ def inspect(
     scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
     recipe: Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")] = None,
-    pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
+    pose: Annotated[Path | None, typer.Option(help=POSE_HELP)] = None,
     outline: Annotated[Path | None, typer.Option(help="The ply's outline, CSV x,y in the mold frame.")] = None,
     angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90",
     camera: Annotated[
@@ -87,7 +87,7 @@ def inspect(
         from debulk.recipe import Recipe
 
         settings = Recipe() if recipe is None else Recipe.load(recipe)
-        transform = None if pose is None else files.load_pose(pose, unit)
+        transform = pose_of(pose, unit)
         ply_outline = None if outline is None else files.load_outline(outline, unit)
         hidden = None if mask is None else files.load_mask(mask)
         with shown_progress() as progress:
@@ -224,9 +224,9 @@ def _angles(text: str) -> tuple[float, float]:
         first, second = (float(word) for word in text.split(","))
     except ValueError:
         raise InputError(f"--angles: expected two numbers like 0,90, got {text!r}") from None
-    # Also catches NaN and infinity: their remainder is not a number.
-    if not 1.0 <= abs(first - second) % 180 <= 179.0:
-        raise InputError(f"--angles: expected two directions at least 1 degree apart, got {text!r}")
+    from debulk.inspection.fibre_angles import check_apart
+
+    check_apart((first, second), "--angles")
     return first, second
 
 

@@ -9,14 +9,21 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from debulk import InputError
 from debulk.verdict import Verdict
 
 EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.INVALID: 3, Verdict.UNDECIDED: 4}
 BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
+
+POSE_HELP = (
+    "4x4 matrix, x_mold = T x_scanner, as text; or the word identity, where the files are in the mold's frame already."
+)
 
 Progress = Callable[[str, float], None]
 
@@ -89,6 +96,15 @@ def show(text: Callable[[int | None], str], verdict: Verdict | None = None) -> N
 
 
 _STYLES = {Verdict.CEASE: "green", Verdict.CREASE: "red", Verdict.UNDECIDED: "yellow", Verdict.INVALID: "magenta"}
+
+
+def pose_of(pose: Path | None, unit: Literal["mm", "m"]) -> NDArray[np.float64] | None:
+    """Read the option --pose."""
+    from debulk import files
+
+    if pose is None:
+        return None
+    return np.eye(4) if str(pose) == "identity" else files.load_pose(pose, unit)
 
 
 def check_writable(path: Path) -> None:

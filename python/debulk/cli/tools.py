@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from debulk import InputError
-from debulk.cli.support import check_writable, outcome, show, shown_progress
+from debulk.cli.support import POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
 
 
 def compare(
@@ -17,7 +17,7 @@ def compare(
         Path, typer.Argument(help="Cloud of the debulked ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")
     ],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before the ply was draped.")],
-    pose: Annotated[Path | None, typer.Option(help="4x4 matrix, x_mold = T x_scanner, as text.")] = None,
+    pose: Annotated[Path | None, typer.Option(help=POSE_HELP)] = None,
     recipe: Annotated[Path | None, typer.Option(help="Settings; unset: those of the report.")] = None,
     mask: Annotated[
         Path | None,
@@ -46,7 +46,7 @@ def compare(
             progress("reading", 0.0)
             before = Report.load(report)
             clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
-            transform = None if pose is None else files.load_pose(pose, unit)
+            transform = pose_of(pose, unit)
             progress("comparing", 0.0)
             found = held_against(before, *clouds, settings, transform, hidden)
             progress("comparing", 1.0)

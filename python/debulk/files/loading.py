@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from debulk import arrays
 from debulk._core import InputError
 from debulk.files import mask, npy, pcd, ply, text
 from debulk.files.kinds import TEXT, check_kind
@@ -131,11 +132,7 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
     pose = _numbers(path, header=False)
     if pose.shape != (4, 4):
         raise InputError(f"{path}: expected four lines of four numbers, got {pose.shape[0]} of {pose.shape[1]}")
-    rotation = pose[:3, :3]
-    if not np.allclose(pose[3], [0, 0, 0, 1]):
-        raise InputError(f"{path}: expected the last line 0 0 0 1, got {' '.join(f'{v:g}' for v in pose[3])}")
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(rotation) < 0:
-        raise InputError(f"{path}: expected a rotation in the upper left 3 x 3, got one that scales, shears or mirrors")
+    pose = arrays.rigid(pose, str(path))
     pose[:3, 3] *= _factor(unit)
     return pose
 
@@ -157,23 +154,16 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
     Raises
     ------
     InputError
-        If there are fewer than three corners, or they enclose nothing.
+        If there are fewer than three corners, or they enclose nothing, or cross each other's sides.
     """
     path = Path(path)
     outline = _numbers(path, header=True)
     if outline.shape[1] != 2:
         raise InputError(f"{path}: expected two columns x,y, got {outline.shape[1]}")
-    if len(outline) > 1 and np.array_equal(outline[0], outline[-1]):
-        outline = outline[:-1]
     outline *= _factor(unit)
-    x, y = outline.T
-    area_mm2 = 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
-    if len(outline) < 3 or area_mm2 < 1.0:
-        raise InputError(
-            f"{path}: expected at least 3 corners round an area, got {len(outline)} round {area_mm2:g} mm²"
-        )
-    _check_size(path, float(np.ptp(outline, axis=0).max()), "outline", unit)
-    return np.ascontiguousarray(outline)
+    if len(outline) >= 3:
+        _check_size(path, float(np.ptp(outline, axis=0).max()), "outline", unit)
+    return arrays.outline(outline, str(path))
 
 
 def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:

@@ -131,4 +131,4 @@ def _shaped(values: NDArray[Any], shape: tuple[int, ...], fortran: bool) -> NDAr
 
 
 def _summarised(values: NDArray[np.float32], factor: float) -> Points:
-    return Points(values, *_core.scale_and_summarise(values.reshape(-1, 3), factor, 0))
+    return Points(values, *_core.files.scale_and_summarise(values.reshape(-1, 3), factor, 0))

@@ -113,7 +113,7 @@ def _compressed_points(
             f"the file ends, but {packed} bytes of compressed data are promised: {packed - source.size + offset} lack",
             "the file was cut off or its header is wrong: copy or export it again",
         )
-    if unpacked > packed * _core.MAX_LZF_RATIO:
+    if unpacked > packed * _core.files.MAX_LZF_RATIO:
         source.fail(offset - 8, f"{packed} compressed bytes cannot hold {unpacked}")
     # PCL fills the file up to whole pages.
     if source.size - offset - packed > _PAGE_BYTES:
@@ -123,7 +123,7 @@ def _compressed_points(
     columns, points = np.empty(unpacked, dtype=np.uint8), np.empty((count, 3), dtype=np.float32)
     with source.faults(after=offset):
         first = [count * start for start in starts]
-        summary = _core.read_compressed(data, columns, first, widths, factor, points, 0)
+        summary = _core.files.read_compressed(data, columns, first, widths, factor, points, 0)
     return Points(points, *summary)
 
 

@@ -97,7 +97,7 @@ class Source:
         """Read x, y, z of fixed-size records, times `factor`."""
         points = np.empty((count, 3), dtype=np.float32)
         with self.faults():
-            summary = _core.read_records(
+            summary = _core.files.read_records(
                 self.file.fileno(), offset, layout.record_bytes, layout.offsets, layout.widths, layout.big_endian,
                 factor, points, 0,
             )  # fmt: skip
@@ -114,7 +114,7 @@ class Source:
         if count is not None:  # a digit and what parts it from the next is the least that a number takes
             self.check_size(offset, count, 2 * columns, exact=False, least=2 * columns * count - 1)
         with self.faults():
-            rows, points, summary = _core.read_text(
+            rows, points, summary = _core.files.read_text(
                 self.file.fileno(), offset, self.size, self._line(offset), columns, xyz, separator, comments,
                 -1 if count is None else count, factor, 0,
             )  # fmt: skip
@@ -138,7 +138,7 @@ class Source:
         """Turn what the compiled readers find wrong into this file's error; their bytes count from `after`."""
         try:
             yield
-        except _core.FileFault as fault:
+        except _core.files.FileFault as fault:
             byte, problem = fault.args
             self.fail(after + byte, problem)
 

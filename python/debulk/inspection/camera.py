@@ -54,5 +54,5 @@ def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
     >>> [round(value, 3) for value in fit_camera(points)]
     [80.0, 19.5, 14.5]
     """
-    camera: tuple[float, float, float] | None = _core.fit_pinhole(as_cloud(points, "points"))
+    camera: tuple[float, float, float] | None = _core.cloud.fit_pinhole(as_cloud(points, "points"))
     return None if camera is None else (camera[0], camera[1], camera[2])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -19,7 +20,9 @@ from debulk.inspection.laid_pocket import REFUSED, LaidPocket, lay_pocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 
-__all__ = ["Evaluation", "evaluate", "evaluate_all"]
+__all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged"]
+
+log = logging.getLogger("debulk")
 
 
 @dataclass(frozen=True)
@@ -44,16 +47,31 @@ def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, b
 
 
 def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None) -> Evaluation:
-    """Evaluate one pocket. Idle threads of the pool help, see `starts.settle`."""
-    watch = _Stopwatch()
+    """Evaluate one pocket. Idle threads of the pool help, see `starts.settle`.
+
+    An error costs the verdict on this pocket, not the report: the pocket is INVALID, and the error is its reason.
+    """
     seen = _seen(found)
     if stop.now():
         return _not_evaluated(seen, _too_late(found))
     try:
-        with watch.step("net"):
-            laid = lay_pocket(found, ply, stop)
+        return _evaluate(found, seen, ply, stop, pool)
     except _core.Stopped:
         return _not_evaluated(seen, _too_late(found))
+    except Exception as error:
+        log.exception("pocket %d could not be evaluated", found.number)
+        what = " ".join(str(error).split())
+        refused = f"an unexpected error, {type(error).__name__}{': ' if what else ''}{what}; please report it"
+        return _not_evaluated(seen, verdict.judge(certified=False, refused=refused))
+
+
+def _evaluate(
+    found: FoundPocket, seen: PocketReport, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None
+) -> Evaluation:
+    watch = _Stopwatch()
+    try:
+        with watch.step("net"):
+            laid = lay_pocket(found, ply, stop)
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
         return _not_evaluated(seen, verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
 
@@ -71,7 +89,8 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         found.number,
         ply.recipe,
     )
-    judged = laid.judge(settled.solution, settled.best, settled.every, deadline_passed=stop.past_deadline)
+    late = settled.cut or (stop.past_deadline and not settled.solution.certified)
+    judged = laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late)
     report = replace(
         seen,
         verdict=judged.verdict,
@@ -82,6 +101,11 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         **_debulked_figures(laid, settled),
     )
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
+
+
+def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:
+    """Report pockets for which nothing was computed, because the whole scan cannot be judged."""
+    return [_not_evaluated(_seen(found), verdict.judge(certified=False, refused=why)) for found in pockets]
 
 
 @dataclass

@@ -8,12 +8,14 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import arrays
 from debulk._core import InputError
 from debulk.grid import Grid
+from debulk.inspection.inputs import kept
 from debulk.net import Drape
 
-__all__ = ["angles_at", "checked_angles"]
+__all__ = ["angles_at", "check_apart", "checked_angles"]
 
 Floats = NDArray[np.float64]
 _NAME = "fibre_angles_deg"
+_LEAST_APART_DEG = 1.0
 
 
 def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
@@ -27,16 +29,29 @@ def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
     if isinstance(value, Drape):
         return _sampled(value)
     if not isinstance(value, Grid):
-        return arrays.numbers(value, _NAME, (2,), "two angles in degrees, a Grid of them or a debulk.net.Drape")
+        angles = arrays.numbers(value, _NAME, (2,), "two angles in degrees, a Grid of them or a debulk.net.Drape")
+        check_apart(angles, _NAME)
+        return kept(angles)
     shape, expected = (None, None, 2), "an (ny, nx, 2) array of degrees, NaN where nothing is known"
     angles = arrays.numbers(value.values, f"{_NAME}.values", shape, expected, nan=True)
     if not np.isfinite(angles).all(axis=2).any():
         raise InputError(f"{_NAME}.values: expected {expected}, but got no point with two known angles")
     return Grid(
-        angles,
-        arrays.pair(value.origin_mm, f"{_NAME}.origin_mm"),
+        kept(angles),
+        kept(arrays.pair(value.origin_mm, f"{_NAME}.origin_mm")),
         arrays.positive(value.spacing_mm, f"{_NAME}.spacing_mm"),
     )
+
+
+def check_apart(angles_deg: ArrayLike, name: str) -> None:
+    """Refuse two fibre directions that are one, or nearly."""
+    first, second = np.asarray(angles_deg, dtype=np.float64)
+    apart = abs(first - second) % 180 if np.isfinite([first, second]).all() else 0.0
+    if not _LEAST_APART_DEG <= apart <= 180 - _LEAST_APART_DEG:
+        raise InputError(
+            f"{name}: expected two directions at least {_LEAST_APART_DEG:g} degree apart, but got {first:g} and "
+            f"{second:g}"
+        )
 
 
 def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:

@@ -95,6 +95,8 @@ class Found:
         What this way of looking leaves out.
     regions
         Figures of the regions of interest; None: the whole scan was processed.
+    doubt
+        Why no pocket was looked for: the scan shows far too little of the ply. Empty: pockets were looked for.
 
     Examples
     --------
@@ -113,6 +115,7 @@ class Found:
     times_ms: dict[str, float] = field(default_factory=dict)
     left_out: tuple[LeftOut, ...] = ()
     regions: RegionFigures | None = None
+    doubt: str = ""
 
     @property
     def pockets(self) -> tuple[FoundPocket, ...]:

@@ -36,18 +36,10 @@ class FrontEnd:
         takes the general way.
     mold_from_scanner
         (4, 4) rigid motion, x_mold = T x_scanner. None: scans are in the mold's frame already.
-    spacing_mm
-        Of the height map.
+    options
+        Compiled, see `debulk.recipe.options.front_end`. The fast way needs four neighbours. None: the defaults.
     box_mm
         (2, 2) lowest and highest mold XY that the map is to cover, cut to the reference's; None: all of that.
-    neighbours, std_ratio, least_ratio
-        As in `debulk.cloud.remove_outliers`. The fast way needs four neighbours.
-    hole_diameter_mm, jump_ratio
-        As in `debulk.surface.height_map`.
-    spike_mm
-        As in `debulk.surface.without_spikes`; 0: spikes stay.
-    median_cells
-        1 (none), 3 or 5.
     threads
         0: as many as the process may use. The result does not depend on it.
 
@@ -63,7 +55,7 @@ class FrontEnd:
     >>> flat = Reference(np.full_like(x, 500.0), (-40.0, -30.0), 10.0)
     >>> column, row = np.meshgrid(np.arange(120.0), np.arange(90.0))
     >>> scan = 502.0 * np.dstack([(column - 59.5) / 800, (row - 44.5) / 800, np.ones_like(row)])
-    >>> front = FrontEnd(flat, PinholeImage(90, 120, 800.0, 59.5, 44.5), spacing_mm=1.0)
+    >>> front = FrontEnd(flat, PinholeImage(90, 120, 800.0, 59.5, 44.5))
     >>> heights = front.inspect(scan)
     >>> front.fast, round(float(np.nanmedian(heights.values)), 4)
     (True, 2.0)
@@ -75,38 +67,24 @@ class FrontEnd:
         image: PinholeImage | None,
         mold_from_scanner: ArrayLike | None = None,
         *,
-        spacing_mm: float = 0.5,
+        options: _core.surface.FrontEndOptions | None = None,
         box_mm: ArrayLike | None = None,
-        neighbours: int = 4,
-        std_ratio: float = 1.0,
-        least_ratio: float = 0.0,
-        hole_diameter_mm: float = 20.0,
-        jump_ratio: float = 6.0,
-        spike_mm: float = 0.0,
-        median_cells: int = 3,
         threads: int = 0,
     ) -> None:
-        if not isinstance(reference, _core.Reference):
+        if not isinstance(reference, _core.surface.Reference):
             raise InputError(f"reference: expected a debulk.surface.Reference, but got a {type(reference).__name__}")
         pose = np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64)
         everything = [[-1e9, -1e9], [1e9, 1e9]]
         box = arrays.numbers(everything if box_mm is None else box_mm, "box_mm", (2, 2), "an array of shape (2, 2)")
         self._shape: tuple[int, ...] = ()  # of the last scan's image
-        self._core: Any = _core.FrontEnd(
+        self._core: Any = _core.surface.FrontEnd(
             reference,
             (0, 0) if image is None else image.shape,  # the core reads it beside a camera only
             None if image is None else image.camera,
             pose,
             tuple(box.reshape(4).tolist()),
-            neighbours=arrays.whole(neighbours, "neighbours"),
-            std_ratio=float(std_ratio),
-            least_ratio=float(least_ratio),
-            spacing_mm=float(spacing_mm),
-            hole_diameter_mm=float(hole_diameter_mm),
-            jump_ratio=float(jump_ratio),
-            spike_mm=float(spike_mm),
-            median_cells=arrays.whole(median_cells, "median_cells"),
-            threads=threads,
+            options or _core.surface.FrontEndOptions(),
+            threads,
         )
 
     def inspect(self, scan: ArrayLike, stop: _core.Stop | None = None, *, copy: bool = True) -> HeightMap:

@@ -17,13 +17,15 @@ from debulk._core import InputError
 from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import inputs, inspector_file, reporting
-from debulk.inspection.cleaning import cleaned, masked
-from debulk.inspection.comparing import compared
+from debulk.inspection.cleaning import cleaned, masked, owned
+from debulk.inspection.comparing import check_place, checked, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
-from debulk.inspection.evaluation import evaluate_all
+from debulk.inspection.effort import check_solves
+from debulk.inspection.evaluation import evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
+from debulk.inspection.placing import Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
 from debulk.net import Drape
@@ -72,6 +74,11 @@ class Inspector:
     InputError
         Names what was wrong, what was expected and what came.
 
+    Notes
+    -----
+    All arrays are copied: what their owner does to them later changes neither the inspector nor its reports. Only
+    `inspect` borrows its scan while it runs.
+
     Examples
     --------
     >>> import debulk
@@ -103,12 +110,16 @@ class Inspector:
         self.camera = inputs.camera_parameters(camera)
         self.mask = inputs.image_mask(mask)
 
+        check_solves(recipe)
         if not isinstance(reference, Prepared):
-            reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe)
+            cloud, stop = reference, _core.Stop()
+            given = (self.mold_from_scanner, self.camera, self.mask, recipe)
+            reference = watched(stop, lambda: prepare(cloud, *given, stop))
         self.prepared = reference
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
+        self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
         self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
         self._lock = threading.Lock()  # of the stops
@@ -162,9 +173,12 @@ class Inspector:
         ----------
         scan
             (H, W, 3) organised or (N, 3) cloud, float32 or float64, mm, in the reference's frame, NaN = nothing seen.
+            Borrowed: C-contiguous float32 is read where it lies, so leave it alone until the call returns. Where a
+            scanner writes the next scan into it meanwhile, nothing crashes and nothing outside it is read, but the
+            report is of a mixture of both.
         deadline_s
-            Seconds from now. Pockets that are not evaluated by then are UNDECIDED; the search for outliers and the
-            solver end early, the other stages (a few tenths of a second at 20 million points) do not.
+            Seconds from now. All stages end early then, and what was cut off is UNDECIDED: pockets that were not
+            evaluated, and those for which starts that the rule asks for were not tried.
         progress
             Called with the name of the stage and the share of the work that is done, from the calling thread.
 
@@ -191,13 +205,23 @@ class Inspector:
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Walk through the steps of the field."""
+        with cycle.stage("level", 0.0):  # do scan and reference belong together?
+            scan, sample = self._placing.look(scan)
+            placed = self._placing.gross(sample)
+        if placed is not None:
+            return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self.find(scan, cycle.stop))
         cycle.split("height map", found.times_ms)
+        with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
+            placed = self._placing.judge(sample, found)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
-            evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
+            if placed.doubt:
+                evaluations = not_judged(found.pockets, "the scan is not in its place")
+            else:
+                evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return reporting.report(found, evaluations, self.ply, self.prepared, cycle.timings_ms())
+            return reporting.report(found, placed, evaluations, self.ply, self.prepared, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.
@@ -235,20 +259,22 @@ class Inspector:
         Raises
         ------
         InputError
-            Names what was wrong.
+            Names what was wrong; also where the scan shows another ply, or this one elsewhere or in another state.
         Cancelled
             After `cancel`.
         """
+        checked(report)
         stop = _core.Stop()
         try:
             with self._cancellable(stop):
-                points = masked(debulked_scan, self.mask, "debulked_scan")
+                points = masked(owned(debulked_scan, "debulked_scan"), self.mask, "debulked_scan")
                 points = cleaned(points, self.mold_from_scanner, self.recipe, stop)
                 heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
                     points, self.reference, self.grid_spacing_mm, hole_diameter_mm=0.0, threads=self.recipe.run.threads
                 )
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
+        check_place(report, debulked_scan, heights, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
         return compared(report, heights, self.recipe)
 
     def cancel(self) -> None:

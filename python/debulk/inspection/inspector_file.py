@@ -38,6 +38,7 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "camera?": ("f", (3,)),
     "image?": ("f", (5,)),
     "mask?": ("b", (None, None)),
+    "sample?": ("f", (None, 3)),
 }
 _SPARE_BYTES = 1 << 16  # headers of the archive
 
@@ -58,6 +59,7 @@ def write(inspector: Inspector, path: Path) -> None:
         "camera": inspector.camera,
         "image": None if prepared.image is None else np.array(prepared.image, dtype=np.float64),
         "mask": inspector.mask,
+        "sample": prepared.sample,
     }
     if isinstance(angles, Grid):
         arrays |= {"fibre_angles": angles.values.astype(np.float64), "fibre_angles_grid": _grid(angles)}
@@ -83,6 +85,7 @@ def read(path: Path) -> dict[str, Any]:
             _on_grid(a, "seen"),
             float(a["grid_spacing_mm"]),
             _image(path, a.get("image")),
+            a.get("sample"),
         )
     except InputError as error:
         _fail(path, str(error))

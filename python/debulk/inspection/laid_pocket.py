@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, net, ridge, sheet, solve, surface, verdict
+from debulk.inspection.effort import check_solves
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.starts import Figures, spread
+from debulk.recipe import options
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -56,15 +58,8 @@ class LaidPocket:
 
     def post_process(self, solution: solve.Solution) -> ridge.PostProcessed:
         """Return the ridges that a solution stands for."""
-        return ridge.post_process(
-            solution.nodes_mm,
-            self.net.neighbours,
-            self.net.inside,
-            self.reference,
-            thickness_mm=self.recipe.material.thickness_mm,
-            bulk_factor=self.recipe.material.bulk_factor,
-            touch_mm=self.recipe.ridge.touch_mm,
-        )
+        wanted = options.ridge(self.recipe)
+        return ridge.from_core(_core.ridge.post_process(solution._core, self.net._core, self.reference, wanted))
 
     def judge(
         self,
@@ -84,7 +79,8 @@ class LaidPocket:
         best, every
             Its figures, and those of all solutions that count; none: of the best alone.
         deadline_passed
-            Whether time ran out.
+            Whether time ran out before the solution was certified, or before all starts that the rule asks for were
+            tried: then nothing is decided.
         recipe
             With other limits than the pocket's own; for studies.
         """
@@ -99,7 +95,7 @@ class LaidPocket:
             bridge_range_mm=spread([f.bridge_height_mm for f in counted]),
             compliant=solution.certificate.compliant,
             solve_status=solution.certificate.failure or solution.explanation,
-            deadline_passed=deadline_passed and not solution.certified,
+            deadline_passed=deadline_passed,
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status in REFUSED else "",
@@ -118,9 +114,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
     laid = lay_net(found, ply, stop)
     return LaidPocket(
         net=laid,
-        sheet=sheet.Sheet(
-            laid.nodes_mm, laid.neighbours, laid.kinds, laid.spacing_mm, laid.area_mm2, ply.reference, ply.recipe
-        ),
+        sheet=sheet.Sheet.of_net(laid, ply.reference, ply.recipe),
         reference=ply.reference,
         measured_share=found.pocket.measured_share,
         closed_rim=(found.foot.closed or found.pocket.touches_ply_edge) and len(laid.open_ends) == 0,
@@ -130,27 +124,17 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
 
 def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> net.Net:
     """Lay the net of a pocket on its patch."""
-    recipe = ply.recipe
-    # The net reaches one spacing past the perimeter, and lies within it with a good part of its nodes.
-    spacing = recipe.net.spacing_mm or 2 * float(np.sqrt(found.foot.area_mm2 / recipe.net.node_target))
-    paper = recipe.patch.mode == "paper"
+    check_solves(ply.recipe, found.foot.area_mm2)
     return net.from_core(
-        _core.lay_pocket(
+        _core.net.lay_pocket(
             found.segmentation._core,
             found.feet._core,
             found.pocket.id,
             ply.reference,
-            mode=recipe.patch.mode,
-            margin_mm=spacing + 10.0,
-            angles=np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm)),
-            ply_outline=ply.outline,
-            spacing=recipe.net.spacing_mm,
-            node_target=recipe.net.node_target,
-            edge_tol=recipe.net.free_edge_mm,
-            # The foot lies at the tolerance: what the spline makes of it may be a little above.
-            mold_tol=1.25 * found.feet.mold_tol_mm,
-            paths="vertical_plane" if paper else recipe.net.paths,  # geodesics stray on the glued step
-            stop=stop or _core.Stop(),
+            np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm)),
+            ply.outline,
+            options.lay_pocket(ply.recipe),
+            stop or _core.Stop(),
         )
     )
 

@@ -5,25 +5,25 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-import numpy as np
-
-from debulk import pocket
+from debulk.grid import Grid
 from debulk.inspection import left_out
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
+from debulk.inspection.placing import Placed
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared
 from debulk.report import Report
 from debulk.verdict import Judgement, Verdict, judge_layup
 
-__all__ = ["coverage", "report", "too_late"]
+__all__ = ["coverage", "out_of_place", "report", "too_late"]
 
 log = logging.getLogger("debulk")
 
 
 def report(
     found: Found,
+    placed: Placed,
     evaluations: Sequence[Evaluation],
     ply: PlyOnMold,
     prepared: Prepared,
@@ -33,17 +33,39 @@ def report(
     seen = coverage(found, ply, prepared)
     pockets = tuple(evaluation.report for evaluation in evaluations)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
+    # What is said of the coverage says more than that nothing can be said of the level.
+    if placed.doubt and (placed.level is not None or seen >= ply.recipe.verdict.min_coverage):
+        judged = Judgement(Verdict.INVALID, placed.doubt)
     entries = left_out.of_scan(found, ply.outline is not None, ply.recipe)
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
-    log.info("%s: %s", judged.verdict.value, judged.reason)
+    reason = judged.reason + (f"; {found.doubt}" if found.doubt else "")
+    log.info("%s: %s", judged.verdict.value, reason)
     return Report(
         verdict=judged.verdict,
-        reason=judged.reason,
+        reason=reason,
         pockets=pockets,
         timings_ms=timings_ms,
         left_out=left_out.merged(entries),
         coverage=seen,
+        level=placed.level,
+        warnings=placed.warnings,
         height_map=found.overview,
+        ply_outline_mm=ply.outline,
+        recipe=ply.recipe.model_dump(),
+    )
+
+
+def out_of_place(placed: Placed, overview: Grid, ply: PlyOnMold, timings_ms: dict[str, float]) -> Report:
+    """Report a scan in which no pockets were looked for, because it cannot be this ply's."""
+    log.info("%s: %s", Verdict.INVALID.value, placed.doubt)
+    return Report(
+        verdict=Verdict.INVALID,
+        reason=placed.doubt,
+        pockets=(),
+        timings_ms=timings_ms,
+        level=placed.level,
+        warnings=placed.warnings,
+        height_map=overview,
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
     )
@@ -63,9 +85,4 @@ def too_late(ply: PlyOnMold, stage: str, timings_ms: dict[str, float]) -> Report
 
 def coverage(found: Found, ply: PlyOnMold, prepared: Prepared) -> float:
     """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
-    expected: float
-    if ply.outline is None:
-        expected = np.count_nonzero(np.isfinite(prepared.seen.values)) * prepared.grid_spacing_mm**2
-    else:
-        expected = abs(pocket.polygon_area(ply.outline))
-    return float(min(1.0, found.known_mm2 / expected))
+    return float(min(1.0, found.known_mm2 / prepared.expected_mm2(ply.outline)))

@@ -109,7 +109,8 @@ def settle(
         with closing(_in_order(lambda k: minimise(k, k + 1), further, pool)) as results:
             while more() and not stop.now():
                 take(next(results))
-    cut = stop.now() and (more() or len(minima) < wanted.starts or minima[-1].status == "deadline")
+    # A start that is not certified may be one that the stop ended on its way.
+    cut = stop.now() and (more() or len(minima) < wanted.starts or not all(m.certified for m in minima))
     solution = solve.best(minima)
     if not counted:
         counted = [(solution, post_process(solution))]

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, pocket
+from debulk import _core, cloud, pocket
 from debulk.grid import Grid
 from debulk.inspection.cleaning import masked
 from debulk.inspection.found import Found
 from debulk.inspection.front import FrontEnd
-from debulk.inspection.options import cleaning, segmenting
 from debulk.inspection.prepared import Prepared
+from debulk.recipe import options
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["WholeScanFinder"]
 
 Floats = NDArray[np.float64]
+_FAR_PITCHES = 10  # so many spacings of the height map apart, pixels are no neighbours
 
 
 class WholeScanFinder:
@@ -55,9 +56,9 @@ class WholeScanFinder:
                 self._prepared.reference,
                 self._prepared.image,
                 self._mold_from_scanner,
-                spacing_mm=self._prepared.grid_spacing_mm,
+                options=options.front_end(self._recipe, self._prepared.grid_spacing_mm),
                 box_mm=self._ply_box(),
-                **cleaning(self._recipe),
+                threads=self._recipe.run.threads,
             )
         return self._front
 
@@ -68,22 +69,20 @@ class WholeScanFinder:
         front = self.prepare()
         heights = front.inspect(points, stop, copy=False)  # in the front end's memory, until the next scan
         times_ms, began = front.times_ms, time.perf_counter()
-        segmentation = pocket.segment(
-            heights,
-            **segmenting(self._recipe),
-            ply_outline=self._ply_outline,
-            smooth_mm=self._recipe.patch.smooth_mm,
-            threads=self._recipe.run.threads,
-            stop=stop,
-        )
-        feet = pocket.feet(
-            segmentation,
-            thickness_mm=self._recipe.material.thickness_mm,
-            mold_tol_mm=self._recipe.patch.mold_tol_mm,
-            smooth_mm=self._recipe.patch.smooth_mm,
-            threads=self._recipe.run.threads,
-            stop=stop,
-        )
+        known = np.isfinite(heights.values)
+        if np.count_nonzero(known) * heights.spacing_mm**2 < self._least_mm2():
+            if self._ply_outline is not None:
+                known &= pocket.inside_outline(self._ply_outline, heights)
+            return Found(
+                parts=(),
+                known_mm2=float(np.count_nonzero(known) * heights.spacing_mm**2),
+                overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
+                times_ms=times_ms,
+                doubt=self._why_so_little(points),
+            )
+        wanted, threads = options.segment(self._recipe, self._ply_outline), self._recipe.run.threads
+        segmentation = pocket.segment_with(wanted, heights, threads, stop)
+        feet = pocket.feet_with(options.feet(self._recipe), segmentation, threads, stop)
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         return Found(
             parts=((segmentation, feet),),
@@ -92,12 +91,27 @@ class WholeScanFinder:
             times_ms=times_ms,
         )
 
+    def _least_mm2(self) -> float:
+        """Below this no pocket is looked for: half of what a verdict needs, more than the bridging of drop-outs adds."""
+        return 0.5 * self._recipe.verdict.min_coverage * self._prepared.expected_mm2(self._ply_outline)
+
+    def _why_so_little(self, points: NDArray[np.float32]) -> str:
+        """Say what is likely to be wrong with a scan that shows far too little."""
+        if points.ndim == 3:
+            apart_mm = cloud.median_pitch(points, threads=self._recipe.run.threads)
+            if apart_mm > _FAR_PITCHES * self._prepared.grid_spacing_mm:
+                return (
+                    f"no pocket was looked for: neighbouring pixels of the scan lie {apart_mm:.3g} mm apart; are its "
+                    "rows and columns those of the camera's image? Points in another order are passed as (N, 3)"
+                )
+        return "no pocket was looked for: is the scan cut off, or in another unit, frame or place than the reference?"
+
     def _ply_box(self) -> Floats | None:
         """Lowest and highest XY of the ply and of what the filters see beside it; None: all of the reference."""
         if self._ply_outline is None:
             return None
         margin = max(30.0, 2 * self._recipe.clean.max_hole_mm)
         low, high = self._ply_outline.min(axis=0) - margin, self._ply_outline.max(axis=0) + margin
-        known = _core.surface_extent(self._prepared.reference)
+        known = _core.surface.extent(self._prepared.reference)
         beside = (low >= known.max(axis=0)).any() or (high <= known.min(axis=0)).any()
         return None if beside else np.stack([low, high])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from debulk.recipe.model import (
     Clean,
+    Level,
     Loads,
     Material,
     Net,
@@ -19,6 +20,7 @@ from debulk.recipe.model import (
 
 __all__ = [
     "Clean",
+    "Level",
     "Loads",
     "Material",
     "Net",

@@ -13,8 +13,14 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
+from debulk import _core
 from debulk._core import InputError
 from debulk.recipe.errors import Wrong, impossible, message, wrong_values
+
+# The defaults of the compiled rooms' options: each stands once, in C++. What the recipe chooses otherwise stands below.
+_FRONT, _SEGMENT, _FEET = _core.surface.FrontEndOptions(), _core.pocket.SegmentOptions(), _core.pocket.FootOptions()
+_NET, _PLY, _MINIMISE = _core.net.LayPocketOptions(), _core.sheet.PlyMaterial(), _core.sheet.MinimiseOptions()
+_CRITERIA = _core.verdict.Criteria()
 
 _MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is something else
 
@@ -78,30 +84,39 @@ class Section(BaseModel):
 class Material(Section):
     """The ply: one layer of uncured prepreg."""
 
-    thickness_mm: float = Field(default=0.3, gt=0, le=10, description="thickness t of the uncured ply")
-    young_mpa: float = Field(default=360.0, gt=0, description="modulus E that bends the ply, along both fibres")
-    shear_mpa: float = Field(default=40.0, gt=0, description="in-plane shear modulus G")
-    density_kg_m3: float = Field(default=1048.0, gt=0, description="density of the uncured ply")
-    friction: float = Field(
-        default=0.4, ge=0, le=10, description="friction coefficient of the ply on what lies below it"
+    thickness_mm: float = Field(default=_PLY.thickness_mm, gt=0, le=10, description="thickness t of the uncured ply")
+    young_mpa: float = Field(
+        default=_PLY.young_mpa, gt=0, description="modulus E that bends the ply, along both fibres"
     )
-    bulk_factor: float = Field(default=1.2, ge=1, le=5, description="thickness before over thickness after debulking")
+    shear_mpa: float = Field(default=_PLY.shear_mpa, gt=0, description="in-plane shear modulus G")
+    density_kg_m3: float = Field(default=_PLY.density_kg_m3, gt=0, description="density of the uncured ply")
+    friction: float = Field(
+        default=_PLY.friction, ge=0, le=10, description="friction coefficient of the ply on what lies below it"
+    )
+    bulk_factor: float = Field(
+        default=_core.ridge.RidgeOptions().bulk_factor,
+        ge=1,
+        le=5,
+        description="thickness before over thickness after debulking",
+    )
 
 
 class Loads(Section):
     """What presses the ply down."""
 
-    pressure_mpa: float = Field(default=0.1, gt=0, le=10, description="vacuum pressure P, along -z")
-    gravity_m_s2: float = Field(default=9.81, ge=0, le=100, description="acceleration of gravity")
+    pressure_mpa: float = Field(default=_PLY.pressure_mpa, gt=0, le=10, description="vacuum pressure P, along -z")
+    gravity_m_s2: float = Field(default=_PLY.gravity_m_s2, ge=0, le=100, description="acceleration of gravity")
 
 
 class Segmentation(Section):
     """Which regions of the height map count as pockets."""
 
-    cut_height_mm: float = Field(default=2.0, gt=0, description="a pocket is where the ply stands higher than this")
-    area_tol_mm2: float = Field(default=200.0, ge=0, description="smaller pockets are dropped")
+    cut_height_mm: float = Field(
+        default=_SEGMENT.cut_height_mm, gt=0, description="a pocket is where the ply stands higher than this"
+    )
+    area_tol_mm2: float = Field(default=_SEGMENT.area_tol_mm2, ge=0, description="smaller pockets are dropped")
     peak_tol_mm: float = Field(
-        default=1.25, ge=0, description="pockets with a lower peak, above the cut height, are dropped"
+        default=_SEGMENT.peak_tol_mm, ge=0, description="pockets with a lower peak, above the cut height, are dropped"
     )
     regions: bool = Field(
         default=True,
@@ -113,9 +128,16 @@ class Segmentation(Section):
 class Clean(Section):
     """How the scan is cleaned and gridded."""
 
-    neighbours: int = Field(default=4, ge=1, le=64, description="neighbours that decide whether a point is an outlier")
+    neighbours: int = Field(
+        default=_FRONT.outliers.neighbours,
+        ge=1,
+        le=64,
+        description="neighbours that decide whether a point is an outlier",
+    )
     std_ratio: float = Field(
-        default=1.0, ge=0, description="a point goes if its mean distance to them exceeds mean + this many deviations"
+        default=_FRONT.outliers.std_ratio,
+        ge=0,
+        description="a point goes if its mean distance to them exceeds mean + this many deviations",
     )
     least_ratio: float = Field(
         default=2.0,
@@ -135,18 +157,44 @@ class Clean(Section):
         le=50,
         description="spacing of the height map; unset: the median distance of the reference's points, at least 0.5 mm",
     )
-    max_hole_mm: float = Field(default=20.0, ge=0, description="drop-outs up to this width are filled from their rim")
+    max_hole_mm: float = Field(
+        default=_FRONT.hole_diameter_mm, ge=0, description="drop-outs up to this width are filled from their rim"
+    )
+
+
+class Level(Section):
+    """How near to its thickness above the reference the ply must lie between the pockets."""
+
+    tol_mm: float = Field(default=0.1, gt=0, le=10, description="farther off its thickness than this, it lies wrong")
+    largest_share: float = Field(
+        default=0.05, ge=0, le=0.5, description="share of the ply between the pockets that may lie wrong"
+    )
+    largest_pocket_share: float = Field(
+        default=0.3, gt=0, le=1, description="share of the ply that one pocket may cover, down to its foot"
+    )
+    largest_edge_share: float = Field(
+        default=0.2,
+        ge=0,
+        le=1,
+        description="share of the outline along which the scan may show the ply's edge elsewhere",
+    )
+    remove_offset_mm: float = Field(
+        default=0.0, ge=0, le=10, description="a rigid offset of the scan's height up to this is taken out, and shown"
+    )
 
 
 class Patch(Section):
     """The surface on which the net is laid."""
 
     mode: Literal["foot", "paper"] = Field(
-        default="foot", description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height'
+        default="foot",
+        description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height',
     )
-    mold_tol_mm: float = Field(default=0.2, gt=0, description="nearer to the mold than this, the ply touches it")
+    mold_tol_mm: float = Field(
+        default=_FEET.mold_tol_mm, gt=0, description="nearer to the mold than this, the ply touches it"
+    )
     smooth_mm: float = Field(
-        default=8.0,
+        default=_FEET.smooth_mm,
         ge=0,
         le=100,
         description="window that smooths the ply before the net, and before pockets are measured: noise is no length",
@@ -157,7 +205,7 @@ class Net(Section):
     """The pin-jointed net that stands for the ply."""
 
     node_target: int = Field(
-        default=100,
+        default=_NET.net.node_target,
         ge=9,
         le=5000,
         description="nodes a pocket; sets the spacing. More lower the RMS: part of the criterion (bench/study)",
@@ -166,7 +214,7 @@ class Net(Section):
         default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
     )
     free_edge_mm: float = Field(
-        default=20.0, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
+        default=_NET.net.free_edge_mm, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
     )
     paths: Literal["geodesic", "vertical_plane"] = Field(
         default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
@@ -201,16 +249,18 @@ class Solve(Section):
         ge=0,
         description="or with an RMS nearer to it; as good as 6 starts for all, in half the time (bench/study)",
     )
-    seed: int = Field(default=0, ge=0, lt=2**63, description="seed of the perturbations")
+    seed: int = Field(default=_MINIMISE.seed, ge=0, lt=2**63, description="seed of the perturbations")
     tolerance: float = Field(
-        default=1e-8,
+        default=_MINIMISE.solve.tolerance,
         gt=0,
         le=1e-3,
         description="of the scaled first-order conditions; slower above 1e-6, pockets fail above 1e-5 (bench/study)",
     )
-    max_iterations: int = Field(default=1000, ge=1, le=1_000_000, description="iterations after which it gives up")
+    max_iterations: int = Field(
+        default=_MINIMISE.solve.max_iterations, ge=1, le=1_000_000, description="iterations after which it gives up"
+    )
     stiffness: float = Field(
-        default=1e8,
+        default=_MINIMISE.solve.stiffness,
         ge=1e3,
         le=1e12,
         description="1/compliance of the fibres, in units of the scaled problem; 1e6 to 1e10 do alike (bench/study)",
@@ -228,18 +278,30 @@ class Ridge(Section):
 class VerdictLimits(Section):
     """The criteria a pocket must meet to pass."""
 
-    max_rms_mm: float = Field(default=0.30, gt=0, description="largest RMS of the debulked gaps inside the outline")
-    max_ridge_mm: float = Field(default=0.60, gt=0, description="largest height of a ridge or a bridge (provisional)")
-    min_coverage: float = Field(default=0.98, ge=0, le=1, description="least share of the ply that the scan must show")
-    min_pocket_coverage: float = Field(default=0.80, ge=0, le=1, description="the same of a pocket's own area")
+    max_rms_mm: float = Field(
+        default=_CRITERIA.max_rms_mm, gt=0, description="largest RMS of the debulked gaps inside the outline"
+    )
+    max_ridge_mm: float = Field(
+        default=_CRITERIA.max_ridge_height_mm, gt=0, description="largest height of a ridge or a bridge (provisional)"
+    )
+    min_coverage: float = Field(
+        default=_CRITERIA.min_coverage, ge=0, le=1, description="least share of the ply that the scan must show"
+    )
+    min_pocket_coverage: float = Field(
+        default=_CRITERIA.min_pocket_coverage, ge=0, le=1, description="the same of a pocket's own area"
+    )
     rms_margin_mm: float = Field(
-        default=0.01,
+        default=_CRITERIA.rms_margin_mm,
         ge=0,
         description="an RMS nearer to its limit decides nothing: other starts move it about as much (bench/study)",
     )
-    ridge_margin_mm: float = Field(default=0.05, ge=0, description="the same of a ridge or a bridge")
+    ridge_margin_mm: float = Field(
+        default=_CRITERIA.ridge_margin_mm, ge=0, description="the same of a ridge or a bridge"
+    )
     compliance_margin_mm: float = Field(
-        default=0.05, ge=0, description="the same of any figure where fibres needed a compliance"
+        default=_CRITERIA.compliance_margin_mm,
+        ge=0,
+        description="the same of any figure where fibres needed a compliance",
     )
 
 
@@ -280,6 +342,7 @@ class Recipe(Section):
     loads: Loads = Field(default_factory=lambda: Loads())  # not "load": Recipe.load reads a file
     segmentation: Segmentation = Field(default_factory=lambda: Segmentation())
     clean: Clean = Field(default_factory=lambda: Clean())
+    level: Level = Field(default_factory=lambda: Level())
     patch: Patch = Field(default_factory=lambda: Patch())
     net: Net = Field(default_factory=lambda: Net())
     solve: Solve = Field(default_factory=lambda: Solve())

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from debulk.grid import Grid
 from debulk.results.agreement import Agreement, agreement
-from debulk.results.record import PointsXY, Record
+from debulk.results.record import PointsXY, Record, Versioned
 from debulk.verdict import Verdict
 
 __all__ = ["ComparisonData", "PocketComparison"]
@@ -67,7 +67,7 @@ _DECIDED = {Verdict.CEASE, Verdict.CREASE}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ComparisonData(Record):
+class ComparisonData(Versioned):
     """A report held against a scan after debulking.
 
     Attributes
@@ -96,13 +96,6 @@ class ComparisonData(Record):
     ply_outline_mm: PointsXY | None = None
     warnings: tuple[str, ...] = ()
     version: str = ""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.version:
-            from debulk import __version__
-
-            object.__setattr__(self, "version", __version__)
 
     @property
     def agreement(self) -> Agreement:

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk import __version__
 from debulk._core import InputError
 
 # Arrays with their shapes, None where any length will do. Record holds them to it, and the JSON codec reads them.
@@ -28,6 +29,17 @@ class Record:
 
     def __post_init__(self) -> None:
         _check_arrays(self)
+
+
+class Versioned(Record):
+    """A whole result, which names the debulk that made it."""
+
+    version: str
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.version:
+            object.__setattr__(self, "version", __version__)
 
 
 def _check_arrays(record: Any) -> None:

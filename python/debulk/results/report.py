@@ -12,7 +12,19 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
-from debulk.results.record import Flags, Kinds, Numbers, Pairs, PointsXY, PointsXYZ, Quadruples, Record, Values
+from debulk.results.level import Level
+from debulk.results.record import (
+    Flags,
+    Kinds,
+    Numbers,
+    Pairs,
+    PointsXY,
+    PointsXYZ,
+    Quadruples,
+    Record,
+    Values,
+    Versioned,
+)
 from debulk.verdict import Verdict
 
 __all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport"]
@@ -202,7 +214,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ReportData(Record):
+class ReportData(Versioned):
     """The outcome of one inspection.
 
     Attributes
@@ -217,6 +229,8 @@ class ReportData(Record):
         What the verdict does not take into account.
     coverage
         Share of the ply that the scan shows; None if the ply's outline is unknown.
+    level
+        How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
         Height of the ply above the reference, mm, NaN = nothing seen, or off the ply. For a picture: coarse where no
         pocket was looked for.
@@ -238,19 +252,13 @@ class ReportData(Record):
     timings_ms: dict[str, float] = field(default_factory=dict)
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
+    level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     version: str = ""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.version:
-            from debulk import __version__
-
-            object.__setattr__(self, "version", __version__)
 
     @property
     def passed(self) -> bool:

@@ -1,4 +1,4 @@
-// A stop ends the laying of a net soon, with Stopped, and the next one is none the worse for it.
+// A stop ends the laying of a net soon, with Stopped, and the next one is not affected by it.
 #include <gtest/gtest.h>
 
 #include "debulk/net/lay_pocket.hpp"
@@ -60,7 +60,7 @@ TEST(FibreNet, EndsWhenStopped) {
 TEST(LayPocket, EndsWhenStopped) {
   const Segmentation segmentation = segment(sampled_bells({{{60, 60}, 8, 40, 40}}, 120, 120, 1.0, 0.3), {});
   const FootMap feet = find_feet(segmentation, {});
-  stop_everywhere([&](const Impatient& mold) { return lay_pocket(segmentation, feet, 1, mold, {}, {0, kPi / 2}, {}, {}, mold.stop); },
+  stop_everywhere([&](const Impatient& mold) { return lay_pocket(segmentation, feet, 1, mold, {0, kPi / 2}, {}, {}, mold.stop); },
                   40000);  // the patch's
 }
 

@@ -1,4 +1,4 @@
-// A stop ends the search for feet soon, with Stopped, and the next one is none the worse for it.
+// A stop ends the search for feet soon, with Stopped, and the next one is not affected by it.
 #include "debulk/pocket/foot_contours.hpp"
 
 #include <gtest/gtest.h>

@@ -177,7 +177,6 @@ TEST(PostProcess, NamesWhatIsWrong) {
   EXPECT_EQ(message([&](TestNet&, RidgeOptions& o) { o.thickness = 0; }).find("thickness_mm"), 0u);
   EXPECT_EQ(message([&](TestNet&, RidgeOptions& o) { o.bulk_factor = 0.9; }).find("bulk_factor"), 0u);
   EXPECT_EQ(message([&](TestNet&, RidgeOptions& o) { o.touch = nan; }).find("touch_mm"), 0u);
-  EXPECT_EQ(message([&](TestNet&, RidgeOptions& o) { o.taut_strain = -1; }).find("taut_strain"), 0u);
 }
 
 }  // namespace

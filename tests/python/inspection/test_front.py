@@ -23,13 +23,16 @@ def reference(layup):
     return surface.fit_reference(surface.grid_heights(points, spacing_mm=SPACING_MM))
 
 
-def make(layup, reference, image="its own", **options):
+def make(layup, reference, image="its own", median_cells=3, **more):
+    options = _core.surface.FrontEndOptions()
+    options.spacing_mm = SPACING_MM
+    options.median_cells = median_cells
     return front.FrontEnd(
         reference,
         PinholeImage(*layup.scan.shape[:2], *layup.camera) if image == "its own" else image,
         layup.mold_from_scanner,
-        spacing_mm=SPACING_MM,
-        **options,
+        options=options,
+        **more,
     )
 
 

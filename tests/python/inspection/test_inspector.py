@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from debulk import Cancelled, Grid, InputError, Inspector, Recipe, Report, Verdict, inspect, scenes
+from debulk import Cancelled, Grid, InputError, Inspector, Recipe, Report, Verdict, inspect, pocket, scenes
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +72,13 @@ def test_float64_and_strides_make_no_difference(layup, inspector, report):
 
 def test_a_ply_without_pockets_passes_without_a_solve(layup):
     inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
-    report = inspector.inspect(layup.reference)
-    assert report.verdict is Verdict.CEASE
+    # The reference, seen once more, with a ply of 0.3 mm on it.
+    points = layup.reference.astype(np.float64) @ layup.mold_from_scanner[:3, :3].T + layup.mold_from_scanner[:3, 3]
+    on_ply = pocket.inside(layup.ply_outline, points[..., :2].reshape(-1, 2)).reshape(points.shape[:2])
+    fall = layup.reference.astype(np.float64) @ layup.mold_from_scanner[2, :3]
+    laid = layup.reference * (1 + np.where(on_ply, 0.3, 1e-3) / fall)[..., None]
+    report = inspector.inspect(laid.astype(np.float32))
+    assert report.verdict is Verdict.CEASE, report.reason
     assert report.passed
     assert report.pockets == ()
 

@@ -274,6 +274,17 @@ def test_the_mask_hides_pixels_without_a_copy(level: Bench) -> None:
     assert np.array_equal(before, clamp, equal_nan=True)
 
 
+def test_a_mask_of_another_shape_is_refused_by_both_finders(level: Bench) -> None:
+    scan = level.scan(ridge(12.0, 60.0, 30.0, (0.0, 0.0)), np.random.default_rng(8))
+    mask = np.zeros((level.height, level.width - 1), dtype=np.bool_)
+    for recipe in (debulk.Recipe(), without_regions(debulk.Recipe())):
+        inspector = debulk.Inspector(
+            recipe, level.regions.prepared, level.outline, mold_from_scanner=level.pose, mask=mask
+        )
+        with pytest.raises(debulk.InputError, match=r"mask: expected the shape of the scan's image, \(384, 448\)"):
+            inspector.find(scan)
+
+
 def test_scans_that_regions_do_not_take_are_processed_whole(level: Bench) -> None:
     scan = level.scan(ridge(12.0, 60.0, 30.0, (0.0, 0.0)), np.random.default_rng(9))
     other = scan[:, :-8]

@@ -57,15 +57,6 @@ def test_other_files_and_options_are_refused(model, tmp_path):
         replay.dump(tmp_path / "c.json", model, speed=3)
 
 
-def test_many_at_once_are_as_one_by_one(model):
-    models = [model, model, model]
-    together = [solve.minimise_all(models, starts=2, threads=threads) for threads in (1, 2, 4)]
-    alone = solve.minimise(model, starts=2)
-    for solutions in together:
-        assert [s.nodes_mm.tobytes() for s in solutions] == [alone.nodes_mm.tobytes()] * 3
-        assert all(len(s.minima) == 2 for s in solutions)
-
-
 @pytest.mark.parametrize("text", ["", "[1", "{}", '{"format": "debulk-solve-1"}', "\x00\xff"])
 def test_what_is_no_dump_is_one_clear_error(tmp_path, text):
     (tmp_path / "solve.json").write_text(text)

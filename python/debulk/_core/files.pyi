@@ -1,0 +1,44 @@
+"""Types of the compiled room files."""
+
+from collections.abc import Sequence
+
+from debulk._core import _Bytes, _Singles
+
+MAX_LZF_RATIO: int
+
+class FileFault(Exception): ...
+
+def read_compressed(
+    compressed: _Bytes,
+    columns: _Bytes,
+    offsets: Sequence[int],
+    widths: Sequence[int],
+    factor: float,
+    out: _Singles,
+    threads: int,
+) -> tuple[list[float], list[float], int, int]: ...
+def read_records(
+    file: int,
+    offset: int,
+    record_bytes: int,
+    offsets: Sequence[int],
+    widths: Sequence[int],
+    big_endian: bool,
+    factor: float,
+    out: _Singles,
+    threads: int,
+) -> tuple[list[float], list[float], int, int]: ...
+def read_text(
+    file: int,
+    begin: int,
+    end: int,
+    first_line: int,
+    columns: int,
+    xyz: Sequence[int],
+    separator: str,
+    comments: bool,
+    most_rows: int,
+    factor: float,
+    threads: int,
+) -> tuple[int, _Singles, tuple[list[float], list[float], int, int]] | tuple[int, None, None]: ...
+def scale_and_summarise(points: _Singles, factor: float, threads: int) -> tuple[list[float], list[float], int, int]: ...

@@ -1,0 +1,50 @@
+"""Types of the compiled room region."""
+
+from numpy.typing import ArrayLike
+
+from debulk._core import Stop, _Bound, _Floats, _Singles
+from debulk._core.pocket import FootMap, FootOptions, Segmentation, SegmentOptions
+from debulk._core.surface import FrontEndOptions, Reference
+
+class RegionOptions(metaclass=_Bound):
+    front: FrontEndOptions
+    segment: SegmentOptions
+    feet: FootOptions
+    largest_share: float
+    row_step: int
+    column_step: int
+    def __init__(self) -> None: ...
+
+class RegionFront(metaclass=_Bound):
+    def __init__(
+        self,
+        reference: Reference,
+        shape: tuple[int, int],
+        camera: tuple[float, float, float],
+        mold_from_scanner: ArrayLike,
+        options: RegionOptions,
+        threads: int,
+    ) -> None: ...
+    def overview(self) -> tuple[_Singles, _Floats, float]: ...
+    def run(self, scan: ArrayLike, mask: ArrayLike | None, stop: Stop) -> bool: ...
+    def regions(self) -> list[tuple[Segmentation, FootMap]]: ...
+    @property
+    def flag_mm(self) -> float: ...
+    @property
+    def image_share(self) -> float: ...
+    @property
+    def known_mm2(self) -> float: ...
+    @property
+    def mesh(self) -> tuple[int, int, float, float]: ...
+    @property
+    def read_share(self) -> float: ...
+    @property
+    def usable(self) -> bool: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def threshold(self) -> tuple[float, float, int]: ...
+    @property
+    def times(self) -> tuple[float, float, float, float, float, float]: ...
+    @property
+    def windows(self) -> list[tuple[int, int, int, int]]: ...

@@ -1,0 +1,75 @@
+"""Types of the compiled room verdict."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from debulk._core import _Bound, _Made
+
+class Criteria(metaclass=_Bound):
+    compliance_margin_mm: float
+    max_ridge_height_mm: float
+    max_rms_mm: float
+    min_coverage: float
+    min_pocket_coverage: float
+    ridge_margin_mm: float
+    rms_margin_mm: float
+    def __init__(self) -> None: ...
+    def check(self) -> None: ...
+
+class JudgedPocket(metaclass=_Bound):
+    id: int
+    judgement: Judgement
+    def __init__(self) -> None: ...
+
+class Judgement(metaclass=_Bound):
+    reason: str
+    verdict: Verdict
+    def __init__(self) -> None: ...
+
+class PocketEvidence(metaclass=_Bound):
+    bridge_height: Spread
+    certified: bool
+    closed_rim: bool
+    compliant: bool
+    coverage: float
+    deadline_passed: bool
+    refused: str
+    ridge_height: Spread
+    rms: Spread
+    solve_status: str
+    def __init__(self) -> None: ...
+
+class RidgeBounds(_Made):
+    @property
+    def elastic_mm(self) -> float: ...
+    @property
+    def geometric_mm(self) -> float: ...
+    @property
+    def least_mm(self) -> float: ...
+
+class Spread(metaclass=_Bound):
+    def __init__(self, low: float, high: float) -> None: ...
+
+class Verdict(metaclass=_Bound):
+    __members__: ClassVar[dict[str, Verdict]]
+    CEASE: ClassVar[Verdict]
+    CREASE: ClassVar[Verdict]
+    INVALID: ClassVar[Verdict]
+    UNDECIDED: ClassVar[Verdict]
+    def __init__(self, value: int) -> None: ...
+    def __eq__(self, other: object) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __index__(self) -> int: ...
+    def __int__(self) -> int: ...
+    def __ne__(self, other: object) -> bool: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def value(self) -> int: ...
+
+def excess_bounds(
+    excess_length_mm: float, thickness_mm: float, bulk_factor: float, natural_length_mm: float
+) -> RidgeBounds: ...
+def judge(evidence: PocketEvidence, criteria: Criteria) -> Judgement: ...
+def judge_layup(pockets: Sequence[JudgedPocket], coverage: float, criteria: Criteria) -> Judgement: ...
+def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float) -> float: ...

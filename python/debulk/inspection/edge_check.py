@@ -1,0 +1,146 @@
+"""Whether the ply's edge in the scan lies where the outline has it: just inside, the ply; just outside, what is below.
+
+Along the outline, stretch by stretch, the scan's heights are gathered in strips parallel to it, and the edge is put
+where they fit a step from the ply's thickness down to the reference best.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import pocket
+from debulk.grid import Grid
+
+__all__ = ["EdgeFit", "Outline"]
+
+Floats = NDArray[np.float64]
+
+_REACH_MM = 40.0  # to each side
+_STRIP_MM = 4.0
+_STRETCH_MM = 40.0
+_STEP_MM = 4.0  # along the outline
+_LEAST_CELLS = 5  # in a strip of a stretch
+_NEEDED = 3  # strips that must be known on each side
+_BLUR_MM = 6.0  # a step nearer to the outline than this is at it: the map's cells are up to 8 mm wide
+_CLEAR = 0.5  # of the step's height: a misfit that a shift reduces by less is no evidence
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeFit:
+    """How the outline fits the scan.
+
+    Attributes
+    ----------
+    judged
+        Number of the stretches that were judged: the scan shows ply and reference beside them, and no pocket.
+    off_share
+        Share of them in which the edge lies elsewhere.
+    off_mm, at_mm
+        In the middle of the longest row of such stretches: distance of the edge from the outline, positive outside it,
+        and (2,) the place; NaN if there is none.
+    """
+
+    judged: int
+    off_share: float
+    off_mm: float
+    at_mm: Floats
+
+
+class Outline:
+    """The outline with its strips, prepared once.
+
+    Parameters
+    ----------
+    corners_mm
+        (M, 2), mold XY.
+    """
+
+    def __init__(self, corners_mm: Floats) -> None:
+        ends = np.roll(corners_mm, -1, axis=0)
+        lengths = np.linalg.norm(ends - corners_mm, axis=1)
+        way = np.concatenate([[0.0], np.cumsum(lengths)])
+        count = max(3, round(way[-1] / _STRETCH_MM))
+        steps = max(2, round(way[-1] / count / _STEP_MM))
+        at = (np.arange(count * steps) + 0.5) / (count * steps) * way[-1]
+        side = np.clip(np.searchsorted(way, at, side="right") - 1, 0, len(corners_mm) - 1)
+        share = ((at - way[side]) / lengths[side])[:, None]
+        points = corners_mm[side] + share * (ends - corners_mm)[side]
+        # Normals over a stretch's length: an outline of short sides with noise has none of its own.
+        reach = max(1, round(0.25 * _STRETCH_MM / _STEP_MM))
+        along = np.roll(points, -reach, axis=0) - np.roll(points, reach, axis=0)
+        normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+        if _signed_area(corners_mm) < 0:
+            normal = -normal
+        self.offsets_mm = np.arange(-_REACH_MM + 0.5 * _STRIP_MM, _REACH_MM, _STRIP_MM)
+        xy = points[:, None, :] + self.offsets_mm[None, :, None] * normal[:, None, :]
+        # At corners a strip's points may lie on the other side of another stretch: these say nothing.
+        inside = pocket.inside(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
+        near = pocket.distance_to_outline(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
+        own = (inside == (self.offsets_mm < 0)) & (near > 0.7 * np.abs(self.offsets_mm))
+        self._xy, self._own = xy, own
+        self._stretches = (count, steps)
+        self._middles = points.reshape(count, steps, 2).mean(axis=1)
+
+    def fit(self, heights: Grid, thickness_mm: float, cut_height_mm: float) -> EdgeFit:
+        """Find the ply's edge in a height map, NaN where nothing is known; what stands above the cut is a pocket."""
+        count, steps = self._stretches
+        ij = np.rint((self._xy - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
+        ny, nx = heights.values.shape
+        known = self._own & (ij >= 0).all(axis=2) & (ij < [nx, ny]).all(axis=2)
+        values = np.full(known.shape, np.nan)
+        values[known] = heights.values[ij[known][:, 1], ij[known][:, 0]]
+        strips = values.reshape(count, steps, -1).transpose(0, 2, 1)
+        enough = np.isfinite(strips).sum(axis=2) >= _LEAST_CELLS
+        middle = np.full(enough.shape, np.nan)
+        middle[enough] = np.nanmedian(strips[enough], axis=1)
+        # A pocket at the edge hides it, and so does what lies far below: another thing beside the mold.
+        middle[np.abs(middle) > max(cut_height_mm, 2 * thickness_mm)] = np.nan
+        off = np.array([_edge(row, self.offsets_mm, thickness_mm) for row in middle])
+        judged = np.isfinite(off)
+        wrong = judged & (np.abs(off) > _BLUR_MM)
+        number = int(judged.sum())
+        if not wrong.any():
+            return EdgeFit(number, 0.0, np.nan, np.full(2, np.nan))
+        worst = _longest(wrong)
+        return EdgeFit(number, float(wrong.sum()) / number, float(off[worst]), self._middles[worst])
+
+
+def _edge(middle: Floats, offsets: Floats, thickness: float) -> float:
+    """Return where a step from the thickness to 0 fits best, as a distance from the outline; NaN: it cannot be told."""
+    known = np.isfinite(middle)
+    if known[offsets < 0].sum() < _NEEDED or known[offsets > 0].sum() < _NEEDED:
+        return np.nan
+    values, at = middle[known], offsets[known]
+    ply, bare = np.minimum((values - thickness) ** 2, thickness**2), np.minimum(values**2, thickness**2)
+    # Ply up to the k-th strip, then none.
+    misfit = np.concatenate([[0.0], np.cumsum(ply)]) + np.concatenate([np.cumsum(bare[::-1])[::-1], [0.0]])
+    here = int(np.searchsorted(at, 0.0))
+    best = int(np.argmin(misfit))
+    if misfit[here] - misfit[best] < _CLEAR * thickness**2:
+        return 0.0
+    if best == 0:
+        return float(at[0])
+    if best == len(at):
+        return float(at[-1])
+    return float(0.5 * (at[best - 1] + at[best]))
+
+
+def _longest(marks: NDArray[np.bool_]) -> int:
+    """Middle of the longest row of marks, round the end."""
+    if marks.all():
+        return 0
+    start = int(np.argmin(marks))
+    turned = np.roll(marks, -start)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], turned, [False]]).astype(np.int8)))
+    begins, ends = edges[::2], edges[1::2]
+    k = int(np.argmax(ends - begins))
+    return int((start + (begins[k] + ends[k] - 1) // 2) % len(marks))
+
+
+def _signed_area(corners: Floats) -> float:
+    x, y = corners.T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

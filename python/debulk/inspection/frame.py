@@ -1,0 +1,87 @@
+"""Whether a reference can be in the mold's frame and in mm: a pose or a factor that was forgotten shows here."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import pocket
+from debulk._core import InputError
+from debulk.surface import Reference
+
+__all__ = ["check_cloud_frame", "check_outline_on", "check_tilt", "pose_needed"]
+
+Floats = NDArray[np.float64]
+
+# float32 keeps 0.008 mm at a hundred metres: farther off, heights would be rounded by a part of a ply.
+_FAR_MM = 1e5
+_LARGE_MM = 1e5
+_LEAST_PITCH_MM = 0.03
+_MOST_TILT_DEG = 40.0
+_LEAST_PLY_SHARE = 0.002  # of the reference: an outline in inches makes 1/645 of one that fills it
+
+
+def pose_needed() -> InputError:
+    """Return the error for an image of a pinhole camera at the origin without a pose: its frame is the scanner's."""
+    return InputError(
+        "mold_from_scanner: expected a pose, but got None, and the reference is the image of a camera at the origin: "
+        "it is in the scanner's frame; give the (4, 4) motion into the mold's, with z up from the mold, or np.eye(4) "
+        "where the mold's frame is the scanner's (on the command line: --pose FILE or --pose identity)"
+    )
+
+
+def check_cloud_frame(points_mm: Floats, pitch_mm: float) -> None:
+    """Refuse a reference of impossible size, place or density; (N, 3) of its points, mold frame, all finite."""
+    low, high = points_mm.min(axis=0), points_mm.max(axis=0)
+    size = high - low
+    spans = f"{size[0]:.4g} x {size[1]:.4g} mm"
+    far = float(np.abs(points_mm).max())
+    if size[:2].max() > _LARGE_MM:
+        raise InputError(
+            f"reference: expected a mold of at most {_LARGE_MM / 1000:g} m in mm, but got one of {spans}: "
+            "is it in micrometres?"
+        )
+    if far > _FAR_MM:
+        raise InputError(
+            f"reference: expected coordinates within {_FAR_MM / 1000:g} m of the mold frame's origin, but got "
+            f"{far:.4g} mm: check the unit of the pose's translation, or choose an origin at the mold"
+        )
+    if pitch_mm < _LEAST_PITCH_MM:
+        raise InputError(
+            f"reference: expected points at least {_LEAST_PITCH_MM:g} mm apart, but got {pitch_mm:.2g} mm over "
+            f"{spans}: is it in inches or metres? Give all clouds in mm (on the command line: --unit m for metres)"
+        )
+
+
+def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats) -> None:
+    """Refuse a reference whose mean normal leans far from z."""
+    x, y = (np.linspace(a, b, 40) for a, b in zip(low_mm, high_mm, strict=True))
+    gradient = reference.gradient(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+    lean = np.median(gradient, axis=0)
+    tilt = float(np.degrees(np.arctan(np.hypot(*lean))))
+    if tilt > _MOST_TILT_DEG:
+        raise InputError(
+            f"reference: expected a mold seen from above, z up, but its surface leans by {tilt:.0f} degrees from z: "
+            "check mold_from_scanner (is it the motion from the scanner's frame to the mold's, or its inverse?)"
+        )
+
+
+def check_outline_on(outline: Floats, low_mm: Floats, high_mm: Floats) -> None:
+    """Refuse an outline that cannot be the ply's on this reference: beside it, or of another unit."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+
+    def box(a: Floats, b: Floats) -> str:
+        return f"x {a[0]:.4g} to {b[0]:.4g}, y {a[1]:.4g} to {b[1]:.4g} mm"
+
+    where = f"the outline has {box(low, high)}, the reference {box(low_mm, high_mm)}"
+    if (low >= high_mm).any() or (high <= low_mm).any():
+        raise InputError(
+            f"ply_outline: expected the ply to lie on the reference, but it lies beside it: {where}; "
+            "check the outline's unit and frame (mold XY), and the pose"
+        )
+    share = abs(pocket.polygon_area(outline)) / float(np.prod(high_mm - low_mm))
+    if share < _LEAST_PLY_SHARE:
+        raise InputError(
+            f"ply_outline: expected the outline of the ply in mm, but it covers {100 * share:.2g} % of the reference: "
+            f"{where}; is it in metres or inches?"
+        )

@@ -1,0 +1,135 @@
+"""The level: how high the ply lies between its pockets, and which motion of the scan explains where it does not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.ply_zones import Blocks
+from debulk.results.level import Level
+
+__all__ = ["Deviation", "departure", "deviation", "level_of"]
+
+Floats = NDArray[np.float64]
+_NORMAL = 1.4826  # standard deviation of normally distributed values over the median of their absolute deviations
+_BISQUARE = 4.685  # of Tukey's weights: 95 % efficient for normally distributed values
+_LEAST_SIGMA_MM = 0.005
+_ROUNDS = 8
+_SURE = 2.0  # standard errors
+
+
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """By how much each square lies off its thickness above the reference, and what of it a fit explains.
+
+    Attributes
+    ----------
+    xy_mm
+        (B, 2) middles of the squares.
+    residual_mm
+        (B,) as `departure` has it.
+    error_mm
+        (B,) standard errors of the residuals.
+    fits_mm
+        (3, B) values of the median, and of a robustly fitted plane and paraboloid.
+    middle_mm
+        Of the plane: its value in the middle of the ply.
+    slope
+        (2,) of the plane, mm per mm.
+    bow_mm
+        Range of the paraboloid's second-order part.
+    """
+
+    xy_mm: Floats
+    residual_mm: Floats
+    error_mm: Floats
+    fits_mm: Floats
+    middle_mm: float
+    slope: Floats
+    bow_mm: float
+
+    def off(self, tol_mm: float) -> NDArray[np.int64]:
+        """-1 for each square that lies too low, 1 for too high, 0 else.
+
+        A square is off where its median is by more than the tolerance and twice its error; or where the paraboloid is,
+        which takes a motion or a bend out of the noise of single squares.
+        """
+        beyond = np.abs(self.residual_mm) > tol_mm + _SURE * self.error_mm
+        smooth = np.abs(self.fits_mm[2]) > tol_mm
+        sign = np.where(beyond, np.sign(self.residual_mm), np.where(smooth, np.sign(self.fits_mm[2]), 0.0))
+        return np.asarray(sign, dtype=np.int64)
+
+    def left(self, tol_mm: float, order: int) -> tuple[float, float]:
+        """Shares of the squares that lie too low and too high, less the fit of that order."""
+        rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + _SURE * self.error_mm
+        return float(np.mean(rest < -limit)), float(np.mean(rest > limit))
+
+
+def departure(blocks: Blocks, thickness_mm: float, least_mm: float) -> Floats:
+    """Return by how much each square lies off the ply's thickness above the reference.
+
+    0 from the least thickness to the thickness across the slope, measured along z: whether a ply keeps its thickness on
+    a slope depends on how it was made.
+    """
+    above = blocks.height_mm - thickness_mm
+    return np.asarray(above - np.clip(above, least_mm - thickness_mm, thickness_mm * (blocks.slope_factor - 1)))
+
+
+def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation:
+    """Fit the deviation of at least 6 squares."""
+    residual = departure(blocks, thickness_mm, least_mm)
+    low, high = blocks.xy_mm.min(axis=0), blocks.xy_mm.max(axis=0)
+    middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), blocks.side_mm)
+    u, v = ((blocks.xy_mm - middle) / half).T
+    terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
+    constant = np.full(len(residual), np.median(residual))
+    plane, paraboloid = _robust(terms[:, :3], residual), _robust(terms, residual)
+    fits = np.array([constant, terms[:, :3] @ plane, terms @ paraboloid])
+    bow = float(np.ptp(terms[:, 3:] @ paraboloid[3:]))
+    return Deviation(blocks.xy_mm, residual, blocks.error_mm, fits, float(plane[0]), plane[1:] / half, bow)
+
+
+def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float, removed_mm: float) -> Level:
+    """Put the figures into the report's form."""
+    residual = found.residual_mm
+    median = float(np.median(residual))
+    sigma = _NORMAL * float(np.median(np.abs(residual - found.fits_mm[2])))
+    off = found.off(tol_mm)
+    gx, gy = found.slope
+    return Level(
+        thickness_mm=thickness_mm,
+        laid_mm=thickness_mm + median,
+        uncertainty_mm=1.2533 * sigma / float(np.sqrt(len(residual))),
+        low_share=float(np.mean(off < 0)),
+        high_share=float(np.mean(off > 0)),
+        offset_mm=found.middle_mm,
+        tilt_deg=float(np.degrees(np.arctan(np.hypot(gx, gy)))),
+        tilt_axis_deg=float((np.degrees(np.arctan2(gy, gx)) + 90) % 180),
+        bow_mm=found.bow_mm,
+        blocks=len(residual),
+        block_mm=blocks.side_mm,
+        judged_share=blocks.ply_share,
+        removed_offset_mm=removed_mm,
+    )
+
+
+def _robust(terms: Floats, values: Floats) -> Floats:
+    """Least squares with Tukey's weights, begun from the median: a few squares beside pockets count little."""
+    factors = np.zeros(terms.shape[1])
+    factors[0] = np.median(values)
+    left = values - factors[0]
+    # First with weights that grow slowly with the distance, then with those that leave out what lies far off.
+    for k in range(_ROUNDS):
+        sigma = max(_NORMAL * float(np.median(np.abs(left))), _LEAST_SIGMA_MM)
+        if k < _ROUNDS // 2:
+            weights = 1 / np.maximum(np.abs(left), sigma)
+        else:
+            weights = np.maximum(0.0, 1 - (left / (_BISQUARE * sigma)) ** 2) ** 2
+        weighted = terms * weights[:, None]
+        # A little is added: squares in one line leave a slope across it undetermined.
+        normal = terms.T @ weighted + 1e-9 * weights.sum() * np.eye(terms.shape[1])
+        factors = np.linalg.solve(normal, weighted.T @ values)
+        left = values - terms @ factors
+    return factors

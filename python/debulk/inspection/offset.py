@@ -1,0 +1,41 @@
+"""A scan raised by a rigid offset."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import cloud
+
+__all__ = ["raised"]
+
+
+def raised(
+    scan: ArrayLike, mold_from_scanner: NDArray[np.float64] | None, offset_mm: float, *, along_rays: bool
+) -> NDArray[np.float32]:
+    """Return a copy of a scan whose points lie higher in the mold's frame.
+
+    Parameters
+    ----------
+    scan
+        (H, W, 3) or (N, 3), scanner frame, mm.
+    mold_from_scanner
+        (4, 4), x_mold = T x_scanner; None: the scan is in the mold's frame.
+    offset_mm
+        By how much, along the mold's z.
+    along_rays
+        Whether each point stays on its pixel's ray, as those of a pinhole camera must. Then it also moves sideways,
+        by the offset times the tangent of the ray's angle to z.
+
+    Examples
+    --------
+    >>> raised(np.array([[0.0, 300.0, 1000.0]]), np.diag([1.0, -1.0, -1.0, 1.0]), 1.0, along_rays=True).tolist()
+    [[0.0, 299.70001220703125, 999.0]]
+    """
+    points = cloud.as_cloud(scan, "scan")
+    up = np.array([0.0, 0.0, 1.0]) if mold_from_scanner is None else mold_from_scanner[2, :3]
+    if not along_rays:
+        return points + (offset_mm * up).astype(np.float32)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rise = points[..., 0] * up[0] + points[..., 1] * up[1] + points[..., 2] * up[2]
+        return np.asarray(points * (1 + offset_mm / rise)[..., None], dtype=np.float32)

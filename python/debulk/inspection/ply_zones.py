@@ -1,0 +1,140 @@
+"""Where on the ply its level is read: well inside the outline, off the pockets, in squares that cover it evenly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import pocket
+from debulk.inspection.sample import Sample
+from debulk.surface import Reference
+
+__all__ = ["Blocks", "PlyZones"]
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+_SIDES_MM = (40.0, 20.0, 10.0)  # of the squares: the largest that gives a fit enough of them
+_ENOUGH = 24
+_INSET_MM = 10.0  # beside its edge the ply is not yet seen from above alone
+_CELL_MM = 4.0
+_LEAST_POINTS = 9  # in a square: their median is uncertain by 0.4 of their noise
+_LEAST_SHARE = 0.6  # of a square's points: in one that pockets cover more the ply has not come down to the mold yet
+_OF_QUARTILES = 1.2533 / 1.349  # standard error of a median times the root of the count, over the quartiles' distance
+_CORNERS = 100  # as many of an outline are enough to keep off it
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Squares of the ply with the medians of their heights.
+
+    Attributes
+    ----------
+    xy_mm
+        (B, 2) middles.
+    height_mm
+        (B,) medians above the reference.
+    error_mm
+        (B,) standard errors of these medians, from the quartiles of the heights.
+    slope_factor
+        (B,) mean of sqrt(1 + |grad F|²): by it a slope lifts the top of a ply along z, where the ply keeps its
+        thickness across.
+    side_mm
+        Of the squares.
+    ply_share
+        Share of the ply's area that lies in them.
+    """
+
+    xy_mm: Floats
+    height_mm: Floats
+    error_mm: Floats
+    slope_factor: Floats
+    side_mm: float
+    ply_share: float
+
+
+class PlyZones:
+    """Finds the squares of scan after scan; everything that does not depend on the scan is prepared here.
+
+    Parameters
+    ----------
+    reference
+        The surface below the ply.
+    ply_outline
+        (M, 2), mold XY, mm; None: all of the reference counts as the ply.
+    low_mm, high_mm
+        (2,) corners of the box that holds what is known of the reference.
+    """
+
+    def __init__(self, reference: Reference, ply_outline: Floats | None, low_mm: Floats, high_mm: Floats) -> None:
+        if ply_outline is not None:
+            low_mm, high_mm = np.maximum(low_mm, ply_outline.min(axis=0)), np.minimum(high_mm, ply_outline.max(axis=0))
+        size = np.maximum(high_mm - low_mm, _CELL_MM)
+        nx, ny = np.ceil(size / _CELL_MM).astype(int) + 1
+        x, y = low_mm[0] + _CELL_MM * np.arange(nx), low_mm[1] + _CELL_MM * np.arange(ny)
+        xy = np.stack(np.meshgrid(np.minimum(x, high_mm[0]), np.minimum(y, high_mm[1])), axis=-1).reshape(-1, 2)
+        on = np.ones(len(xy), dtype=np.bool_)
+        if ply_outline is not None:
+            on = pocket.inside(ply_outline, xy)
+            on[on] = pocket.distance_to_outline(ply_outline, xy[on]) > _INSET_MM
+        self._low, self._shape, self._on = low_mm, (ny, nx), on
+        self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
+        self.side_mm = next((s for s in _SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
+        self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
+        # One square more than there are: `inside` rounds to cells, which reach past the last square by half of one.
+        squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
+        block = self._block_of(xy[on])
+        self._block_cells = np.bincount(block, minlength=squares)
+        factor = np.sqrt(1 + (reference.gradient(xy[on]) ** 2).sum(axis=1))
+        self._block_factor = np.bincount(block, factor, minlength=squares) / np.maximum(self._block_cells, 1)
+
+    def inside(self, sample: Sample) -> Bools:
+        """Tell which points of a sample have a height, and lie on the ply well inside its outline."""
+        cell = np.rint((sample.points_mm[:, :2] - self._low) / _CELL_MM)
+        ny, nx = self._shape
+        on: Bools = np.isfinite(sample.height_mm) & (cell >= 0).all(axis=1) & (cell < [nx, ny]).all(axis=1)
+        column, row = cell[on].astype(np.int64).T
+        on[on] = self._on[row * nx + column]
+        return on
+
+    def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:
+        """Medians of the used points, square by square, where most of those on the ply are used."""
+        size = len(self._block_factor)
+        block = self._block_of(sample.points_mm[on, :2])
+        on_ply = np.bincount(block, minlength=size)
+        block, heights = block[used[on]], sample.height_mm[used]
+        heights = heights[np.lexsort((heights, block))]  # by square, then by height
+        counts = np.bincount(block, minlength=size)
+        numbers = np.flatnonzero((counts >= _LEAST_POINTS) & (counts >= _LEAST_SHARE * on_ply))
+        first, count = (np.cumsum(counts) - counts)[numbers], counts[numbers]
+        medians = 0.5 * (heights[first + (count - 1) // 2] + heights[first + count // 2])
+        quartiles = heights[first + 3 * (count - 1) // 4] - heights[first + (count - 1) // 4]
+        middle = np.stack([numbers % self._across, numbers // self._across], axis=1) + 0.5
+        cells = self._block_cells[numbers].sum()
+        return Blocks(
+            xy_mm=self._low + self.side_mm * middle,
+            height_mm=medians,
+            error_mm=_OF_QUARTILES * quartiles / np.sqrt(count),
+            slope_factor=np.maximum(self._block_factor[numbers], 1.0),
+            side_mm=self.side_mm,
+            ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
+        )
+
+    def _block_of(self, xy: Floats) -> NDArray[np.int64]:
+        column, row = (np.maximum(xy - self._low, 0.0) / self.side_mm).astype(np.int64).T
+        return np.asarray(row * self._across + column)
+
+
+def off_pockets(points_mm: Floats, outlines_mm: Sequence[Floats]) -> Bools:
+    """Tell which (N, 2 or more) points lie in none of the outlines."""
+    off = np.ones(len(points_mm), dtype=np.bool_)
+    for corners in outlines_mm:
+        outline = corners[:: max(1, len(corners) // _CORNERS)]
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        near = np.flatnonzero(((points_mm[:, :2] >= low) & (points_mm[:, :2] <= high)).all(axis=1))
+        if len(near):
+            off[near[pocket.inside(outline, points_mm[near, :2])]] = False
+    return off

@@ -1,0 +1,98 @@
+"""A few of a scan's points, looked at before all others: where they are, and how high above the reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core, cloud
+from debulk.grid import Grid
+from debulk.inspection.prepared import Prepared
+from debulk.inspection.thinning import thinned
+from debulk.surface import Reference
+
+__all__ = ["Sample", "sampled"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Some points of a scan, mold frame.
+
+    Attributes
+    ----------
+    points_mm
+        (N, 3), all finite.
+    height_mm
+        (N,) above the reference along z; NaN where that was not seen.
+    each
+        How many points of the scan each of them stands for.
+    same_share
+        Share of the points that the reference cloud has bit for bit; 0 where that is not known.
+    removed_mm
+        What was taken off the heights.
+    """
+
+    points_mm: Floats
+    height_mm: Floats
+    each: int
+    same_share: float = 0.0
+    removed_mm: float = 0.0
+
+    def lowered(self, offset_mm: float) -> Sample:
+        """Return the same points, lower by so much."""
+        down = self.points_mm - np.array([0.0, 0.0, offset_mm])
+        return Sample(down, self.height_mm - offset_mm, self.each, self.same_share, offset_mm)
+
+    def overview(self) -> Grid:
+        """Return the heights as a coarse picture."""
+        seen = np.isfinite(self.height_mm)
+        xy, heights = self.points_mm[seen, :2], self.height_mm[seen]
+        if not len(xy):
+            return Grid(np.full((1, 1), np.nan, dtype=np.float32), np.zeros(2), 1.0)
+        low, size = xy.min(axis=0), np.ptp(xy, axis=0)
+        spacing = max(1.0, 1.5 * float(np.sqrt(size[0] * size[1] / len(xy))))
+        column, row = np.rint((xy - low) / spacing).astype(np.int64).T
+        values = np.full((row.max() + 1, column.max() + 1), np.nan, dtype=np.float32)
+        values[row, column] = heights
+        return Grid(values, low, spacing)
+
+
+def sampled(
+    scan: ArrayLike, prepared: Prepared, mold_from_scanner: Floats | None, mask: NDArray[np.bool_] | None, threads: int
+) -> Sample:
+    """Take a sample of a scan."""
+    points, each = thinned(cloud.as_cloud(scan, "scan"), mask)
+    same = _same_share(points, prepared.sample)
+    points = points[np.isfinite(points).all(axis=1)]
+    if mold_from_scanner is not None and len(points):
+        points = cloud.transform(points, mold_from_scanner, threads=threads)
+    in_mold = points.astype(np.float64)
+    return Sample(in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), each, same)
+
+
+def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
+    """Heights of (N, 3) points above the reference; NaN where the grid says that nothing was seen of it."""
+    heights = np.full(len(points_mm), np.nan)
+    corners = _core.surface.extent(reference)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    xy = points_mm[:, :2]
+    inside = np.flatnonzero(((xy >= low) & (xy <= high)).all(axis=1))
+    ny, nx = seen.values.shape
+    column, row = np.rint((xy[inside] - seen.origin_mm) / seen.spacing_mm).astype(np.int64).T
+    known = np.isfinite(seen.values[np.clip(row, 0, ny - 1), np.clip(column, 0, nx - 1)])
+    inside = inside[known]
+    if len(inside):
+        heights[inside] = points_mm[inside, 2] - reference.height(xy[inside])
+    return heights
+
+
+def _same_share(points: NDArray[np.float32], reference: NDArray[np.float32] | None) -> float:
+    if reference is None or reference.shape != points.shape:
+        return 0.0
+    seen = np.isfinite(points).all(axis=1)
+    count = np.count_nonzero(seen)
+    return np.count_nonzero((points[seen] == reference[seen]).all(axis=1)) / count if count else 0.0

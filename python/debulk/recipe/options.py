@@ -1,0 +1,106 @@
+"""The recipe as options of the compiled rooms: the one place where its settings are handed over."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+
+if TYPE_CHECKING:
+    from debulk.recipe.model import Recipe
+
+__all__ = ["feet", "front_end", "lay_pocket", "outliers", "ply", "regions", "ridge", "section_ply", "segment"]
+
+
+def outliers(recipe: Recipe) -> _core.cloud.OutlierOptions:
+    """Tell which points of the scan are removed."""
+    options = _core.cloud.OutlierOptions()
+    options.neighbours = recipe.clean.neighbours
+    options.std_ratio = recipe.clean.std_ratio
+    options.least_ratio = recipe.clean.least_ratio
+    return options
+
+
+def front_end(recipe: Recipe, spacing_mm: float) -> _core.surface.FrontEndOptions:
+    """Tell how a scan becomes a height map of this spacing."""
+    options = _core.surface.FrontEndOptions()
+    options.outliers = outliers(recipe)
+    options.spacing_mm = spacing_mm
+    options.hole_diameter_mm = recipe.clean.max_hole_mm
+    options.spike_mm = recipe.clean.spike_mm
+    options.median_cells = recipe.clean.median_cells
+    return options
+
+
+def segment(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.pocket.SegmentOptions:
+    """Tell what counts as a pocket, on a ply with this outline."""
+    options = _core.pocket.SegmentOptions()
+    options.cut_height_mm = recipe.segmentation.cut_height_mm
+    options.area_tol_mm2 = recipe.segmentation.area_tol_mm2
+    options.peak_tol_mm = recipe.segmentation.peak_tol_mm
+    options.smooth_mm = recipe.patch.smooth_mm
+    options.ply_outline = ply_outline
+    return options
+
+
+def feet(recipe: Recipe) -> _core.pocket.FootOptions:
+    """Tell where a pocket's ply comes down to the mold."""
+    options = _core.pocket.FootOptions()
+    options.thickness_mm = recipe.material.thickness_mm
+    options.mold_tol_mm = recipe.patch.mold_tol_mm
+    options.smooth_mm = recipe.patch.smooth_mm
+    return options
+
+
+def regions(recipe: Recipe, spacing_mm: float, ply_outline: NDArray[np.float64] | None) -> _core.region.RegionOptions:
+    """Tell how pockets are found through regions of interest."""
+    options = _core.region.RegionOptions()
+    options.front = front_end(recipe, spacing_mm)
+    options.segment = segment(recipe, ply_outline)
+    options.feet = feet(recipe)
+    return options
+
+
+def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
+    """Tell how a pocket's net is laid."""
+    options = _core.net.LayPocketOptions()
+    options.mode = recipe.patch.mode
+    options.net.spacing_mm = recipe.net.spacing_mm
+    options.net.node_target = recipe.net.node_target
+    options.net.free_edge_mm = recipe.net.free_edge_mm
+    options.net.paths = recipe.net.paths
+    return options
+
+
+def ply(recipe: Recipe) -> _core.sheet.PlyMaterial:
+    """Hand over material and loads of the sheet."""
+    options = _core.sheet.PlyMaterial()
+    options.thickness_mm = recipe.material.thickness_mm
+    options.young_mpa = recipe.material.young_mpa
+    options.shear_mpa = recipe.material.shear_mpa
+    options.density_kg_m3 = recipe.material.density_kg_m3
+    options.friction = recipe.material.friction
+    options.pressure_mpa = recipe.loads.pressure_mpa
+    options.gravity_m_s2 = recipe.loads.gravity_m_s2
+    return options
+
+
+def section_ply(recipe: Recipe) -> _core.section.SectionPly:
+    """Hand over bending stiffness and pressure of the section model."""
+    options = _core.section.SectionPly()
+    options.stiffness_n_mm = recipe.material.young_mpa * recipe.material.thickness_mm**3 / 12
+    options.pressure_mpa = recipe.loads.pressure_mpa
+    return options
+
+
+def ridge(recipe: Recipe) -> _core.ridge.RidgeOptions:
+    """Tell how ridges are read from the net."""
+    options = _core.ridge.RidgeOptions()
+    options.thickness_mm = recipe.material.thickness_mm
+    options.bulk_factor = recipe.material.bulk_factor
+    if recipe.ridge.touch_mm is not None:
+        options.touch_mm = recipe.ridge.touch_mm
+    return options

@@ -1,0 +1,45 @@
+"""How the ply lies between its pockets: the evidence that scan, reference, pose and recipe belong together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Level"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Level:
+    """Height of the ply between the pockets above the reference, which is its thickness where all is in place.
+
+    Attributes
+    ----------
+    thickness_mm
+        Of the ply, as the recipe has it.
+    laid_mm, uncertainty_mm
+        Median height above the reference, less what a slope adds to the thickness, and its standard error.
+    low_share, high_share
+        Shares of the ply between the pockets that lie too low and too high by more than the recipe's tolerance.
+    offset_mm, tilt_deg, tilt_axis_deg, bow_mm
+        Of a plane fitted to the deviation from the thickness: its value in the middle, its slope, and the direction of
+        the axis that it turns about, counter-clockwise from mold +x; and the range of a parabola fitted beside it.
+    blocks, block_mm
+        Number and side of the squares whose medians are the data.
+    judged_share
+        Share of the ply's area in these squares.
+    removed_offset_mm
+        What was taken out of the scan's height before it was inspected, as the recipe allows; 0: nothing.
+    """
+
+    thickness_mm: float
+    laid_mm: float
+    uncertainty_mm: float
+    low_share: float
+    high_share: float
+    offset_mm: float
+    tilt_deg: float
+    tilt_axis_deg: float
+    bow_mm: float
+    blocks: int
+    block_mm: float
+    judged_share: float
+    removed_offset_mm: float = 0.0

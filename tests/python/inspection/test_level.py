@@ -1,0 +1,236 @@
+"""Scans out of place, in the wrong unit or of the wrong thing never pass, and the reason says what is wrong."""
+
+from __future__ import annotations
+
+import functools
+import re
+
+import numpy as np
+import pytest
+
+from debulk import InputError, Inspector, Recipe, Report, Verdict, scenes
+from debulk.scenes.varied import given_right
+from debulk.scenes.varied.given import moved, shift, turn
+
+PIXELS = (800, 600)
+SEEDS = {"first": 911, "varied": 917}
+
+
+@functools.cache
+def given(family):
+    if family == "first":
+        return given_right(scenes.layup(SEEDS[family], PIXELS))
+    return given_right(scenes.varied_layup(SEEDS[family], PIXELS, borders=0, clamp=False, holes_mm=0))
+
+
+@functools.cache
+def prepared(family):
+    g = given(family)
+    return Inspector(None, g.reference, mold_from_scanner=g.mold_from_scanner).prepared
+
+
+@functools.cache
+def inspector(family, regions, **settings):
+    g = given(family)
+    recipe = Recipe(segmentation={"regions": regions}, **settings)
+    return Inspector(recipe, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
+
+
+BOTH = pytest.mark.parametrize("family", list(SEEDS))
+MODES = pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole"])
+
+
+def in_mold(family, motion):
+    """The scan moved by a motion of the mold's frame."""
+    g = given(family)
+    return moved(g.scan, g.motion_of_scanner(motion)).astype(np.float32)
+
+
+def bent(family, rise):
+    """The scan raised along the rays by a function of mold x and y, each from -1 to 1 over the ply."""
+    g = given(family)
+    low, high = g.ply_outline.min(axis=0), g.ply_outline.max(axis=0)
+    u, v = np.moveaxis(2 * (g.in_mold(g.scan)[..., :2] - low) / (high - low) - 1, -1, 0)
+    fall = g.scan.astype(np.float64) @ g.mold_from_scanner[2, :3]
+    return (g.scan * (1 + rise(u, v) / fall)[..., None]).astype(np.float32)
+
+
+def tilted(family, degrees):
+    middle = np.append(given(family).ply_outline.mean(axis=0), 0.0)
+    return in_mold(family, turn((1.0, 0.4, 0.0), degrees, middle))
+
+
+def empty(family):
+    """Another scan of the bare mold: the reference with noise of its own, along the rays."""
+    g = given(family)
+    noise = np.random.default_rng(5).normal(0, 0.05, g.reference.shape[:2])
+    return (g.reference * (1 + noise / np.linalg.norm(g.reference, axis=-1))[..., None]).astype(np.float32)
+
+
+OUT_OF_PLACE = {
+    "1 m too high": (lambda f: in_mold(f, shift(z=1000)), "1000.* too high"),
+    "1 m too low": (lambda f: in_mold(f, shift(z=-1000)), "too low everywhere"),
+    "20 mm too low": (lambda f: in_mold(f, shift(z=-20)), "(20.0|19.9).* mm too low everywhere"),
+    "2.5 mm too low": (lambda f: in_mold(f, shift(z=-2.5)), "2.[45].* mm too low everywhere"),
+    "2 mm too high": (lambda f: in_mold(f, shift(z=2)), "(2.0|1.9).* mm too high everywhere"),
+    "0.25 mm too high": (
+        lambda f: in_mold(f, shift(z=0.25)),
+        "0.2[3-7] mm too high everywhere.*check the pose, the thick",
+    ),
+    "0.25 mm too low": (lambda f: in_mold(f, shift(z=-0.25)), "0.2[3-7] mm too low|no ply is seen"),
+    "tilted by 0.1 degree": (lambda f: tilted(f, 0.1), r"tilted by 0\.(1|09\d*|10\d*) degrees about an axis at 2[0-4]"),
+    "tilted by 1 degree": (lambda f: tilted(f, 1.0), "tilted by (1|0.9)"),
+    "bow of 1 mm": (lambda f: bent(f, lambda u, v: 1 - u * u), "bent by (1|0.9|0.8)"),
+    "warp of 1 mm": (lambda f: bent(f, lambda u, v: u * v), "bent by"),
+    "empty mold": (empty, "no ply is seen.*the mold is empty"),
+    "the reference itself": (lambda f: given(f).reference, "scan and reference are the same: 100 %"),
+}
+
+
+@BOTH
+@MODES
+@pytest.mark.parametrize("name", list(OUT_OF_PLACE))
+def test_a_scan_out_of_place_is_invalid_and_the_reason_says_how(family, regions, name):
+    make, reason = OUT_OF_PLACE[name]
+    report = inspector(family, regions).inspect(make(family))
+    assert report.verdict is Verdict.INVALID
+    assert not report.passed
+    assert not report.timings_ms.get("debulk")  # nothing was solved for it
+    assert re.search(reason, report.reason), report.reason
+
+
+@BOTH
+@MODES
+def test_swapped_scan_and_reference(family, regions):
+    g = given(family)
+    recipe = Recipe(segmentation={"regions": regions})
+    report = Inspector(recipe, g.scan, g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.reference)
+    assert report.verdict is Verdict.INVALID
+    assert "look swapped" in report.reason
+
+
+@BOTH
+@MODES
+def test_the_figures_of_a_good_scan_stand_in_the_report_and_come_back_from_its_file(family, regions, tmp_path):
+    report = inspector(family, regions).inspect(given(family).scan)
+    level = report.level
+    assert level.thickness_mm == 0.3
+    assert abs(level.laid_mm - 0.3) < 0.02
+    assert 0 < level.uncertainty_mm < 0.01
+    assert level.low_share + level.high_share < 0.05
+    assert abs(level.offset_mm) < 0.02
+    assert level.tilt_deg < 0.005
+    assert level.bow_mm < 0.06
+    assert level.blocks >= 24
+    assert level.removed_offset_mm == 0
+    assert not any("taken out" in warning for warning in report.warnings)
+    report.save(tmp_path / "report.json")
+    assert Report.load(tmp_path / "report.json").level == level
+
+
+@BOTH
+def test_both_modes_read_the_same_level(family):
+    one, other = (inspector(family, regions).inspect(given(family).scan).level for regions in (True, False))
+    assert abs(one.laid_mm - other.laid_mm) < 0.002
+    assert abs(one.tilt_deg - other.tilt_deg) < 0.0005
+
+
+@BOTH
+@MODES
+def test_an_offset_is_taken_out_only_where_the_recipe_allows_it_and_then_shown(family, regions):
+    scan = in_mold(family, shift(z=0.3))
+    kept = inspector(family, regions).inspect(given(family).scan)
+    limited = Recipe(segmentation={"regions": regions}, level={"remove_offset_mm": 0.2})
+    g = given(family)
+    again = Inspector(limited, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
+    assert again.inspect(scan).verdict is Verdict.INVALID
+    allowed = Recipe(segmentation={"regions": regions}, level={"remove_offset_mm": 0.5})
+    again = Inspector(allowed, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
+    report = again.inspect(scan)
+    assert report.level.removed_offset_mm == pytest.approx(0.3, abs=0.02)
+    assert any("taken out" in warning for warning in report.warnings)
+    assert len(report.pockets) == len(kept.pockets)
+    for one, other in zip(report.pockets, kept.pockets, strict=True):
+        assert one.area_mm2 == pytest.approx(other.area_mm2, rel=0.05)
+        assert one.peak_mm == pytest.approx(other.peak_mm, abs=0.1)
+
+
+@BOTH
+@MODES
+def test_a_recipe_thicker_than_the_ply_is_named(family, regions):
+    g = given(family)
+    recipe = Recipe(
+        segmentation={"regions": regions},
+        material={"thickness_mm": 0.8},
+        verdict={"max_rms_mm": 0.7, "max_ridge_mm": 1},
+    )
+    report = Inspector(recipe, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
+    assert report.verdict is Verdict.INVALID
+    assert re.search(r"stands 0\.(30|31) mm above the reference, its thickness is 0.8 mm", report.reason)
+    assert "the thickness in the recipe" in report.reason
+
+
+@MODES
+def test_a_pocket_that_covers_the_ply_is_none(regions):
+    report = inspector("first", regions).inspect(bent("first", lambda u, v: 6 * (1 - u * u) * (1 - v * v)))
+    assert report.verdict is Verdict.INVALID
+
+
+def test_an_image_of_a_camera_needs_a_pose(layups=("first", "varied")):
+    for family in layups:
+        g = given(family)
+        with pytest.raises(InputError, match=r"mold_from_scanner: expected a pose.*--pose identity"):
+            Inspector(None, g.reference, g.ply_outline)
+        points = g.in_mold(g.reference)[::4, ::4].astype(np.float32)
+        Inspector(None, points)  # in the mold's frame it is no camera's image, and needs none
+
+
+def test_the_pose_of_a_mold_frame_that_is_the_scanners_is_given_so():
+    g = given("first")
+    report = Inspector(None, g.reference, None, mold_from_scanner=np.eye(4)).inspect(g.scan)
+    assert report.verdict is Verdict.INVALID  # z points away from the scanner: pockets hang down
+    assert "z is to point up" in report.reason
+
+
+@pytest.mark.parametrize(
+    ("factor", "word"),
+    [(1e-3, "metres"), (1 / 25400, "mm"), (1e3, "micrometres")],
+    ids=["metres", "mils", "micrometres"],
+)
+def test_a_reference_in_another_unit_is_refused(factor, word):
+    g = given("first")
+    pose = g.mold_from_scanner.copy()
+    pose[:3, 3] *= factor
+    with pytest.raises(InputError, match=f"reference: expected .*{word}"):
+        Inspector(None, (g.reference * factor).astype(np.float32), mold_from_scanner=pose)
+
+
+@MODES
+def test_clouds_in_inches_or_centimetres_never_pass(regions):
+    g = given("first")
+    for factor in (0.1, 1 / 25.4):
+        pose = g.mold_from_scanner.copy()
+        pose[:3, 3] *= factor
+        clouds = [(c * factor).astype(np.float32) for c in (g.reference, g.scan)]
+        try:
+            report = Inspector(
+                Recipe(segmentation={"regions": regions}), clouds[0], None, mold_from_scanner=pose
+            ).inspect(clouds[1])
+        except InputError:
+            continue
+        assert report.verdict is Verdict.INVALID
+
+
+def test_a_pose_in_metres_or_far_away_is_refused():
+    g = given("first")
+    pose = g.mold_from_scanner.copy()
+    pose[:3, 3] += 1e6
+    with pytest.raises(InputError, match="within 100 m of the mold frame's origin"):
+        Inspector(None, g.reference, mold_from_scanner=pose)
+
+
+def test_an_inverted_pose_leans():
+    g = given("first")
+    aside = turn((1.0, 0.0, 0.0), 80, np.zeros(3))
+    with pytest.raises(InputError, match=r"leans by 80 degrees|expected"):
+        Inspector(None, g.reference, mold_from_scanner=aside @ g.mold_from_scanner)
