@@ -47,12 +47,15 @@ class Rays:
     dz: F64
 
     def part(self, rows: slice, columns: slice) -> Rays:
+        """Cut out a part of the block."""
         return Rays(self.centre, self.dx[rows, columns], self.dy[rows, columns], self.dz[rows, columns])
 
     def xy(self, depth: F64) -> tuple[F64, F64]:
+        """Mold XY at these depths."""
         return self.centre[0] + depth * self.dx, self.centre[1] + depth * self.dy
 
     def depth_at(self, z_mm: float) -> F64:
+        """Depths at which the rays pass a height."""
         return np.asarray((z_mm - self.centre[2]) / self.dz)
 
 
