@@ -65,7 +65,8 @@ def study(seed, pixels, lines, totals, keep):
     spread = 1.4826 * np.median(np.abs(along[there] - np.median(along[there])))
     lines.append(
         f"layup {seed}: {np.count_nonzero(np.isfinite(along)):,} points, "
-        f"{100 * there.sum() / ply.truth.seen.sum():.2f} % of what both cameras see; predicted noise {noise:.3f} mm, standard deviation of the error, the texture's "
+        f"{100 * there.sum() / ply.truth.seen.sum():.2f} % of what both cameras see; predicted noise {noise:.3f} mm, "
+        f"standard deviation of the error, the texture's "
         f"included, {spread:.3f} mm; mean error {bias:+.4f} mm, median {np.median(along[there]):+.4f} mm; "
         f"{100 * (1 - close.mean()):.3f} % more than 3 mm off, on edges; "
         f"rows agree within {scan.epipolar.error_px:.2f} px"
