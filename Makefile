@@ -89,6 +89,7 @@ study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run
 .PHONY: referee
 referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is missing of the referee's table; hours the first time
 	$(python) bench/referee/strip.py
+	$(python) bench/referee/wide.py
 	$(python) bench/referee/figures.py
 	$(python) bench/referee/own.py
 	$(python) bench/referee/mujoco_runs.py

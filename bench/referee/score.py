@@ -126,11 +126,12 @@ def scores(title: str, chosen: list[Truth], referee: str) -> list[str]:
     if not pairs:
         return []
     shares = np.array([s for _, s in pairs])
+    members = sum(len(g) for t, _ in pairs for r, g in t.gathered.items() if referee in (r, "both"))
     split = int(((shares > 0) & (shares < 1)).sum())
     lines = [
         "",
-        f"{title}: {len(pairs)} pockets, {int((shares == 1).sum())} crease and {int((shares == 0).sum())} cease in "
-        f"every member, {split} in some",
+        f"{title}: {len(pairs)} pockets with {members} members, {int((shares == 1).sum())} crease and "
+        f"{int((shares == 0).sum())} cease in every member, {split} in some",
         f"  {'':<30} {'false CEASE':>11} {'of them sure':>12} {'false CREASE':>12} {'UNDECIDED':>9} {'Brier':>6} "
         f"{'AUC':>6}",
     ]
@@ -221,8 +222,8 @@ def text(every: list[Truth]) -> str:
     )
     lines = ["THE REFEREE", "", fill(about, 110)]
     for title, chosen in (("Inside the ply", inner), ("At the ply's edge", edge)):
-        for referee in ("own", "mujoco", "both"):
-            lines += scores(f"{title}, {referee}", chosen, referee)
+        for referee, name in (("own", "own fine nets"), ("mujoco", "MuJoCo"), ("both", "members of both")):
+            lines += scores(f"{title}, {name}", chosen, referee)
     for referee in ("own", "mujoco"):
         lines += confusion(inner, referee)
         lines += heights(inner, referee)

@@ -86,3 +86,16 @@ def test_synthetic_pockets_have_the_excess_that_their_shape_asks_for():
 
 def test_half_of_the_synthetic_pockets_lie_near_the_limit():
     assert sum(pockets.near(shape.excess_mm) for shape in pockets.shapes()) == 30
+
+
+def test_mujoco_folds_a_strip_as_high_as_the_closed_form_says():
+    pytest.importorskip("mujoco", reason="the extra referee is not installed")
+    import mujoco_ply
+    import strip
+
+    mold, laid = strip.strip(0.5, 0.5 * strip.LENGTH_MM)
+    end = mujoco_ply.simulate(mold, laid, 1, mujoco_ply.Physics(friction=0.0))
+    fold = folds.worst_fold(end.nodes_mm, laid.neighbours, laid.kinds, mold.reference)
+    assert end.accepted
+    assert fold.height_mm == pytest.approx(strip.EXACT[0.5] * strip.LENGTH_MM, rel=0.05)
+    assert fold.gathered_mm == pytest.approx(0.5 * strip.LENGTH_MM, rel=0.05)
