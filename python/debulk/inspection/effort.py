@@ -18,7 +18,9 @@ Floats = NDArray[np.float64]
 
 _MOST_GB = 4.0  # of a height map and all that is kept beside it
 _CELL_BYTES = 80  # of all maps together
-_MOST_HOLE_CELLS = 200  # a hole so wide is filled in a second and 64 MB; time goes with the fourth power, memory the third
+_MOST_HOLE_CELLS = (
+    200  # a hole so wide is filled in a second and 64 MB; time goes with the fourth power, memory the third
+)
 _MOST_POCKET_S = 60.0  # sixty such pockets take an hour
 # Of one start on one thread, measured with nets of 100, 300 and 900 nodes; the other methods: bench/study/study.txt.
 _HUNDRED_NODES_S, _POWER = 0.004, 2.3
