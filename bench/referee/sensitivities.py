@@ -10,7 +10,7 @@ import mujoco_runs
 import own
 from pockets import all_pockets
 
-POCKETS = 3
+POCKETS = 2
 OWN_VARIANTS = {"E x 0.5": {"young": 0.5}, "E x 2": {"young": 2.0}}
 OWN_EDGE_VARIANTS = {"mu 0.2": {"friction": 0.2}, "mu 0.6": {"friction": 0.6}}
 
