@@ -8,7 +8,10 @@ SHELL := /bin/bash
 
 stamps := build/stamps
 python := .venv/bin/python
-pip := $(python) -m pip install --quiet --disable-pip-version-check
+# What a step prints goes into this log; it is shown when the step fails.
+log := build/setup.log
+quietly := cmake/quietly.sh $(log)
+pip := $(quietly) $(python) -m pip install --verbose --disable-pip-version-check
 
 # Directories too: their times tell of files that went away.
 sources := $(shell find cpp cmake python -not -path '*/__pycache__*' -not -name '*.pyc')
@@ -83,6 +86,16 @@ study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
 
+.PHONY: referee
+referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is missing of the referee's table; hours the first time
+	$(python) bench/referee/strip.py
+	$(python) bench/referee/wide.py
+	$(python) bench/referee/figures.py
+	$(python) bench/referee/own.py
+	$(python) bench/referee/mujoco_runs.py
+	$(python) bench/referee/sensitivities.py
+	$(python) bench/referee/score.py
+
 .PHONY: bench
 bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; results in build/bench
 	cmake --preset release -DDEBULK_BENCH=ON -DDEBULK_TESTS=OFF -B build/bench-release
@@ -101,6 +114,11 @@ bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; re
 	$(python) bench/front/regions.py
 	$(python) bench/front/registration.py > bench/front/registration.txt
 
+.PHONY: trust
+trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scenes, half of them spoiled; text and picture in bench/trust
+	$(python) bench/trust/trust.py --scenes 2000 --jobs 2
+	$(python) bench/trust/offsets.py --out bench/trust/offsets.txt
+
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
 	@echo 'debulk: everything is set up'
@@ -110,7 +128,8 @@ clean: ## Remove what was built (.venv and the installed packages stay)
 	rm -rf build dist out
 
 $(stamps)/system: cmake/install_dependencies.sh
-	cmake/install_dependencies.sh .deps
+	@echo 'debulk: the log of what follows is $(log)'
+	@cmake/install_dependencies.sh .deps $(log)
 	@mkdir -p $(@D) && touch $@
 
 $(stamps)/venv: pyproject.toml $(stamps)/system
@@ -145,15 +164,21 @@ $(stamps)/bench: $(stamps)/venv
 	@$(pip) -r $(stamps)/bench.txt
 	@touch $@
 
+# The engine that the referee simulates with.
+$(stamps)/referee: $(stamps)/venv
+	@$(call required,referee) > $(stamps)/referee.txt
+	@$(pip) -r $(stamps)/referee.txt
+	@touch $@
+
 # The package as users get it.
 $(stamps)/package: $(sources) $(package_files) $(stamps)/venv
-	@echo 'debulk: building the package (a minute or two the first time)'
+	@echo 'debulk: building the package (two to four minutes on two cores the first time)'
 	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/wheel .
 	@touch $@
 
 # The package and the C++ tests from one build, warnings being errors. It installs the package too, which is then up to date.
 $(stamps)/tests: $(sources) $(package_files) $(test_sources) $(stamps)/tools
-	@echo 'debulk: building the package and the C++ tests (a few minutes the first time)'
+	@echo 'debulk: building the package and the C++ tests (four to eight minutes on two cores the first time)'
 	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/test \
 		--config-settings=cmake.define.DEBULK_TESTS=ON --config-settings=cmake.define.CMAKE_COMPILE_WARNING_AS_ERROR=ON .
 	@touch $@ $(stamps)/package

@@ -1,13 +1,18 @@
 #!/usr/bin/env bash
 # Installs what debulk is built with on Debian 12 (and close relatives). Run by the Makefile; safe to run again.
 #
-#   cmake/install_dependencies.sh PREFIX
+#   cmake/install_dependencies.sh PREFIX [LOG]
+#
+# What apt prints goes into LOG, PREFIX/setup.log by default.
 #
 # Debian's libpcl-dev depends on VTK, Qt and 650 packages in all. We link five small PCL libraries, so we install
 # just their run-time packages and unpack the headers of libpcl-dev and libflann-dev into PREFIX, without their dependencies.
 set -euo pipefail
 
-prefix=${1:?usage: install_dependencies.sh PREFIX}
+prefix=${1:?usage: install_dependencies.sh PREFIX [LOG]}
+log=${2:-$prefix/setup.log}
+mkdir -p "$(dirname "$log")"
+quietly() { "$(dirname "${BASH_SOURCE[0]}")/quietly.sh" "$log" "$@"; }
 
 build_tools=(build-essential cmake ninja-build pkg-config git ca-certificates python3 python3-dev python3-venv)
 libraries=(libeigen3-dev libboost-dev liblz4-dev libpcl-filters1.13 libnlopt-cxx-dev coinor-libipopt-dev
@@ -43,7 +48,7 @@ if [ "$(id -u)" -ne 0 ]; then
         as_root=(sudo)
     else
         say "packages are missing, and this user is neither root nor may use sudo. Ask an administrator to run:" >&2
-        say "    apt-get install --no-install-recommends ${missing[*]-}" >&2
+        say "    apt-get update && apt-get install --no-install-recommends ${missing[*]-}" >&2
         say "then run make again (the PCL headers need no administrator)." >&2
         [ ${#missing[@]} -eq 0 ] || exit 1
     fi
@@ -51,8 +56,11 @@ fi
 
 if [ ${#missing[@]} -gt 0 ]; then
     say "installing ${missing[*]}"
-    "${as_root[@]}" apt-get update -q
-    DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -q -y --no-install-recommends "${missing[@]}"
+    # sudo may have to ask for a password: before its output goes into the log.
+    [ ${#as_root[@]} -eq 0 ] || "${as_root[@]}" true
+    quietly "${as_root[@]}" apt-get update -q
+    quietly "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends \
+        -o APT::Keep-Downloaded-Packages=false "${missing[@]}"
 fi
 
 if [ "$headers_missing" = yes ]; then
@@ -61,7 +69,9 @@ if [ "$headers_missing" = yes ]; then
     downloads=$(mktemp -d)
     trap 'rm -rf "$downloads"' EXIT
     [ "$(id -u)" -ne 0 ] || chown _apt "$downloads" # apt run by root drops to the user _apt for downloads
-    (cd "$downloads" && { apt-get download -q "${headers_only[@]}" || { "${as_root[@]}" apt-get update -q && apt-get download -q "${headers_only[@]}"; }; })
+    download() { (cd "$downloads" && apt-get download -q "${headers_only[@]}"); }
+    download >>"$log" 2>&1 || { quietly "${as_root[@]}" apt-get update -q && download >>"$log" 2>&1; } ||
+        { tail -n 20 "$log" >&2; say "the headers could not be downloaded; the whole log: $log" >&2; exit 1; }
     for package in "$downloads"/*.deb; do
         dpkg -x "$package" "$prefix"
     done

@@ -5,6 +5,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
+#include "bindings/seen.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/fit_reference.hpp"
 #include "debulk/surface/front_end.hpp"
@@ -105,17 +106,18 @@ void bind_front_end(py::module_ m) {
   py::class_<FrontEnd>(m, "FrontEnd")
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape,
                        const std::optional<std::array<double, 3>>& camera, const Array<double>& pose, const std::array<double, 4>& box,
-                       const FrontEndOptions& options, int threads) {
+                       const FrontEndOptions& options, int threads, const std::optional<SeenArray>& seen) {
              View view;
              view.height = shape[0], view.width = shape[1];
              if (camera) view.camera = {(*camera)[0], (*camera)[1], (*camera)[2]};
              view.mold_from_scanner = pose_of(pose);
+             const std::optional<Grid<float>> fitted_to = seen_grid(seen);
              const py::gil_scoped_release release;
              return std::make_unique<FrontEnd>(std::move(reference), Eigen::Vector2d(box[0], box[1]), Eigen::Vector2d(box[2], box[3]), view,
-                                               camera.has_value(), options, threads);
+                                               camera.has_value(), options, threads, fitted_to ? &*fitted_to : nullptr);
            }),
            py::arg("reference"), py::arg("shape"), py::arg("camera").none(true), py::arg("mold_from_scanner"), py::arg("box"),
-           py::arg("options"), py::arg("threads"))
+           py::arg("options"), py::arg("threads"), py::arg("seen").none(true))
       .def(
           "run",
           [](const py::object& self, const CloudArray& scan, const Stop& stop) {
@@ -188,18 +190,19 @@ void bind_surface(py::module_ m) {
   m.def(
       "grid_heights",
       [](const CloudArray& cloud, const std::array<double, 2>& origin, double spacing, const std::array<int, 2>& shape, double jump_ratio,
-         int threads) {
+         int threads, const Stop& stop) {
         require(shape[0] > 0 && shape[1] > 0, "shape", "positive numbers of rows and columns",
                 std::to_string(shape[0]) + " by " + std::to_string(shape[1]));
         const CloudView view = cloud_view(cloud, "points");
         Grid<float> grid(shape[1], shape[0], vector2(origin), spacing);
         {
           py::gil_scoped_release release;
-          grid_heights(view, grid, {jump_ratio}, threads);
+          grid_heights(view, grid, {jump_ratio}, threads, stop);
         }
         return grid_values(std::move(grid));
       },
-      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("threads"));
+      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("threads"),
+      py::arg("stop"));
 
   m.def(
       "covering_grid",
@@ -257,18 +260,19 @@ void bind_surface(py::module_ m) {
 
   m.def(
       "fit_reference",
-      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const FitOptions& options, int threads) {
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const FitOptions& options, int threads,
+         const Stop& stop) {
         const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
         Grid<double> nodes;
         {
           py::gil_scoped_release release;
-          nodes = fit_reference(heights, options, threads).heights();
+          nodes = fit_reference(heights, options, threads, stop).heights();
         }
         const Eigen::Vector2d first = nodes.origin;
         const double step = nodes.spacing;
         return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
       },
-      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"));
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"), py::arg("stop"));
 
   m.def("extent", &extent, py::arg("surface"));
   bind_front_end(m);

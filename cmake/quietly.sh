@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# Runs a command whose output only matters when it fails: it goes into a log, and a terminal shows how far a build is.
+#
+#   cmake/quietly.sh LOG COMMAND [ARGUMENT ...]
+set -euo pipefail
+
+log=${1:?usage: quietly.sh LOG COMMAND [ARGUMENT ...]}
+shift
+mkdir -p "$(dirname "$log")"
+printf '\n$ %s\n' "$*" >>"$log"
+began=$(wc -l <"$log")
+
+# Ninja's "[12/143] ..." moves on one line of the terminal; elsewhere nothing is shown.
+progress() {
+    if [ ! -t 2 ]; then
+        cat >/dev/null
+        return
+    fi
+    while IFS= read -r line; do
+        [[ $line =~ \[([0-9]+)/([0-9]+)\] ]] && printf '\r  [%s/%s] ' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" >&2
+    done
+    printf '\r\033[K' >&2
+}
+
+status=0
+"$@" </dev/null 2>&1 | tee -a "$log" | progress || status=$?
+if [ "$status" -ne 0 ]; then
+    tail -n "+$began" "$log" | tail -n 40 >&2
+    printf 'debulk: this step failed: %s\ndebulk: the whole log: %s\n' "$*" "$log" >&2
+    exit "$status"
+fi
