@@ -8,6 +8,8 @@
 #include "debulk/pocket/patch.hpp"
 #include "debulk/pocket/segment.hpp"
 #include "debulk/pocket/smooth.hpp"
+#include "debulk/pocket/unseen.hpp"
+#include "debulk/surface/front_end.hpp"
 
 namespace debulk {
 namespace {
@@ -106,6 +108,21 @@ void bind_options(py::module_ m) {
       .def_readwrite("smooth_mm", &FootOptions::smooth_mm)
       .def_readwrite("noise_mm", &FootOptions::noise_mm);
 
+  py::class_<UnseenOptions>(m, "UnseenOptions")
+      .def(py::init<>())
+      .def_readwrite("area_tol_mm2", &UnseenOptions::area_tol_mm2)
+      .def_readwrite("fill_mm", &UnseenOptions::fill_mm)
+      .def_property(
+          "ply_outline",
+          [](const UnseenOptions& o) -> std::optional<py::array_t<double>> {
+            if (!o.ply_outline) return std::nullopt;
+            return to_array<2>(*o.ply_outline);
+          },
+          [](UnseenOptions& o, const std::optional<Array<double>>& outline) {
+            o.ply_outline.reset();
+            if (outline) o.ply_outline = points<2>(*outline, "ply_outline");
+          });
+
   py::class_<PatchOptions>(m, "PatchOptions")
       .def(py::init<>())
       .def_property(
@@ -137,7 +154,26 @@ void bind_pocket(py::module_ m) {
       .def_property_readonly("reason", [](const Dropped& d) { return name_of(d.reason); })
       .def_readonly("area", &Dropped::area)
       .def_readonly("peak", &Dropped::peak)
-      .def_property_readonly("centroid", [](const Dropped& d) { return row(d.centroid); });
+      .def_property_readonly("centroid", [](const Dropped& d) { return row(d.centroid); })
+      .def_readonly("touches_unknown", &Dropped::touches_unknown)
+      .def_readonly("measured_share", &Dropped::measured_share);
+
+  py::class_<UnseenHole>(m, "UnseenHole")
+      .def_property_readonly("centre", [](const UnseenHole& h) { return row(h.centre); })
+      .def_property_readonly("box", [](const UnseenHole& h) { return rows(h.box); })
+      .def_readonly("area", &UnseenHole::area)
+      .def_readonly("thickness", &UnseenHole::thickness)
+      .def_readonly("rim_height", &UnseenHole::rim_height)
+      .def_readonly("reference_share", &UnseenHole::reference_share)
+      .def_readonly("at_ply_edge", &UnseenHole::at_ply_edge)
+      .def_readonly("filled", &UnseenHole::filled);
+
+  py::class_<Unseen>(m, "Unseen")
+      .def_readonly("coverage", &Unseen::coverage)
+      .def_readonly("reference_coverage", &Unseen::reference_coverage)
+      .def_readonly("holes", &Unseen::holes)
+      .def_readonly("smaller", &Unseen::smaller)
+      .def_readonly("smaller_area", &Unseen::smaller_area);
 
   py::class_<Segmentation, std::shared_ptr<Segmentation>>(m, "Segmentation")
       .def_readonly("pockets", &Segmentation::pockets)
@@ -150,6 +186,12 @@ void bind_pocket(py::module_ m) {
 
   m.def("segment", &segment_arrays, py::arg("heights"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"),
         py::arg("measured").none(true), py::arg("before_median").none(true), py::arg("threads"), py::arg("stop"));
+
+  // Of the front end's last scan.
+  m.def(
+      "find_unseen",
+      [](const FrontEnd& front, const UnseenOptions& options) { return find_unseen(overview_of(front.map(), front.gaps()), options); },
+      py::arg("front"), py::arg("options"), py::call_guard<py::gil_scoped_release>());
 
   py::class_<Foot>(m, "Foot")
       .def_property_readonly("outline", [](const Foot& f) { return to_array<2>(f.outline); })

@@ -6,6 +6,8 @@
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
+#include "bindings/seen.hpp"
+#include "debulk/pocket/unseen.hpp"
 #include "debulk/region/region_front.hpp"
 
 namespace debulk {
@@ -32,16 +34,20 @@ void bind_region(py::module_ m) {
 
   py::class_<RegionFront>(m, "RegionFront")
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape, const std::array<double, 3>& camera,
-                       const Array<double>& pose, const RegionOptions& options, int threads) {
+                       const Array<double>& pose, const RegionOptions& options, int threads,
+                       const std::optional<SeenArray>& seen) {
              View view;
              view.height = shape[0], view.width = shape[1];
              view.camera = {camera[0], camera[1], camera[2]};
              view.mold_from_scanner = pose_of(pose);
+             const std::optional<Grid<float>> fitted_to = seen_grid(seen);
              const py::gil_scoped_release release;
              const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
-             return std::make_unique<RegionFront>(std::move(reference), -far, far, view, options, threads);
+             return std::make_unique<RegionFront>(std::move(reference), -far, far, view, options, threads,
+                                                  fitted_to ? &*fitted_to : nullptr);
            }),
-           py::arg("reference"), py::arg("shape"), py::arg("camera"), py::arg("mold_from_scanner"), py::arg("options"), py::arg("threads"))
+           py::arg("reference"), py::arg("shape"), py::arg("camera"), py::arg("mold_from_scanner"), py::arg("options"), py::arg("threads"),
+           py::arg("seen").none(true))
       .def(
           "run",
           [](RegionFront& front, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, const Stop& stop) {
@@ -62,17 +68,22 @@ void bind_region(py::module_ m) {
              }
              return out;
            })
-      .def("overview",
-           [](const RegionFront& front) {
-             Grid<float> map;
-             {
-               const py::gil_scoped_release release;
-               map = front.overview();
-             }
-             const Eigen::Vector2d origin = map.origin;
-             const double spacing = map.spacing;
-             return py::make_tuple(grid_values(std::move(map)), py::array_t<double>(2, origin.data()), spacing);
-           })
+      // Heights at a glance, as (values, origin, spacing), and what was not seen.
+      .def(
+          "overview",
+          [](const RegionFront& front, const UnseenOptions& options) {
+            Overview map;
+            Unseen unseen;
+            {
+              const py::gil_scoped_release release;
+              map = front.overview();
+              unseen = find_unseen(map, options);
+            }
+            const Eigen::Vector2d origin = map.heights.origin;
+            const double spacing = map.heights.spacing;
+            return py::make_tuple(grid_values(std::move(map.heights)), py::array_t<double>(2, origin.data()), spacing, unseen);
+          },
+          py::arg("options"))
       .def_property_readonly("windows",
                              [](const RegionFront& front) {
                                std::vector<std::array<int, 4>> out;
@@ -82,7 +93,6 @@ void bind_region(py::module_ m) {
                              })
       .def_property_readonly("usable", &RegionFront::usable)
       .def_property_readonly("reason", &RegionFront::reason)
-      .def_property_readonly("known_mm2", &RegionFront::known_mm2)
       .def_property_readonly("image_share", &RegionFront::image_share)
       .def_property_readonly("read_share", &RegionFront::read_share)
       .def_property_readonly("flag_mm", &RegionFront::flag_mm)

@@ -5,6 +5,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
+#include "bindings/seen.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/fit_reference.hpp"
 #include "debulk/surface/front_end.hpp"
@@ -105,17 +106,18 @@ void bind_front_end(py::module_ m) {
   py::class_<FrontEnd>(m, "FrontEnd")
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape,
                        const std::optional<std::array<double, 3>>& camera, const Array<double>& pose, const std::array<double, 4>& box,
-                       const FrontEndOptions& options, int threads) {
+                       const FrontEndOptions& options, int threads, const std::optional<SeenArray>& seen) {
              View view;
              view.height = shape[0], view.width = shape[1];
              if (camera) view.camera = {(*camera)[0], (*camera)[1], (*camera)[2]};
              view.mold_from_scanner = pose_of(pose);
+             const std::optional<Grid<float>> fitted_to = seen_grid(seen);
              const py::gil_scoped_release release;
              return std::make_unique<FrontEnd>(std::move(reference), Eigen::Vector2d(box[0], box[1]), Eigen::Vector2d(box[2], box[3]), view,
-                                               camera.has_value(), options, threads);
+                                               camera.has_value(), options, threads, fitted_to ? &*fitted_to : nullptr);
            }),
            py::arg("reference"), py::arg("shape"), py::arg("camera").none(true), py::arg("mold_from_scanner"), py::arg("box"),
-           py::arg("options"), py::arg("threads"))
+           py::arg("options"), py::arg("threads"), py::arg("seen").none(true))
       .def(
           "run",
           [](const py::object& self, const CloudArray& scan, const Stop& stop) {

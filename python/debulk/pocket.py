@@ -14,6 +14,8 @@ from debulk.grid import Grid
 from debulk.surface import HeightMap, Reference
 
 Floats = NDArray[np.float64]
+UnseenHole = _core.pocket.UnseenHole
+Unseen = _core.pocket.Unseen
 
 # Each default stands once, in cpp/debulk/pocket.
 _SEGMENT, _FEET, _PATCH = _core.pocket.SegmentOptions(), _core.pocket.FootOptions(), _core.pocket.PatchOptions()
@@ -25,6 +27,8 @@ __all__ = [
     "Patch",
     "Pocket",
     "Segmentation",
+    "Unseen",
+    "UnseenHole",
     "distance_to_outline",
     "feet",
     "height_noise",
@@ -80,12 +84,17 @@ class Pocket:
 
 @dataclass(frozen=True, eq=False)
 class Dropped:
-    """What stood above the cut but is no pocket; too little ``"area"``, ``"peak"`` or ``"area and peak"``."""
+    """What stood above the cut but is no pocket; too little ``"area"``, ``"peak"`` or ``"area and peak"``.
+
+    `touches_unknown` and `measured_share` are as of a `Pocket`.
+    """
 
     reason: str
     area_mm2: float
     peak_mm: float
     centroid_mm: Floats
+    touches_unknown: bool = False
+    measured_share: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +235,7 @@ def from_core(core: Any) -> Segmentation:
         )
         for p in core.pockets
     ]
-    dropped = [Dropped(d.reason, d.area, d.peak, d.centroid) for d in core.dropped]
+    dropped = [Dropped(d.reason, d.area, d.peak, d.centroid, d.touches_unknown, d.measured_share) for d in core.dropped]
     labels, heights = (Grid(values, core.origin, core.spacing) for values in (core.labels, core.heights))
     return Segmentation(pockets, dropped, core.specks, labels, heights, core)
 

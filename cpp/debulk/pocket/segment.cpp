@@ -257,7 +257,7 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
         continue;
       }
       const auto reason = !low(p) ? Dropped::Reason::area : small(p) ? Dropped::Reason::area_and_peak : Dropped::Reason::peak;
-      out_.dropped.push_back({reason, p.area, p.peak, p.centroid});
+      out_.dropped.push_back({reason, p.area, p.peak, p.centroid, p.touches_unknown, p.measured_share});
       continue;
     }
     p.id = static_cast<int>(out_.pockets.size()) + 1;

@@ -47,6 +47,8 @@ struct Dropped {
   double area = 0;  // mm2
   double peak = 0;  // mm above the reference
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+  bool touches_unknown = false;  // as of a pocket: area and peak are lower bounds
+  double measured_share = 0;     // as of a pocket
 };
 
 struct Segmentation {

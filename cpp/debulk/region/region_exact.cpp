@@ -145,6 +145,7 @@ void RegionFront::filter(Work& work, int threads, const Stop& stop) {
   const std::shared_ptr<Scratch> scratch = scratch_.borrow();
   Grid<float>& heights = work.map.heights;
   check();
+  gaps_.hide(heights, work.window().i0, work.window().j0);
   scratch->filling.run(heights, options_.front.fill, work.map.measured, threads, stop);
   if (options_.front.spike > 0) {
     without_spikes(heights, options_.front.spike, scratch->other, threads, stop);

@@ -32,7 +32,7 @@ void RegionOptions::check() const {
 }
 
 RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
-                         const View& view, const RegionOptions& options, int threads)
+                         const View& view, const RegionOptions& options, int threads, const Grid<float>* seen)
     : reference_(std::move(reference)), view_(view), options_(options), threads_(threads) {
   options.check();
   transform(CloudView{}, view.mold_from_scanner);  // is it rigid?
@@ -41,6 +41,7 @@ RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen
   const Grid<double>& domain = reference_->heights();
   const Eigen::Vector2d last = domain.position(domain.nx - 1, domain.ny - 1);
   frame_ = covering_grid(low.cwiseMax(domain.origin), high.cwiseMin(last), options.front.spacing);
+  if (seen) gaps_ = ReferenceGaps(*seen, frame_, options.front.fill.diameter);
   base_ = ray_base(*reference_, view_, threads);
   gridding_.emplace(*reference_, view_, frame_, threads);
   if (options_.segment.ply_outline) options_.segment.ply_outline = checked_polygon(*options_.segment.ply_outline, "ply_outline");
@@ -122,7 +123,7 @@ void RegionFront::largest_first(std::vector<Item>& items, const Body& body) cons
                [&](long begin, long) { body(items[alone + static_cast<std::size_t>(begin)], 1); });
 }
 
-// Finds out what stands up: threshold_, pass_, known_mm2_, and windows and blocks round it. False: refused.
+// Finds out what stands up: threshold_, pass_, and windows and blocks round it. False: refused.
 bool RegionFront::run_coarse_pass(const CloudView& scan, const std::uint8_t* masked, Blocks& blocks, std::vector<Window>& windows,
                                   const Stop& stop) {
   Clock laps;
@@ -139,12 +140,7 @@ bool RegionFront::run_coarse_pass(const CloudView& scan, const std::uint8_t* mas
   read_share_ = static_cast<double>(pass_.read() + threshold_.points) / static_cast<double>(scan.size());
   WindowOptions around;
   around.low_mm = options_.feet.thickness_mm + options_.feet.mold_tol_mm / 2;
-  parallel_for(2, 1, threads_, [&](long which, long) {
-    if (which == 0)
-      windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
-    else
-      account_for_holes();
-  });
+  windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
   times_.coarse = laps.lap();
   return true;
 }

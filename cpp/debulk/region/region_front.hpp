@@ -8,6 +8,7 @@
 #include "debulk/core/stop.hpp"
 #include "debulk/region/region.hpp"
 #include "debulk/region/sampled_threshold.hpp"
+#include "debulk/surface/overview.hpp"
 
 namespace debulk {
 
@@ -26,8 +27,9 @@ namespace debulk {
 // nothing of that), see Mesh and MeshPass.
 class RegionFront {
  public:
+  // seen: what the reference was fitted to; null: it is known everywhere.
   RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
-              const RegionOptions& options, int threads = 0);
+              const RegionOptions& options, int threads = 0, const Grid<float>* seen = nullptr);
 
   // Whether scans can be taken at all; if not, reason() says why.
   bool usable() const { return usable_; }
@@ -41,11 +43,10 @@ class RegionFront {
   const SampledThreshold& threshold() const { return threshold_; }
   const Mesh& mesh() const { return mesh_; }
   double flag_mm() const { return options_.segment.cut_height_mm / 2; }
-  double known_mm2() const { return known_mm2_; }      // of the ply (no outline: of the frame), seen or filled
   double image_share() const { return image_share_; }  // of the pixels, in windows
   double read_share() const { return read_share_; }    // of the pixels, read by the coarse pass and the sample
-  // Heights for a picture: exact at every `step`-th grid point in the windows, cell means of the coarse pass elsewhere.
-  Grid<float> overview() const;
+  // Every `step`-th grid point: exact in the windows, cell means of the coarse pass elsewhere.
+  Overview overview() const;
   const Grid<float>& frame() const { return frame_; }  // without values
   struct Times {
     double sample = 0, coarse = 0, windows = 0, filter = 0, segment = 0, feet = 0;  // ms
@@ -62,7 +63,6 @@ class RegionFront {
   bool process(const CloudView& scan, const std::uint8_t* masked, const Blocks& blocks, FootOptions& feet, const Stop& stop);
   void prepare_ply();
   void prepare_overview();
-  void account_for_holes();
   CloudPart image_part(const Window& window, double threshold) const;
   void lay_coarse(Work& work) const;
   bool make_exact(const Window& strip, Work& work, const CloudView& scan, const std::uint8_t* masked, int threads, const Stop& stop);
@@ -79,16 +79,16 @@ class RegionFront {
   RegionOptions options_;
   int threads_;
   Grid<float> frame_;
+  ReferenceGaps gaps_;
   RayBase base_;
   std::optional<ImageGridding> gridding_;
   Mesh mesh_;
   Grid<std::uint8_t> on_ply_, near_ply_;  // coarse: the ply, and a little round it
   std::vector<std::uint8_t> tile_near_;
   std::vector<TileSpan> spans_;  // of the tiles that are near the ply
-  std::vector<float> cell_mm2_;  // of the ply
-  double visible_mm2_ = 0;
   int overview_step_ = 1;
-  Grid<std::int32_t> overview_cell_;
+  Grid<std::int32_t> overview_cell_;  // of the coarse pass; -1: out of the camera's view, or no reference is known there
+  Grid<std::uint8_t> overview_reference_;
 
   MeshPass pass_;
   ThresholdSampler sampler_;
@@ -99,7 +99,7 @@ class RegionFront {
   Pool<Scratch> scratch_;
   bool usable_ = false;
   std::string reason_;
-  double known_mm2_ = 0, image_share_ = 0, read_share_ = 0;
+  double image_share_ = 0, read_share_ = 0;
   Times times_;
 
  public:

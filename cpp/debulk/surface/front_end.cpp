@@ -20,13 +20,14 @@ void FrontEndOptions::check() const {
 }
 
 FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
-                   bool pinhole, const FrontEndOptions& options, int threads)
+                   bool pinhole, const FrontEndOptions& options, int threads, const Grid<float>* seen)
     : reference_(std::move(reference)), view_(view), options_(options), threads_(threads) {
   options.check();
   transform(CloudView{}, view.mold_from_scanner);  // is it rigid?
   const Grid<double>& domain = reference_->heights();
   const Eigen::Vector2d last = domain.position(domain.nx - 1, domain.ny - 1);
   map_.heights = covering_grid(low.cwiseMax(domain.origin), high.cwiseMin(last), options.spacing);
+  if (seen) gaps_ = ReferenceGaps(*seen, map_.heights, options.fill.diameter);
   if (!pinhole) return;
   require(view.width > 1 && view.height > 1, "shape", "an image of at least 2 by 2 pixels",
           std::to_string(view.height) + " by " + std::to_string(view.width));
@@ -65,6 +66,7 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
     times_.grid = clock.lap();
   }
   if (shared) image_.swap_heights(other.values);
+  gaps_.hide(map_.heights);
   filling_.run(map_.heights, options_.fill, map_.measured, threads_, stop);
   times_.fill = clock.lap();
   if (options_.spike > 0) {

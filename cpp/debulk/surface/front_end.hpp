@@ -10,6 +10,7 @@
 #include "debulk/surface/fill_holes.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/image_gridding.hpp"
+#include "debulk/surface/reference_gaps.hpp"
 
 namespace debulk {
 
@@ -32,16 +33,19 @@ struct FrontEndOptions {
 class FrontEnd {
  public:
   // Without a pinhole camera every scan takes the general way. Points are in the scanner's frame. low, high: the box of the mold's XY
-  // plane that the grid is to cover, cut to the reference's.
+  // plane that the grid is to cover, cut to the reference's. seen: what the reference was fitted to; null: it is known everywhere.
   FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
-           bool pinhole, const FrontEndOptions& options, int threads = 0);
+           bool pinhole, const FrontEndOptions& options, int threads = 0, const Grid<float>* seen = nullptr);
 
   // The height map stays valid until the next call. Throws Stopped within some milliseconds when the stop is raised (before
   // the search of a cloud that is no pinhole's has begun or ended, within some tenths of a second). The scan is copied first:
   // a scanner that writes the next one into the same memory meanwhile gives wrong heights, and no wrong indices.
   const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
 
+  const ReferenceGaps& gaps() const { return gaps_; }
+
   // Of the last run.
+  const HeightMap& map() const { return map_; }
   bool fast() const { return fast_; }
   // What gridding blurred the heights with, as a variance along x and along y: a top of curvature -c along both is lower by c times that.
   double blur_mm2() const { return fast_ ? gridding_->blur_mm2() : map_.heights.spacing * map_.heights.spacing / 6; }
@@ -60,6 +64,7 @@ class FrontEnd {
   View view_;
   FrontEndOptions options_;
   int threads_;
+  ReferenceGaps gaps_;
   RayBase base_;
   std::optional<ImageGridding> gridding_;
   PinholeOutliers image_;

@@ -43,6 +43,11 @@ RayBase ray_base(const Reference& reference, const View& view, int threads) {
   const auto depth_of = [&](const Eigen::Vector3d& d, double z) { return (z - o.z()) / d.z(); };
   const Grid<double>& f = reference.heights();
   const double middle = reference.height(f.position(f.nx / 2.0, f.ny / 2.0));
+  // A step beyond the reference: the outermost pixels of its image lie between that ray and the last one within.
+  const auto near = [&](const Eigen::Vector2d& xy, double step_mm) {
+    const Eigen::Vector2d slack = Eigen::Vector2d::Constant(2 * step_mm), last = f.position(f.nx - 1, f.ny - 1);
+    return (xy.array() >= (f.origin - slack).array()).all() && (xy.array() <= (last + slack).array()).all();
+  };
 
   RayBase base;
   const double pitch = std::abs(depth_of(ray(view.width / 2.0, view.height / 2.0), middle)) / view.camera.f;
@@ -64,7 +69,7 @@ RayBase ray_base(const Reference& reference, const View& view, int threads) {
           z -= step;
           met = std::abs(step) < 1e-6;
         }
-        if (!met || !(z > 0) || !reference.inside((o + z * d).head<2>())) continue;
+        if (!met || !(z > 0) || !near((o + z * d).head<2>(), base.step * pitch)) continue;
         const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>(i);
         base.depth[at] = static_cast<float>(z - sag / gain);  // straight lines between the rays lie below a crest, by so much on average
         base.gain[at] = static_cast<float>(gain);

@@ -34,6 +34,7 @@ class FrontEnd(metaclass=_Bound):
         box: tuple[float, ...],
         options: FrontEndOptions,
         threads: int,
+        seen: tuple[ArrayLike, ArrayLike, float] | None,
     ) -> None: ...
     def keep(self, shape: tuple[int, int]) -> NDArray[np.uint8]: ...
     def run(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from debulk import _core, ridge, solve, verdict
-from debulk.inspection import dumps, left_out, starts
+from debulk.inspection import dumps, left_out, starts, unseen
 from debulk.inspection.cycle import Cycle, stopping
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import REFUSED, LaidPocket, lay_pocket
@@ -54,6 +54,8 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
     seen = _seen(found)
     if stop.now():
         return _not_evaluated(seen, _too_late(found))
+    if not found.foot.closed:
+        return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.beside(found)))
     try:
         return _evaluate(found, seen, ply, stop, pool)
     except _core.Stopped:

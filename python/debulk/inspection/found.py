@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from debulk.grid import Grid
-from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation
+from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen
 from debulk.results.report import LeftOut
 
 __all__ = ["Found", "FoundPocket", "RegionFigures"]
@@ -23,12 +23,15 @@ class FoundPocket:
         The piece of the scan that the pocket was found in.
     index
         Of the pocket in that piece, from 0.
+    unseen
+        What the scan does not show.
     """
 
     number: int
     segmentation: Segmentation
     feet: Feet
     index: int
+    unseen: Unseen
 
     @property
     def pocket(self) -> Pocket:
@@ -85,8 +88,8 @@ class Found:
     ----------
     parts
         What was segmented, with the feet. No pocket is in two parts.
-    known_mm2
-        XY area of the ply (outline unknown: of the reference) whose height is known, measured or filled in by the rule.
+    unseen
+        How much of the ply (outline unknown: of the reference) is known, and the holes in it.
     overview
         Heights above the reference for a picture.
     times_ms
@@ -110,7 +113,7 @@ class Found:
     """
 
     parts: tuple[tuple[Segmentation, Feet], ...]
-    known_mm2: float
+    unseen: Unseen
     overview: Grid
     times_ms: dict[str, float] = field(default_factory=dict)
     left_out: tuple[LeftOut, ...] = ()
@@ -122,7 +125,7 @@ class Found:
         """All pockets, largest area first, numbered as if the scan were in one piece."""
         places = [(s, feet, index) for s, feet in self.parts for index in range(len(s.pockets))]
         places.sort(key=lambda place: -round(1e6 * place[0].pockets[place[2]].area_mm2))
-        return tuple(FoundPocket(number, *place) for number, place in enumerate(places, start=1))
+        return tuple(FoundPocket(number, *place, self.unseen) for number, place in enumerate(places, start=1))
 
     @property
     def dropped(self) -> tuple[Dropped, ...]:

@@ -42,6 +42,9 @@ class FrontEnd:
         (2, 2) lowest and highest mold XY that the map is to cover, cut to the reference's; None: all of that.
     threads
         0: as many as the process may use. The result does not depend on it.
+    seen
+        The heights that the reference was fitted to: values (ny, nx), origin, spacing. Where they are NaN, but for gaps
+        that a scan's rule for small holes would fill, no height is known. None: the reference is known everywhere.
 
     Raises
     ------
@@ -70,6 +73,7 @@ class FrontEnd:
         options: _core.surface.FrontEndOptions | None = None,
         box_mm: ArrayLike | None = None,
         threads: int = 0,
+        seen: tuple[NDArray[np.float32], NDArray[np.float64], float] | None = None,
     ) -> None:
         if not isinstance(reference, _core.surface.Reference):
             raise InputError(f"reference: expected a debulk.surface.Reference, but got a {type(reference).__name__}")
@@ -85,6 +89,7 @@ class FrontEnd:
             tuple(box.reshape(4).tolist()),
             options or _core.surface.FrontEndOptions(),
             threads,
+            seen,
         )
 
     def inspect(self, scan: ArrayLike, stop: _core.Stop | None = None, *, copy: bool = True) -> HeightMap:
@@ -109,6 +114,10 @@ class FrontEnd:
         *maps, origin, spacing = self._core.run(points, stop or _core.Stop())
         values, measured, before = (m.copy() if copy and m is not None else m for m in maps)
         return HeightMap(values, origin, spacing, measured.view(np.bool_), before, self._core.blur_mm2)
+
+    def unseen(self, options: _core.pocket.UnseenOptions) -> _core.pocket.Unseen:
+        """Return what the last scan did not show of the ply; without an outline, of the reference."""
+        return _core.pocket.find_unseen(self._core, options)
 
     @property
     def fast(self) -> bool:

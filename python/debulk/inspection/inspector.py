@@ -217,7 +217,7 @@ class Inspector:
             else:
                 evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return reporting.report(found, placed, evaluations, self.ply, self.prepared, cycle.timings_ms())
+            return reporting.report(found, placed, evaluations, self.ply, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

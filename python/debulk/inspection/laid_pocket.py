@@ -116,7 +116,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         sheet=sheet.Sheet.of_net(laid, ply.reference, ply.recipe),
         reference=ply.reference,
         measured_share=found.pocket.measured_share,
-        closed_rim=(found.foot.closed or found.pocket.touches_ply_edge) and len(laid.open_ends) == 0,
+        closed_rim=found.foot.closed and len(laid.open_ends) == 0,
         recipe=ply.recipe,
     )
 

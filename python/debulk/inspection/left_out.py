@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from debulk import sheet
+from debulk.inspection import unseen
 from debulk.inspection.found import Found
 from debulk.inspection.starts import Settled
 from debulk.results.report import LeftOut
@@ -58,7 +59,7 @@ def of_scan(found: Found, outline_known: bool, recipe: Recipe) -> tuple[LeftOut,
                 bound="a pocket at the ply's edge is judged as if held there: ridges come out higher, not lower",
             )
         )
-    return (*entries, *found.left_out)
+    return (*entries, *unseen.left_out(found), *found.left_out)
 
 
 def merged(entries: tuple[LeftOut, ...]) -> tuple[LeftOut, ...]:

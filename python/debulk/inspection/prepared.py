@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, cloud, pocket, surface
+from debulk import _core, cloud, surface
 from debulk.grid import Grid
 from debulk.inspection import frame
 from debulk.inspection.camera import PinholeImage, fit_camera
@@ -47,11 +47,9 @@ class Prepared:
     image: PinholeImage | None = None
     sample: NDArray[np.float32] | None = None
 
-    def expected_mm2(self, ply_outline: Floats | None) -> float:
-        """XY area that a scan is to show: the ply's, or where its outline is not known the reference's."""
-        if ply_outline is not None:
-            return abs(pocket.polygon_area(ply_outline))
-        return float(np.count_nonzero(np.isfinite(self.seen.values)) * self.grid_spacing_mm**2)
+    def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:
+        """Return `seen` as the core takes it: values, origin, spacing."""
+        return np.asarray(self.seen.values, dtype=np.float32), self.seen.origin_mm, float(self.seen.spacing_mm)
 
 
 def prepare(

@@ -73,6 +73,7 @@ class RegionFinder:
         mesh: tuple[int, int] | None = None,
     ) -> None:
         self._recipe = recipe
+        self._ply_outline = ply_outline
         self._whole = whole or WholeScanFinder(prepared, mold_from_scanner, ply_outline, recipe)
         self._core: Any = None
         self._unusable = "the reference is not an image of a pinhole camera"
@@ -87,6 +88,7 @@ class RegionFinder:
                 np.eye(4) if mold_from_scanner is None else mold_from_scanner,
                 wanted,
                 recipe.run.threads,
+                prepared.seen_on_grid(),
             )
             self._unusable = "" if self._core.usable else self._core.reason
         if self._unusable:
@@ -107,7 +109,7 @@ class RegionFinder:
 
     def _found(self) -> Found:
         core = self._core
-        overview = core.overview()
+        *overview, unseen = core.overview(options.unseen(self._recipe, self._ply_outline))
         parts = []
         for segmentation, feet in core.regions():
             found = pocket.from_core(segmentation)
@@ -132,7 +134,7 @@ class RegionFinder:
             "sample": sampling, "coarse": coarse, "clean": windows, "fill": filtering, "pockets": segment + feet_ms,
         }  # fmt: skip
         left_out = _left_out(figures, self._recipe.segmentation.area_tol_mm2)
-        return Found(tuple(parts), core.known_mm2, Grid(*overview), times_ms, left_out, figures)
+        return Found(tuple(parts), unseen, Grid(*overview), times_ms, left_out, figures)
 
 
 def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...]:

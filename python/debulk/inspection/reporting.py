@@ -6,17 +6,16 @@ import logging
 from collections.abc import Sequence
 
 from debulk.grid import Grid
-from debulk.inspection import left_out
+from debulk.inspection import left_out, unseen
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
 from debulk.inspection.placing import Placed
 from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.inspection.prepared import Prepared
 from debulk.report import Report
 from debulk.verdict import Judgement, Verdict, judge_layup
 
-__all__ = ["coverage", "out_of_place", "report", "too_late"]
+__all__ = ["out_of_place", "report", "too_late"]
 
 log = logging.getLogger("debulk")
 
@@ -26,13 +25,14 @@ def report(
     placed: Placed,
     evaluations: Sequence[Evaluation],
     ply: PlyOnMold,
-    prepared: Prepared,
     timings_ms: dict[str, float],
 ) -> Report:
     """Judge the layup by its evaluated pockets, and report all of it."""
-    seen = coverage(found, ply, prepared)
+    seen = found.unseen.coverage
     pockets = tuple(evaluation.report for evaluation in evaluations)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
+    judged = unseen.missing_reference(judged, found, ply.recipe)
+    judged = unseen.worst(judged, unseen.doubts(found, pockets, ply.recipe))
     # What is said of the coverage says more than that nothing can be said of the level.
     if placed.doubt and (placed.level is not None or seen >= ply.recipe.verdict.min_coverage):
         judged = Judgement(Verdict.INVALID, placed.doubt)
@@ -47,6 +47,7 @@ def report(
         timings_ms=timings_ms,
         left_out=left_out.merged(entries),
         coverage=seen,
+        unseen=unseen.holes(found),
         level=placed.level,
         warnings=placed.warnings,
         height_map=found.overview,
@@ -81,8 +82,3 @@ def too_late(ply: PlyOnMold, stage: str, timings_ms: dict[str, float]) -> Report
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
     )
-
-
-def coverage(found: Found, ply: PlyOnMold, prepared: Prepared) -> float:
-    """Share of the ply (no outline: of the reference) whose height is known, measured or filled in by the rule."""
-    return float(min(1.0, found.known_mm2 / prepared.expected_mm2(ply.outline)))

@@ -59,6 +59,7 @@ class WholeScanFinder:
                 options=options.front_end(self._recipe, self._prepared.grid_spacing_mm),
                 box_mm=self._ply_box(),
                 threads=self._recipe.run.threads,
+                seen=self._prepared.seen_on_grid(),
             )
         return self._front
 
@@ -69,13 +70,11 @@ class WholeScanFinder:
         front = self.prepare()
         heights = front.inspect(points, stop, copy=False)  # in the front end's memory, until the next scan
         times_ms, began = front.times_ms, time.perf_counter()
-        known = np.isfinite(heights.values)
-        if np.count_nonzero(known) * heights.spacing_mm**2 < self._least_mm2():
-            if self._ply_outline is not None:
-                known &= pocket.inside_outline(self._ply_outline, heights)
+        unseen = front.unseen(options.unseen(self._recipe, self._ply_outline))
+        if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
             return Found(
                 parts=(),
-                known_mm2=float(np.count_nonzero(known) * heights.spacing_mm**2),
+                unseen=unseen,
                 overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
                 times_ms=times_ms,
                 doubt=self._why_so_little(points),
@@ -86,14 +85,10 @@ class WholeScanFinder:
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         return Found(
             parts=((segmentation, feet),),
-            known_mm2=float(np.count_nonzero(np.isfinite(segmentation.heights.values)) * heights.spacing_mm**2),
+            unseen=unseen,
             overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
             times_ms=times_ms,
         )
-
-    def _least_mm2(self) -> float:
-        """Below this no pocket is looked for: half of what a verdict needs, more than the bridging of drop-outs adds."""
-        return 0.5 * self._recipe.verdict.min_coverage * self._prepared.expected_mm2(self._ply_outline)
 
     def _why_so_little(self, points: NDArray[np.float32]) -> str:
         """Say what is likely to be wrong with a scan that shows far too little."""

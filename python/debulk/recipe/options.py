@@ -12,7 +12,7 @@ from debulk import _core
 if TYPE_CHECKING:
     from debulk.recipe.model import Recipe
 
-__all__ = ["feet", "front_end", "lay_pocket", "outliers", "ply", "regions", "ridge", "section_ply", "segment"]
+__all__ = ["feet", "front_end", "lay_pocket", "outliers", "ply", "regions", "ridge", "section_ply", "segment", "unseen"]
 
 
 def outliers(recipe: Recipe) -> _core.cloud.OutlierOptions:
@@ -42,6 +42,15 @@ def segment(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.po
     options.area_tol_mm2 = recipe.segmentation.area_tol_mm2
     options.peak_tol_mm = recipe.segmentation.peak_tol_mm
     options.smooth_mm = recipe.patch.smooth_mm
+    options.ply_outline = ply_outline
+    return options
+
+
+def unseen(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.pocket.UnseenOptions:
+    """Tell what counts as seen of a ply with this outline."""
+    options = _core.pocket.UnseenOptions()
+    options.area_tol_mm2 = recipe.segmentation.area_tol_mm2
+    options.fill_mm = recipe.clean.max_hole_mm
     options.ply_outline = ply_outline
     return options
 

@@ -27,7 +27,7 @@ from debulk.results.record import (
 )
 from debulk.verdict import Verdict
 
-__all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport"]
+__all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport", "UnseenHole"]
 
 FORMAT = "debulk report"
 
@@ -213,6 +213,35 @@ class LeftOut:
     bound: str = ""
 
 
+@dataclass(frozen=True, kw_only=True)
+class UnseenHole:
+    """A part of the ply above the tolerance on area that was not seen.
+
+    Attributes
+    ----------
+    centre_mm, extent_mm
+        Of its area, mold XY; its widths along x and y.
+    area_mm2
+        XY area.
+    thickness_mm
+        Twice the greatest distance of a point in it from what was seen of the ply.
+    rim_height_mm
+        How high the ply stands above the reference beside it: the third highest point, 2 mm apart.
+    of
+        What is missing there: ``"scan"`` or ``"reference"``.
+    at_ply_edge
+        It reaches the ply's edge.
+    """
+
+    centre_mm: tuple[float, float]
+    extent_mm: tuple[float, float]
+    area_mm2: float
+    thickness_mm: float
+    rim_height_mm: float
+    of: str
+    at_ply_edge: bool = False
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ReportData(Versioned):
     """The outcome of one inspection.
@@ -228,7 +257,10 @@ class ReportData(Versioned):
     left_out
         What the verdict does not take into account.
     coverage
-        Share of the ply that the scan shows; None if the ply's outline is unknown.
+        Share of the ply (outline unknown: of the reference) that scan and reference show, measured or filled in by the
+        rule for small holes; None: it was not looked at.
+    unseen
+        The other parts of it, above the tolerance on area; largest first.
     level
         How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
@@ -252,6 +284,7 @@ class ReportData(Versioned):
     timings_ms: dict[str, float] = field(default_factory=dict)
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
+    unseen: tuple[UnseenHole, ...] = ()
     level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None

@@ -252,7 +252,7 @@ def test_what_is_missing_outside_the_regions_lowers_the_coverage(level: Bench) -
     # Points that are there but scattered tell no height: nor do they count as seen.
     scan = level.scan(ridge(10.0, 40.0, 30.0, (-60.0, 0.0)), rng)
     scan[100:200, 330:400] *= (1 - np.abs(rng.normal(0, 0.05, (100, 70, 1)))).astype(np.float32)
-    assert level.regions.find(scan).known_mm2 < 0.97 * abs(debulk.pocket.polygon_area(level.outline))
+    assert level.regions.find(scan).unseen.coverage < 0.97
 
 
 def test_the_mask_hides_pixels_without_a_copy(level: Bench) -> None:
@@ -270,7 +270,7 @@ def test_the_mask_hides_pixels_without_a_copy(level: Bench) -> None:
     found = masked.find(clamp)
     assert found.regions
     assert_same(found, whole.find(clamp))
-    assert found.known_mm2 == pytest.approx(whole.find(clamp).known_mm2, rel=5e-3)
+    assert found.unseen.coverage == pytest.approx(whole.find(clamp).unseen.coverage, rel=5e-3)
     assert np.array_equal(before, clamp, equal_nan=True)
 
 
@@ -405,7 +405,7 @@ def test_the_same_bits_on_any_number_of_threads(level: Bench) -> None:
         inspector = debulk.Inspector(recipe, level.regions.prepared, level.outline, mold_from_scanner=level.pose)
         found = inspector.find(scan)
         assert found.regions
-        results.append((found.known_mm2, found.overview.values, *(f.outline_mm for f in feet(found))))
+        results.append((found.unseen.coverage, found.overview.values, *(f.outline_mm for f in feet(found))))
     for other in results[1:]:
         for a, b in zip(results[0], other, strict=True):
             assert np.array_equal(a, b, equal_nan=True)

@@ -1,0 +1,27 @@
+#include "debulk/surface/overview.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace debulk {
+
+int Overview::step(double grid_spacing_mm) {
+  return std::max(1, static_cast<int>(std::lround(spacing_mm / grid_spacing_mm)));
+}
+
+Overview overview_of(const HeightMap& map, const ReferenceGaps& gaps) {
+  const Grid<float>& fine = map.heights;
+  const int step = Overview::step(fine.spacing);
+  Overview out;
+  out.heights = Grid<float>((fine.nx - 1) / step + 1, (fine.ny - 1) / step + 1, fine.origin, step * fine.spacing);
+  out.measured = out.reference = out.heights.like<std::uint8_t>();
+  for (int j = 0; j < out.heights.ny; ++j)
+    for (int i = 0; i < out.heights.nx; ++i) {
+      out.heights.at(i, j) = fine.at(i * step, j * step);
+      out.measured.at(i, j) = map.measured.at(i * step, j * step);
+      out.reference.at(i, j) = gaps.known(i * step, j * step);
+    }
+  return out;
+}
+
+}  // namespace debulk

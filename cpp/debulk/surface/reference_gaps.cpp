@@ -1,0 +1,74 @@
+#include "debulk/surface/reference_gaps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace debulk {
+namespace {
+
+// 1 where the reference is known.
+Grid<std::uint8_t> known_in(const Grid<float>& seen, double diameter_mm) {
+  auto known = seen.like<std::uint8_t>();
+  for (std::size_t k = 0; k < seen.size(); ++k) known.values[k] = !std::isnan(seen.values[k]);
+  const std::vector<Run> runs = find_runs(known, false);
+  const std::vector<int> first = join_runs(runs, 1);
+  struct Extent {
+    int left = std::numeric_limits<int>::max(), right = -1, low = std::numeric_limits<int>::max(), high = -1;
+  };
+  std::vector<Extent> extents(runs.size());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    Extent& e = extents[static_cast<std::size_t>(first[k])];
+    e.left = std::min(e.left, runs[k].begin), e.right = std::max(e.right, runs[k].end - 1);
+    e.low = std::min(e.low, runs[k].row), e.high = std::max(e.high, runs[k].row);
+  }
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const Extent& e = extents[static_cast<std::size_t>(first[k])];
+    const bool inside = e.left > 0 && e.low > 0 && e.right < seen.nx - 1 && e.high < seen.ny - 1;
+    const double width = std::max(e.right - e.left, e.high - e.low) * seen.spacing + seen.spacing;
+    if (inside && width <= diameter_mm) std::fill(&known.at(runs[k].begin, runs[k].row), &known.at(runs[k].begin, runs[k].row) + (runs[k].end - runs[k].begin), 1);
+  }
+  return known;
+}
+
+}  // namespace
+
+ReferenceGaps::ReferenceGaps(const Grid<float>& seen, const Grid<float>& frame, double diameter_mm) {
+  const Grid<std::uint8_t> known = known_in(seen, diameter_mm);
+  std::vector<int> column(static_cast<std::size_t>(frame.nx));  // the nearest of `seen`
+  for (int i = 0; i < frame.nx; ++i)
+    column[static_cast<std::size_t>(i)] = static_cast<int>(std::lround(seen.locate(frame.position(i, 0)).x()));
+  first_.push_back(0);
+  for (int j = 0; j < frame.ny; ++j) {
+    const int row = static_cast<int>(std::lround(seen.locate(frame.position(0, j)).y()));
+    RunWriter gaps(runs_, j);
+    for (int i = 0; i < frame.nx; ++i) {
+      const int at = column[static_cast<std::size_t>(i)];
+      gaps.add(i, !known.contains(at, row) || known.at(at, row) == 0, 1);
+    }
+    gaps.end(frame.nx);
+    first_.push_back(runs_.size());
+  }
+}
+
+void ReferenceGaps::hide(Grid<float>& heights, int i0, int j0) const {
+  if (first_.empty()) return;
+  for (int j = 0; j < heights.ny; ++j) {
+    const auto row = static_cast<std::size_t>(j + j0);
+    for (std::size_t k = first_[row]; k < first_[row + 1]; ++k) {
+      const int begin = std::max(runs_[k].begin - i0, 0), end = std::min(runs_[k].end - i0, heights.nx);
+      for (int i = begin; i < end; ++i) heights.at(i, j) = std::numeric_limits<float>::quiet_NaN();
+    }
+  }
+}
+
+bool ReferenceGaps::known(int i, int j) const {
+  if (first_.empty()) return true;
+  const auto row = static_cast<std::size_t>(j);
+  const auto begin = runs_.begin() + static_cast<long>(first_[row]), end = runs_.begin() + static_cast<long>(first_[row + 1]);
+  const auto next = std::upper_bound(begin, end, i, [](int at, const Run& run) { return at < run.end; });
+  return next == end || i < next->begin;
+}
+
+}  // namespace debulk

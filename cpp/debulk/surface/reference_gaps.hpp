@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "debulk/core/grid.hpp"
+#include "debulk/core/row_runs.hpp"
+
+namespace debulk {
+
+// Where the scan of the reference saw nothing. A fitted Reference is a surface everywhere, but in a gap it is a guess, and a
+// height above a guess is not known.
+class ReferenceGaps {
+ public:
+  ReferenceGaps() = default;  // none
+  // seen: the heights that the reference was fitted to, NaN where nothing was seen. frame: the grid of the height map, with
+  // any values. As in a scan, a gap counts as seen if it is no wider than diameter_mm and does not reach the border of `seen`.
+  ReferenceGaps(const Grid<float>& seen, const Grid<float>& frame, double diameter_mm);
+
+  // Makes the heights in the gaps NaN, on the part of the frame that begins at its point (i0, j0).
+  void hide(Grid<float>& heights, int i0 = 0, int j0 = 0) const;
+  bool known(int i, int j) const;  // at a point of the frame
+
+ private:
+  std::vector<Run> runs_;           // of the frame, in order
+  std::vector<std::size_t> first_;  // of each row's runs, and the end; empty: no gaps
+};
+
+}  // namespace debulk

@@ -1,0 +1,149 @@
+"""The edge of knowledge: what of the ply was not seen, and what that leaves of the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from debulk import pocket
+from debulk.inspection.found import Found, FoundPocket
+from debulk.results.report import LeftOut, PocketReport, UnseenHole
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "standing_mm", "worst"]
+
+_NEAR_MM = 10.0  # of a foot, whose smoothed heights reach a little past what was seen
+BRIDGE_MM = 12.0  # the segmentation's: a drop-out no thicker than this, with something high at its rim, is bridged
+
+
+def standing_mm(recipe: Recipe) -> float:
+    """Height from which a hole's rim stands up: a quarter of the cut, or what the ply laid on the mold may show."""
+    return max(recipe.segmentation.cut_height_mm / 4, recipe.material.thickness_mm + recipe.patch.mold_tol_mm)
+
+
+def holes(found: Found) -> tuple[UnseenHole, ...]:
+    """Return the holes of a scan as the report lists them; those that the rule filled in are left out."""
+    return tuple(
+        UnseenHole(
+            centre_mm=_pair(hole.centre),
+            area_mm2=hole.area,
+            extent_mm=_pair(hole.box[1] - hole.box[0]),
+            thickness_mm=hole.thickness,
+            rim_height_mm=hole.rim_height,
+            of="reference" if hole.reference_share > 0.5 else "scan",
+            at_ply_edge=hole.at_ply_edge,
+        )
+        for hole in found.unseen.holes
+        if not hole.filled
+    )
+
+
+def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> list[Judgement]:
+    """Judge what was not seen: nothing better than its verdicts can be said of the layup.
+
+    A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
+    whole; a bump whose area and height are lower bounds may be a pocket.
+    """
+    area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
+    out = []
+    for hole in found.unseen.holes:
+        name = _name(hole)
+        rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
+        if hole.filled:
+            if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
+                out.append(Judgement(Verdict.INVALID, rises))
+        elif hole.rim_height >= high:
+            if hole.thickness > BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
+                out.append(Judgement(Verdict.INVALID, rises))
+        elif hole.thickness > BRIDGE_MM:
+            out.append(Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again"))
+    for bump in found.dropped:
+        share = bump.measured_share
+        if not bump.touches_unknown and share >= recipe.verdict.min_pocket_coverage:
+            continue
+        why = "borders on what was not seen" if bump.touches_unknown else f"was seen to {100 * share:.0f} % only"
+        place = f"({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm"
+        reason = f"a bump of at least {bump.area_mm2 / 100:.2g} cm² at {place} {why}: scan again"
+        out.append(Judgement(Verdict.INVALID, reason))
+    return out
+
+
+def beside(found: FoundPocket) -> str:
+    """Say what an open rim is open to: the nearest hole, if one is listed."""
+    outline = found.foot.outline_mm
+
+    def gap_mm(hole: pocket.UnseenHole) -> float:
+        away = float(pocket.distance_to_outline(outline, hole.centre[None])[0])
+        return away - _reach(hole)
+
+    nearest = min((hole for hole in found.unseen.holes if not hole.filled), key=gap_mm, default=None)
+    name = "a part of the ply that was not seen"
+    if nearest is not None and gap_mm(nearest) < _NEAR_MM:
+        name = _name(nearest)
+    return f"{name} borders on it: scan again"
+
+
+def worst(layup: Judgement, others: Sequence[Judgement]) -> Judgement:
+    """Return the layup's judgement, or the first worse one of the others."""
+    return max([layup, *others], key=lambda judgement: judgement.verdict.severity)
+
+
+def missing_reference(judged: Judgement, found: Found, recipe: Recipe) -> Judgement:
+    """Name the reference where it is what the coverage lacks."""
+    reference = found.unseen.reference_coverage
+    if found.unseen.coverage >= recipe.verdict.min_coverage or reference >= recipe.verdict.min_coverage:
+        return judged
+    why = f"the reference is known on {100 * reference:.1f} % of the ply"
+    return Judgement(judged.verdict, f"{judged.reason}; {why}")
+
+
+def left_out(found: Found) -> tuple[LeftOut, ...]:
+    """Name every hole above the tolerance on area, and sum up the others."""
+    entries = [
+        LeftOut(
+            what=_name(hole),
+            why="the reference is not known there" if hole.reference_share > 0.5 else "nothing was seen there",
+            bound=f"{hole.box[1][0] - hole.box[0][0]:.0f} by {hole.box[1][1] - hole.box[0][1]:.0f} mm, "
+            f"{hole.thickness:.0f} mm thick; its rim is {hole.rim_height:.2f} mm above the reference",
+        )
+        for hole in found.unseen.holes
+        if not hole.filled
+    ]
+    if found.unseen.smaller:
+        entries.append(
+            LeftOut(
+                what=f"{found.unseen.smaller} smaller holes and thin strips",
+                why="nothing was seen there",
+                bound=f"{found.unseen.smaller_area / 100:.2g} cm² in all",
+            )
+        )
+    return tuple(entries)
+
+
+def _name(hole: pocket.UnseenHole) -> str:
+    what = "a gap in the reference" if hole.reference_share > 0.5 else "a hole"
+    return f"{what} of {hole.area / 100:.2g} cm² at ({hole.centre[0]:.0f}, {hole.centre[1]:.0f}) mm"
+
+
+def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport], reach_mm: float) -> bool:
+    """Whether its middle lies within what a pocket is judged by, or so near to that."""
+    for one in pockets:
+        outline = one.outline_mm if one.foot_outline_mm is None else one.foot_outline_mm
+        if pocket.inside(outline, hole.centre[None])[0]:
+            return True
+        if pocket.distance_to_outline(outline, hole.centre[None])[0] < reach_mm:
+            return True
+    return False
+
+
+def _reach(hole: pocket.UnseenHole) -> float:
+    return 0.5 * float(np.linalg.norm(hole.box[1] - hole.box[0]))
+
+
+def _pair(values: np.ndarray) -> tuple[float, float]:
+    return float(values[0]), float(values[1])
