@@ -16,7 +16,7 @@ from debulk import _core, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison
 from debulk.grid import Grid
-from debulk.inspection import inputs, inspector_file, reporting
+from debulk.inspection import inputs, inspector_file, reporting, tolerances
 from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.comparing import compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
@@ -212,12 +212,15 @@ class Inspector:
         with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
             placed = self._placing.judge(sample, found)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
+            pockets, bumps = found.pockets, ()
             if placed.doubt:
-                evaluations = not_judged(found.pockets, "the scan is not in its place")
+                evaluations = not_judged(pockets, "the scan is not in its place")
             else:
-                evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
+                bumps = tolerances.weigh(found, self.ply, cycle.stop)
+                pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
+                evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return reporting.report(found, placed, evaluations, self.ply, cycle.timings_ms())
+            return reporting.report(found, placed, bumps, evaluations, self.ply, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

@@ -134,6 +134,8 @@ class PocketReport(Record):
         smoothed as for the net.
     measured_share
         Share of the area that the scanner saw; the rest was filled.
+    promoted
+        Why it is judged though it is below a tolerance of the segmentation; empty: it is not below any.
     spacing_mm, node_count
         Of the net.
     rms_mm, rms_range_mm
@@ -172,6 +174,7 @@ class PocketReport(Record):
     peak_mm: float
     volume_mm3: float
     measured_share: float = 1.0
+    promoted: str = ""
     spacing_mm: float | None = None
     node_count: int | None = None
     rms_mm: float | None = None
@@ -251,7 +254,7 @@ class ReportData(Versioned):
     verdict, reason
         Of the layup: the worst pocket's, and why in one sentence.
     pockets
-        Largest first.
+        Largest first; after them, largest first too, the bumps below the tolerances that could crease.
     timings_ms
         Stage by stage, in order.
     left_out
