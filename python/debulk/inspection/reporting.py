@@ -6,7 +6,7 @@ import logging
 from collections.abc import Sequence
 
 from debulk.grid import Grid
-from debulk.inspection import left_out, tolerances, unseen
+from debulk.inspection import left_out, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
@@ -14,6 +14,7 @@ from debulk.inspection.placing import Placed
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.tolerances import Bump
 from debulk.report import Report
+from debulk.results.report import Wrinkle
 from debulk.verdict import Judgement, Verdict, judge_layup
 
 __all__ = ["out_of_place", "report", "too_late"]
@@ -25,6 +26,7 @@ def report(
     found: Found,
     placed: Placed,
     bumps: Sequence[Bump],
+    standing: Sequence[Wrinkle],
     evaluations: Sequence[Evaluation],
     ply: PlyOnMold,
     timings_ms: dict[str, float],
@@ -35,6 +37,7 @@ def report(
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
     judged = unseen.worst(judged, [*unseen.doubts(found, pockets, ply.recipe), *tolerances.doubts(bumps)])
+    judged = unseen.worst(judged, wrinkles.doubts(standing, ply.recipe))
     # What is said of the coverage says more than that nothing can be said of the level.
     if placed.doubt and (placed.level is not None or seen >= ply.recipe.verdict.min_coverage):
         judged = Judgement(Verdict.INVALID, placed.doubt)
@@ -50,6 +53,7 @@ def report(
         left_out=left_out.merged(entries),
         coverage=seen,
         unseen=unseen.holes(found),
+        wrinkles=tuple(standing),
         level=placed.level,
         warnings=placed.warnings,
         height_map=found.overview,

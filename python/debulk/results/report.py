@@ -27,7 +27,7 @@ from debulk.results.record import (
 )
 from debulk.verdict import Verdict
 
-__all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport", "UnseenHole"]
+__all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport", "UnseenHole", "Wrinkle"]
 
 FORMAT = "debulk report"
 
@@ -245,6 +245,29 @@ class UnseenHole:
     at_ply_edge: bool = False
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wrinkle:
+    """A narrow fold that stood in the ply when it was scanned, which the filters of the height map take for noise.
+
+    Attributes
+    ----------
+    start_mm, end_mm
+        Mold XY of its first and its last point that was looked at; between them it is this long at least.
+    length_mm, height_mm, width_mm
+        Along it; above the reference; at half its height.
+    excess_length_mm, ridge_height_mm
+        Of the ply across it, if its sides are straight; the height that remains of it on the mold at least.
+    """
+
+    start_mm: tuple[float, float]
+    end_mm: tuple[float, float]
+    length_mm: float
+    height_mm: float
+    width_mm: float
+    excess_length_mm: float
+    ridge_height_mm: float
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ReportData(Versioned):
     """The outcome of one inspection.
@@ -264,6 +287,8 @@ class ReportData(Versioned):
         rule for small holes; None: it was not looked at.
     unseen
         The other parts of it, above the tolerance on area; largest first.
+    wrinkles
+        Narrow folds that stand in the ply already, longest first.
     level
         How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
@@ -288,6 +313,7 @@ class ReportData(Versioned):
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
     unseen: tuple[UnseenHole, ...] = ()
+    wrinkles: tuple[Wrinkle, ...] = ()
     level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None
