@@ -29,12 +29,13 @@ __all__ = ["WrinkleSearch", "doubts"]
 Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
-_PAIRS_MM = 12.0  # between pairs of lines
+_PAIRS_MM = 14.0  # between pairs of lines
 _SIDE_MM = 10.0  # from a point to those on both sides that it must stand out from
 _STANDS_OUT_MM = 1.0
+_HIGHEST_MM = 25.0  # what stands out by more is the edge of something else
 _WIDEST_MM = 8.0  # at half its height; what is wider survives the filters
 _LINKS = 4  # of pairs of lines that a wrinkle crosses at least: about 40 mm
-_STEEPEST = 1.3  # of a way through the image that these lines follow; the lines across follow the others
+_STEEPEST = 2.0  # of a way through the image that these lines follow; the lines across follow the others
 _CONTRAST = 0.6  # share of the height above the reference by which it stands out from both sides
 _SOLID_SHARE = 0.7  # of the lines between the pairs in which something stands up on the way
 _MOST = 20_000  # points that stand out: more of them are no wrinkles but a spoiled scan
@@ -119,7 +120,8 @@ class WrinkleSearch:
         first = np.arange(0, image.shape[0] - 1, step)
         high, stands = self._standing_out(image, hidden, first, side)
         beside, beside_stands = self._standing_out(image, hidden, first + 1, side)
-        stands &= _spread(beside_stands, 2)
+        high = np.fmax(high, beside)
+        stands = (stands & _spread(beside_stands, 2)) | (beside_stands & _spread(stands, 2))
         crossings = _crossings(high, stands, side)
         if len(crossings) > _MOST:
             return
@@ -128,20 +130,19 @@ class WrinkleSearch:
             if wrinkle is not None:
                 yield wrinkle
 
-    def _heights(self, image: Cloud, hidden: NDArray[np.bool_] | None, lines: NDArray[np.int64]) -> NDArray[np.float32]:
-        """Z of some lines in the mold's frame, NaN where nothing is to be used."""
-        z = image[lines] @ self._pose[2, :3].astype(np.float32) + np.float32(self._pose[2, 3])
-        if hidden is not None:
-            z[hidden[lines]] = np.nan
-        return z
-
     def _standing_out(
         self, image: Cloud, hidden: NDArray[np.bool_] | None, lines: NDArray[np.int64], side: int
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """By how much the points but the `side` first and last stand above the middle of both sides; which stand out."""
-        z = self._heights(image, hidden, lines)
-        out = z[:, side:-side] - 0.5 * (z[:, : -2 * side] + z[:, 2 * side :])
-        return out, out > _STANDS_OUT_MM
+        """By how much the points but the `side` first and last stand above the middle of both sides; which stand out.
+
+        Only depths are read, since the camera looks down on the ply: what stands up is nearer to it.
+        """
+        z = np.ascontiguousarray(image[lines, :, 2]) * np.float32(self._pose[2, 2])
+        if hidden is not None:
+            z[hidden[lines]] = np.nan
+        left, right = z[:, : -2 * side], z[:, 2 * side :]
+        out = z[:, side:-side] - np.where(np.isnan(left), right, np.where(np.isnan(right), left, 0.5 * (left + right)))
+        return out, (out > _STANDS_OUT_MM) & (out < _HIGHEST_MM)
 
     def _wrinkle(
         self,
@@ -152,12 +153,11 @@ class WrinkleSearch:
         side: int,
         pitch_mm: float,
     ) -> tuple[Wrinkle, Floats] | None:
-        lines = np.array([c.line * step for c in chain])
-        ats = np.array([c.at for c in chain])
+        lines, ats = self._tops(image, hidden, chain, step)
         profile = self._points(image, hidden, lines, ats[:, None] + np.arange(-side, side + 1))
         above = self._above(profile)
         middle, left, right = above[:, side], above[:, 0], above[:, -1]
-        good = (middle - np.maximum(left, right) > _CONTRAST * middle) & (middle > _STANDS_OUT_MM)
+        good = (middle - np.fmax(left, right) > _CONTRAST * middle) & (middle > _STANDS_OUT_MM)
         if np.count_nonzero(good) < _LINKS:
             return None
         height_mm = float(np.median(middle[good]))
@@ -184,6 +184,16 @@ class WrinkleSearch:
             excess_length_mm=excess_mm,
             ridge_height_mm=min(height_mm, ridge_height(span_mm + excess_mm, span_mm, thickness_mm)),
         ), along
+
+    def _tops(
+        self, image: Cloud, hidden: NDArray[np.bool_] | None, chain: Sequence[_Crossing], step: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Lines and places of the highest points at the crossings, in either line of the pair."""
+        lines = np.array([[c.line * step] * 5 + [c.line * step + 1] * 5 for c in chain])
+        ats = np.array([[c.at + k for k in range(-2, 3)] * 2 for c in chain])
+        above = np.stack([self._above(self._points(image, hidden, lines[:, k], ats[:, k, None]))[:, 0] for k in range(10)], 1)
+        top = np.argmax(np.nan_to_num(above, nan=-np.inf), axis=1)[:, None]
+        return np.take_along_axis(lines, top, 1)[:, 0], np.take_along_axis(ats, top, 1)[:, 0]
 
     def _points(
         self, image: Cloud, hidden: NDArray[np.bool_] | None, lines: NDArray[np.int64], ats: NDArray[np.int64]
@@ -273,7 +283,7 @@ def _chains(crossings: Sequence[_Crossing], step: int) -> Iterator[list[_Crossin
             if abs(second.at - c.at) > _STEEPEST * step or not _alike(c, second):
                 continue
             chain = [c, second]
-            while (following := _next(chain, by_line.get(chain[-1].line + 1, ()), step)) is not None:
+            while (following := _next(chain, by_line, step)) is not None:
                 chain.append(following)
             best = max(best, chain, key=len)
         if len(best) >= _LINKS:
@@ -281,15 +291,24 @@ def _chains(crossings: Sequence[_Crossing], step: int) -> Iterator[list[_Crossin
             yield best
 
 
-def _next(chain: Sequence[_Crossing], candidates: Sequence[_Crossing], step: int) -> _Crossing | None:
-    """Return the crossing nearest to where the last two point, if it is near enough and about as high."""
-    expected = 2 * chain[-1].at - chain[-2].at
-    near = [c for c in candidates if abs(c.at - expected) <= 3 + 0.3 * step and _alike(c, chain[-1])]
-    return min(near, key=lambda c: (abs(c.at - expected), c.at), default=None)
+def _next(chain: Sequence[_Crossing], by_line: dict[int, list[_Crossing]], step: int) -> _Crossing | None:
+    """Return the crossing nearest to where the chain points, if it is near enough and about as high; a pair may lack."""
+    last, before = chain[-1], chain[-2]
+    slope = (last.at - before.at) / (last.line - before.line)
+    for ahead in (1, 2):
+        expected = last.at + ahead * slope
+        near = [
+            c
+            for c in by_line.get(last.line + ahead, ())
+            if abs(c.at - expected) <= 3 + 0.3 * step and _alike(c, last)
+        ]
+        if near:
+            return min(near, key=lambda c: (abs(c.at - expected), c.at))
+    return None
 
 
 def _alike(a: _Crossing, b: _Crossing) -> bool:
-    return max(a.height_mm, b.height_mm) <= 2 * min(a.height_mm, b.height_mm) + 0.5
+    return max(a.height_mm, b.height_mm) <= 3 * min(a.height_mm, b.height_mm)
 
 
 def _run_through(row: NDArray[np.bool_], at: int) -> int:
