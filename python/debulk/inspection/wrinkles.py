@@ -38,6 +38,7 @@ _LINKS = 4  # of pairs of lines that a wrinkle crosses at least: about 40 mm
 _STEEPEST = 2.0  # of a way through the image that these lines follow; the lines across follow the others
 _CONTRAST = 0.6  # share of the height above the reference by which it stands out from both sides
 _SOLID_SHARE = 0.7  # of the lines between the pairs in which something stands up on the way
+_SUNK_SHARE = 0.2  # of them in which something lies below the reference, at most
 _MOST = 20_000  # points that stand out: more of them are no wrinkles but a spoiled scan
 _SAME_MM = 15.0  # two chains so near to one another are one wrinkle
 
@@ -227,12 +228,16 @@ class WrinkleSearch:
         ats: NDArray[np.int64],
         least_mm: float,
     ) -> bool:
-        """Whether something stands up on the way in most of the lines between the first and the last crossing."""
+        """Whether something stands up on the way in most of the lines between the first and the last crossing.
+
+        In a highlight depths are wild: as many points lie below the reference as above.
+        """
         between = np.arange(lines[0], lines[-1] + 1)
         way = np.rint(np.interp(between, lines, ats)).astype(np.int64)
         above = self._above(self._points(image, hidden, between, way[:, None] + np.arange(-3, 4)))
         with np.errstate(invalid="ignore"):
-            return float(np.mean((above > least_mm).any(axis=1))) >= _SOLID_SHARE
+            stands, sunk = (above > least_mm).any(axis=1), (above < -0.5 * least_mm).any(axis=1)
+        return float(np.mean(stands)) >= _SOLID_SHARE and float(np.mean(sunk)) <= _SUNK_SHARE
 
 
 def doubts(wrinkles: Sequence[Wrinkle], recipe: Recipe) -> list[Judgement]:
