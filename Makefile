@@ -86,6 +86,16 @@ study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
 
+.PHONY: referee
+referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is missing of the referee's table; hours the first time
+	$(python) bench/referee/strip.py
+	$(python) bench/referee/wide.py
+	$(python) bench/referee/figures.py
+	$(python) bench/referee/own.py
+	$(python) bench/referee/mujoco_runs.py
+	$(python) bench/referee/sensitivities.py
+	$(python) bench/referee/score.py
+
 .PHONY: bench
 bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; results in build/bench
 	cmake --preset release -DDEBULK_BENCH=ON -DDEBULK_TESTS=OFF -B build/bench-release
@@ -103,6 +113,11 @@ bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; re
 	$(python) bench/front/cycle.py build/scenes bench/front
 	$(python) bench/front/regions.py
 	$(python) bench/front/registration.py > bench/front/registration.txt
+
+.PHONY: trust
+trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scenes, half of them spoiled; text and picture in bench/trust
+	$(python) bench/trust/trust.py --scenes 2000 --jobs 2
+	$(python) bench/trust/offsets.py --out bench/trust/offsets.txt
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
@@ -147,6 +162,12 @@ $(stamps)/docs: $(stamps)/venv
 $(stamps)/bench: $(stamps)/venv
 	@$(call required,bench) > $(stamps)/bench.txt
 	@$(pip) -r $(stamps)/bench.txt
+	@touch $@
+
+# The engine that the referee simulates with.
+$(stamps)/referee: $(stamps)/venv
+	@$(call required,referee) > $(stamps)/referee.txt
+	@$(pip) -r $(stamps)/referee.txt
 	@touch $@
 
 # The package as users get it.

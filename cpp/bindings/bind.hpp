@@ -6,6 +6,7 @@ namespace debulk {
 
 // One per room. module.cpp calls each with its submodule, in the order of the rooms.
 void bind_build(pybind11::module_ m);
+void bind_scanner(pybind11::module_ m);
 void bind_cloud(pybind11::module_ m);
 void bind_files(pybind11::module_ m);
 void bind_surface(pybind11::module_ m);

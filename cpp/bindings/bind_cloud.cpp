@@ -28,18 +28,18 @@ void bind_cloud(py::module_ m) {
 
   m.def(
       "transform",
-      [](const CloudArray& points, const Array<double>& matrix, int threads) {
+      [](const CloudArray& points, const Array<double>& matrix, int threads, const Stop& stop) {
         require(matrix.ndim() == 2 && matrix.shape(0) == 4 && matrix.shape(1) == 4, "matrix", "a (4, 4) array", shape_of(matrix));
         const Eigen::Matrix4d motion = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(matrix.data());
         const CloudView cloud = cloud_view(points, "points");
         std::vector<float> moved;
         {
           py::gil_scoped_release release;
-          moved = transform(cloud, motion, threads);
+          moved = transform(cloud, motion, threads, stop);
         }
         return to_array(std::move(moved), shape(points));
       },
-      py::arg("points"), py::arg("matrix"), py::arg("threads"));
+      py::arg("points"), py::arg("matrix"), py::arg("threads"), py::arg("stop"));
 
   py::class_<OutlierOptions>(m, "OutlierOptions")
       .def(py::init<>())
@@ -64,12 +64,12 @@ void bind_cloud(py::module_ m) {
 
   m.def(
       "median_pitch",
-      [](const CloudArray& points, int threads) {
+      [](const CloudArray& points, int threads, const Stop& stop) {
         const CloudView cloud = cloud_view(points, "points");
         py::gil_scoped_release release;
-        return median_pitch(cloud, threads);
+        return median_pitch(cloud, threads, stop);
       },
-      py::arg("points"), py::arg("threads"));
+      py::arg("points"), py::arg("threads"), py::arg("stop"));
 
   m.def("fit_pinhole", [](const CloudArray& points) -> std::optional<std::array<double, 3>> {
     const CloudView cloud = cloud_view(points, "points");

@@ -190,18 +190,19 @@ void bind_surface(py::module_ m) {
   m.def(
       "grid_heights",
       [](const CloudArray& cloud, const std::array<double, 2>& origin, double spacing, const std::array<int, 2>& shape, double jump_ratio,
-         int threads) {
+         int threads, const Stop& stop) {
         require(shape[0] > 0 && shape[1] > 0, "shape", "positive numbers of rows and columns",
                 std::to_string(shape[0]) + " by " + std::to_string(shape[1]));
         const CloudView view = cloud_view(cloud, "points");
         Grid<float> grid(shape[1], shape[0], vector2(origin), spacing);
         {
           py::gil_scoped_release release;
-          grid_heights(view, grid, {jump_ratio}, threads);
+          grid_heights(view, grid, {jump_ratio}, threads, stop);
         }
         return grid_values(std::move(grid));
       },
-      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("threads"));
+      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("threads"),
+      py::arg("stop"));
 
   m.def(
       "covering_grid",
@@ -259,18 +260,19 @@ void bind_surface(py::module_ m) {
 
   m.def(
       "fit_reference",
-      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const FitOptions& options, int threads) {
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const FitOptions& options, int threads,
+         const Stop& stop) {
         const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
         Grid<double> nodes;
         {
           py::gil_scoped_release release;
-          nodes = fit_reference(heights, options, threads).heights();
+          nodes = fit_reference(heights, options, threads, stop).heights();
         }
         const Eigen::Vector2d first = nodes.origin;
         const double step = nodes.spacing;
         return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
       },
-      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"));
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"), py::arg("stop"));
 
   m.def("extent", &extent, py::arg("surface"));
   bind_front_end(m);

@@ -23,6 +23,7 @@ PYBIND11_MODULE(_core, m) {
 
   debulk::bind_build(m);
   const auto room = [&m](const char* name) { return m.def_submodule(name); };
+  debulk::bind_scanner(room("scanner"));
   debulk::bind_cloud(room("cloud"));
   debulk::bind_files(room("files"));
   debulk::bind_surface(room("surface"));

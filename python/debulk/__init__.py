@@ -9,7 +9,7 @@ from debulk._core import InputError
 from debulk.grid import Grid
 
 if TYPE_CHECKING:
-    from debulk import cloud, net, pocket, ridge, scenes, section, sheet, solve, surface, verdict
+    from debulk import cloud, net, pocket, ridge, scanner, scenes, section, sheet, solve, surface, verdict
     from debulk.comparison import Comparison
     from debulk.inspection.calls import compare, inspect
     from debulk.inspection.inspector import Cancelled, Inspector
@@ -34,6 +34,7 @@ __all__ = [
     "net",
     "pocket",
     "ridge",
+    "scanner",
     "scenes",
     "section",
     "sheet",

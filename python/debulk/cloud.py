@@ -66,7 +66,9 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
     return cloud
 
 
-def transform(points: ArrayLike, matrix: ArrayLike, *, threads: int = 0) -> NDArray[np.float32]:
+def transform(
+    points: ArrayLike, matrix: ArrayLike, *, threads: int = 0, stop: _core.Stop | None = None
+) -> NDArray[np.float32]:
     """Move a cloud into another frame: ``x_to = matrix @ x_from``, computed in double precision.
 
     Parameters
@@ -98,7 +100,9 @@ def transform(points: ArrayLike, matrix: ArrayLike, *, threads: int = 0) -> NDAr
     motion = np.asarray(matrix)
     if motion.dtype.kind not in "fiu":
         raise InputError(f"matrix: expected a (4, 4) array of numbers, but got {motion.dtype}")
-    moved: NDArray[np.float32] = _core.cloud.transform(as_cloud(points, "points"), motion.astype(np.float64), threads)
+    moved: NDArray[np.float32] = _core.cloud.transform(
+        as_cloud(points, "points"), motion.astype(np.float64), threads, stop or _core.Stop()
+    )
     return moved
 
 
@@ -161,7 +165,7 @@ def remove_outliers(
     return keep.view(np.bool_)
 
 
-def median_pitch(points: ArrayLike, *, threads: int = 0) -> float:
+def median_pitch(points: ArrayLike, *, threads: int = 0, stop: _core.Stop | None = None) -> float:
     """How far apart the points of a cloud are, mm.
 
     Organised: the median distance of neighbouring pixels, projected on the XY plane. Unorganised: the median over the
@@ -173,7 +177,7 @@ def median_pitch(points: ArrayLike, *, threads: int = 0) -> float:
     >>> median_pitch(0.5 * np.dstack([x, y, x]))
     0.5
     """
-    return float(_core.cloud.median_pitch(as_cloud(points, "points"), threads))
+    return float(_core.cloud.median_pitch(as_cloud(points, "points"), threads, stop or _core.Stop()))
 
 
 def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:

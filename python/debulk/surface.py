@@ -178,6 +178,7 @@ def grid_heights(
     *,
     jump_ratio: float = 6.0,
     threads: int = 0,
+    stop: _core.Stop | None = None,
 ) -> Grid:
     """Heights (z) of a cloud on a regular grid, float32, NaN where nothing was seen.
 
@@ -215,9 +216,11 @@ def grid_heights(
     cloud = as_cloud(points, "points")
     if (origin_mm is None) != (shape is None):
         raise InputError("origin_mm, shape: expected both or neither, but got one of them")
-    spacing = (
-        _core.cloud.median_pitch(cloud, threads) if spacing_mm is None else arrays.positive(spacing_mm, "spacing_mm")
-    )
+    stop = stop or _core.Stop()
+    if spacing_mm is None:
+        spacing = _core.cloud.median_pitch(cloud, threads, stop)
+    else:
+        spacing = arrays.positive(spacing_mm, "spacing_mm")
     if not spacing > 0:
         raise InputError("points: expected a cloud with neighbouring points, but got none that are neighbours")
     if origin_mm is None or shape is None:
@@ -227,7 +230,7 @@ def grid_heights(
         origin, size = _core.surface.covering_grid(low[:2], high[:2], spacing)
     else:
         origin, size = arrays.pair(origin_mm, "origin_mm"), (int(shape[0]), int(shape[1]))
-    values = _core.surface.grid_heights(cloud, origin, spacing, size, float(jump_ratio), threads)
+    values = _core.surface.grid_heights(cloud, origin, spacing, size, float(jump_ratio), threads, stop)
     return Grid(values, origin, spacing)
 
 
@@ -289,6 +292,7 @@ def fit_reference(
     robust: float = _FIT.robust,
     doublings: int = _FIT.doublings,
     threads: int = 0,
+    stop: _core.Stop | None = None,
 ) -> Reference:
     """Fit the smooth reference surface to measured heights with noise and gaps.
 
@@ -310,6 +314,8 @@ def fit_reference(
         Times that the window may be doubled, where the wider fit agrees with the narrower ones within their noise.
     threads
         0: as many as the process may use.
+    stop
+        Raised from another thread, ends the fit with a RuntimeError.
 
     Returns
     -------
@@ -339,6 +345,7 @@ def fit_reference(
         float(heights.spacing_mm),
         options,
         threads,
+        stop or _core.Stop(),
     )
     return Reference(nodes, origin, step)
 

@@ -39,7 +39,7 @@ class Verdict(StrEnum):
         """0 for CEASE up to 3 for INVALID."""
         return list(Verdict).index(self)
 
-    # A verdict is text as well, and text compares by its letters: that "invalid" < "undecided" must not decide anything.
+    # A verdict is text as well, and text compares by its letters: "invalid" < "undecided" must not decide anything.
     def __lt__(self, other: object) -> bool:
         return self.severity < self._severity_of(other)
 

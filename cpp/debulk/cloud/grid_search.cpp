@@ -86,7 +86,7 @@ void GridSearch::sort_points() {
   const std::size_t cells = static_cast<std::size_t>(cells_[0]) * static_cast<std::size_t>(cells_[1]);
   std::vector<std::atomic<std::uint32_t>> next(cells + 1);
   const auto each_seen = [&](const auto& body) {
-    parallel_for(static_cast<long>(cloud_.size()), 1 << 16, threads_, [&](long begin, long end) {
+    parallel_for(static_cast<long>(cloud_.size()), 1 << 16, threads_, stop_, [&](long begin, long end) {
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
         const float* p = cloud_.point(i);
         if (cloud_.seen(i)) body(i, p, static_cast<std::size_t>(cell(p, 1)) * cells_[0] + cell(p, 0));
@@ -157,7 +157,7 @@ bool GridSearch::search(std::size_t entry, int column, int row, long budget, Sea
 void GridSearch::make_blocks() {
   for (int d = 0; d < 2; ++d) blocks_[d] = (cells_[d] - 1) / block + 1;
   box_.assign(static_cast<std::size_t>(blocks_[0]) * static_cast<std::size_t>(blocks_[1]), Eigen::AlignedBox3f());
-  parallel_for(blocks_[1], 1, threads_, [&](long begin, long end) {
+  parallel_for(blocks_[1], 1, threads_, stop_, [&](long begin, long end) {
     for (int row = static_cast<int>(begin) * block; row < std::min<long>(end * block, cells_[1]); ++row)
       for (int column = 0; column < cells_[0]; ++column) {
         const std::size_t at = static_cast<std::size_t>(row) * cells_[0] + column;

@@ -27,7 +27,7 @@ std::vector<float> mean_neighbour_distances(const CloudView& cloud, int neighbou
     for (std::size_t i = 0; i < cloud.size(); ++i)
       if (cloud.seen(i)) left.push_back(static_cast<std::uint32_t>(i));
   }
-  if (!left.empty()) TreeSearch(cloud, neighbours).mean_distances(left, means.data(), threads, stop);
+  if (!left.empty()) TreeSearch(cloud, neighbours, threads, stop).mean_distances(left, means.data(), threads, stop);
   return means;
 }
 

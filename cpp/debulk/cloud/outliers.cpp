@@ -13,11 +13,11 @@ namespace {
 
 // The sum of term(value) over the finite values, in double and in a fixed order, with their number.
 template <class Term>
-std::pair<double, long> ordered_sum(const std::vector<float>& values, int threads, const Term& term) {
+std::pair<double, long> ordered_sum(const std::vector<float>& values, int threads, const Stop& stop, const Term& term) {
   constexpr long chunk = 1 << 16;
   const long count = static_cast<long>(values.size());
   std::vector<std::pair<double, long>> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
-  parallel_for(count, chunk, threads, [&](long begin, long end) {
+  parallel_for(count, chunk, threads, stop, [&](long begin, long end) {
     auto& [sum, finite] = parts[static_cast<std::size_t>(begin / chunk)];
     for (long i = begin; i < end; ++i) {
       const float value = values[static_cast<std::size_t>(i)];
@@ -47,15 +47,16 @@ Outliers remove_outliers(const CloudView& cloud, const OutlierOptions& options, 
   const std::vector<float> distances = mean_neighbour_distances(cloud, options.neighbours, threads, stop);
 
   Outliers out;
-  const auto [sum, count] = ordered_sum(distances, threads, [](double d) { return d; });
+  const auto [sum, count] = ordered_sum(distances, threads, stop, [](double d) { return d; });
   if (count > 0) out.mean = sum / static_cast<double>(count);
   const double mean = out.mean;
-  const auto [squares, same] = ordered_sum(distances, threads, [mean](double d) { return (d - mean) * (d - mean); });
+  const auto [squares, same] = ordered_sum(distances, threads, stop, [mean](double d) { return (d - mean) * (d - mean); });
   if (same > 1) out.deviation = std::sqrt(squares / static_cast<double>(same - 1));
   out.threshold = std::max(out.mean + options.std_ratio * out.deviation, options.least_ratio * out.mean);
 
   out.keep.resize(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (i % (1 << 20) == 0 && stop.now()) throw Stopped("the search for outliers was stopped");
     const bool seen = cloud.seen(i);
     out.keep[i] = seen && !(static_cast<double>(distances[i]) > out.threshold);
     out.seen += seen;

@@ -17,9 +17,9 @@ constexpr long fewest = 1000;         // points
 }  // namespace
 
 // Returns false where the cloud is not a pinhole camera's.
-bool PinholeOutliers::pass(WindowPass& window, int threads, const Stop& stop) {
+bool PinholeOutliers::pass(WindowPass& window, double& tolerance_px, int threads, const Stop& stop) {
   for (;;) {
-    window.tolerance = tolerance + rounding_px;
+    window.tolerance = tolerance_px + rounding_px;
     parallel_for(static_cast<long>(bands_.size()), 1, threads, stop,
                  [&](long begin, long) { window_pass(window, static_cast<int>(begin), bands_[static_cast<std::size_t>(begin)]); });
     long strays = 0, open = 0;
@@ -31,8 +31,8 @@ bool PinholeOutliers::pass(WindowPass& window, int threads, const Stop& stop) {
     }
     if (strays == 0)
       return fixed > 0 || (summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen));
-    if (tolerance >= pinhole_tolerance) return false;
-    tolerance = pinhole_tolerance;
+    if (tolerance_px >= pinhole_tolerance) return false;
+    tolerance_px = pinhole_tolerance;
   }
 }
 
@@ -48,9 +48,10 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
   bands_.resize(static_cast<std::size_t>((cloud.height + band_rows - 1) / band_rows));
 
   WindowPass window{cloud, camera, 0, 0, 0, certified, base, states_.data(), heights_.data(), &tiles_, isa};
+  double tolerance_px = tolerance;
   for (int round = 0;; ++round) {
     window.low = fixed > 0 ? fixed : guess * (1 - band), window.high = fixed > 0 ? fixed : guess * (1 + band);
-    if (!pass(window, threads, stop)) return false;
+    if (!pass(window, tolerance_px, threads, stop)) return false;
     if (round == 0) {
       search_.prepare(window, bands_, threads);
       search_.run(distances_, threads, stop);

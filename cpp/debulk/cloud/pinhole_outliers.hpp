@@ -15,7 +15,8 @@ class PinholeOutliers {
  public:
   // The threshold from the last cloud, or from elsewhere (0: unknown); only the time depends on it.
   double guess = 0;
-  // Likewise: how far points lie off their rays, in pixels. Raised to pinhole_tolerance by a cloud that needs it.
+  // How far points lie off their rays, in pixels. A cloud that needs it gets pinhole_tolerance, and a second pass; the next
+  // begins with this again: its figures must not depend on those before it, not even by rounding.
   double tolerance = 0.01;
   // A threshold that is known already, for a part of a cloud (0: the cloud's own). Then no cloud has too few points or too
   // many off the sheet; the summary's mean and deviation are still the part's own.
@@ -46,7 +47,7 @@ class PinholeOutliers {
   float open_distance(long k) const { return distances_[static_cast<std::size_t>(k)]; }
 
  private:
-  bool pass(WindowPass& window, int threads, const Stop& stop);
+  bool pass(WindowPass& window, double& tolerance_px, int threads, const Stop& stop);
 
   std::vector<std::uint8_t> states_;
   std::vector<float> heights_, distances_;

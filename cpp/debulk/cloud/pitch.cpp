@@ -18,10 +18,10 @@ double median(std::vector<float>& values) {
 
 }  // namespace
 
-double median_pitch(const CloudView& cloud, int threads) {
+double median_pitch(const CloudView& cloud, int threads, const Stop& stop) {
   std::vector<float> distances;
   if (!cloud.organised()) {
-    for (const float d : mean_neighbour_distances(cloud, 4, threads))
+    for (const float d : mean_neighbour_distances(cloud, 4, threads, stop))
       if (std::isfinite(d)) distances.push_back(d);
     return median(distances);
   }

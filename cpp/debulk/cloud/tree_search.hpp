@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "debulk/cloud/cloud_view.hpp"
@@ -9,20 +8,25 @@
 
 namespace debulk {
 
-// Exact nearest neighbours in any cloud, with PCL's kd-tree (not its organised search, which is wrong on such clouds).
+// Exact nearest neighbours in any cloud, with PCL's kd-trees (not its organised search, which is wrong on such clouds).
+//
+// The cloud is cut along x into slabs with a tree each, so that no thread is busy with one tree for more than some tens of
+// milliseconds and the stop is heeded between them. A search begins in its point's slab and goes on into the next ones as
+// long as they are nearer than the farthest neighbour so far.
 class TreeSearch {
  public:
-  TreeSearch(const CloudView& cloud, int neighbours);
+  // Throws Stopped.
+  TreeSearch(const CloudView& cloud, int neighbours, int threads = 0, const Stop& stop = Stop());
   ~TreeSearch();
 
   // Fills means[i] for each i of `which`, indices of points that were seen.
   void mean_distances(const std::vector<std::uint32_t>& which, float* means, int threads, const Stop& stop) const;
 
  private:
-  struct Tree;
+  struct Slab;
   CloudView cloud_;
   int neighbours_;
-  std::unique_ptr<Tree> tree_;
+  std::vector<Slab> slabs_;  // ascending x
 };
 
 }  // namespace debulk

@@ -203,6 +203,20 @@ PocketNet net_with_about(const PocketMesher& mesher, double target, double estim
   return best;
 }
 
+// A foot may be many times as large as what stands above the cut: then the target leaves a node or two inside the outline that
+// decides. So: finer, until there are enough, as long as the net does not grow beyond most_growth times the target.
+PocketNet with_enough_inside(const PocketMesher& mesher, PocketNet net, double target, const Stop& stop) {
+  constexpr double most_growth = 3;
+  for (int trial = 0; trial < 8; ++trial) {
+    const auto inside = static_cast<double>(std::count(net.net.inside.begin(), net.net.inside.end(), 1));
+    if (inside >= kLeastNodesInside) break;
+    const double scale = std::clamp(std::sqrt(inside / (kLeastNodesInside + 1)), 0.5, 0.97);
+    if (static_cast<double>(net.net.nodes.size()) > most_growth * target * scale * scale) break;
+    net = mesher.net(net.net.spacing * scale, stop);
+  }
+  return net;
+}
+
 }  // namespace
 
 void FibreNetOptions::check() const {
@@ -230,6 +244,7 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
   const double sine = std::max(std::abs(std::sin(shape.angles[1] - shape.angles[0])), 0.1);
   const double estimate = estimated_spacing(area, polygon_perimeter(shape.outline), sine, options.node_target);
   PocketNet net = options.spacing ? mesher.net(*options.spacing, stop) : net_with_about(mesher, options.node_target, estimate, stop);
+  if (!options.spacing && !shape.rms_outline.empty()) net = with_enough_inside(mesher, std::move(net), options.node_target, stop);
   net.area = area;
   return net;
 }

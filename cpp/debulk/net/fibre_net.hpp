@@ -22,8 +22,13 @@ struct PocketShape {
   std::vector<Eigen::Vector2d> rms_outline;  // decides Net::inside; empty: `outline` does
 };
 
+// As many nodes at least are to lie inside the outline at the cut: fewer do not show how a pocket closes.
+inline constexpr int kLeastNodesInside = 25;
+
 struct FibreNetOptions {
-  std::optional<double> spacing;        // mm; none: chosen so that the net has about node_target nodes
+  // mm; none: chosen so that the net has about node_target nodes, and more where fewer than kLeastNodesInside of these would lie
+  // inside rms_outline, up to three times as many
+  std::optional<double> spacing;
   int node_target = 100;                // all nodes of the net count
   double edge_tol = 20.0;               // mm from the ply's edge within which boundary nodes are free
   double mold_tol = kNominalMoldTolMm;  // mm between surface and mold within which a band node is a boundary node

@@ -97,9 +97,9 @@ Moments row_moments(const float* row, int nx, int middle, const Window& window) 
 }
 
 // The fits round the nodes; their height is NaN where there is too little to fit to.
-Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, int threads) {
+Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, int threads, const Stop& stop) {
   std::vector<Moments> rows(static_cast<std::size_t>(heights.ny) * nodes.nx);
-  parallel_for(heights.ny, 16, threads, [&](long begin, long end) {
+  parallel_for(heights.ny, 16, threads, stop, [&](long begin, long end) {
     for (long j = begin; j < end; ++j)
       for (int i = 0; i < nodes.nx; ++i)
         rows[static_cast<std::size_t>(j) * nodes.nx + i] =
@@ -113,7 +113,7 @@ Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, c
   const double limit = noisier * full.fit().variance;
 
   Grid<Quadratic::Fit> out(nodes.nx, nodes.ny, heights.position(nodes.first_i, nodes.first_j), nodes.step * heights.spacing);
-  parallel_for(nodes.ny, 4, threads, [&](long begin, long end) {
+  parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < nodes.nx; ++i) {
         const int middle = nodes.first_j + j * nodes.step;
@@ -147,11 +147,11 @@ bool agree(const Grid<Quadratic::Fit>& narrow, const Grid<Quadratic::Fit>& wide,
 }
 
 // The nodes' heights, each from the widest window, of a few, that agrees with the next narrower one, as that does.
-Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, int threads) {
+Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, int threads, const Stop& stop) {
   std::vector<Grid<Quadratic::Fit>> fits;
-  for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), threads));
+  for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), threads, stop));
   Grid<double> out = fits.front().like<double>(nan);
-  parallel_for(nodes.ny, 4, threads, [&](long begin, long end) {
+  parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < nodes.nx; ++i) {
         const Quadratic::Fit& least = fits.front().at(i, j);
@@ -167,9 +167,9 @@ Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int rea
 }
 
 // The heights without those far off the fit: what a scanner's spikes, clamps and tools leave.
-Grid<float> without_strays(const Grid<float>& heights, const Reference& fit, double robust, int threads) {
+Grid<float> without_strays(const Grid<float>& heights, const Reference& fit, double robust, int threads, const Stop& stop) {
   Grid<float> off = heights.like<float>();
-  parallel_for(heights.ny, 16, threads, [&](long begin, long end) {
+  parallel_for(heights.ny, 16, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < heights.nx; ++i)
         off.at(i, j) = std::isnan(heights.at(i, j)) ? heights.at(i, j)
@@ -198,16 +198,16 @@ void FitOptions::check() const {
   require(std::isfinite(robust) && robust >= 3, "robust", "3 or more standard deviations", robust);
 }
 
-Reference fit_reference(const Grid<float>& heights, const FitOptions& options, int threads) {
+Reference fit_reference(const Grid<float>& heights, const FitOptions& options, int threads, const Stop& stop) {
   options.check();
   require(heights.nx >= 2 && heights.ny >= 2, "heights", "a grid of at least 2 by 2 heights",
           std::to_string(heights.ny) + " by " + std::to_string(heights.nx));
   require(std::isfinite(heights.spacing) && heights.spacing > 0, "heights", "a positive spacing in mm", heights.spacing);
   const Nodes nodes(heights, options.spacing);
   const int reach = std::max({2, nodes.step, static_cast<int>(std::lround(options.window / heights.spacing))});
-  const Reference first(fill_nodes(fit_heights(heights, nodes, reach, 0, threads)));
-  return Reference(
-      fill_nodes(fit_heights(without_strays(heights, first, options.robust, threads), nodes, reach, options.doublings, threads)));
+  const Reference first(fill_nodes(fit_heights(heights, nodes, reach, 0, threads, stop), stop));
+  const Grid<float> kept = without_strays(heights, first, options.robust, threads, stop);
+  return Reference(fill_nodes(fit_heights(kept, nodes, reach, options.doublings, threads, stop), stop));
 }
 
 }  // namespace debulk

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {
@@ -20,7 +21,7 @@ struct FitOptions {
 // times as wide agree with the narrower ones within their noise, the widest that does is taken: the reference's noise is
 // the same in every cycle, and would shift a pocket's outline in every cycle alike. Nodes with too little round them (gaps,
 // the border of what was seen) are filled in so that the sum of squared second differences is least. The result covers
-// the grid. Shape details narrower than the window are smoothed: this is for a mold, not for a ply.
-Reference fit_reference(const Grid<float>& heights, const FitOptions& options = {}, int threads = 0);
+// the grid. Shape details narrower than the window are smoothed: this is for a mold, not for a ply. Throws Stopped.
+Reference fit_reference(const Grid<float>& heights, const FitOptions& options = {}, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "debulk/cloud/pitch.hpp"
 #include "debulk/cloud/transform.hpp"
 #include "debulk/core/clock.hpp"
 #include "debulk/core/error.hpp"
@@ -10,6 +11,12 @@
 #include "debulk/surface/median.hpp"
 
 namespace debulk {
+namespace {
+
+constexpr double kFarPitches = 10;  // so many spacings of the height map apart, pixels are no neighbours
+
+}  // namespace
+
 void FrontEndOptions::check() const {
   outliers.check();
   require(std::isfinite(spacing) && spacing > 0, "spacing_mm", "a positive length in mm", spacing);
@@ -59,6 +66,13 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
     times_.clean = clock.lap();
     gridding_->run(image_, map_.heights, image_.isa, threads_, stop);
     times_.grid = clock.lap();
+  } else if (scan.organised() && median_pitch(scan, threads_, stop) > kFarPitches * options_.spacing) {
+    // Pixels in another order than the camera's, or far too few: nothing lies between neighbours that could be told from
+    // them, and the triangles between them would be as large as the map.
+    outliers_ = {};
+    outliers_.keep.assign(scan.size(), 0);
+    std::fill(map_.heights.values.begin(), map_.heights.values.end(), std::numeric_limits<float>::quiet_NaN());
+    times_.clean = clock.lap(), times_.grid = 0;
   } else {
     outliers_ = remove_outliers(scan, options_.outliers, threads_, stop);
     times_.clean = clock.lap();
@@ -83,11 +97,18 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
   return map_;
 }
 
+Overview FrontEnd::overview() const {
+  // The first point of the grid that covers the whole reference.
+  const Eigen::Vector2d anchor = (reference_->heights().origin / options_.spacing).array().ceil() * options_.spacing;
+  return overview_of(map_, gaps_, anchor);
+}
+
 void FrontEnd::grid_generally(const CloudView& scan, const Stop& stop) {
   std::vector<float> points = transform(scan, view_.mold_from_scanner, threads_, stop);
-  for (std::size_t k = 0; k < scan.size(); ++k)
-    if (outliers_.keep[k] == 0) std::fill_n(&points[3 * k], 3, std::numeric_limits<float>::quiet_NaN());
-  if (stop.now()) throw Stopped("the height map was stopped");
+  parallel_for(static_cast<long>(scan.size()), 1 << 18, threads_, stop, [&](long begin, long end) {
+    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
+      if (outliers_.keep[k] == 0) std::fill_n(&points[3 * k], 3, std::numeric_limits<float>::quiet_NaN());
+  });
   grid_heights({points.data(), scan.width, scan.height}, map_.heights, options_.gridding, threads_, stop);
   parallel_for(map_.heights.ny, 8, threads_, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)

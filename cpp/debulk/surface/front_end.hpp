@@ -10,7 +10,7 @@
 #include "debulk/surface/fill_holes.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/image_gridding.hpp"
-#include "debulk/surface/reference_gaps.hpp"
+#include "debulk/surface/overview.hpp"
 
 namespace debulk {
 
@@ -42,10 +42,8 @@ class FrontEnd {
   // a scanner that writes the next one into the same memory meanwhile gives wrong heights, and no wrong indices.
   const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
 
-  const ReferenceGaps& gaps() const { return gaps_; }
-
   // Of the last run.
-  const HeightMap& map() const { return map_; }
+  Overview overview() const;  // on the same points whatever the box
   bool fast() const { return fast_; }
   // What gridding blurred the heights with, as a variance along x and along y: a top of curvature -c along both is lower by c times that.
   double blur_mm2() const { return fast_ ? gridding_->blur_mm2() : map_.heights.spacing * map_.heights.spacing / 6; }

@@ -147,7 +147,8 @@ class OrganisedGridding {
     const auto at = [&](int i, int j) -> Vertex& { return vertices[static_cast<std::size_t>(j * (tile_side + 1) + i)]; };
     for_vertices(tile.column, tile.row, [&](int i, int j, const Vertex& p) { at(i, j) = p; });
     const int across = std::min(tile_side, cloud_.width - 1 - tile.column), down = std::min(tile_side, cloud_.height - 1 - tile.row);
-    for (int j = 0; j < down; ++j)
+    for (int j = 0; j < down; ++j) {
+      if (stop_.now()) throw Stopped("the height map was stopped");  // pixels in disorder make triangles as large as the map
       for (int i = 0; i < across; ++i) {
         const Vertex &a = at(i, j), &b = at(i + 1, j), &c = at(i, j + 1), &d = at(i + 1, j + 1);
         const auto triangle = [&](const Vertex& p, const Vertex& q, const Vertex& r) {
@@ -168,6 +169,7 @@ class OrganisedGridding {
           triangle(b, d, c);
         }
       }
+    }
   }
 
   void average(const Band& band, int begin, int end) {
@@ -223,7 +225,7 @@ void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptio
   require(std::isfinite(grid.spacing) && grid.spacing > 0, "spacing_mm", "a positive length in mm", grid.spacing);
   require(grid.origin.allFinite(), "origin_mm", "two finite coordinates in mm", grid.origin.transpose());
   std::fill(grid.values.begin(), grid.values.end(), std::numeric_limits<float>::quiet_NaN());
-  const double pitch = median_pitch(cloud, threads);
+  const double pitch = median_pitch(cloud, threads, stop);
   if (!(pitch > 0) || grid.size() == 0) return;
   if (!cloud.organised()) return grid_unorganised(cloud, grid, pitch, threads, stop);
   int times = 1;

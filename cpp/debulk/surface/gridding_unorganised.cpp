@@ -20,13 +20,15 @@ struct Cells {
   int columns, rows;
   std::vector<std::uint32_t> starts, points;
 
-  Cells(const CloudView& cloud, const Grid<float>& grid, double radius) : low(grid.position(0, 0).array() - radius), side(radius) {
+  Cells(const CloudView& cloud, const Grid<float>& grid, double radius, const Stop& stop)
+      : low(grid.position(0, 0).array() - radius), side(radius) {
     const Eigen::Vector2d extent = grid.position(grid.nx - 1, grid.ny - 1) - low;
     columns = static_cast<int>(extent.x() / side) + 2;
     rows = static_cast<int>(extent.y() / side) + 2;
     starts.assign(static_cast<std::size_t>(columns) * rows + 1, 0);
     const auto each = [&](const auto& body) {
       for (std::size_t i = 0; i < cloud.size(); ++i) {
+        if (i % 65536 == 0 && stop.now()) throw Stopped("the height map was stopped");
         if (!cloud.seen(i)) continue;
         const double u = std::floor((cloud.point(i)[0] - low.x()) / side), v = std::floor((cloud.point(i)[1] - low.y()) / side);
         if (u >= 0 && v >= 0 && u < columns && v < rows) body(static_cast<std::size_t>(v) * columns + static_cast<std::size_t>(u), i);
@@ -70,10 +72,15 @@ class PlaneFit {
 
 void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads, const Stop& stop) {
   const double radius = std::max(grid.spacing, 2 * pitch);
-  const Cells cells(cloud, grid, radius);
+  const Cells cells(cloud, grid, radius, stop);
   parallel_for(grid.ny, 8, threads, stop, [&](long begin, long end) {
+    std::size_t visited = 0, next_check = 0;  // a cloud of a wrong unit has all of its points in one cell
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < grid.nx; ++i) {
+        if (visited >= next_check) {
+          if (stop.now()) throw Stopped("the height map was stopped");
+          next_check = visited + 65536;
+        }
         const Eigen::Vector2d at = grid.position(i, j);
         const int column = static_cast<int>((at.x() - cells.low.x()) / radius), row = static_cast<int>((at.y() - cells.low.y()) / radius);
         PlaneFit fit;
@@ -81,6 +88,7 @@ void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, i
           const std::size_t line = static_cast<std::size_t>(r) * cells.columns;
           const std::uint32_t from = cells.starts[line + std::max(0, column - 1)];
           const std::uint32_t to = cells.starts[line + std::min(cells.columns - 1, column + 1) + 1];
+          visited += to - from;
           for (std::uint32_t k = from; k < to; ++k) {
             const float* p = cloud.point(cells.points[k]);
             const double x = (p[0] - at.x()) / radius, y = (p[1] - at.y()) / radius, closeness = 1 - x * x - y * y;

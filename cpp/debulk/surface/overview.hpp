@@ -20,6 +20,8 @@ struct Overview {
   static int step(double grid_spacing_mm);
 };
 
-Overview overview_of(const HeightMap& map, const ReferenceGaps& gaps);
+// anchor: the first point of a larger grid with the same lines; points are taken as if it was that one, so that a part of it shows
+// what the whole shows.
+Overview overview_of(const HeightMap& map, const ReferenceGaps& gaps, const Eigen::Vector2d& anchor);
 
 }  // namespace debulk

@@ -11,6 +11,7 @@ from debulk._core import net as net
 from debulk._core import pocket as pocket
 from debulk._core import region as region
 from debulk._core import ridge as ridge
+from debulk._core import scanner as scanner
 from debulk._core import section as section
 from debulk._core import sheet as sheet
 from debulk._core import solve as solve

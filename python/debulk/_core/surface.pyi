@@ -65,10 +65,16 @@ class Surface(_Made): ...
 
 def covering_grid(low_mm: ArrayLike, high_mm: ArrayLike, spacing_mm: float) -> tuple[_Floats, tuple[int, int]]: ...
 def fit_reference(
-    values: ArrayLike, origin_mm: ArrayLike, spacing_mm: float, options: FitOptions, threads: int
+    values: ArrayLike, origin_mm: ArrayLike, spacing_mm: float, options: FitOptions, threads: int, stop: Stop
 ) -> tuple[_Floats, _Floats, float]: ...
 def grid_heights(
-    points: ArrayLike, origin_mm: ArrayLike, spacing_mm: float, shape: tuple[int, int], jump_ratio: float, threads: int
+    points: ArrayLike,
+    origin_mm: ArrayLike,
+    spacing_mm: float,
+    shape: tuple[int, int],
+    jump_ratio: float,
+    threads: int,
+    stop: Stop,
 ) -> _Singles: ...
 @overload
 def height_map(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from debulk import InputError, __version__
+from debulk.cli import scanning
 from debulk.cli import tools as cli_tools
 from debulk.cli.support import EXIT_CODES, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
 from debulk.report import Report
@@ -118,6 +119,9 @@ def demo(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")] = Path("debulk-demo"),
     seed: Annotated[int, typer.Option(min=0, help="Of the virtual layup.")] = 0,
     pixels: Annotated[str, typer.Option(help="Width x height of the virtual scanner's image.")] = "1280x960",
+    fringes: Annotated[
+        bool, typer.Option("--fringes", help="Render the images of two cameras and a projector, and scan those.")
+    ] = False,
     keep_files: Annotated[bool, typer.Option("--keep-files", help="Also leave what `debulk inspect` needs.")] = False,
 ) -> None:
     """Inspect a virtual layup with 14 air pockets and leave report.html, .json and .csv behind.
@@ -141,6 +145,8 @@ def demo(
 
             scene = layup(seed=seed, pixels=size)
             progress("making the layup", 1.0)
+            if fringes:
+                scene = scanning.scanned(scene, size, progress)
             inspector = Inspector(
                 recipe,
                 scene.reference,
@@ -150,7 +156,10 @@ def demo(
                 camera=scene.camera,
             )
             report = inspector.inspect(scene.scan, progress=progress)
-        source = {"scan": f"virtual layup, seed {seed}, {size[0]} x {size[1]} pixels"}
+        source = {
+            "scan": f"virtual layup, seed {seed}, {size[0]} x {size[1]} "
+            "pixels{', from fringe images' if fringes else ''}"
+        }
         report = dataclasses.replace(report, source=source | report.source)
         _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")])
         if keep_files:
@@ -169,6 +178,7 @@ def recipe() -> None:
 
 for command in (cli_tools.compare, cli_tools.view, cli_tools.study, cli_tools.replay, cli_tools.doctor):
     app.command()(command)
+app.add_typer(scanning.app, name="scan")
 
 
 def _leave(report: Report, outputs: list[Path]) -> None:

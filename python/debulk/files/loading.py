@@ -161,9 +161,9 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
     if outline.shape[1] != 2:
         raise InputError(f"{path}: expected two columns x,y, got {outline.shape[1]}")
     outline *= _factor(unit)
-    outline = arrays.outline(outline, str(path))
-    _check_size(path, float(np.ptp(outline, axis=0).max()), "outline", unit)
-    return outline
+    if len(outline) >= 3:
+        _check_size(path, float(np.ptp(outline, axis=0).max()), "outline", unit)
+    return arrays.outline(outline, str(path))
 
 
 def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:

@@ -43,7 +43,7 @@ def cleaned(points: Cloud, mold_from_scanner: NDArray[np.float64] | None, recipe
     """Move a cloud into the mold's frame, and take out its outliers."""
     clean, threads = recipe.clean, recipe.run.threads
     if mold_from_scanner is not None:
-        points = cloud.transform(points, mold_from_scanner, threads=threads)
+        points = cloud.transform(points, mold_from_scanner, threads=threads, stop=stop)
     keep = cloud.remove_outliers(
         points, clean.neighbours, clean.std_ratio, least_ratio=clean.least_ratio, threads=threads, stop=stop
     )

@@ -6,21 +6,24 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from debulk import pocket, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison, PocketComparison
 from debulk.grid import Grid
+from debulk.inspection.placing import Placing
+from debulk.inspection.prepared import Prepared
 from debulk.report import Report
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["compared"]
+__all__ = ["check_place", "compared"]
 
-_MOVED_MM = 0.2  # the laid ply farther than this from its consolidated thickness: scanner or mold have moved
+Floats = NDArray[np.float64]
+
 _PEAK_CELLS = 5  # width of the median before a peak is read: short runs of flying pixels survive a smaller one
 _PEAK_NOISE = 1.2  # the largest of many values after that median stands so many sigma of one value too high
 
@@ -28,7 +31,7 @@ _PEAK_NOISE = 1.2  # the largest of many values after that median stands so many
 def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
     """Compare a report with the measured heights of the debulked ply above the reference; NaN = not measured."""
     checked(report)
-    limits, material = recipe.verdict, recipe.material
+    limits = recipe.verdict
     cells, threads = recipe.clean.median_cells, recipe.run.threads
     filtered = heights if cells == 1 else surface.median(heights, cells, threads=threads)
     peaks = surface.median(heights, _PEAK_CELLS, threads=threads)
@@ -59,13 +62,6 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
     laid = None
     if report.ply_outline_mm is not None and between.any():
         laid = float(np.median(filtered.values[between]))
-    consolidated = material.thickness_mm / material.bulk_factor
-    warnings = []
-    if laid is not None and abs(laid - consolidated) > _MOVED_MM:
-        warnings.append(
-            f"between the pockets the ply stands {laid:.2f} mm above the reference, not its consolidated "
-            f"{consolidated:.2f} mm: the mold or the scanner moved, or this is another ply"
-        )
     return Comparison(
         pockets=tuple(pockets),
         max_rms_mm=limits.max_rms_mm,
@@ -73,8 +69,32 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
         laid_height_mm=laid,
         height_map=Grid(filtered.values, filtered.origin_mm, filtered.spacing_mm),
         ply_outline_mm=report.ply_outline_mm,
-        warnings=tuple(warnings),
     )
+
+
+def check_place(
+    report: Report,
+    debulked_scan: ArrayLike,
+    heights: Grid,
+    prepared: Prepared,
+    mold_from_scanner: Floats | None,
+    mask: NDArray[np.bool_] | None,
+    recipe: Recipe,
+) -> None:
+    """Refuse a scan that does not show the report's ply, consolidated, where the report has it.
+
+    Raises
+    ------
+    InputError
+        With the reason that an inspection would give.
+    """
+    consolidated_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
+    placing = Placing(prepared, mold_from_scanner, report.ply_outline_mm, mask, recipe, consolidated_mm)
+    _, sample = placing.look(debulked_scan)
+    feet = [p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm for p in report.pockets]
+    placed = placing.gross(sample) or placing.judge_between(sample, feet, heights)
+    if placed.doubt:
+        raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.doubt}")
 
 
 def _measure(

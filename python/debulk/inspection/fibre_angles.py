@@ -46,7 +46,8 @@ def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
 def check_apart(angles_deg: ArrayLike, name: str) -> None:
     """Refuse two fibre directions that are one, or nearly."""
     first, second = np.asarray(angles_deg, dtype=np.float64)
-    if not _LEAST_APART_DEG <= abs(first - second) % 180 <= 180 - _LEAST_APART_DEG:
+    apart = abs(first - second) % 180 if np.isfinite([first, second]).all() else 0.0
+    if not _LEAST_APART_DEG <= apart <= 180 - _LEAST_APART_DEG:
         raise InputError(
             f"{name}: expected two directions at least {_LEAST_APART_DEG:g} degree apart, but got {first:g} and "
             f"{second:g}"

@@ -6,6 +6,7 @@ import logging
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,12 +20,14 @@ from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import inputs, inspector_file, reporting, tolerances
 from debulk.inspection.cleaning import cleaned, masked, owned
-from debulk.inspection.comparing import compared
+from debulk.inspection.comparing import check_place, checked, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
+from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
+from debulk.inspection.masked_holes import masked_holes
 from debulk.inspection.placing import Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
@@ -111,8 +114,11 @@ class Inspector:
         self.camera = inputs.camera_parameters(camera)
         self.mask = inputs.image_mask(mask)
 
+        check_solves(recipe)
         if not isinstance(reference, Prepared):
-            reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe)
+            cloud, stop = reference, _core.Stop()
+            given = (self.mold_from_scanner, self.camera, self.mask, recipe)
+            reference = watched(stop, lambda: prepare(cloud, *given, stop))
         self.prepared = reference
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
@@ -249,7 +255,10 @@ class Inspector:
             Names what was wrong with the scan.
         """
         with self._finding:
-            return self._finder.find(scan, self.mask, stop)
+            found = self._finder.find(scan, self.mask, stop)
+        if self.mask is None:
+            return found
+        return replace(found, masked=masked_holes(found, self.mask, self.prepared, self.mold_from_scanner))
 
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
         """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
@@ -264,10 +273,11 @@ class Inspector:
         Raises
         ------
         InputError
-            Names what was wrong.
+            Names what was wrong; also where the scan shows another ply, or this one elsewhere or in another state.
         Cancelled
             After `cancel`.
         """
+        checked(report)
         stop = _core.Stop()
         try:
             with self._cancellable(stop):
@@ -278,6 +288,7 @@ class Inspector:
                 )
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
+        check_place(report, debulked_scan, heights, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
         return compared(report, heights, self.recipe)
 
     def cancel(self) -> None:

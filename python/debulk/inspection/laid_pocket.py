@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk import _core, net, ridge, sheet, solve, surface, verdict
+from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
+from debulk.inspection.effort import check_solves
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -22,6 +23,9 @@ __all__ = ["REFUSED", "LaidPocket", "criteria", "lay_net", "lay_pocket"]
 
 # How a solve ends that says of the pocket itself that it cannot be judged.
 REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface")
+_FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 where three times the nodes asked for allow it
+_FREE = 2  # kind of a node at the ply's edge
+_SLIPS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +44,8 @@ class LaidPocket:
         Share of the pocket's area that the scanner saw.
     closed_rim
         Whether fixed nodes, or the ply's edge, close the pocket all round.
+    doubt
+        Why the pocket may crease though its net does not; empty where nothing speaks for it.
     recipe
         All settings.
     """
@@ -49,6 +55,7 @@ class LaidPocket:
     reference: surface.Reference
     measured_share: float
     closed_rim: bool
+    doubt: str
     recipe: Recipe
 
     def __getstate__(self) -> dict[str, object]:
@@ -84,7 +91,7 @@ class LaidPocket:
             With other limits than the pocket's own; for studies.
         """
         counted = every or [best]
-        return verdict.judge(
+        judged = verdict.judge(
             certified=solution.certified,
             rms_mm=best.rms_mm,
             ridge_height_mm=best.ridge_height_mm,
@@ -100,6 +107,9 @@ class LaidPocket:
             refused=solution.explanation if solution.status in REFUSED else "",
             criteria=criteria(recipe or self.recipe),
         )
+        if judged.verdict is verdict.Verdict.CEASE and self.doubt:
+            return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt)
+        return judged
 
 
 def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> LaidPocket:
@@ -117,12 +127,34 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         reference=ply.reference,
         measured_share=found.pocket.measured_share,
         closed_rim=found.foot.closed and len(laid.open_ends) == 0,
+        doubt=_doubt(found, laid, ply),
         recipe=ply.recipe,
     )
 
 
+def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
+    """Say why a net proves nothing where the ply stands off the mold widely round what stands above the cut."""
+    times = found.foot.area_mm2 / found.pocket.area_mm2
+    round_it = f"the ply stands off the mold round it, on {times:.0f} times its area; lay it down there and scan again"
+    inside = int(np.count_nonzero(laid.inside))
+    if inside < _FEWEST_INSIDE:
+        return f"only {inside} of the {len(laid.nodes_mm)} nodes of its net lie inside its outline: {round_it}"
+    if ply.outline is None or not (laid.kinds == _FREE).any():
+        return ""
+    # Friction holds the ply after a slip of about 20 mm (docs/model.md, section 6): a farther edge releases nothing.
+    slip_mm = ply.recipe.net.free_edge_mm
+    away_mm = float(pocket.distance_to_outline(ply.outline, found.pocket.outline_mm).min())
+    if away_mm > _SLIPS * slip_mm:
+        return (
+            f"its net is free at an edge of the ply {away_mm:.0f} mm away, and a ply slips by some {slip_mm:g} mm: "
+            f"{round_it}"
+        )
+    return ""
+
+
 def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> net.Net:
     """Lay the net of a pocket on its patch."""
+    check_solves(ply.recipe, found.foot.area_mm2)
     return net.from_core(
         _core.net.lay_pocket(
             found.segmentation._core,

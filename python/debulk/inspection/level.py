@@ -17,6 +17,7 @@ _NORMAL = 1.4826  # standard deviation of normally distributed values over the m
 _BISQUARE = 4.685  # of Tukey's weights: 95 % efficient for normally distributed values
 _LEAST_SIGMA_MM = 0.005
 _ROUNDS = 8
+_SURE = 2.0  # standard errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,8 @@ class Deviation:
         (B, 2) middles of the squares.
     residual_mm
         (B,) as `departure` has it.
+    error_mm
+        (B,) standard errors of the residuals.
     fits_mm
         (3, B) values of the median, and of a robustly fitted plane and paraboloid.
     middle_mm
@@ -41,30 +44,42 @@ class Deviation:
 
     xy_mm: Floats
     residual_mm: Floats
+    error_mm: Floats
     fits_mm: Floats
     middle_mm: float
     slope: Floats
     bow_mm: float
 
-    def shares(self, tol_mm: float, order: int | None = None) -> tuple[float, float]:
-        """Shares of the squares that lie too low and too high, less the fit of that order if one is given."""
-        left = self.residual_mm - (0.0 if order is None else self.fits_mm[order])
-        return float(np.mean(left < -tol_mm)), float(np.mean(left > tol_mm))
+    def off(self, tol_mm: float) -> NDArray[np.int64]:
+        """-1 for each square that lies too low, 1 for too high, 0 else.
+
+        A square is off where its median is by more than the tolerance and twice its error; or where the paraboloid is,
+        which takes a motion or a bend out of the noise of single squares.
+        """
+        beyond = np.abs(self.residual_mm) > tol_mm + _SURE * self.error_mm
+        smooth = np.abs(self.fits_mm[2]) > tol_mm
+        sign = np.where(beyond, np.sign(self.residual_mm), np.where(smooth, np.sign(self.fits_mm[2]), 0.0))
+        return np.asarray(sign, dtype=np.int64)
+
+    def left(self, tol_mm: float, order: int) -> tuple[float, float]:
+        """Shares of the squares that lie too low and too high, less the fit of that order."""
+        rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + _SURE * self.error_mm
+        return float(np.mean(rest < -limit)), float(np.mean(rest > limit))
 
 
-def departure(blocks: Blocks, thickness_mm: float) -> Floats:
-    """Return by how much each square lies off its thickness above the reference.
+def departure(blocks: Blocks, thickness_mm: float, least_mm: float) -> Floats:
+    """Return by how much each square lies off the ply's thickness above the reference.
 
-    0 between the thickness and the thickness across the slope, measured along z: whether a ply keeps its thickness on a
-    slope depends on how it was made.
+    0 from the least thickness to the thickness across the slope, measured along z: whether a ply keeps its thickness on
+    a slope depends on how it was made.
     """
     above = blocks.height_mm - thickness_mm
-    return np.asarray(above - np.clip(above, 0.0, thickness_mm * (blocks.slope_factor - 1)))
+    return np.asarray(above - np.clip(above, least_mm - thickness_mm, thickness_mm * (blocks.slope_factor - 1)))
 
 
-def deviation(blocks: Blocks, thickness_mm: float) -> Deviation:
+def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation:
     """Fit the deviation of at least 6 squares."""
-    residual = departure(blocks, thickness_mm)
+    residual = departure(blocks, thickness_mm, least_mm)
     low, high = blocks.xy_mm.min(axis=0), blocks.xy_mm.max(axis=0)
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), blocks.side_mm)
     u, v = ((blocks.xy_mm - middle) / half).T
@@ -73,7 +88,7 @@ def deviation(blocks: Blocks, thickness_mm: float) -> Deviation:
     plane, paraboloid = _robust(terms[:, :3], residual), _robust(terms, residual)
     fits = np.array([constant, terms[:, :3] @ plane, terms @ paraboloid])
     bow = float(np.ptp(terms[:, 3:] @ paraboloid[3:]))
-    return Deviation(blocks.xy_mm, residual, fits, float(plane[0]), plane[1:] / half, bow)
+    return Deviation(blocks.xy_mm, residual, blocks.error_mm, fits, float(plane[0]), plane[1:] / half, bow)
 
 
 def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float, removed_mm: float) -> Level:
@@ -81,14 +96,14 @@ def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: floa
     residual = found.residual_mm
     median = float(np.median(residual))
     sigma = _NORMAL * float(np.median(np.abs(residual - found.fits_mm[2])))
-    low, high = found.shares(tol_mm)
+    off = found.off(tol_mm)
     gx, gy = found.slope
     return Level(
         thickness_mm=thickness_mm,
         laid_mm=thickness_mm + median,
         uncertainty_mm=1.2533 * sigma / float(np.sqrt(len(residual))),
-        low_share=low,
-        high_share=high,
+        low_share=float(np.mean(off < 0)),
+        high_share=float(np.mean(off > 0)),
         offset_mm=found.middle_mm,
         tilt_deg=float(np.degrees(np.arctan(np.hypot(gx, gy)))),
         tilt_axis_deg=float((np.degrees(np.arctan2(gy, gx)) + 90) % 180),

@@ -66,14 +66,14 @@ def level_reason(level: Level, found: Deviation, recipe: Recipe, pockets_share: 
     if abs(median) <= tol and wrong <= share:
         return ""
     bare = level.laid_mm <= tol and abs(level.laid_mm) < 0.5 * level.thickness_mm
-    if bare and sum(found.shares(tol, 0)) <= share:
+    if bare and sum(found.left(tol, 0)) <= share:
         return (
             f"no ply is seen: the scan stands {level.laid_mm:.2f} mm above the reference everywhere, a ply by its "
             f"thickness of {level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, "
             f"or the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low"
         )
     enough = max(share, _EXPLAINED * wrong)
-    left = [found.shares(tol, k) for k in range(3)]
+    left = [found.left(tol, k) for k in range(3)]
     order = next((k for k, (low, high) in enumerate(left) if low + max(0.0, high - pockets_share) <= enough), None)
     what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
     return (
@@ -105,7 +105,7 @@ def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[
 
 def _uneven(level: Level, found: Deviation, recipe: Recipe) -> tuple[str, str]:
     """Name what no simple motion explains, and a remedy."""
-    worst = int(np.argmax(np.abs(found.residual_mm)))
+    worst = int(np.argmax(np.abs(found.residual_mm) - 2 * found.error_mm))
     x, y = found.xy_mm[worst]
     what = (
         f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {recipe.level.tol_mm:g} mm too "

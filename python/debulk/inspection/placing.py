@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -16,9 +17,11 @@ from debulk.inspection.found import Found
 from debulk.inspection.level import departure, deviation, level_of
 from debulk.inspection.level_reason import edge_reason, level_reason, same_reason, swapped_reason
 from debulk.inspection.offset import raised
-from debulk.inspection.ply_zones import PlyZones, off_pockets
+from debulk.inspection.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
+from debulk.inspection.resolution import coarse_reason
 from debulk.inspection.sample import Sample, sampled
+from debulk.inspection.unit import unit_reason
 from debulk.results.level import Level
 
 if TYPE_CHECKING:
@@ -31,6 +34,7 @@ _SAME_SHARE = 0.5  # two scans of one thing agree bit for bit in hardly any poin
 _LEAST_BLOCKS = 6  # as many as a paraboloid has factors
 _WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
 _PLY_SHARE = 0.5  # more of it wrong than this is not done by pockets
+_BARE_SHARE = 0.95  # of what is seen: with more of it bare, there is no ply
 _HANGING = 3.0  # so many times as much below as above: what stands up was taken away
 
 
@@ -68,6 +72,8 @@ class Placing:
         (H, W), True where the image is not to be used, or None.
     recipe
         The sections level, material, segmentation and run.
+    least_mm
+        How thin the ply may be; None: not thinner than the recipe has it.
     """
 
     def __init__(
@@ -77,9 +83,12 @@ class Placing:
         ply_outline: Floats | None,
         mask: NDArray[np.bool_] | None,
         recipe: Recipe,
+        least_mm: float | None = None,
     ) -> None:
         self._prepared = prepared
         self._pose, self._mask, self._recipe = mold_from_scanner, mask, recipe
+        self._thickness_mm = recipe.material.thickness_mm
+        self._least_mm = self._thickness_mm if least_mm is None else least_mm
         corners = _core.surface.extent(prepared.reference)
         low, high = corners.min(axis=0), corners.max(axis=0)
         frame.check_tilt(prepared.reference, low, high)
@@ -101,9 +110,15 @@ class Placing:
         """Judge what no pocket can be the cause of, so that none need be looked for; None: nothing of that kind."""
         if sample.same_share > _SAME_SHARE:
             return Placed(None, same_reason(sample.same_share))
+        unit = unit_reason(sample.points_mm, self._prepared.seen)
+        if unit:
+            return Placed(None, unit)
         on = self._zones.inside(sample)
-        blocks = self._zones.blocks(sample, on, on)
-        off = departure(blocks, self._recipe.material.thickness_mm)
+        coarse = coarse_reason(sample.points_mm[on, :2], sample.each, self._recipe) if on.any() else ""
+        if coarse:
+            return Placed(None, f"the scan is too coarse: {coarse}")
+        blocks = self._blocks(sample, on, ())
+        off = departure(blocks, self._thickness_mm, self._least_mm)
         if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._recipe.level.tol_mm) <= _PLY_SHARE:
             return None
         placed = self._judge(sample, ())
@@ -112,19 +127,29 @@ class Placing:
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets, and their share of the ply."""
         outlines = [p.foot.outline_mm if len(p.foot.outline_mm) else p.pocket.outline_mm for p in found.pockets]
+        placed = self.judge_between(sample, outlines, found.overview)
         widest = max(found.pockets, key=lambda p: p.foot.area_mm2, default=None)
-        area = self._zones.area_mm2
-        placed = self._judge(sample, outlines)
-        if placed.doubt or widest is None:
+        share = 0.0 if widest is None else widest.foot.area_mm2 / self._zones.area_mm2
+        most = self._recipe.level.largest_pocket_share
+        if placed.doubt or widest is None or share <= most:
             return placed
-        if widest.foot.area_mm2 > self._recipe.level.largest_pocket_share * area:
-            doubt = (
-                f"pocket {widest.number} stands on {100 * widest.foot.area_mm2 / area:.0f} % of the ply: that is no "
-                "pocket, but a ply that does not lie on the mold, or a scan out of place; "
-                f"limit {100 * self._recipe.level.largest_pocket_share:g} % (level.largest_pocket_share)"
-            )
-            return replace(placed, doubt=doubt)
-        return self._at_the_edge(placed, found.overview)
+        doubt = (
+            f"pocket {widest.number} stands on {100 * share:.0f} % of the ply, limit {100 * most:g} % "
+            "(level.largest_pocket_share): that is no pocket, but a ply that does not lie on the mold, or a scan out "
+            "of place"
+        )
+        return replace(placed, doubt=doubt)
+
+    def judge_between(self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid) -> Placed:
+        """Judge the level off the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights."""
+        placed = self._judge(sample, outlines_mm)
+        if placed.doubt or self._outline is None:
+            return placed
+        recipe = self._recipe
+        fit = self._outline.fit(heights, self._thickness_mm, recipe.segmentation.cut_height_mm)
+        if not fit.judged or fit.off_share <= recipe.level.largest_edge_share:
+            return placed
+        return replace(placed, doubt=edge_reason(fit))
 
     def _offset(self, sample: Sample) -> float:
         """Return the offset of the scan's height that the recipe allows to take out; 0: none worth it."""
@@ -132,36 +157,30 @@ class Placing:
         if most <= 0:
             return 0.0
         on = self._zones.inside(sample)
-        off = departure(self._zones.blocks(sample, on, on), self._recipe.material.thickness_mm)
+        off = departure(self._blocks(sample, on, ()), self._thickness_mm, self._least_mm)
         median = float(np.median(off)) if len(off) >= _LEAST_BLOCKS else 0.0
         return median if _WORTH * self._recipe.level.tol_mm < abs(median) <= most else 0.0
 
-    def _at_the_edge(self, placed: Placed, heights: Grid) -> Placed:
-        """Doubt an outline beside which the scan shows bare mold, or outside which it shows the ply."""
+    def _blocks(self, sample: Sample, on: NDArray[np.bool_], outlines: Sequence[Floats]) -> Blocks:
+        """Return the squares of the ply off the outlines; where its outline is not known, without the bare mold."""
+        used = on & off_pockets(sample.points_mm, outlines)
         if self._outline is None:
-            return placed
-        recipe = self._recipe
-        fit = self._outline.fit(heights, recipe.material.thickness_mm, recipe.segmentation.cut_height_mm)
-        if not fit.judged or fit.off_share <= recipe.level.largest_edge_share:
-            return placed
-        return replace(placed, doubt=edge_reason(fit))
+            bare = np.abs(sample.height_mm) <= self._recipe.level.tol_mm
+            if np.count_nonzero(bare & used) < _BARE_SHARE * np.count_nonzero(used):
+                used &= ~bare
+        return self._zones.blocks(sample, on, used)
 
-    def _judge(self, sample: Sample, outlines: list[Floats] | tuple[()]) -> Placed:
+    def _judge(self, sample: Sample, outlines: Sequence[Floats]) -> Placed:
         recipe, zones = self._recipe, self._zones
-        thickness, cut = recipe.material.thickness_mm, recipe.segmentation.cut_height_mm
+        thickness, cut = self._thickness_mm, recipe.segmentation.cut_height_mm
         on = zones.inside(sample)
         count = max(1, int(np.count_nonzero(on)))
         standing = float(np.count_nonzero(sample.height_mm[on] > cut)) / count * zones.area_mm2
         hanging = float(np.count_nonzero(sample.height_mm[on] < -cut)) / count * zones.area_mm2
-        used = on & off_pockets(sample.points_mm, outlines)
-        if self._outline is None:  # the bare mold beside the ply says nothing of the ply
-            near = np.abs(sample.height_mm) <= recipe.level.tol_mm
-            if np.count_nonzero(near & used) < 0.95 * np.count_nonzero(used):
-                used &= ~near
-        blocks = zones.blocks(sample, on, used)
+        blocks = self._blocks(sample, on, outlines)
         if len(blocks.height_mm) < _LEAST_BLOCKS:
             return Placed(None, self._too_little(sample, blocks.ply_share))
-        found = deviation(blocks, thickness)
+        found = deviation(blocks, thickness, self._least_mm)
         level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
         doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share)
         swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0

@@ -23,6 +23,7 @@ _INSET_MM = 10.0  # beside its edge the ply is not yet seen from above alone
 _CELL_MM = 4.0
 _LEAST_POINTS = 9  # in a square: their median is uncertain by 0.4 of their noise
 _LEAST_SHARE = 0.6  # of a square's points: in one that pockets cover more the ply has not come down to the mold yet
+_OF_QUARTILES = 1.2533 / 1.349  # standard error of a median times the root of the count, over the quartiles' distance
 _CORNERS = 100  # as many of an outline are enough to keep off it
 
 
@@ -36,6 +37,8 @@ class Blocks:
         (B, 2) middles.
     height_mm
         (B,) medians above the reference.
+    error_mm
+        (B,) standard errors of these medians, from the quartiles of the heights.
     slope_factor
         (B,) mean of sqrt(1 + |grad F|²): by it a slope lifts the top of a ply along z, where the ply keeps its
         thickness across.
@@ -47,6 +50,7 @@ class Blocks:
 
     xy_mm: Floats
     height_mm: Floats
+    error_mm: Floats
     slope_factor: Floats
     side_mm: float
     ply_share: float
@@ -107,11 +111,13 @@ class PlyZones:
         numbers = np.flatnonzero((counts >= _LEAST_POINTS) & (counts >= _LEAST_SHARE * on_ply))
         first, count = (np.cumsum(counts) - counts)[numbers], counts[numbers]
         medians = 0.5 * (heights[first + (count - 1) // 2] + heights[first + count // 2])
+        quartiles = heights[first + 3 * (count - 1) // 4] - heights[first + (count - 1) // 4]
         middle = np.stack([numbers % self._across, numbers // self._across], axis=1) + 0.5
         cells = self._block_cells[numbers].sum()
         return Blocks(
             xy_mm=self._low + self.side_mm * middle,
             height_mm=medians,
+            error_mm=_OF_QUARTILES * quartiles / np.sqrt(count),
             slope_factor=np.maximum(self._block_factor[numbers], 1.0),
             side_mm=self.side_mm,
             ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),

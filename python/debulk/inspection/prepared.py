@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, surface
+from debulk._core import InputError
 from debulk.grid import Grid
-from debulk.inspection import frame
+from debulk.inspection import frame, resolution
 from debulk.inspection.camera import PinholeImage, fit_camera
 from debulk.inspection.cleaning import cleaned, masked, owned
-from debulk.inspection.thinning import thinned
+from debulk.inspection.effort import check_map
+from debulk.inspection.thinning import pitch_of, thinned
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -58,6 +60,7 @@ def prepare(
     camera: Floats | None,
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
+    stop: _core.Stop,
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
     threads = recipe.run.threads
@@ -68,12 +71,19 @@ def prepare(
         image = None if found is None else PinholeImage(*seen.shape[:2], *map(float, found))
     if image is not None and mold_from_scanner is None:
         raise frame.pose_needed()
-    points = cleaned(seen, mold_from_scanner, recipe, _core.Stop())
+    points = cleaned(seen, mold_from_scanner, recipe, stop)
     spacing = recipe.clean.grid_spacing_mm
-    pitch_mm = cloud.median_pitch(points, threads=threads)
-    sample = thinned(points)
-    frame.check_cloud_frame(sample[np.isfinite(sample).all(axis=1)].astype(np.float64), pitch_mm)
+    sample, each = thinned(points)
+    in_mold = sample[np.isfinite(sample).all(axis=1)].astype(np.float64)
+    if not len(in_mold):
+        raise InputError("reference: expected a cloud, but of 30 000 places in it none holds a point")
+    frame.check_cloud_frame(in_mold, pitch_of(in_mold[:, :2], each))
+    resolution.check_reference(in_mold[:, :2], each, recipe)
+    pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
     if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
-    heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads)
-    return Prepared(surface.fit_reference(heights, threads=threads), heights, spacing, image, thinned(seen))
+    _, low, high = _core.cloud.bounds(points, threads)
+    check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
+    heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop)
+    fitted = surface.fit_reference(heights, threads=threads, stop=stop)
+    return Prepared(fitted, heights, spacing, image, thinned(seen).points)

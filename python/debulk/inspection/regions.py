@@ -24,6 +24,7 @@ __all__ = ["RegionFinder"]
 
 Floats = NDArray[np.float64]
 _WHOLE = "none: the whole scan was processed, which takes longer"
+_LEAST_RATIO = 1.5  # at 1.0 a clean scan loses 5 % of the ply on flanks, at 1.5 none (measured on 14 pockets)
 
 
 class RegionFinder:
@@ -91,6 +92,11 @@ class RegionFinder:
                 prepared.seen_on_grid(),
             )
             self._unusable = "" if self._core.usable else self._core.reason
+            if recipe.clean.least_ratio < _LEAST_RATIO:
+                self._unusable = (
+                    f"clean.least_ratio below {_LEAST_RATIO:g} takes the flanks of pockets for outliers, which windows "
+                    "round what stands up do not count"
+                )
         if self._unusable:
             self._whole.prepare()  # now, not in the first cycle
 

@@ -39,7 +39,9 @@ def report(
     judged = unseen.worst(judged, [*unseen.doubts(found, pockets, ply.recipe), *tolerances.doubts(bumps)])
     judged = unseen.worst(judged, wrinkles.doubts(standing, ply.recipe))
     # What is said of the coverage says more than that nothing can be said of the level.
-    if placed.doubt and (placed.level is not None or seen >= ply.recipe.verdict.min_coverage):
+    # Nor can anything be where no pockets were looked for: they stand in the level.
+    telling = placed.level is not None or seen >= ply.recipe.verdict.min_coverage
+    if placed.doubt and telling and not found.doubt:
         judged = Judgement(Verdict.INVALID, placed.doubt)
     entries = tolerances.left_out(bumps, ply.recipe) + left_out.of_scan(found, ply.outline is not None)
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)

@@ -16,6 +16,7 @@ from debulk.surface import Reference
 __all__ = ["Sample", "sampled"]
 
 Floats = NDArray[np.float64]
+_FEW = 10_000  # coordinates: a cloud of fewer may be none at all
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +29,8 @@ class Sample:
         (N, 3), all finite.
     height_mm
         (N,) above the reference along z; NaN where that was not seen.
+    each
+        How many points of the scan each of them stands for.
     same_share
         Share of the points that the reference cloud has bit for bit; 0 where that is not known.
     removed_mm
@@ -36,13 +39,14 @@ class Sample:
 
     points_mm: Floats
     height_mm: Floats
+    each: int
     same_share: float = 0.0
     removed_mm: float = 0.0
 
     def lowered(self, offset_mm: float) -> Sample:
         """Return the same points, lower by so much."""
         down = self.points_mm - np.array([0.0, 0.0, offset_mm])
-        return Sample(down, self.height_mm - offset_mm, self.same_share, offset_mm)
+        return Sample(down, self.height_mm - offset_mm, self.each, self.same_share, offset_mm)
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""
@@ -62,13 +66,16 @@ def sampled(
     scan: ArrayLike, prepared: Prepared, mold_from_scanner: Floats | None, mask: NDArray[np.bool_] | None, threads: int
 ) -> Sample:
     """Take a sample of a scan."""
-    points = thinned(cloud.as_cloud(scan, "scan"), mask)
+    whole = cloud.as_cloud(scan, "scan")
+    if whole.size < _FEW:
+        cloud.checked(whole, "scan")
+    points, each = thinned(whole, mask)
     same = _same_share(points, prepared.sample)
     points = points[np.isfinite(points).all(axis=1)]
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
     in_mold = points.astype(np.float64)
-    return Sample(in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), same)
+    return Sample(in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), each, same)
 
 
 def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:

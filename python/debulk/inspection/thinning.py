@@ -1,22 +1,71 @@
-"""A few of a cloud's points, spread over all of it."""
+"""A few of a cloud's points, spread over all of it, and how densely the cloud covers what it shows."""
 
 from __future__ import annotations
+
+import functools
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["thinned"]
+__all__ = ["Thinned", "pitch_of", "thinned"]
 
 _POINTS = 30_000  # some 30 in a square of 40 mm on a ply of a square metre
+_CELLS_MM = (10.0, 20.0, 40.0, 80.0)
+_CROWD = 6  # points in a cell: so many more than one that the cells which they fill are the surface
 
 
-def thinned(points: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) -> NDArray[np.float32]:
-    """Return about 30 000 points of a cloud, evenly over its image or its list, NaN where the mask hides them."""
-    count = points.size // 3
-    if points.ndim == 2:
-        return np.ascontiguousarray(points[:: max(1, count // _POINTS)])
-    step = max(1, int(np.sqrt(count / _POINTS)))
-    few = np.ascontiguousarray(points[::step, ::step])
+class Thinned(NamedTuple):
+    """Some points of a cloud, NaN where nothing was seen.
+
+    Attributes
+    ----------
+    points
+        (N, 3).
+    each
+        How many points of the cloud each of them stands for.
+    """
+
+    points: NDArray[np.float32]
+    each: int
+
+
+def thinned(points: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) -> Thinned:
+    """Return about 30 000 points, one from each tile of a cloud's image or list, NaN where the mask hides them.
+
+    Their places in the tiles are random, but the same for every cloud of a shape: a cloud of every eighth pixel is
+    neither hit nor missed by them as a whole.
+    """
+    places, each = _places(points.shape[:-1])
+    few = np.take(points.reshape(-1, 3), places, axis=0)
     if mask is not None and mask.shape == points.shape[:2]:
-        few[mask[::step, ::step]] = np.nan
-    return few.reshape(-1, 3)
+        few[np.take(mask.reshape(-1), places)] = np.nan
+    return Thinned(few, each)
+
+
+@functools.lru_cache(maxsize=4)
+def _places(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], int]:
+    """Flat indices of one point in each tile, and the points of a tile."""
+    step = max(1, int((np.prod(shape) / _POINTS) ** (1 / len(shape))))
+    tiles = np.meshgrid(*(np.arange(max(1, n // step)) for n in shape), indexing="ij")
+    inside = np.random.default_rng(0).integers(0, step, (len(shape), tiles[0].size))
+    at = [np.minimum(tile.ravel() * step + jitter, n - 1) for tile, jitter, n in zip(tiles, inside, shape, strict=True)]
+    flat = np.asarray(np.ravel_multi_index(at, shape), dtype=np.int64)
+    flat.flags.writeable = False
+    return flat, step ** len(shape)
+
+
+def pitch_of(xy_mm: NDArray[np.floating], each: int) -> float:
+    """Return the side of the square that each point of a cloud has for itself, from a sample, (N, 2), all finite.
+
+    The area is that of the cells which hold points, in cells so large that hardly one of the surface's is empty.
+    """
+    if len(xy_mm) < _CROWD:
+        return np.inf
+    area = 0.0
+    for side in _CELLS_MM:
+        filled = len(np.unique(np.floor(xy_mm / side).astype(np.int64), axis=0))
+        area = filled * side * side
+        if len(xy_mm) >= _CROWD * filled:
+            break
+    return float(np.sqrt(area / (len(xy_mm) * each)))

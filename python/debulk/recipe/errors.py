@@ -132,6 +132,24 @@ def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> l
             for name in names
         )
 
+    def check_most(name: str, most: float, why: str) -> None:
+        """Require the named value, where it is set, to be at most what the area tolerance allows."""
+        section, key = name.split(".")
+        value = values[section][key]
+        if value is not None and value > most:
+            wrong.append(Wrong(name, f"expected at most {most:.3g} ({why}, {area}), got {shown(value)}"))
+
+    area = "segmentation.area_tol_mm2"
+    if usable(area) and values["segmentation"]["area_tol_mm2"] > 0:
+        tolerance = values["segmentation"]["area_tol_mm2"]
+        across = 2 * math.sqrt(tolerance / math.pi)
+        for name, most, why in (
+            ("clean.grid_spacing_mm", math.sqrt(tolerance) / 4, "a pocket of the tolerance needs four points across"),
+            ("patch.smooth_mm", across, "a wider window smooths a pocket of the tolerance away"),
+            ("clean.max_hole_mm", 2 * across, "a wider hole can hold a pocket of the tolerance with its foot"),
+        ):
+            if usable(name):
+                check_most(name, most, why)
     thickness, bulk = "material.thickness_mm", "material.bulk_factor"
     cut = "segmentation.cut_height_mm"
     if usable(thickness, cut):

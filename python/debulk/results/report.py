@@ -229,9 +229,9 @@ class UnseenHole:
     thickness_mm
         Twice the greatest distance of a point in it from what was seen of the ply.
     rim_height_mm
-        How high the ply stands above the reference beside it: the third highest point, 2 mm apart.
+        How high the ply stands above the reference beside it, over 6 to 16 mm of its rim.
     of
-        What is missing there: ``"scan"`` or ``"reference"``.
+        What is missing there: ``"scan"`` or ``"reference"``; ``"mask"`` where the mask hides it.
     at_ply_edge
         It reaches the ply's edge.
     """

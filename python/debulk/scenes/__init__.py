@@ -9,8 +9,21 @@ from __future__ import annotations
 
 from debulk.scenes.bump import Bump
 from debulk.scenes.debulked import Debulked
+from debulk.scenes.fringe_images import FringeImages, FringeTruth, fringe_images
 from debulk.scenes.scene import Layup, Truth, layup
 from debulk.scenes.varied import MISTAKES as mistakes
 from debulk.scenes.varied import VariedLayup, varied_layup
 
-__all__ = ["Bump", "Debulked", "Layup", "Truth", "VariedLayup", "layup", "mistakes", "varied_layup"]
+__all__ = [
+    "Bump",
+    "Debulked",
+    "FringeImages",
+    "FringeTruth",
+    "Layup",
+    "Truth",
+    "VariedLayup",
+    "fringe_images",
+    "layup",
+    "mistakes",
+    "varied_layup",
+]

@@ -38,7 +38,7 @@ class Target:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rays:
+class Rays:
     """A block of rays, x_mold = centre + depth · (dx, dy, dz)."""
 
     centre: F64
@@ -46,13 +46,16 @@ class _Rays:
     dy: F64
     dz: F64
 
-    def part(self, rows: slice, columns: slice) -> _Rays:
-        return _Rays(self.centre, self.dx[rows, columns], self.dy[rows, columns], self.dz[rows, columns])
+    def part(self, rows: slice, columns: slice) -> Rays:
+        """Cut out a part of the block."""
+        return Rays(self.centre, self.dx[rows, columns], self.dy[rows, columns], self.dz[rows, columns])
 
     def xy(self, depth: F64) -> tuple[F64, F64]:
+        """Mold XY at these depths."""
         return self.centre[0] + depth * self.dx, self.centre[1] + depth * self.dy
 
     def depth_at(self, z_mm: float) -> F64:
+        """Depths at which the rays pass a height."""
         return np.asarray((z_mm - self.centre[2]) / self.dz)
 
 
@@ -74,13 +77,13 @@ def cast(
         u = (np.arange(camera.width) - camera.cx)[None, :] / camera.f
         v = (np.arange(rows.start, rows.stop) - camera.cy)[:, None] / camera.f
         r = camera.rotation
-        rays = _Rays(camera.centre, *(r[k, 0] * u + (r[k, 1] * v + r[k, 2]) for k in range(3)))
+        rays = Rays(camera.centre, *(r[k, 0] * u + (r[k, 1] * v + r[k, 2]) for k in range(3)))
         with_ply = rays.depth_at(mold.TABLE_Z_MM)
         without = with_ply.copy()
         if max(rows.start, mold_box[0]) < min(rows.stop, mold_box[1]):
             columns = slice(mold_box[2], mold_box[3])
             inner = rays.part(slice(None), columns)
-            _hit(inner, rows.start, columns.start, target, bell_boxes, with_ply[:, columns], without[:, columns])
+            hit(inner, rows.start, columns.start, target, bell_boxes, with_ply[:, columns], without[:, columns])
         range_per_depth = np.sqrt(1.0 + u * u + v * v)
         for depth, faults, cloud in ((with_ply, scan, with_cloud), (without, reference, without_cloud)):
             if faults is None or cloud is None:
@@ -97,8 +100,8 @@ def cast(
     return with_cloud, without_cloud
 
 
-def _hit(
-    rays: _Rays,
+def hit(
+    rays: Rays,
     row: int,
     column: int,
     target: Target,
@@ -130,7 +133,7 @@ def _hit(
     np.copyto(with_ply, depth, where=target.ply.inside(x, y))
 
 
-def _hit_bell(rays: _Rays, target: Target, bell: Bell, depth: F64) -> None:
+def _hit_bell(rays: Rays, target: Target, bell: Bell, depth: F64) -> None:
     """Depths of the hits on a bell, written over the laid ply's where the hit is within the bell's foot."""
     at = depth.copy()
     for _ in range(target.bell_steps):

@@ -124,6 +124,34 @@ TEST(Neighbours, OfAMillionPointsInTwoPlacesTakeNoQuadraticTime) {
   EXPECT_LT(means.back(), 1e-2f);
 }
 
+// Several trees, among them one for points of equal x, and points far off: what the grid finds, in the order of the scan and
+// in none, wherever the cloud lies.
+TEST(Neighbours, OfMoreThanOneTreeHaveTheSameBits) {
+  Random random(37);
+  for (const float shift : {0.0f, -130.0f, 900.0f}) {
+    Cloud cloud = sheet(700, 500, 41);
+    for (int j = 0; j < cloud.height; ++j)
+      for (int i = 0; i < cloud.width; ++i) {
+        if (i >= 650) cloud.point(i, j)[0] = 0.55f * 650;  // a wall
+        cloud.point(i, j)[0] += shift;
+      }
+    cloud.point(3, 4)[0] = 1e30f, cloud.point(5, 6)[0] = -1e30f;
+    const std::vector<float> means = mean_neighbour_distances(cloud.view(), 4, 2);
+    EXPECT_TRUE(same_bits(mean_neighbour_distances(cloud.flat(), 4, 2), means));
+    std::vector<std::size_t> order(means.size());
+    for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
+    for (std::size_t k = order.size() - 1; k > 0; --k)
+      std::swap(order[k], order[static_cast<std::size_t>(random.below(static_cast<int>(k)))]);
+    Cloud mixed = cloud;
+    std::vector<float> expected(means.size());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      std::copy_n(&cloud.xyz[3 * order[k]], 3, &mixed.xyz[3 * k]);
+      expected[k] = means[order[k]];
+    }
+    EXPECT_TRUE(same_bits(mean_neighbour_distances(mixed.flat(), 4, 3), expected)) << shift;
+  }
+}
+
 TEST(Neighbours, SearchStopsWhenTold) {
   Stop stop;
   stop.cancel();

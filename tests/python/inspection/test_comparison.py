@@ -122,9 +122,24 @@ def test_the_undebulked_ply_creases_everywhere(inspector, before, layup):
     assert min(p.measured_peak_mm for p in same.pockets) > 3.0
 
 
-def test_a_mold_that_moved_is_noticed(inspector, before, debulked):
-    moved = debulked.scan + np.array([0.0, 0.0, -0.6], dtype=np.float32)  # nearer to the scanner
-    assert "moved" in inspector.compare(before, moved).warnings[0]
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda scan: scan + np.array([0.0, 0.0, -0.6], dtype=np.float32), "too high everywhere"),  # nearer to it
+        (lambda scan: scan + np.array([0.0, 0.0, 20.0], dtype=np.float32), "mm too low"),
+        (lambda scan: scan + np.array([25.0, 0.0, 0.0], dtype=np.float32), "outline|between the pockets|swapped"),
+        (lambda scan: scan * np.float32(1.01), "lies|bent|between the pockets"),
+    ],
+    ids=["0.6 mm", "20 mm", "sideways", "1 %"],
+)
+def test_a_mold_that_moved_or_another_part_is_refused(inspector, before, debulked, spoil, reason):
+    with pytest.raises(debulk.InputError, match=rf"^debulked_scan: expected the ply of the report.*({reason})"):
+        inspector.compare(before, spoil(debulked.scan))
+
+
+def test_the_empty_mold_is_no_debulked_ply(inspector, before, layup):
+    with pytest.raises(debulk.InputError, match=r"scan and reference are the same"):
+        inspector.compare(before, layup.reference)
 
 
 def test_unseen_pockets_are_invalid(inspector, before, layup, debulked):

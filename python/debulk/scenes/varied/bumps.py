@@ -121,7 +121,8 @@ class Wrinkle(Bump):
         if np.isinf(self.half_length_mm):
             return across
         fade = np.clip((self.half_length_mm - np.abs(u)) / min(3 * self.half_width_mm, self.half_length_mm), 0, 1)
-        return across * fade**3 * (10 - 15 * fade + 6 * fade**2)
+        faded: Floats = across * fade**3 * (10 - 15 * fade + 6 * fade**2)
+        return faded
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,8 @@ class Arc(Bump):
         angle = np.arctan2(v, u)
         across = dome((np.hypot(u, v) - self.circle_mm) / self.half_width_mm, self.power)
         if self.half_angle >= np.pi:
-            return across * (1 + self.swell * np.cos(2 * angle)) / (1 + self.swell)
+            swollen: Floats = across * (1 + self.swell * np.cos(2 * angle)) / (1 + self.swell)
+            return swollen
         return across * dome(angle / self.half_angle, self.power)
 
 

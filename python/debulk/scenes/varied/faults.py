@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import cv2
 import numpy as np
@@ -37,7 +38,7 @@ def random_noise(rng: np.random.Generator, kinds: tuple[str, ...] | None = None)
     draw = {kind: bool(rng.random() < 1 / 3) for kind in KINDS}
     if kinds is not None:
         draw = {kind: kind in kinds for kind in KINDS}
-    values = {
+    values: dict[str, Any] = {
         "white_mm": rng.uniform(0.01, 0.06),
         "correlated_mm": rng.uniform(0.01, 0.05) * draw["correlated"],
         "correlation_px": rng.uniform(2, 25),
@@ -52,7 +53,7 @@ def random_noise(rng: np.random.Generator, kinds: tuple[str, ...] | None = None)
 
 
 def smooth_field(rng: np.random.Generator, shape: tuple[int, int], reach_px: float) -> Floats:
-    """A random field of unit variance, correlated over about `reach_px`."""
+    """Make a random field of unit variance, correlated over about `reach_px`."""
     small = (int(shape[0] / reach_px) + 4, int(shape[1] / reach_px) + 4)
     field = cv2.resize(rng.standard_normal(small), (shape[1], shape[0]), interpolation=cv2.INTER_CUBIC)
     return np.asarray(field / field.std())
@@ -120,6 +121,6 @@ class Hole:
 
 
 def random_hole(rng: np.random.Generator, centre_mm: tuple[float, float], size_mm: float) -> Hole:
-    """A hole whose larger width is `size_mm`."""
+    """Make a hole whose larger width is `size_mm`."""
     half = 0.5 * size_mm
     return Hole(centre_mm, (half, half * rng.uniform(0.15, 1)), rng.uniform(0, np.pi), bool(rng.random() < 0.4))

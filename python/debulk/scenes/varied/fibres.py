@@ -72,8 +72,7 @@ def _runs(
 ) -> tuple[Floats, Floats]:
     """Excess of every stretch of fibre that is off the mold and crosses the region, and the shorter way to the edge."""
     c, s = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
-    rows, columns = np.nonzero(labels.values == label)
-    x, y = labels.x0 + labels.step * columns, labels.y0 + labels.step * rows
+    x, y = labels.places(labels.values == label)
     across = np.arange((c * y - s * x).min(), (c * y - s * x).max() + 1, max(0.5, np.ptp(c * y - s * x) / 120))
     corners = np.array([(foot_box[i], foot_box[j]) for i in (0, 2) for j in (1, 3)])
     reach = corners @ np.array([c, s])
@@ -105,4 +104,4 @@ def _runs(
     way_before = np.where(before < 0, np.inf, step * (contact[line, first] - contact[line, np.maximum(before, 0)]))
     at_end = contact[line, np.minimum(after, off.shape[1] - 1)]
     way_after = np.where(after >= off.shape[1], np.inf, step * (at_end - contact[line, last]))
-    return lengths[crosses], np.minimum(way_before, way_after)[crosses]
+    return lengths[crosses].astype(np.float64), np.minimum(way_before, way_after)[crosses]

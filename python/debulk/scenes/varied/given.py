@@ -114,20 +114,18 @@ class Mistake:
 def moved(cloud: Cloud | Floats, motion: Floats) -> Floats:
     """Apply a (4, 4) motion to (..., 3) points, coordinate by coordinate: the same bits on any number of threads."""
     points = np.asarray(cloud, dtype=np.float64)
-    return np.stack(
-        [sum(motion[k, i] * points[..., i] for i in range(3)) + motion[k, 3] for k in range(3)], axis=-1
-    )
+    return np.stack([sum(motion[k, i] * points[..., i] for i in range(3)) + motion[k, 3] for k in range(3)], axis=-1)
 
 
 def shift(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Floats:
-    """A motion that only shifts."""
+    """Return a motion that only shifts."""
     motion = np.eye(4)
     motion[:3, 3] = x, y, z
     return motion
 
 
 def turn(axis: tuple[float, float, float], degrees: float, about: Floats) -> Floats:
-    """A motion that turns about an axis through a point."""
+    """Return a motion that turns about an axis through a point."""
     k = np.array(axis) / np.linalg.norm(axis)
     cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
     a = np.deg2rad(degrees)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,50 +11,15 @@ from debulk._core import InputError
 from debulk.scenes.varied import faults, molds, placing
 from debulk.scenes.varied.bumps import Bump
 from debulk.scenes.varied.ply import Ply
-from debulk.scenes.varied.polygons import distance, random_ply
-from debulk.scenes.varied.regions import label_regions
+from debulk.scenes.varied.polygons import random_ply
 from debulk.scenes.varied.rendering import Clamp, Stage
-from debulk.scenes.varied.seeing import Camera, random_camera
-from debulk.scenes.varied.truth import KnownPocket, Sized, Surfaces, VariedTruth, at_pixels, kinds_at, seen_shares
-from debulk.scenes.varied.truth import size_up as size_up_surfaces
+from debulk.scenes.varied.scanning import VariedLayup, scanned
+from debulk.scenes.varied.seeing import random_camera
+from debulk.scenes.varied.truth import PEAK_TOL_MM
 
 Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 SEVERITIES = ("benign", "one", "any")
-AREA_TOL_MM2, PEAK_TOL_MM = 200.0, 1.25
-
-
-@dataclass(frozen=True)
-class VariedLayup:
-    """A virtual layup of the second family, with the attributes of `debulk.scenes.Layup` and a few more.
-
-    Attributes
-    ----------
-    scan, reference
-        (H, W, 3) float32, scanner's frame, mm, NaN where nothing was seen.
-    mold_from_scanner
-        (4, 4) rigid motion, x_mold = T x_scanner.
-    camera
-        (f, cx, cy) in pixels.
-    ply_outline
-        (M, 2) mold XY, mm, counter-clockwise.
-    fibre_angles_deg
-        The two fibre directions from mold +x, degrees.
-    mask
-        (H, W) bool, True where a clamp hides the ply; None without a clamp.
-    truth
-        The surfaces, pockets and what was unseen.
-    """
-
-    scan: NDArray[np.float32]
-    reference: NDArray[np.float32]
-    mold_from_scanner: Floats
-    camera: tuple[float, float, float]
-    ply_outline: Floats
-    fibre_angles_deg: tuple[float, float]
-    mask: Bools | None
-    truth: VariedTruth
 
 
 def varied_layup(
@@ -143,8 +107,14 @@ def varied_layup(
     bar = _clamp(draw[5], ply) if has_clamp else None
     eye = camera.centre + camera.rotation[:, 0] * draw[4].uniform(300, 1000)
     stage = Stage(camera, eye, ply, bar)
-    return _scanned(draw[6], stage, angles, faults.random_noise(draw[6], None if noise is None else tuple(noise)),
-                    holes_mm, cut_height_mm)
+    return scanned(
+        draw[6],
+        stage,
+        angles,
+        faults.random_noise(draw[6], None if noise is None else tuple(noise)),
+        holes_mm,
+        cut_height_mm,
+    )
 
 
 def _check(
@@ -201,7 +171,7 @@ def _bumps(
 
 
 def _clamp(rng: np.random.Generator, ply: Ply) -> Clamp:
-    """A bar across the ply's edge, 10 to 60 mm onto the ply."""
+    """Lay a bar across the ply's edge, 10 to 60 mm onto the ply."""
     k = int(rng.integers(len(ply.outline)))
     a, b = ply.outline[k], ply.outline[(k + 1) % len(ply.outline)]
     along = (b - a) / np.hypot(*(b - a))
@@ -212,119 +182,3 @@ def _clamp(rng: np.random.Generator, ply: Ply) -> Clamp:
     top = float((ply.mold.smooth_height(*line.T) + ply.gap(*line.T)).max()) + rng.uniform(10, 30)
     angle = float(np.arctan2(inward[1], inward[0]))
     return Clamp((float(middle[0]), float(middle[1])), angle, float(half), float(rng.uniform(8, 30)), float(top))
-
-
-def _scanned(
-    rng: np.random.Generator,
-    stage: Stage,
-    angles: tuple[float, float],
-    noise: faults.Noise,
-    holes_mm: Sequence[float] | int | None,
-    cut_height_mm: float,
-) -> VariedLayup:
-    camera, ply, view = stage.camera, stage.ply, stage.scan
-    sizes: Sequence[float]
-    if holes_mm is None:
-        sizes = [float(s) for s in np.exp(rng.uniform(np.log(2), np.log(15), int(rng.integers(0, 7))))]
-    elif isinstance(holes_mm, int):
-        sizes = [float(s) for s in np.exp(rng.uniform(np.log(2), np.log(100), holes_mm))]
-    else:
-        sizes = holes_mm
-    scan, bad = faults.with_noise(rng, view.depth, noise)
-    reference, _ = faults.with_noise(rng, stage.reference, noise)
-    few = np.exp(rng.uniform(np.log(2), np.log(10), int(rng.integers(0, 4)))).tolist()
-    for depths, widths in ((scan, sizes), (reference, few)):
-        x, y = stage.at(depths)
-        for width in widths:
-            depths[faults.random_hole(rng, _place(rng, ply.outline), width).covers(x, y)] = np.nan
-    single = rng.random((2, *scan.shape)) < rng.uniform(0, 0.004)
-    scan[single[0]], reference[single[1]] = np.nan, np.nan
-    truth = _truth(stage, angles, cut_height_mm, ~np.isfinite(scan) | view.clamped, ~np.isfinite(reference), bad)
-    return VariedLayup(
-        scan=_cloud(camera, scan),
-        reference=_cloud(camera, reference),
-        mold_from_scanner=camera.mold_from_scanner,
-        camera=(camera.focal, *camera.middle),
-        ply_outline=ply.outline,
-        fibre_angles_deg=angles,
-        mask=view.clamped if stage.clamp is not None else None,
-        truth=truth,
-    )
-
-
-def _place(rng: np.random.Generator, outline: Floats) -> tuple[float, float]:
-    """A place on the ply, or up to 5 mm beside it."""
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    while True:
-        x, y = (float(v) for v in rng.uniform(low, high))
-        if float(distance(outline, np.array(x), np.array(y))) > -5:
-            return x, y
-
-
-def _cloud(camera: Camera, depth: Floats) -> NDArray[np.float32]:
-    """Points of depths, in the camera's frame."""
-    width, height = camera.size
-    u = (np.arange(width) - camera.middle[0]) / camera.focal
-    v = (np.arange(height) - camera.middle[1]) / camera.focal
-    cloud = np.empty((height, width, 3), np.float32)
-    cloud[..., 0], cloud[..., 1], cloud[..., 2] = depth * u[None, :], depth * v[:, None], depth
-    return cloud
-
-
-def _truth(
-    stage: Stage,
-    angles: tuple[float, float],
-    cut_height_mm: float,
-    unseen: Bools,
-    reference_unseen: Bools,
-    bad: Bools,
-) -> VariedTruth:
-    ply, camera = stage.ply, stage.camera
-
-    def height(x: Floats, y: Floats) -> Floats:
-        return ply.thickness_mm + (ply.gap_in_image(x, y) if np.ndim(x) == 2 else ply.gap(x, y))
-
-    known = Surfaces(height, ply.mold.smooth_height, ply.outline, ply.thickness_mm, angles)
-    sized = size_up_surfaces(known, cut_height_mm)
-    cuts = label_regions(height, ply.outline, cut_height_mm)
-    count = int(cuts.values.max())
-    scan_shares, rims = seen_shares(cuts, count, ply.top, camera, unseen)
-    reference_shares, _ = seen_shares(cuts, count, ply.mold.smooth_height, camera, reference_unseen)
-
-    def written(one: Sized) -> KnownPocket:
-        region = one.region
-        k = region.label - 1 if region.area_mm2 > 0 else None
-        return KnownPocket(
-            kinds=kinds_at(ply.bumps, region),
-            centre_mm=region.centre_mm,
-            outline_mm=region.outline_mm,
-            area_mm2=region.area_mm2,
-            volume_mm3=region.volume_mm3,
-            peak_mm=region.peak_mm,
-            touches_ply_edge=region.touches_ply_edge,
-            excess=one.excess,
-            ridge_mm=one.ridge_mm(ply.thickness_mm),
-            unseen_share=0.0 if k is None else float(scan_shares[k]),
-            reference_unseen_share=0.0 if k is None else float(reference_shares[k]),
-            rim_unseen_share=0.0 if k is None else float(rims[k]),
-        )
-
-    all_known = [written(one) for one in sized]
-    large = [p.area_mm2 >= AREA_TOL_MM2 and p.peak_mm >= cut_height_mm + PEAK_TOL_MM for p in all_known]
-    low, high = ply.outline.min(axis=0), ply.outline.max(axis=0)
-    x, y = np.meshgrid(np.arange(low[0], high[0], 3.0), np.arange(low[1], high[1], 3.0))
-    on_ply = distance(ply.outline, x, y) > 0
-    hidden = at_pixels(x[on_ply], y[on_ply], ply.top, camera, unseen | reference_unseen)
-    return VariedTruth(
-        pockets=tuple(p for p, is_large in zip(all_known, large, strict=True) if is_large),
-        decoys=tuple(p for p, is_large in zip(all_known, large, strict=True) if not is_large),
-        thickness_mm=ply.thickness_mm,
-        cut_height_mm=cut_height_mm,
-        mold_kind=ply.mold.kind,
-        bumps=ply.bumps,
-        unseen=unseen,
-        reference_unseen=reference_unseen,
-        bad=bad,
-        ply_seen_share=float(1 - hidden.mean()),
-        ply=ply,
-    )

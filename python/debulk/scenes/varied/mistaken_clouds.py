@@ -14,7 +14,7 @@ from debulk.scenes.varied.given import AnyLayup, Change, Cloud, Floats, Given, M
 Rng = np.random.Generator
 
 
-def _raised(given: Given, cloud: Cloud, rise: Callable[[Floats, Floats], Floats]) -> Cloud:
+def raised(given: Given, cloud: Cloud, rise: Callable[[Floats, Floats], Floats]) -> Cloud:
     """Move points along their rays so that they rise in the mold's frame by a function of x and y of -1 to 1."""
     points = given.in_mold(cloud)
     x, y = points[..., 0], points[..., 1]
@@ -22,23 +22,29 @@ def _raised(given: Given, cloud: Cloud, rise: Callable[[Floats, Floats], Floats]
     u, v = 2 * (x - low[0]) / (high[0] - low[0]) - 1, 2 * (y - low[1]) / (high[1] - low[1]) - 1
     pose = np.eye(4) if given.mold_from_scanner is None else given.mold_from_scanner
     fall = sum(pose[2, i] * cloud[..., i].astype(np.float64) for i in range(3))
-    return (cloud * (1 + rise(u, v) / fall)[..., None]).astype(np.float32)
+    lifted: Cloud = (cloud * (1 + rise(u, v) / fall)[..., None]).astype(np.float32)
+    return lifted
 
 
 def _bow(given: Given, rng: Rng, layup: AnyLayup) -> Given:
     size = float(rng.choice([-1, 1]) * np.exp(rng.uniform(np.log(0.2), np.log(3))))
-    scan = _raised(given, given.scan, lambda u, v: size * (1 - u * u))
+    scan = raised(given, given.scan, lambda u, v: size * (1 - u * u))
     return replace(given, scan=scan, note=f"{size:+.2f} mm")
 
 
 def _warp(given: Given, rng: Rng, layup: AnyLayup) -> Given:
     size = float(rng.choice([-1, 1]) * np.exp(rng.uniform(np.log(0.2), np.log(3))))
-    scan = _raised(given, given.scan, lambda u, v: size * u * v)
+    scan = raised(given, given.scan, lambda u, v: size * u * v)
     return replace(given, scan=scan, note=f"{size:+.2f} mm")
 
 
 def _both(change: Callable[[Cloud], Cloud]) -> Change:
     return lambda given, rng, layup: replace(given, scan=change(given.scan), reference=change(given.reference))
+
+
+def _mirrored(cloud: Cloud) -> Cloud:
+    """Make the cloud of an image that was mirrored before it was turned into points."""
+    return np.ascontiguousarray(cloud[:, ::-1]) * np.array([-1, 1, 1], np.float32)
 
 
 def _half_unseen(name: str) -> Change:
@@ -69,7 +75,7 @@ def _coarse_reference(given: Given, rng: Rng, layup: AnyLayup) -> Given:
 
 
 def _thinned_reference(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """An image of which only every so many pixels have a point."""
+    """Leave an image of which only every so many pixels have a point."""
     pitch = float(rng.uniform(4, 12))
     step = max(2, round(pitch / _pixel_mm(given.reference)))
     thin = np.full_like(given.reference, np.nan)
@@ -97,7 +103,7 @@ def _without(given: Given, holes: list[Hole]) -> Given:
 
 
 def _pocket(layup: AnyLayup, rng: Rng) -> Any:
-    """The pocket with the most excess, or any other."""
+    """Pick the pocket with the most excess, or any other."""
     known = list(getattr(layup, "truth").pockets)  # noqa: B009
     if not known:
         return None
@@ -167,12 +173,9 @@ CLOUDS: tuple[Mistake, ...] = (
     Mistake("hole over a pocket", False, _hole_over_pocket),
     Mistake("drop-out across a rim", False, _hole_across_rim),
     Mistake("holes", False, _many_holes),
-    Mistake(
-        "image mirrored",
-        True,
-        lambda given, rng, layup: replace(given, scan=np.ascontiguousarray(given.scan[:, ::-1])),
-    ),
-    Mistake("both images mirrored", False, _both(lambda c: np.ascontiguousarray(c[:, ::-1]))),
+    Mistake("scan mirrored", True, lambda given, rng, layup: replace(given, scan=_mirrored(given.scan))),
+    Mistake("scan and reference mirrored", False, _both(_mirrored)),
+    Mistake("columns in reverse", False, _both(lambda cloud: np.ascontiguousarray(cloud[:, ::-1]))),
     Mistake("rows missing", False, _rows_missing),
     Mistake("points shuffled", False, _shuffled),
     Mistake("whole millimetres", False, _quantised),

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from debulk.scenes.varied.given import AnyLayup, Change, Cloud, Given, Mistake, moved, shift, turn
+from debulk.scenes.varied.given import AnyLayup, Change, Cloud, Floats, Given, Mistake, moved, shift, turn
 
 Rng = np.random.Generator
 
 
 def _plain(**changes: Callable[[Given], object]) -> Change:
-    """A change without anything random: new values from what was given."""
+    """Make a change without anything random: new values from what was given."""
     return lambda given, rng, layup: replace(given, **{k: f(given) for k, f in changes.items()})  # type: ignore[arg-type]
 
 
@@ -38,7 +38,7 @@ def _forgotten_but_outline_seen(given: Given, rng: Rng, layup: AnyLayup) -> Give
     return replace(given, mold_from_scanner=None, ply_outline=None)
 
 
-def _outline(change: Callable[[np.ndarray, Rng], np.ndarray]) -> Change:
+def _outline(change: Callable[[Floats, Rng], Floats]) -> Change:
     def applied(given: Given, rng: Rng, layup: AnyLayup) -> Given:
         assert given.ply_outline is not None
         return replace(given, ply_outline=change(given.ply_outline.copy(), rng))
@@ -46,27 +46,29 @@ def _outline(change: Callable[[np.ndarray, Rng], np.ndarray]) -> Change:
     return applied
 
 
-def _shifted(corners: np.ndarray, rng: Rng) -> np.ndarray:
+def _shifted(corners: Floats, rng: Rng) -> Floats:
     way, size = rng.uniform(0, 2 * np.pi), np.exp(rng.uniform(np.log(5), np.log(200)))
-    return corners + size * np.array([np.cos(way), np.sin(way)])
+    moved_by: Floats = corners + size * np.array([np.cos(way), np.sin(way)])
+    return moved_by
 
 
-def _crossing(corners: np.ndarray, rng: Rng) -> np.ndarray:
-    i, j = sorted(rng.choice(len(corners), 2, replace=False))
-    corners[[i, j]] = corners[[j, i]]
-    return corners
+def _crossing(corners: Floats, rng: Rng) -> Floats:
+    """Half of the way round the other way: a bow-tie."""
+    corners = np.roll(corners, int(rng.integers(len(corners))), axis=0)
+    half = len(corners) // 2
+    return np.concatenate([corners[:half][::-1], corners[half:]])
 
 
-def _mirrored(corners: np.ndarray, rng: Rng) -> np.ndarray:
-    return corners * np.array([[-1.0, 1.0]])
+def _mirrored(corners: Floats, rng: Rng) -> Floats:
+    return np.column_stack([-corners[:, 0], corners[:, 1]])
 
 
 def _mask_inverted(given: Given, rng: Rng, layup: AnyLayup) -> Given:
     """Everything hidden but the clamp; without a clamp, a mask of a clamp that hides all but a corner."""
     mask = given.mask
     if mask is None:
-        mask = np.zeros(given.scan.shape[:2], dtype=bool)
-        mask[: mask.shape[0] // 6, : mask.shape[1] // 6] = True
+        mask = np.zeros((given.scan.shape[0], given.scan.shape[1]), dtype=bool)
+        mask[: len(mask) // 6, : mask.shape[1] // 6] = True
     return replace(given, mask=~mask)
 
 
@@ -79,7 +81,7 @@ def _thickness(factor: float) -> Change:
 
 
 def _next_layer(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """The reference was taken after this ply, or one ply too early: its height is off by a thickness on the ply."""
+    """Take a reference from after this ply, or from one ply too early: it is off by a thickness."""
     plies = int(rng.choice([-1, 1]))
     reference = _lifted(given, given.reference, plies * float(getattr(layup, "truth").thickness_mm))  # noqa: B009
     return replace(given, reference=reference, note=f"{plies:+d} ply")
@@ -91,11 +93,12 @@ def _lifted(given: Given, cloud: Cloud, height_mm: float) -> Cloud:
     depth = cloud[..., 2].astype(np.float64)
     fall = sum(pose[2, i] * cloud[..., i].astype(np.float64) / depth for i in range(3))
     factor = 1 + height_mm / (fall * depth)
-    return (cloud * factor[..., None]).astype(np.float32)
+    lifted: Cloud = (cloud * factor[..., None]).astype(np.float32)
+    return lifted
 
 
 def _stale(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """The scan of another layup on the same mold: turned by half a turn in the image, on this reference's depths."""
+    """Take the scan of another layup on the same mold: this one's rise, turned by half a turn in the image."""
     rise = np.linalg.norm(given.scan.astype(np.float64), axis=-1) / np.linalg.norm(
         given.reference.astype(np.float64), axis=-1
     )

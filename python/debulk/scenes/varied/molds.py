@@ -49,6 +49,7 @@ class Quadric:
     curvatures: tuple[float, float]
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Height, mm."""
         c, s = _turned(self.angle)
         return 0.5 * self.curvatures[0] * (c * x + s * y) ** 2 + 0.5 * self.curvatures[1] * (c * y - s * x) ** 2
 
@@ -63,6 +64,7 @@ class Flank:
     bend_mm: float
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Height, mm."""
         c, s = _turned(self.angle)
         along = c * x + s * y - self.begin_mm
         return -0.5 * self.slope * (along + np.sqrt(along**2 + self.bend_mm**2))
@@ -78,6 +80,7 @@ class Step:
     width_mm: float
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Height, mm."""
         c, s = _turned(self.angle)
         along = (c * x + s * y - self.place_mm) / self.width_mm
         return 0.5 * self.rise_mm * along / np.sqrt(1 + along**2)
@@ -93,6 +96,7 @@ class Ribs:
     heights_mm: tuple[float, ...]
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Height, mm."""
         c, s = _turned(self.angle)
         along = c * x + s * y
         total = np.zeros_like(along)
@@ -111,10 +115,13 @@ class Waves:
     amplitude_mm: float
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Height, mm."""
         c, s = _turned(self.angle)
         u, v = 2 * np.pi / self.lengths_mm[0], 2 * np.pi / self.lengths_mm[1]
         return (
-            self.amplitude_mm * np.sin(u * (c * x + s * y) + self.phases[0]) * np.cos(v * (c * y - s * x) + self.phases[1])
+            self.amplitude_mm
+            * np.sin(u * (c * x + s * y) + self.phases[0])
+            * np.cos(v * (c * y - s * x) + self.phases[1])
         )
 
 

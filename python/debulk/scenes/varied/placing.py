@@ -120,7 +120,7 @@ USUAL = ("gaussians", "wrinkle", "lobes", "crescent", "ring", "superposed", "mer
 
 
 def with_excess(group: Group, wanted_mm: float, angles_deg: tuple[float, float], low_mm: float) -> Group:
-    """Scale a group so that its largest excess on a flat mold is about `wanted_mm`, and it is `low_mm` to 16 mm high."""
+    """Scale a group to a largest excess of about `wanted_mm` on a flat mold, and a height of `low_mm` to 16 mm."""
     reach = max(np.hypot(*b.centre_mm) + min(b.radius_mm, 300.0) for b in group)
     lines, step = np.linspace(-reach, reach, 61), 2 * reach / 600
     along = np.arange(-reach, reach, step)
@@ -152,9 +152,9 @@ def place(rng: np.random.Generator, kind: str, group: Group, outline: Floats, ta
             k = int(rng.integers(len(outline)))
             a, b = outline[k], outline[(k + 1) % len(outline)]
             x, y = a + (b - a) * rng.uniform(0.15, 0.85) + rng.uniform(-0.4, 0.4, 2) * reach
-        elif kind not in ("corner", "edge to edge"):
-            if float(distance(outline, np.array(x), np.array(y))) < reach + rng.choice([5.0, 45.0]):
-                continue
+        inner = kind not in ("corner", "edge", "edge to edge")
+        if inner and float(distance(outline, np.array(x), np.array(y))) < reach + rng.choice([5.0, 45.0]):
+            continue
         moved = [replace(b, centre_mm=(b.centre_mm[0] + float(x), b.centre_mm[1] + float(y))) for b in group]
         if all(_apart(m, t) for m in moved for t in taken):
             return moved
@@ -172,7 +172,7 @@ def _apart(a: Bump, b: Bump) -> bool:
 
 
 def random_border(rng: np.random.Generator, outline: Floats) -> Border:
-    """A loose border of the ply: 0.3 to 3 mm high, 60 to 260 mm wide."""
+    """Draw a loose border of the ply: 0.3 to 3 mm high, 60 to 260 mm wide."""
     k = int(rng.integers(len(outline)))
     a, b = outline[k], outline[(k + 1) % len(outline)]
     along = b - a

@@ -24,7 +24,8 @@ def distance(polygon: Floats, x: Floats, y: Floats) -> Floats:
         length2 = max((x1 - x0) ** 2 + (y1 - y0) ** 2, 1e-300)
         along = np.clip(((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / length2, 0, 1)
         nearest = np.minimum(nearest, (x - x0 - along * (x1 - x0)) ** 2 + (y - y0 - along * (y1 - y0)) ** 2)
-    return np.where(inside(polygon, x, y), 1.0, -1.0) * np.sqrt(nearest)
+    signed: Floats = np.where(inside(polygon, x, y), 1.0, -1.0) * np.sqrt(nearest)
+    return signed
 
 
 def random_ply(rng: np.random.Generator) -> Floats:
@@ -45,4 +46,5 @@ def random_ply(rng: np.random.Generator) -> Floats:
         corners = [(-a, -b), (a, -b), (a, v), (u, v), (u, b), (-a, b)]
     turn = rng.uniform(0, 2 * np.pi)
     c, s = np.cos(turn), np.sin(turn)
-    return np.array(corners) @ np.array([[c, s], [-s, c]]) + rng.uniform(-60, 60, 2)
+    turned: Floats = np.array(corners) @ np.array([[c, s], [-s, c]]) + rng.uniform(-60, 60, 2)
+    return turned

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.polygons import distance
+from debulk.scenes.varied.polygons import distance, inside
 
 Floats = NDArray[np.float64]
 Height = Callable[[Floats, Floats], Floats]
@@ -32,15 +32,15 @@ class Lattice:
         found = self.values[np.clip(j, 0, self.values.shape[0] - 1), np.clip(i, 0, self.values.shape[1] - 1)]
         return np.where(fits, found, 0).astype(np.int32)
 
+    def places(self, chosen: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+        """Positions x and y of the nodes chosen by an array like `values`."""
+        rows, columns = np.nonzero(chosen)
+        return self.x0 + self.step * columns.astype(np.float64), self.y0 + self.step * rows.astype(np.float64)
+
     def box(self, label: int) -> tuple[float, float, float, float]:
         """Lowest and highest x and y of the nodes of a label."""
-        rows, columns = np.nonzero(self.values == label)
-        return (
-            self.x0 + self.step * columns.min(),
-            self.y0 + self.step * rows.min(),
-            self.x0 + self.step * columns.max(),
-            self.y0 + self.step * rows.max(),
-        )
+        x, y = self.places(self.values == label)
+        return float(x.min()), float(y.min()), float(x.max()), float(y.max())
 
 
 @dataclass(frozen=True)
@@ -57,18 +57,19 @@ class Measured:
 
 
 def label_regions(height: Height, outline: Floats, level: float, step: float = 1.0) -> Lattice:
-    """Number the regions inside the outline that stand above the level, as far as nodes `step` apart tell them."""
+    """Give numbers to the regions inside the outline above the level, as far as nodes `step` apart tell."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     x, y = np.meshgrid(np.arange(low[0] + 0.013, high[0], step), np.arange(low[1] + 0.017, high[1], step))
-    above = (height(x, y) > level).astype(np.uint8)
+    above = ((height(x, y) > level) & inside(outline, x, y)).astype(np.uint8)
     _, labels = cv2.connectedComponents(above, connectivity=8)
-    return Lattice(float(x[0, 0]), float(y[0, 0]), step, labels)
+    return Lattice(float(x[0, 0]), float(y[0, 0]), step, labels.astype(np.int32))
 
 
-def measure(height: Height, outline: Floats, level: float, lattice: Lattice, label: int) -> Measured:
+def measure(height: Height, outline: Floats, level: float, lattice: Lattice, label: int) -> Measured | None:
     """Integrate over one region on a grid of some 300 cells along it, each cell cut by the level and the ply's edge.
 
     The height must go on smoothly beyond the outline, or be 0 there (then cells on the edge count whole or not at all).
+    None: the region is a sliver between the grid's nodes.
     """
     x0, y0, x1, y1 = lattice.box(label)
     grow = 2 * lattice.step
@@ -80,7 +81,9 @@ def measure(height: Height, outline: Floats, level: float, lattice: Lattice, lab
     inner = distance(outline, x, y)
     _, parts = cv2.connectedComponents(((values > level) & (inner > 0)).astype(np.uint8), connectivity=8)
     wanted = np.bincount(parts[(lattice.at(x, y) == label) & (parts > 0)], minlength=1)
-    mine = parts == int(wanted.argmax()) if wanted.any() else parts == -1
+    if not wanted.any():
+        return None
+    mine = parts == int(wanted.argmax())
     # The level's function counts only where this region is near: neighbours in the box are pushed below the level.
     near = cv2.dilate(mine.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     above = np.where(near, values - level, np.minimum(values - level, -1e-9))
@@ -115,8 +118,9 @@ def _cells(f: Floats, step: float) -> tuple[Floats, Floats]:
 
 
 def _triangle(a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats]:
-    """Share of a triangle where a linear function of these corner values is positive, and the mean of its positive part."""
-    low, mid, high = np.sort(np.stack([a, b, c]), axis=0)
+    """Share of a triangle where a linear function of these corner values is positive; mean of its positive part."""
+    least, most = np.minimum(a, b), np.maximum(a, b)
+    low, mid, high = np.minimum(least, c), np.maximum(least, np.minimum(most, c)), np.maximum(most, c)
     with np.errstate(divide="ignore", invalid="ignore"):
         top = high**2 / ((high - low) * (high - mid))  # only `high` is positive
         bottom = low**2 / ((low - mid) * (low - high))  # only `low` is not

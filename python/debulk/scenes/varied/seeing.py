@@ -38,7 +38,7 @@ class Camera:
         u = ((np.arange(width) * every + shift) - self.middle[0]) / self.focal
         v = ((np.arange(height) * every + shift) - self.middle[1]) / self.focal
         r = self.rotation
-        return tuple(r[k, 0] * u[None, :] + r[k, 1] * v[:, None] + r[k, 2] for k in range(3))  # type: ignore[return-value]
+        return tuple(r[k, 0] * u[None, :] + r[k, 1] * v[:, None] + r[k, 2] for k in range(3))
 
     def project(self, points: Floats) -> Floats:
         """Pixels (..., 2) of mold points (..., 3)."""
@@ -66,7 +66,7 @@ def first_hit(
     full = camera.directions()
     guess = cv2.resize(coarse, None, fx=_COARSE, fy=_COARSE, interpolation=cv2.INTER_LINEAR)
     guess = guess[: camera.size[1], : camera.size[0]]
-    depth, good = _secants(camera.centre, full, height_in_image, guess)
+    depth, good = _secants(camera.centre, full, height_in_image, np.asarray(guess, dtype=np.float64))
     if hides:  # where the coarse depths bend sharply there may be another, earlier hit
         bend = np.abs(cv2.Laplacian(coarse, cv2.CV_64F, ksize=1))
         sharp = cv2.dilate((bend > 1.0).astype(np.uint8), np.ones((5, 5), np.uint8))
@@ -108,7 +108,8 @@ def _secants(
     dx, dy, dz = rays
 
     def above(t: Floats) -> Floats:
-        return centre[2] + t * dz - height(centre[0] + t * dx, centre[1] + t * dy)
+        free: Floats = centre[2] + t * dz - height(centre[0] + t * dx, centre[1] + t * dy)
+        return free
 
     old, old_above = guess, above(guess)
     new = old + old_above / -dz
@@ -125,7 +126,7 @@ def _secants(
 
 
 def random_camera(rng: np.random.Generator, size: tuple[int, int], outline_mm: Floats, crest_mm: float) -> Camera:
-    """A camera 1.2 to 3.2 m above the mold, tilted by up to 14 degrees, that sees the outline and a margin."""
+    """Draw a camera 1.2 to 3.2 m above the mold, tilted by up to 14 degrees, that sees the outline and a margin."""
     away = outline_mm - outline_mm.mean(axis=0)
     main = np.linalg.svd(away)[2][0]
     yaw = np.arctan2(main[1], main[0]) + rng.choice([0.0, np.pi]) + rng.uniform(-0.4, 0.4)

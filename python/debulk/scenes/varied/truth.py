@@ -11,11 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 from debulk.scenes.varied.bumps import Bump
 from debulk.scenes.varied.fibres import Excess, excess
 from debulk.scenes.varied.ply import Ply
+from debulk.scenes.varied.polygons import distance
 from debulk.scenes.varied.regions import Height, Lattice, Measured, label_regions, measure
+from debulk.scenes.varied.rendering import Stage
 from debulk.scenes.varied.seeing import Camera
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+
+AREA_TOL_MM2, PEAK_TOL_MM = 200.0, 1.25  # of the paper's segmentation; PeakTol counts from the cut
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,7 @@ class KnownPocket:
     outline_mm: Floats
     """(M, 2) contour at the cut, within a cell of the quadrature at the ply's edge; (0, 2) where it stays below."""
     area_mm2: float
+    """Of what stands above the cut: the laid ply in the middle of a ring is no part of it."""
     volume_mm3: float
     """Integral of the height above the mold over the area, the ply's thickness included."""
     peak_mm: float
@@ -109,7 +114,8 @@ def size_up(known: Surfaces, cut_height_mm: float, low_mm: float = 0.25) -> list
     """Measure every region above the cut, and every foot with a peak gap above `low_mm` that has none."""
     cuts = label_regions(known.height, known.outline, cut_height_mm)
     feet = label_regions(known.height, known.outline, known.thickness_mm + 3e-3)
-    sized = [_one(known, cuts, feet, label, cut_height_mm) for label in range(1, int(cuts.values.max()) + 1)]
+    found = [_one(known, cuts, feet, label, cut_height_mm) for label in range(1, int(cuts.values.max()) + 1)]
+    sized = [one for one in found if one is not None]
     with_cut = np.unique(feet.values[cuts.values > 0])
     x, y = np.meshgrid(
         feet.x0 + feet.step * np.arange(feet.values.shape[1]), feet.y0 + feet.step * np.arange(feet.values.shape[0])
@@ -123,15 +129,16 @@ def size_up(known: Surfaces, cut_height_mm: float, low_mm: float = 0.25) -> list
     return sorted(sized, key=lambda s: -s.region.area_mm2)
 
 
-def _one(known: Surfaces, cuts: Lattice, feet: Lattice, label: int, cut: float) -> Sized:
+def _one(known: Surfaces, cuts: Lattice, feet: Lattice, label: int, cut: float) -> Sized | None:
     region = measure(known.height, known.outline, cut, cuts, label)
+    if region is None:
+        return None
     foot = int(np.bincount(feet.values[cuts.values == label]).argmax())
     return Sized(region, _excess(known, cuts, label, feet.box(foot)))
 
 
 def _below(known: Surfaces, feet: Lattice, label: int, top: float) -> Sized:
-    rows, columns = np.nonzero(feet.values == label)
-    x, y = feet.x0 + feet.step * columns, feet.y0 + feet.step * rows
+    x, y = feet.places(feet.values == label)
     best = int(np.argmax(known.height(x, y)))
     region = Measured(
         label, 0.0, 0.0, top + known.thickness_mm, (float(x[best]), float(y[best])), np.zeros((0, 2)), False
@@ -140,9 +147,7 @@ def _below(known: Surfaces, feet: Lattice, label: int, top: float) -> Sized:
 
 
 def _excess(known: Surfaces, labels: Lattice, label: int, box: tuple[float, float, float, float]) -> Excess:
-    return excess(
-        known.height, known.mold, known.outline, known.thickness_mm, known.angles_deg, labels, label, box
-    )
+    return excess(known.height, known.mold, known.outline, known.thickness_mm, known.angles_deg, labels, label, box)
 
 
 def kinds_at(bumps: tuple[Bump, ...], known: Measured) -> tuple[str, ...]:
@@ -152,17 +157,14 @@ def kinds_at(bumps: tuple[Bump, ...], known: Measured) -> tuple[str, ...]:
     return tuple(dict.fromkeys(kind for gap, kind in sorted(gaps, reverse=True) if gap > 0.05))
 
 
-def seen_shares(
-    labels: Lattice, count: int, top: Height, camera: Camera, unseen: Bools
-) -> tuple[Floats, Floats]:
+def seen_shares(labels: Lattice, count: int, top: Height, camera: Camera, unseen: Bools) -> tuple[Floats, Floats]:
     """Share of each region 1 .. count without a point, and the same of a ring 4 mm wide round it."""
     shares, rims = np.zeros(count), np.zeros(count)
     for label in range(1, count + 1):
         mask = (labels.values == label).astype(np.uint8)
         ring = cv2.dilate(mask, np.ones((9, 9), np.uint8)) - mask
         for nodes, target in ((mask, shares), (ring, rims)):
-            rows, columns = np.nonzero(nodes)
-            hidden = at_pixels(labels.x0 + labels.step * columns, labels.y0 + labels.step * rows, top, camera, unseen)
+            hidden = at_pixels(*labels.places(nodes > 0), top, camera, unseen)
             target[label - 1] = hidden.mean() if len(hidden) else 0.0
     return shares, rims
 
@@ -174,3 +176,63 @@ def at_pixels(x: Floats, y: Floats, top: Height, camera: Camera, mask: Bools) ->
     fits = (u >= 0) & (v >= 0) & (u < mask.shape[1]) & (v < mask.shape[0])
     found = mask[np.clip(v, 0, mask.shape[0] - 1), np.clip(u, 0, mask.shape[1] - 1)]
     return np.where(fits, found, True)
+
+
+def write_truth(
+    stage: Stage,
+    angles: tuple[float, float],
+    cut_height_mm: float,
+    unseen: Bools,
+    reference_unseen: Bools,
+    bad: Bools,
+) -> VariedTruth:
+    """Measure everything on a stage; `unseen` are pixels without a point, or with a clamp's."""
+    ply, camera = stage.ply, stage.camera
+
+    def height(x: Floats, y: Floats) -> Floats:
+        return ply.thickness_mm + (ply.gap_in_image(x, y) if np.ndim(x) == 2 else ply.gap(x, y))
+
+    known = Surfaces(height, ply.mold.smooth_height, ply.outline, ply.thickness_mm, angles)
+    sized = size_up(known, cut_height_mm)
+    cuts = label_regions(height, ply.outline, cut_height_mm)
+    count = int(cuts.values.max())
+    scan_shares, rims = seen_shares(cuts, count, ply.top, camera, unseen)
+    reference_shares, _ = seen_shares(cuts, count, ply.mold.smooth_height, camera, reference_unseen)
+
+    def written(one: Sized) -> KnownPocket:
+        region = one.region
+        k = region.label - 1 if region.area_mm2 > 0 else None
+        return KnownPocket(
+            kinds=kinds_at(ply.bumps, region),
+            centre_mm=region.centre_mm,
+            outline_mm=region.outline_mm,
+            area_mm2=region.area_mm2,
+            volume_mm3=region.volume_mm3,
+            peak_mm=region.peak_mm,
+            touches_ply_edge=region.touches_ply_edge,
+            excess=one.excess,
+            ridge_mm=one.ridge_mm(ply.thickness_mm),
+            unseen_share=0.0 if k is None else float(scan_shares[k]),
+            reference_unseen_share=0.0 if k is None else float(reference_shares[k]),
+            rim_unseen_share=0.0 if k is None else float(rims[k]),
+        )
+
+    all_known = [written(one) for one in sized]
+    large = [p.area_mm2 >= AREA_TOL_MM2 and p.peak_mm >= cut_height_mm + PEAK_TOL_MM for p in all_known]
+    low, high = ply.outline.min(axis=0), ply.outline.max(axis=0)
+    x, y = np.meshgrid(np.arange(low[0], high[0], 3.0), np.arange(low[1], high[1], 3.0))
+    on_ply = distance(ply.outline, x, y) > 0
+    hidden = at_pixels(x[on_ply], y[on_ply], ply.top, camera, unseen | reference_unseen)
+    return VariedTruth(
+        pockets=tuple(p for p, is_large in zip(all_known, large, strict=True) if is_large),
+        decoys=tuple(p for p, is_large in zip(all_known, large, strict=True) if not is_large),
+        thickness_mm=ply.thickness_mm,
+        cut_height_mm=cut_height_mm,
+        mold_kind=ply.mold.kind,
+        bumps=ply.bumps,
+        unseen=unseen,
+        reference_unseen=reference_unseen,
+        bad=bad,
+        ply_seen_share=float(1 - hidden.mean()),
+        ply=ply,
+    )

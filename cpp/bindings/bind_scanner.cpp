@@ -1,0 +1,187 @@
+#include <pybind11/stl.h>
+
+#include <algorithm>
+
+#include "bindings/bind.hpp"
+#include "bindings/convert.hpp"
+#include "debulk/scanner/decode.hpp"
+#include "debulk/scanner/neighbours.hpp"
+#include "debulk/scanner/sensor_noise.hpp"
+#include "debulk/scanner/stereo.hpp"
+#include "debulk/scanner/unwrap_plan.hpp"
+
+namespace debulk {
+namespace {
+
+using Plane = py::array_t<float, py::array::c_style>;
+
+// Where a map is to be written, or null for None. Nothing is converted: the caller's own memory is meant.
+template <class T>
+T* target(const py::object& a, const std::vector<py::ssize_t>& shape, const char* name) {
+  if (a.is_none()) return nullptr;
+  require(py::isinstance<py::array_t<T, py::array::c_style>>(a), name, "a C-contiguous array of the map's type", "another");
+  auto array = py::reinterpret_borrow<py::array_t<T, py::array::c_style>>(a);
+  require(std::vector<py::ssize_t>(array.shape(), array.shape() + array.ndim()) == shape, name, "an array as large as the images",
+          shape_of(array));
+  return array.mutable_data();
+}
+
+const float* source(const py::object& a, int height, int width, const char* name) {
+  return target<float>(a, {height, width}, name);
+}
+
+// The images of one camera, in one list; their memory belongs to Python.
+template <class T>
+struct Images {
+  ImageStack<T> stack;
+  int width = 0, height = 0;
+  Images(const std::vector<py::array>& images, int exposures) {
+    for (const py::array& image : images) {
+      require(py::isinstance<py::array_t<T, py::array::c_style>>(image) && image.ndim() == 2, "images",
+              "C-contiguous (H, W) arrays of one type", shape_of(image));
+      if (stack.images.empty()) width = static_cast<int>(image.shape(1)), height = static_cast<int>(image.shape(0));
+      require(image.shape(0) == height && image.shape(1) == width, "images", "arrays of one shape", shape_of(image));
+      stack.images.push_back(static_cast<const T*>(image.data()));
+    }
+    require(exposures >= 1 && !images.empty() && images.size() % static_cast<std::size_t>(exposures) == 0, "images",
+            "as many for each exposure", images.size());
+    stack.exposures = exposures, stack.pixels = static_cast<long>(width) * height;
+  }
+};
+
+// Of 2 (SSE4), 3 (AVX2) and 4 (AVX-512) the widest allowed and present: tests hold them against each other.
+Isa widest_isa(int widest) {
+  return std::min(best_isa(), widest <= 2 ? Isa::base : widest == 3 ? Isa::v3 : Isa::v4);
+}
+
+bool bytes(const std::vector<py::array>& images) {
+  return !images.empty() && py::isinstance<py::array_t<std::uint8_t>>(images[0]);
+}
+
+template <class T>
+SensorNoise noise_of(const std::vector<py::array>& images, int exposures, int steps, double saturated, int threads, const Stop& stop) {
+  const Images<T> from(images, exposures);
+  require(steps >= 3 && from.stack.images_each() % steps == 0 && from.stack.images_each() >= 2 * steps, "steps",
+          "a divisor of the number of images", steps);
+  py::gil_scoped_release release;
+  return estimate_noise(from.stack, steps, saturated, from.width, threads, stop);
+}
+
+template <class T>
+py::dict decode_into(const std::vector<py::array>& images, int exposures, const Decoding& how, const py::dict& maps, const Stop& stop) {
+  const Images<T> from(images, exposures);
+  const std::vector<py::ssize_t> shape = {from.height, from.width};
+  const auto wanted = [&](const char* name) -> py::object { return maps.contains(name) ? py::object(maps[name]) : py::none(); };
+  PhaseMaps out;
+  out.phase = target<float>(wanted("phase"), shape, "phase"), out.noise = target<float>(wanted("noise"), shape, "noise");
+  out.modulation = target<float>(wanted("modulation"), shape, "modulation"), out.offset = target<float>(wanted("offset"), shape, "offset");
+  out.residual = target<float>(wanted("residual"), shape, "residual"),
+  out.exposure = target<std::uint8_t>(wanted("exposure"), shape, "exposure");
+  DecodeCounts counts;
+  NeighbourCounts beside;
+  {
+    py::gil_scoped_release release;
+    counts = decode(from.stack, how, out, stop);
+    if (out.phase) beside = check_neighbours(out.phase, from.width, from.height, order_step(how.plan), how.threads, stop, how.isa);
+  }
+  py::dict result;
+  result["lit"] = counts.lit, result["saturated"] = counts.saturated, result["doubtful"] = counts.doubtful;
+  result["isolated"] = beside.isolated, result["repaired"] = beside.repaired, result["read"] = counts.read;
+  return result;
+}
+
+// (phase, noise or None, map_x or None, map_y or None)
+PhaseView view_of(const py::tuple& parts, const char* name) {
+  require(parts.size() == 4, name, "phase, noise, map_x and map_y", parts.size());
+  PhaseView view;
+  const Plane phase = py::cast<Plane>(parts[0]);
+  require(phase.ndim() == 2 && phase.data() == py::cast<py::array>(parts[0]).data(), name, "a C-contiguous (H, W) array of float32",
+          shape_of(phase));
+  view.width = static_cast<int>(phase.shape(1)), view.height = static_cast<int>(phase.shape(0));
+  view.phase = phase.data(), view.noise = source(parts[1], view.height, view.width, name);
+  view.rectified_width = view.width, view.rectified_height = view.height;
+  if (!parts[2].is_none()) {
+    const py::array map = py::cast<py::array>(parts[2]);
+    require(map.ndim() == 2, name, "maps of shape (H, W)", shape_of(map));
+    view.rectified_height = static_cast<int>(map.shape(0)), view.rectified_width = static_cast<int>(map.shape(1));
+    view.map_x = source(parts[2], view.rectified_height, view.rectified_width, name);
+    view.map_y = source(parts[3], view.rectified_height, view.rectified_width, name);
+    require(view.map_y != nullptr, name, "map_y beside map_x", "None");
+  }
+  return view;
+}
+
+}  // namespace
+
+void bind_scanner(py::module_ m) {
+  m.def(
+      "unwrap_stages",
+      [](const std::vector<int>& periods) {
+        const UnwrapPlan plan = plan_unwrapping(periods);
+        std::vector<std::pair<int, std::vector<int>>> stages;
+        for (const Synthetic& s : plan.stages)
+          stages.emplace_back(s.periods,
+                              std::vector<int>(s.weights.begin(), s.weights.begin() + static_cast<std::ptrdiff_t>(periods.size())));
+        return std::make_pair(stages, plan.order_noise);
+      },
+      py::arg("periods"), "The stages (periods, weights), and the noise of the least certain order for a phase noise of one turn.");
+
+  m.def(
+      "sensor_noise",
+      [](const std::vector<py::array>& images, int exposures, int steps, double saturated, int threads, const Stop& stop) {
+        const SensorNoise noise = bytes(images) ? noise_of<std::uint8_t>(images, exposures, steps, saturated, threads, stop)
+                                                : noise_of<std::uint16_t>(images, exposures, steps, saturated, threads, stop);
+        return std::make_pair(noise.read, noise.gain);
+      },
+      py::arg("images"), py::arg("exposures"), py::arg("steps"), py::arg("saturated"), py::arg("threads"), py::arg("stop"));
+
+  m.def(
+      "decode",
+      [](const std::vector<py::array>& images, int exposures, const std::vector<int>& periods, int steps, double saturated,
+         std::pair<double, double> noise, double least_contrast, double most_order_noise, double most_residual, const py::dict& maps,
+         int threads, int widest, const Stop& stop) {
+        Decoding how;
+        how.steps = steps, how.plan = plan_unwrapping(periods), how.saturated = saturated;
+        how.noise = {noise.first, noise.second}, how.least_contrast = least_contrast;
+        how.most_order_noise = most_order_noise, how.most_residual = most_residual, how.threads = threads;
+        how.isa = widest_isa(widest);
+        return bytes(images) ? decode_into<std::uint8_t>(images, exposures, how, maps, stop)
+                             : decode_into<std::uint16_t>(images, exposures, how, maps, stop);
+      },
+      py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"),
+      py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"), py::arg("threads"),
+      py::arg("widest"), py::arg("stop"));
+
+  m.def(
+      "match",
+      [](const py::tuple& left, const py::tuple& right, const std::vector<double>& geometry, const py::dict& maps, double edge_ratio,
+         int threads, int widest, const Stop& stop) {
+        const PhaseView from_left = view_of(left, "left"), from_right = view_of(right, "right");
+        require(geometry.empty() || geometry.size() == 7, "geometry", "focal, left_cx, right_cx, cy, baseline, nearest, furthest",
+                geometry.size());
+        StereoGeometry g;
+        if (!geometry.empty()) g = {geometry[0], geometry[1], geometry[2], geometry[3], geometry[4], geometry[5], geometry[6]};
+        const py::ssize_t height = from_left.rectified_height, width = from_left.rectified_width;
+        const auto wanted = [&](const char* name) -> py::object { return maps.contains(name) ? py::object(maps[name]) : py::none(); };
+        StereoMaps out;
+        out.disparity = target<float>(wanted("disparity"), {height, width}, "disparity"),
+        out.sigma = target<float>(wanted("sigma"), {height, width}, "sigma");
+        out.points = target<float>(wanted("points"), {height, width, 3}, "points");
+        out.uncertainty = target<float>(wanted("uncertainty"), {height, width}, "uncertainty");
+        StereoOptions options;
+        options.edge_ratio = edge_ratio, options.threads = threads, options.isa = widest_isa(widest);
+        MatchCounts counts;
+        {
+          py::gil_scoped_release release;
+          counts = match_rows(from_left, from_right, geometry.empty() ? nullptr : &g, options, out, stop);
+        }
+        py::dict result;
+        result["seen"] = counts.seen, result["matched"] = counts.matched, result["unmatched"] = counts.unmatched;
+        result["ambiguous"] = counts.ambiguous, result["behind"] = counts.behind;
+        return result;
+      },
+      py::arg("left"), py::arg("right"), py::arg("geometry"), py::arg("maps"), py::kw_only(), py::arg("edge_ratio"), py::arg("threads"),
+      py::arg("widest"), py::arg("stop"));
+}
+
+}  // namespace debulk

@@ -1,0 +1,113 @@
+#include "debulk/scanner/decode.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "debulk/core/error.hpp"
+#include "debulk/core/parallel.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr double pi = 3.14159265358979323846;
+constexpr int most_images = 64;  // of an exposure
+
+// What the loop needs, in single precision.
+struct Tables {
+  int steps, periods, stages, top;
+  float cosine[most_images], sine[most_images];  // of the steps
+  float per_step;                                // 2 / steps
+  float period_count[most_periods];              // of each number of periods, over the greatest
+  float share[most_periods];                     // of each in the combined phase, over its period_count
+  float weight[8][most_periods];                 // of each stage's combination
+  float stage_periods[8], stage_ratio[8];        // over the stage before
+  float saturated, read, gain, contrast, most_residual, most_order_noise;
+  float order_noise;  // of one turn's noise
+  float to_rad;       // turns of the greatest number of periods to radians of the first
+  float phase_noise;  // of a grey value's noise over the modulation, rad of the combined phase
+  float turn_noise;   // likewise, turns of one wrapped phase
+};
+
+#define DEBULK_KERNEL "debulk/scanner/decode_kernel.inl"
+#include "debulk/core/simd_dispatch.inl"
+
+Tables tables_of(const Decoding& how) {
+  Tables t{};
+  const UnwrapPlan& plan = how.plan;
+  t.steps = how.steps, t.periods = static_cast<int>(plan.periods.size()), t.stages = static_cast<int>(plan.stages.size()), t.top = plan.top;
+  for (int k = 0; k < how.steps; ++k)
+    t.cosine[k] = static_cast<float>(std::cos(2 * pi * k / how.steps)), t.sine[k] = static_cast<float>(std::sin(2 * pi * k / how.steps));
+  t.per_step = 2.0f / static_cast<float>(how.steps);
+  double squares = 0;
+  const double greatest = plan.periods[static_cast<std::size_t>(plan.top)], first = plan.periods[0];
+  for (int n : plan.periods) squares += static_cast<double>(n) * n;
+  for (std::size_t i = 0; i < plan.periods.size(); ++i) {
+    const double n = plan.periods[i];
+    t.period_count[i] = static_cast<float>(n / greatest);
+    t.share[i] = static_cast<float>(n * n / squares * greatest / n);
+  }
+  for (std::size_t s = 0; s < plan.stages.size(); ++s) {
+    for (std::size_t i = 0; i < most_periods; ++i) t.weight[s][i] = static_cast<float>(plan.stages[s].weights[i]);
+    t.stage_periods[s] = static_cast<float>(plan.stages[s].periods);
+    t.stage_ratio[s] = s == 0 ? 1.0f : static_cast<float>(static_cast<double>(plan.stages[s].periods) / plan.stages[s - 1].periods);
+  }
+  t.saturated = static_cast<float>(how.saturated), t.contrast = static_cast<float>(how.least_contrast);
+  t.read = static_cast<float>(how.noise.read), t.gain = static_cast<float>(how.noise.gain);
+  t.most_residual = static_cast<float>(how.most_residual), t.most_order_noise = static_cast<float>(how.most_order_noise);
+  t.order_noise = static_cast<float>(plan.order_noise);
+  t.to_rad = static_cast<float>(2 * pi * first / greatest);
+  const double wrapped = std::sqrt(2.0 / how.steps);  // rad, for noise over modulation of 1
+  t.turn_noise = static_cast<float>(wrapped / (2 * pi));
+  t.phase_noise = static_cast<float>(wrapped * first / std::sqrt(squares));
+  return t;
+}
+
+}  // namespace
+
+DecodeCounts& DecodeCounts::operator+=(const DecodeCounts& other) {
+  lit += other.lit, saturated += other.saturated, doubtful += other.doubtful, read += other.read;
+  return *this;
+}
+
+double order_step(const UnwrapPlan& plan) {
+  double squares = 0, change = 1;
+  const double greatest = plan.periods[static_cast<std::size_t>(plan.top)];
+  for (int n : plan.periods) squares += static_cast<double>(n) * n;
+  for (int n : plan.periods) {
+    const double expected = n / greatest;  // what the other phases expect of one order more, and how far from whole that is
+    change -= n * n / squares * greatest / n * (expected - std::round(expected));
+  }
+  return 2 * pi * plan.periods[0] / greatest * change;
+}
+
+template <class T>
+DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop) {
+  require(how.steps >= 3 && how.steps * how.plan.periods.size() <= most_images, "steps", "3 or more, and at most 64 images", how.steps);
+  require(static_cast<std::size_t>(stack.images_each()) == how.steps * how.plan.periods.size(), "images", "steps times periods",
+          stack.images_each());
+  require(stack.pixels >= 16, "images", "at least 16 pixels", stack.pixels);
+  require(how.plan.stages.size() <= 8, "periods", "numbers that unwrap in eight stages", how.plan.stages.size());
+  require(stack.exposures >= 1 && stack.exposures < no_exposure, "images", "1 to 254 exposures", stack.exposures);
+
+  const Tables tables = tables_of(how);
+  constexpr long chunk = 1 << 11;
+  const long groups = stack.pixels / 16;
+  std::vector<DecodeCounts> parts(static_cast<std::size_t>((groups + chunk - 1) / chunk));
+  parallel_for(groups, chunk, how.threads, stop, [&](long begin, long end) {
+    DecodeCounts& part = parts[static_cast<std::size_t>(begin / chunk)];
+    DEBULK_ON(how.isa, run(stack, tables, maps, begin, end, part));
+  });
+  DecodeCounts all;
+  for (const DecodeCounts& part : parts) all += part;
+  return all;
+}
+
+template DecodeCounts decode(const ImageStack<std::uint8_t>&, const Decoding&, const PhaseMaps&, const Stop&);
+template DecodeCounts decode(const ImageStack<std::uint16_t>&, const Decoding&, const PhaseMaps&, const Stop&);
+
+}  // namespace debulk

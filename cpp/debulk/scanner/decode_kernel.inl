@@ -1,0 +1,127 @@
+// The loop of decode.cpp: included there once for each Isa (see core/simd_dispatch.inl). Phases are in turns here.
+
+template <class T>
+DEBULK_INLINE Floats grey(const T* from) {
+  typedef T Values __attribute__((vector_size(16 * sizeof(T))));
+  Values v;
+  std::memcpy(&v, from, sizeof v);
+  return __builtin_convertvector(__builtin_convertvector(v, Ints), Floats);
+}
+
+DEBULK_INLINE Floats floor_of(Floats a) {
+  const Floats whole = __builtin_convertvector(__builtin_convertvector(a, Ints), Floats);
+  return whole > a ? whole - 1.0f : whole;
+}
+DEBULK_INLINE Floats nearest_whole(Floats a) {
+  return floor_of(a + 0.5f);
+}
+
+// The angle of (x, y) in turns, -0.5 to 0.5. A polynomial through Chebyshev's points for atan(t) / t over 0 <= t² <= 1;
+// wrong by 2e-8 turns at most, rounding included.
+DEBULK_INLINE Floats angle(Floats y, Floats x) {
+  const Floats ax = absolute(x), ay = absolute(y);
+  const Floats most = higher(ax, ay), t = lower(ax, ay) / (most > 0.0f ? most : all(1.0f)), s = t * t;
+  Floats p = 0.0004510553553700447f * s - 0.0025472796987742186f;
+  p = p * s + 0.006778028327971697f;
+  p = p * s - 0.011929372325539589f;
+  p = p * s + 0.01692892052233219f;
+  p = p * s - 0.022604092955589294f;
+  p = p * s + 0.03181902691721916f;
+  p = p * s - 0.05305122211575508f;
+  p = p * s + 0.15915493667125702f;
+  p = p * t;
+  p = ay > ax ? 0.25f - p : p;
+  p = x < 0.0f ? 0.5f - p : p;
+  return y < 0.0f ? -p : p;
+}
+
+// Sixteen pixels from `at`, of which those of the mask are counted.
+template <class T>
+DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, long at, unsigned counted, DecodeCounts& counts) {
+  const int images = t.steps * t.periods;
+  Floats value[most_images];
+  Ints open = {}, exposure = {};
+  for (int e = stack.exposures - 1; e >= 0; --e) {
+    const T* const* from = stack.exposure(e);
+    Floats top = all(0.0f);
+    Ints fine;
+    if (e == stack.exposures - 1) {
+      for (int k = 0; k < images; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
+      fine = top < t.saturated;
+      exposure = fine ? Ints{} + e : Ints{} + no_exposure;
+      open = ~fine;
+    } else {
+      Floats here[most_images];
+      for (int k = 0; k < images; ++k) here[k] = grey(from[k] + at), top = higher(here[k], top);
+      fine = (top < t.saturated) & open;
+      for (int k = 0; k < images; ++k) value[k] = fine ? here[k] : value[k];
+      exposure = fine ? Ints{} + e : exposure;
+      open &= ~fine;
+    }
+    counts.read += static_cast<long>(lanes) * images;
+    if (!any(open)) break;
+  }
+
+  Floats wrapped[most_periods];
+  Floats offset = all(0.0f), modulation = all(0.0f);
+  for (int p = 0; p < t.periods; ++p) {
+    const Floats* v = value + p * t.steps;
+    Floats sum = v[0], c = v[0], s = all(0.0f);
+    for (int k = 1; k < t.steps; ++k) sum += v[k], c += v[k] * t.cosine[k], s += v[k] * t.sine[k];
+    wrapped[p] = angle(-s, c);
+    offset += sum;
+    modulation += root(c * c + s * s);
+  }
+  offset = offset * (0.5f * t.per_step / static_cast<float>(t.periods));
+  modulation = modulation * (t.per_step / static_cast<float>(t.periods));
+  const Floats noise = root(t.read + t.gain * offset) / (modulation > 0.0f ? modulation : all(1e-30f));
+  const Ints lit = (noise * t.contrast < 1.0f) & ~open;
+
+  // Each stage's order from the stage before; orders count from the field's edge, where noise may take a phase across.
+  Floats absolute_phase = all(0.0f), residual = all(0.0f);
+  for (int s = 0; s < t.stages; ++s) {
+    Floats w = all(0.0f);
+    for (int p = 0; p < t.periods; ++p) w += t.weight[s][p] * wrapped[p];
+    w -= floor_of(w);
+    if (s == 0) {
+      absolute_phase = w;
+      continue;
+    }
+    const Floats expected = absolute_phase * t.stage_ratio[s] - w, order = nearest_whole(expected);
+    residual = higher(residual, absolute(expected - order));
+    absolute_phase = w + order;
+    absolute_phase -= t.stage_periods[s] * floor_of(absolute_phase * (1.0f / t.stage_periods[s]));
+  }
+  Floats better = absolute_phase;
+  for (int p = 0; p < t.periods; ++p) {
+    if (p == t.top) continue;
+    const Floats expected = absolute_phase * t.period_count[p] - wrapped[p], off = expected - nearest_whole(expected);
+    residual = higher(residual, absolute(off));
+    better -= t.share[p] * off;
+  }
+  const Ints sure = lit & (residual <= t.most_residual) & (noise * (t.turn_noise * t.order_noise) <= t.most_order_noise);
+
+  const Floats none = all(nan);
+  const Floats phase = higher(better, all(0.0f)) * t.to_rad;
+  if (maps.phase) store(maps.phase + at, sure ? phase : lit ? -1.0f - phase : none);
+  if (maps.noise) store(maps.noise + at, lit ? noise * t.phase_noise : none);
+  if (maps.modulation) store(maps.modulation + at, open ? none : modulation);
+  if (maps.offset) store(maps.offset + at, open ? none : offset);
+  if (maps.residual) store(maps.residual + at, lit ? residual : none);
+  if (maps.exposure) {
+    typedef unsigned char Small __attribute__((vector_size(16)));
+    const Small chosen = __builtin_convertvector(exposure, Small);
+    std::memcpy(maps.exposure + at, &chosen, sizeof chosen);
+  }
+  counts.lit += __builtin_popcount(bits(lit) & counted);
+  counts.doubtful += __builtin_popcount(bits(lit & ~sure) & counted);
+  counts.saturated += __builtin_popcount(bits(open) & counted);
+}
+
+// Groups of sixteen pixels; the last one takes what is left of the image with it.
+template <class T>
+void run(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, long begin, long end, DecodeCounts& counts) {
+  for (long g = begin; g < end; ++g) group(stack, t, maps, g * lanes, 0xffff, counts);
+  const long left = stack.pixels - end * lanes;
+  if (left > 0 && left < lanes) group(stack, t, maps, stack.pixels - lanes, 0xffff << (lanes - left) & 0xffff, counts);
+}

@@ -1,0 +1,43 @@
+// The loop of rectified_row.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+
+void run(const PhaseView& view, int row, RectifiedRow& out) {
+  const long first = static_cast<long>(row) * view.rectified_width;
+  const Floats right = all(static_cast<float>(view.width - 1)), bottom = all(static_cast<float>(view.height - 1));
+  for (int column = 0; column < view.rectified_width; column += lanes) {
+    const int left = std::min(lanes, view.rectified_width - column);
+    Floats x = {}, y = {};
+    if (left == lanes) {
+      x = load(view.map_x + first + column), y = load(view.map_y + first + column);
+    } else {
+      float padded[2][lanes] = {};
+      std::copy_n(view.map_x + first + column, left, padded[0]), std::copy_n(view.map_y + first + column, left, padded[1]);
+      x = load(padded[0]), y = load(padded[1]);
+    }
+    const Ints within = (x >= 0.0f) & (x <= right) & (y >= 0.0f) & (y <= bottom);
+    float* phase = out.phase.data() + column;
+    if (!any(within)) {
+      store(phase, all(nan));
+      continue;
+    }
+    x = within ? x : all(0.0f), y = within ? y : all(0.0f);
+    Ints i = __builtin_convertvector(x, Ints), j = __builtin_convertvector(y, Ints);
+    Floats u = x - __builtin_convertvector(i, Floats), v = y - __builtin_convertvector(j, Floats);
+    const Ints next_x = u > 1.0f - nearly_whole, next_y = v > 1.0f - nearly_whole;
+    i -= next_x, j -= next_y;
+    u = (next_x | (u < nearly_whole)) ? all(0.0f) : u;
+    v = (next_y | (v < nearly_whole)) ? all(0.0f) : v;
+    const Ints at = j * view.width + i, beside = u > 0.0f ? Ints{} + 1 : Ints{}, below = v > 0.0f ? Ints{} + view.width : Ints{};
+    const Floats a = gather(view.phase, at), b = gather(view.phase, at + beside);
+    const Floats c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
+    const Floats upper = a + u * (b - a), lower_row = c + u * (d - c);
+    const Floats step = higher(higher(absolute(b - a), absolute(d - c)), higher(absolute(c - a), absolute(d - b)));
+    store(phase, within & (step <= view.edge) ? upper + v * (lower_row - upper) : all(nan));
+    if (view.noise) {
+      const Floats sigma = gather(view.noise, at);
+      store(out.noise.data() + column, sigma * root((1.0f - v) * (1.0f - v) + v * v));
+    } else {
+      store(out.noise.data() + column, all(0.0f));
+    }
+    store(out.fraction.data() + column, u);
+  }
+}

@@ -1,0 +1,43 @@
+"""Types of `debulk._core.scanner`."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import Stop
+
+_Image = NDArray[np.uint8] | NDArray[np.uint16]
+
+def decode(
+    images: Sequence[_Image],
+    exposures: int,
+    *,
+    periods: Sequence[int],
+    steps: int,
+    saturated: float,
+    noise: tuple[float, float],
+    least_contrast: float,
+    most_order_noise: float,
+    most_residual: float,
+    maps: dict[str, Any],
+    threads: int,
+    widest: int,
+    stop: Stop,
+) -> dict[str, int]: ...
+def match(
+    left: tuple[Any, ...],
+    right: tuple[Any, ...],
+    geometry: Sequence[float],
+    maps: dict[str, Any],
+    *,
+    edge_ratio: float,
+    threads: int,
+    widest: int,
+    stop: Stop,
+) -> dict[str, int]: ...
+def sensor_noise(
+    images: Sequence[_Image], exposures: int, steps: int, saturated: float, threads: int, stop: Stop
+) -> tuple[float, float]: ...
+def unwrap_stages(periods: Sequence[int]) -> tuple[list[tuple[int, list[int]]], float]: ...

@@ -1,0 +1,250 @@
+"""The commands of the scanner: ``debulk scan LEFT RIGHT``, ``scan patterns``, ``scan calibrate``."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from typer.core import TyperGroup
+
+from debulk import InputError
+from debulk.cli.support import Progress, check_writable, outcome, shown_progress
+
+if TYPE_CHECKING:
+    from debulk.scanner import Calibration, Scan
+    from debulk.scenes import Layup
+
+_IMAGES = (".png", ".tif", ".tiff", ".bmp", ".pgm")
+_CLOUDS = (".npy", ".npz", ".ply", ".pcd")
+
+PERIODS = Annotated[str, typer.Option(help="Numbers of fringes over the projector's width.")]
+STEPS = Annotated[int, typer.Option(min=3, help="Images of each number of periods.")]
+
+
+class _ScanGroup(TyperGroup):
+    """`debulk scan LEFT RIGHT` scans; a first word that names another command is that command."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] != "--help":
+            args = ["images", *args]
+        return super().parse_args(ctx, args)
+
+
+app = typer.Typer(
+    cls=_ScanGroup,
+    no_args_is_help=True,
+    help="From the fringe images of two cameras to a cloud: debulk scan LEFT RIGHT --calibration c.json -o scan.pcd.",
+)
+
+
+@app.command()
+def images(
+    left: Annotated[Path, typer.Argument(help="Folder with the left camera's images, in the order of their names.")],
+    right: Annotated[Path, typer.Argument(help="Likewise, of the right camera.")],
+    calibration: Annotated[Path, typer.Option(help="From `debulk scan calibrate`.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Cloud: .pcd, .ply, .npy or .npz.")],
+    picture: Annotated[
+        Path | None, typer.Option(help=".png of modulation, exposure, order residual and depth.")
+    ] = None,
+    periods: PERIODS = "50,51",
+    steps: STEPS = 6,
+    bits: Annotated[int | None, typer.Option(help="Of the sensor; unset: 8, or 12 in 16.")] = None,
+    deadline: Annotated[float | None, typer.Option(help="Seconds after which the scan ends.")] = None,
+) -> None:
+    """Scan (the word `images` may be left out): decode both cameras' images and triangulate.
+
+    Several exposures: a subfolder for each, shortest first by name, or all in one folder, exposure by exposure.
+    """
+    with outcome():
+        numbers = _numbers(periods)
+        if output.suffix.lower() not in _CLOUDS:
+            raise InputError(f"{output}: expected a file ending in {', '.join(_CLOUDS)}")
+        if picture is not None and picture.suffix.lower() != ".png":
+            raise InputError(f"{picture}: expected a file ending in .png")
+        for path in filter(None, (output, picture)):
+            check_writable(path)
+        from debulk import scanner
+        from debulk.files import save_cloud
+        from debulk.scanner.picture import picture as drawn
+
+        cameras = scanner.Calibration.load(calibration)
+        count = steps * len(numbers)
+        with shown_progress() as progress:
+            progress("reading", 0.0)
+            left_images = _stack(left, count)
+            progress("reading", 0.5)
+            right_images = _stack(right, count)
+            instrument = scanner.Scanner(cameras, numbers, steps, bits=bits, details=picture is not None)
+            scan = instrument.scan(left_images, right_images, deadline, progress)
+            save_cloud(output, scan.points_mm)
+        if picture is not None and instrument.left is not None:
+            _write_image(picture, drawn(scan, instrument.left))
+        print(summary(scan, cameras))
+        for path in filter(None, (output, picture)):
+            print(f"written: {path}")
+
+
+@app.command()
+def patterns(
+    folder: Annotated[Path, typer.Argument(help="For the images, made if need be.")],
+    pixels: Annotated[str, typer.Option(help="Width x height of the projector.")] = "1920x1080",
+    periods: PERIODS = "50,51",
+    steps: STEPS = 6,
+    direction: Annotated[Literal["vertical", "horizontal", "both"], typer.Option(help="Of the fringes.")] = "vertical",
+) -> None:
+    """Write the patterns that the projector shows, numbered in their order."""
+    with outcome():
+        from debulk.scanner import fringe_patterns
+
+        width, _, height = pixels.partition("x")
+        if not (width.isdecimal() and height.isdecimal()):
+            raise InputError(f"--pixels: expected WIDTHxHEIGHT like 1920x1080, got {pixels!r}")
+        made = fringe_patterns((int(width), int(height)), _numbers(periods), steps, direction)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
+        for k, pattern in enumerate(made, start=1):
+            _write_image(folder / f"pattern_{k:02d}.png", pattern)
+        print(f"written: {len(made)} patterns of {width} x {height} pixels in {folder}")
+
+
+@app.command()
+def calibrate(
+    left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of the board.")],
+    right: Annotated[Path, typer.Argument(help="The right camera's, of the same places, in the same order.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Calibration, .json.")],
+    squares: Annotated[str, typer.Option(help="Squares across x down, the outermost included.")],
+    square_mm: Annotated[float, typer.Option("--square-mm", help="Side of a square, mm, as measured.")],
+    charuco: Annotated[bool, typer.Option("--charuco", help="A ChArUco board, not a checkerboard.")] = False,
+    marker_mm: Annotated[float | None, typer.Option("--marker-mm", help="Side of a ChArUco marker, mm.")] = None,
+    dictionary: Annotated[str, typer.Option(help="Of the ChArUco markers, by OpenCV's name.")] = "DICT_5X5_250",
+) -> None:
+    """Calibrate both cameras from images of a board; images that spoil the fit are named."""
+    with outcome():
+        if output.suffix.lower() != ".json":
+            raise InputError(f"{output}: expected a file ending in .json")
+        check_writable(output)
+        across, _, down = squares.partition("x")
+        if not (across.isdecimal() and down.isdecimal()):
+            raise InputError(f"--squares: expected ACROSSxDOWN like 10x7, got {squares!r}")
+        from debulk import scanner
+
+        board = scanner.Board(
+            (int(across), int(down)), square_mm, "charuco" if charuco else "checkerboard", marker_mm, dictionary
+        )
+        paths = [_files(folder) for folder in (left, right)]
+        left_seen, right_seen = ([_eight_bits(_read(path)) for path in side] for side in paths)
+        found = scanner.calibrate(left_seen, right_seen, board, names=[path.name for path in paths[0]])
+        found.save(output)
+        for name, error in sorted(found.image_errors_px.items(), key=lambda item: -item[1]):
+            print(f"{name}: {error:.3f} px")
+        for name, why in found.spoiling.items():
+            print(f"left out: {name}: {why}")
+        baseline = float(np.linalg.norm(found.translation_mm))
+        print(f"error {found.error_px:.3f} px, cameras {baseline:.2f} mm apart")
+        print(f"written: {output}")
+
+
+def scanned(layup: Layup, pixels: tuple[int, int], progress: Progress) -> Layup:
+    """Scan ply and bare mold with the virtual scanner, and put its clouds, pose and camera in place of the layup's."""
+    from debulk.scanner import Scanner
+    from debulk.scenes import fringe_images
+
+    clouds = []
+    for k, name in enumerate(("the bare mold", "the ply")):
+        progress(f"images of {name}", 0.1 + 0.5 * k)
+        seen = fringe_images(layup, pixels, bare=k == 0)
+        progress(f"scanning {name}", 0.4 + 0.5 * k)
+        scan = Scanner(seen.calibration).scan(seen.left, seen.right)
+        clouds.append(scan.points_mm)
+    return dataclasses.replace(
+        layup, reference=clouds[0], scan=clouds[1], mold_from_scanner=seen.mold_from_scanner, camera=scan.camera
+    )
+
+
+def summary(scan: Scan, calibration: Calibration) -> str:
+    """Say in a few lines what was scanned."""
+    counts = scan.counts
+    known = np.isfinite(scan.uncertainty_mm)
+    lines = [
+        f"{counts['matched']} points of {counts['seen']} pixels seen by the left camera; {counts['unmatched']} "
+        f"seen by it alone"
+    ]
+    if known.any():
+        lines.append(f"uncertainty {np.median(scan.uncertainty_mm[known]):.3f} mm in the median")
+    if scan.epipolar is not None:
+        error = scan.epipolar.error_px
+        said = (
+            f"rows agree within {error:.2f} px"
+            if np.isfinite(error)
+            else "the surface has too little texture to say whether a camera moved"
+        )
+        lines.append(said)
+    f, cx, cy = scan.camera
+    lines.append(f"camera of the cloud (f,cx,cy): {f:.4f},{cx:.4f},{cy:.4f}")
+    return "\n".join(lines)
+
+
+def _numbers(periods: str) -> tuple[int, ...]:
+    try:
+        return tuple(int(word) for word in periods.split(","))
+    except ValueError:
+        raise InputError(f"--periods: expected whole numbers like 50,51, got {periods!r}") from None
+
+
+def _natural(path: Path) -> list[Any]:
+    """Sort key by which image 10 comes after image 9."""
+    return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", path.name.lower())]
+
+
+def _files(folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected a folder with images")
+    found = sorted((path for path in folder.iterdir() if path.suffix.lower() in _IMAGES), key=_natural)
+    if not found:
+        raise InputError(f"{folder}: expected images ({', '.join(_IMAGES)}), but there are none")
+    return found
+
+
+def _stack(folder: Path, count: int) -> list[list[NDArray[Any]]]:
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected a folder with images")
+    exposures = sorted((path for path in folder.iterdir() if path.is_dir()), key=_natural)
+    groups = [_files(path) for path in exposures]
+    if not groups:
+        files = _files(folder)
+        if len(files) % count:
+            raise InputError(f"{folder}: expected {count} images, or that many for each exposure, but got {len(files)}")
+        groups = [files[k : k + count] for k in range(0, len(files), count)]
+    return [[_read(path) for path in group] for group in groups]
+
+
+def _read(path: Path) -> NDArray[Any]:
+    import cv2
+
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise InputError(f"{path}: cannot be read as an image")
+    if image.ndim != 2:
+        raise InputError(f"{path}: expected a grey image, but it has {image.shape[2]} colours")
+    return np.asarray(image)
+
+
+def _eight_bits(image: NDArray[Any]) -> NDArray[np.uint8]:
+    """Scale a 16-bit image by its own white: corners are found by contrast."""
+    if image.dtype == np.uint8:
+        return image
+    return (image.astype(np.float32) * (255.0 / max(1, int(image.max())))).astype(np.uint8)
+
+
+def _write_image(path: Path, image: NDArray[np.uint8]) -> None:
+    import cv2
+
+    if not cv2.imwrite(str(path), image):
+        raise InputError(f"{path}: cannot be written")

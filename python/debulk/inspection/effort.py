@@ -1,0 +1,90 @@
+"""What a recipe would cost: refused with the estimate where it means hours or gigabytes, before they are spent."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import InputError
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["check_map", "check_solves"]
+
+Floats = NDArray[np.float64]
+
+_MOST_GB = 4.0  # of a height map and all that is kept beside it
+_CELL_BYTES = 80  # of all maps together
+_MOST_HOLE_CELLS = 200  # a hole so wide takes about a second and 64 MB, by the fourth and the third power of its width
+_MOST_POCKET_S = 60.0  # sixty such pockets take an hour
+# Of one start on one thread, measured with nets of 100, 300 and 900 nodes; the other methods: bench/study/study.txt.
+_HUNDRED_NODES_S, _POWER = 0.004, 2.3
+_TIMES_SLOWER = {"ipopt": 25.0, "nlopt": 250.0}
+
+
+def check_map(low_mm: Floats, high_mm: Floats, spacing_mm: float, recipe: Recipe) -> None:
+    """Refuse a height map of a box that takes gigabytes, and holes in it that take minutes each.
+
+    Raises
+    ------
+    InputError
+        Names the setting, the estimate and what would do.
+    """
+    columns, rows = np.maximum(1.0, (high_mm - low_mm) / spacing_mm)
+    gigabytes = columns * rows * _CELL_BYTES / 1e9
+    if gigabytes > _MOST_GB:
+        coarser = spacing_mm * np.sqrt(gigabytes / _MOST_GB)
+        raise InputError(
+            f"clean.grid_spacing_mm: expected a height map of at most {_MOST_GB:g} GB, but {spacing_mm:.3g} mm over "
+            f"{columns * spacing_mm:.0f} by {rows * spacing_mm:.0f} mm takes about {gigabytes:.3g} GB; take "
+            f"{coarser:.2g} mm or more, and see that the reference has no stray points far off"
+        )
+    cells = recipe.clean.max_hole_mm / spacing_mm
+    if cells > _MOST_HOLE_CELLS:
+        seconds = (cells / _MOST_HOLE_CELLS) ** 4
+        raise InputError(
+            f"clean.max_hole_mm: expected at most {_MOST_HOLE_CELLS * spacing_mm:g} mm, {_MOST_HOLE_CELLS} spacings of "
+            f"the height map, but got {recipe.clean.max_hole_mm:g} mm: filling one such hole takes about "
+            f"{_duration(seconds)}"
+        )
+
+
+def check_solves(recipe: Recipe, area_mm2: float | None = None) -> None:
+    """Refuse solves that take more than a minute for a pocket.
+
+    Parameters
+    ----------
+    recipe
+        The sections net and solve.
+    area_mm2
+        Of a pocket's foot, where the recipe sets the spacing of the nets; None: not known yet.
+
+    Raises
+    ------
+    InputError
+        Names the settings, the estimate and what would do.
+    """
+    net, solve = recipe.net, recipe.solve
+    if net.spacing_mm is None:
+        nodes, name = float(net.node_target), "net.node_target"
+    elif area_mm2 is None:
+        return
+    else:
+        nodes, name = area_mm2 / net.spacing_mm**2, "net.spacing_mm"
+    starts = max(solve.starts, solve.most_starts)
+    one_s = _HUNDRED_NODES_S * (nodes / 100) ** _POWER * _TIMES_SLOWER.get(solve.method, 1.0)
+    if starts * one_s > _MOST_POCKET_S:
+        raise InputError(
+            f"{name}, solve.most_starts: expected at most {_MOST_POCKET_S:g} s of solves a pocket, but {nodes:.0f} "
+            f"nodes from {starts} starts take about {_duration(starts * one_s)}; take fewer nodes or starts"
+        )
+
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"

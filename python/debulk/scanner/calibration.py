@@ -1,0 +1,237 @@
+"""The calibration of two cameras, and the rectified images in which their rows agree."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk.scanner.inputs import InputError, checked_pixels
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+_VERSION = 1
+_DISTORTIONS = (4, 5, 8, 12, 14)  # numbers of coefficients that OpenCV knows
+
+
+class Calibration:
+    """Two cameras that stand side by side, the left one first, in OpenCV's conventions.
+
+    Parameters
+    ----------
+    camera_matrices
+        Two (3, 3) matrices, pixels.
+    distortions
+        Two rows of 4, 5, 8, 12 or 14 coefficients.
+    rotation, translation_mm
+        x_right = rotation @ x_left + translation_mm, of a point in the cameras' frames (x to the right, y down).
+    pixels
+        Width and height of the images.
+    image_errors_px
+        Root mean square reprojection error of each calibration image, by its name.
+    spoiling
+        Names of images that were left out because they spoilt the fit, with the reason.
+    error_px
+        Root mean square reprojection error of all that were used.
+
+    Raises
+    ------
+    debulk.InputError
+        Names the argument, what was expected and what came.
+
+    Examples
+    --------
+    >>> matrix = [[1000.0, 0, 639.5], [0, 1000.0, 479.5], [0, 0, 1]]
+    >>> calibration = Calibration([matrix, matrix], np.zeros((2, 5)), np.eye(3), (-200.0, 0, 0), (1280, 960))
+    >>> [round(number, 6) for number in calibration.rectified.camera]
+    [1000.0, 639.5, 479.5]
+    """
+
+    def __init__(
+        self,
+        camera_matrices: ArrayLike,
+        distortions: ArrayLike,
+        rotation: ArrayLike,
+        translation_mm: ArrayLike,
+        pixels: tuple[int, int],
+        *,
+        image_errors_px: Mapping[str, float] | None = None,
+        spoiling: Mapping[str, str] | None = None,
+        error_px: float = float("nan"),
+    ) -> None:
+        self.camera_matrices = _numbers("camera_matrices", camera_matrices, (2, 3, 3))
+        self.distortions = _numbers("distortions", distortions, (2, None))
+        if self.distortions.shape[1] not in _DISTORTIONS:
+            raise InputError(
+                f"distortions: expected two rows of {_DISTORTIONS} numbers, but got {self.distortions.shape[1]}"
+            )
+        self.rotation = _numbers("rotation", rotation, (3, 3))
+        if np.abs(self.rotation @ self.rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(self.rotation) < 0:
+            raise InputError("rotation: expected a rotation, but got a matrix that is none")
+        self.translation_mm = _numbers("translation_mm", np.reshape(translation_mm, -1), (3,))
+        if not np.linalg.norm(self.translation_mm) > 0:
+            raise InputError("translation_mm: expected the way between the cameras in mm, but got zero")
+        for matrix in self.camera_matrices:
+            if not (matrix[0, 0] > 0 and matrix[1, 1] > 0 and np.allclose(matrix[2], (0, 0, 1))):
+                raise InputError(
+                    f"camera_matrices: expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], but got {matrix.tolist()}"
+                )
+        self.pixels = checked_pixels(pixels)
+        self.image_errors_px = dict(image_errors_px or {})
+        self.spoiling = dict(spoiling or {})
+        self.error_px = float(error_px)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the calibration as JSON, for `load`."""
+        data = {
+            "debulk scanner calibration": _VERSION,
+            "pixels": list(self.pixels),
+            "camera_matrices": self.camera_matrices.tolist(),
+            "distortions": self.distortions.tolist(),
+            "rotation": self.rotation.tolist(),
+            "translation_mm": self.translation_mm.tolist(),
+            "error_px": None if np.isnan(self.error_px) else self.error_px,
+            "image_errors_px": self.image_errors_px,
+            "spoiling": self.spoiling,
+        }
+        try:
+            Path(path).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Calibration:
+        """Read a calibration that `save` wrote; raises a debulk.InputError that names the file."""
+        try:
+            data = json.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        except ValueError as error:
+            raise InputError(f"{path}: expected a calibration as JSON, but got {error}") from None
+        if not isinstance(data, dict) or data.get("debulk scanner calibration") != _VERSION:
+            raise InputError(f"{path}: expected a debulk scanner calibration of version {_VERSION}")
+        try:
+            names = ("camera_matrices", "distortions", "rotation", "translation_mm", "pixels")
+            error_px = data.get("error_px")
+            return cls(
+                *(data[name] for name in names),
+                image_errors_px=data.get("image_errors_px"),
+                spoiling=data.get("spoiling"),
+                error_px=float("nan") if error_px is None else error_px,
+            )
+        except (InputError, KeyError) as error:
+            raise InputError(f"{path}: {error}") from None
+
+    @cached_property
+    def rectified(self) -> Rectified:
+        """The rectified images, prepared once."""
+        return _rectify(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Rectified:
+    """Two pinhole images without distortion, turned so that equal rows see the same planes through both cameras.
+
+    Both have the left one's focal length, scaled so that all that the left camera sees fits into an image of its size.
+    """
+
+    focal_px: float
+    left_centre: tuple[float, float]
+    """cx, cy in pixels."""
+    right_cx: float
+    """cy is the left one's."""
+    baseline_mm: float
+    pixels: tuple[int, int]
+    """Width and height of the left image."""
+    right_width: int
+    rotation: F64
+    """(3, 3) x_rectified = rotation @ x_left: the frame of the cloud."""
+    maps: tuple[F32, F32, F32, F32] = field(repr=False)
+    """Where each rectified pixel lies in the image as it was taken: x, y of the left, x, y of the right."""
+
+    @property
+    def camera(self) -> tuple[float, float, float]:
+        """(f, cx, cy) of the organised cloud."""
+        return self.focal_px, *self.left_centre
+
+
+def _rectify(calibration: Calibration) -> Rectified:
+    import cv2
+
+    width, height = calibration.pixels
+    (left_k, right_k), (left_d, right_d) = calibration.camera_matrices, calibration.distortions
+    turns = cv2.stereoRectify(
+        left_k,
+        left_d,
+        right_k,
+        right_d,
+        (width, height),
+        calibration.rotation,
+        calibration.translation_mm[:, None],
+        flags=0,
+    )
+    left_r, right_r = np.asarray(turns[0], np.float64), np.asarray(turns[1], np.float64)
+    towards = right_r @ calibration.translation_mm
+    if abs(towards[1]) > 1e-6 * abs(towards[0]) or towards[0] > 0:
+        raise InputError(
+            "calibration: expected the second camera to stand to the right of the first, but it stands "
+            + ("to the left: exchange them" if abs(towards[1]) < abs(towards[0]) else "above or below it")
+        )
+    low, high = _extent(left_k, left_d, left_r, width, height)
+    right_low, right_high = _extent(right_k, right_d, right_r, width, height)
+    f = float(min((width - 1) / (high[0] - low[0]), (height - 1) / (high[1] - low[1])))
+    cx = float((width - 1) / 2 - f * (low[0] + high[0]) / 2)
+    cy = float((height - 1) / 2 - f * (low[1] + high[1]) / 2)
+    right_width = int(np.ceil(f * (right_high[0] - right_low[0]))) + 1
+    right_cx = float(-f * right_low[0])
+    maps: list[F32] = []
+    for k, d, r, centre, columns in (
+        (left_k, left_d, left_r, cx, width),
+        (right_k, right_d, right_r, right_cx, right_width),
+    ):
+        pinhole = np.array([[f, 0, centre], [0, f, cy], [0, 0, 1]])
+        made = cv2.initUndistortRectifyMap(k, d, r, pinhole, (columns, height), cv2.CV_32FC1)
+        maps += [np.asarray(part, np.float32) for part in made]
+    return Rectified(
+        f,
+        (cx, cy),
+        right_cx,
+        float(-towards[0]),
+        (width, height),
+        right_width,
+        left_r,
+        (maps[0], maps[1], maps[2], maps[3]),
+    )
+
+
+def _extent(matrix: F64, distortion: F64, rotation: F64, width: int, height: int) -> tuple[F64, F64]:
+    """Lowest and highest x / z, y / z at which the rectified camera sees the image's border."""
+    import cv2
+
+    x, y = np.linspace(0, width - 1, 33), np.linspace(0, height - 1, 33)
+    border = np.concatenate(
+        [np.stack([x, np.full(33, at)], 1) for at in (0, height - 1)]
+        + [np.stack([np.full(33, at), y], 1) for at in (0, width - 1)]
+    )
+    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
+    seen = cv2.undistortPoints(border[:, None], matrix, distortion, R=rotation, criteria=criteria).reshape(-1, 2)
+    return np.asarray(seen.min(axis=0), np.float64), np.asarray(seen.max(axis=0), np.float64)
+
+
+def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> F64:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected numbers of shape {shape}, but got something else") from None
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
+    if not fits or not np.isfinite(array).all():
+        raise InputError(f"{name}: expected finite numbers of shape {shape}, but got shape {array.shape}")
+    return array

@@ -1,0 +1,174 @@
+"""From fringe images to absolute phases."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+from debulk.scanner.faults import refuse_faults
+from debulk.scanner.inputs import InputError, Stack, checked_periods, checked_stack, checked_steps
+
+F32 = NDArray[np.float32]
+
+NO_EXPOSURE = 255
+"""In `Phase.exposure`: every exposure is saturated."""
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """What a camera's fringe images say about each pixel. Maps are (H, W) in the image as it was taken."""
+
+    phase_rad: F32 = field(repr=False)
+    """Absolute phase of the first number of periods N, from 0 to 2π N over the projector's field, made from all numbers
+    of periods; NaN where the pixel is dark, saturated, or its fringe order doubtful."""
+    noise_rad: F32 = field(repr=False)
+    """Standard deviation of the phase by the sensor's noise; NaN where the pixel is not lit."""
+    modulation: F32 = field(repr=False)
+    """Amplitude of the fringes in grey values of the chosen exposure, mean over the numbers of periods."""
+    exposure: NDArray[np.uint8] = field(repr=False)
+    """Index of the exposure that was chosen; 255 where all are saturated."""
+    offset: F32 | None = field(default=None, repr=False)
+    """Mean grey value, if wanted."""
+    order_residual: F32 | None = field(default=None, repr=False)
+    """How far the fringe order was from a whole number, 0 to 0.5; at 0.5 the next order would have been as likely. NaN
+    where the pixel is not lit."""
+    brightness: tuple[float, ...] = (1.0,)
+    """Of each exposure beside the shortest."""
+    sensor_noise: tuple[float, float] = (1.0, 0.0)
+    """Variance of a grey value: the first number + the second times the grey value."""
+    counts: Mapping[str, int] = field(default_factory=dict)
+    """Pixels that are ``lit``, of those ``doubtful`` (order not sure from the beat), of which
+    ``repaired`` by the pixels beside; ``isolated`` (phase unlike those beside, and gone);
+    ``saturated`` in every exposure; and grey values ``read``."""
+
+
+def decode(
+    images: ArrayLike | Sequence[Any],
+    periods: Sequence[int] = (50, 51),
+    steps: int = 6,
+    *,
+    bits: int | None = None,
+    sensor_noise: tuple[float, float] | None = None,
+    threads: int = 0,
+    stop: _core.Stop | None = None,
+) -> Phase:
+    """Decode the fringe images of one camera, one exposure or several.
+
+    Grey values follow I_k = offset + modulation cos(phase + 2π k / steps), k = 0, 1, ...: phase = 2π N u for N
+    periods over
+    the projector's field 0 <= u < 1, as `fringe_patterns` makes them. Each pixel takes its brightest exposure that is
+    not saturated in any step, and its fringe order from the beat of the numbers of periods (heterodyne unwrapping).
+
+    Parameters
+    ----------
+    images
+        (n, H, W) or (E, n, H, W), uint8 or uint16, shortest exposure first; or sequences of (H, W) arrays, which need
+        not lie in one piece. All steps of the first number of periods, then of the second, and so on.
+    periods
+        Numbers of fringes over the field.
+    steps
+        Of each number of periods.
+    bits
+        Of the sensor; its greatest grey value counts as saturated. None: 8 for uint8, 12 for uint16.
+    sensor_noise
+        Variance of a grey value, (a, b) for a + b · value, as measured for the camera. None: estimated from the images'
+        highest harmonic, which holds no fringe.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+    stop
+        Raised from another thread, ends the computation soon.
+
+    Returns
+    -------
+    Phase
+        With modulation, offset, noise, exposure and order residual.
+
+    Raises
+    ------
+    debulk.InputError
+        Images that are not as expected, or spoilt: one missing, repeated, exchanged or differently exposed, a lamp that
+        flickers, another number of steps or periods. The message names which.
+
+    Examples
+    --------
+    >>> u = (np.arange(640) + 0.5) / 640
+    >>> k = np.arange(6)[:, None]
+    >>> lines = [120 + 100 * np.cos(2 * np.pi * (n * u + k / 6)) for n in (50, 51)]
+    >>> images = np.rint(np.concatenate(lines))[:, None, :].repeat(8, axis=1).astype(np.uint8)
+    >>> phase = decode(images)
+    >>> bool(np.abs(phase.phase_rad[4] - 2 * np.pi * 50 * u).max() < 0.01)
+    True
+    """
+    numbers, count = checked_periods(periods), checked_steps(steps, periods)
+    stack = checked_stack(images, count * len(numbers), bits=bits)
+    refuse_faults(stack, numbers, count)
+    shape = stack.shape
+    maps: dict[str, Any] = {
+        name: np.empty(shape, np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")
+    }
+    maps["exposure"] = np.empty(shape, np.uint8)
+    return decode_into(maps, stack, numbers, count, sensor_noise, threads, stop or _core.Stop())
+
+
+def decode_into(
+    maps: dict[str, Any],
+    stack: Stack,
+    periods: tuple[int, ...],
+    steps: int,
+    sensor_noise: tuple[float, float] | None,
+    threads: int,
+    stop: _core.Stop,
+    widest: int = 4,
+) -> Phase:
+    """Decode into memory that the caller keeps; ``widest``: 2, 3 or 4 for SSE4, AVX2 or AVX-512 at most."""
+    core, images, saturated = _core.scanner, list(stack.images), float(stack.white)
+    if sensor_noise is None:
+        sensor_noise = core.sensor_noise(images, stack.exposures, steps, saturated, threads, stop)
+    elif not (len(sensor_noise) == 2 and sensor_noise[0] >= 0 and sensor_noise[1] >= 0 and sum(sensor_noise) > 0):
+        raise InputError(
+            f"sensor_noise: expected (a, b), not negative, for the variance a + b · value, but got {sensor_noise!r}"
+        )
+    counts = core.decode(
+        images,
+        stack.exposures,
+        periods=list(periods),
+        steps=steps,
+        saturated=saturated,
+        noise=(float(sensor_noise[0]), float(sensor_noise[1])),
+        least_contrast=5.0,
+        most_order_noise=0.25,
+        most_residual=0.35,
+        maps=maps,
+        threads=threads,
+        widest=widest,
+        stop=stop,
+    )
+    return Phase(
+        maps["phase"],
+        maps["noise"],
+        maps["modulation"],
+        maps["exposure"],
+        maps.get("offset"),
+        maps.get("residual"),
+        _brightness(stack),
+        (float(sensor_noise[0]), float(sensor_noise[1])),
+        counts,
+    )
+
+
+def _brightness(stack: Stack) -> tuple[float, ...]:
+    """How bright each exposure is beside the shortest, from pixels that are bright in the longer and not saturated."""
+    step = max(1, round(np.sqrt(stack.shape[0] * stack.shape[1] / 20_000)))
+    out = [1.0]
+    for e in range(1, stack.exposures):
+        before, here = (
+            np.stack([image[::step, ::step] for image in stack.exposure(k)[:3]]).astype(np.float64) for k in (e - 1, e)
+        )
+        fine = (here < stack.white) & (here > 0.3 * stack.white)
+        out.append(out[-1] * (float(here[fine].sum() / max(before[fine].sum(), 1.0)) if fine.any() else 1.0))
+    return tuple(out)

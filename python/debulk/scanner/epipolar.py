@@ -1,0 +1,182 @@
+"""Whether the cameras stand as they stood when they were calibrated: points of one row must lie in one row.
+
+Fringes across the rows say nothing about the rows themselves, but the surface's own texture does. In patches, the
+modulation of the left image is compared with that of the right one at the matched places, some rows up or down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.scanner.calibration import Rectified
+from debulk.scanner.decode import NO_EXPOSURE, Phase
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+MOST_ERROR = 4e-4
+"""Of the image's width: half a pixel of 1280. Highlights that move between the cameras take as much with them."""
+_HALF = 12  # of a patch, pixels of an image 1280 wide or less; in proportion for wider ones
+_REACH = 6  # rows up and down
+_GRID = 14, 10  # patches across and down
+_LEAST_CORRELATION = 0.7
+_LEAST_PATCHES = 6
+
+
+@dataclass(frozen=True)
+class Epipolar:
+    """Agreement of the rows.
+
+    Attributes
+    ----------
+    error_px
+        Root mean square distance of a point's row in the right image from its row in the left one, as a turned camera
+        would make it; NaN where the surface has too little texture to say.
+    patches
+        How many patches of the image had a say.
+    """
+
+    error_px: float
+    patches: int
+
+
+def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
+    """Measure how the rows agree, and say what is wrong where they do not."""
+    shifts, textured = row_shifts(points, left, right, rectified)
+    error = float(np.sqrt(np.mean(_even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
+    found = Epipolar(error, len(shifts))
+    if textured < _LEAST_PATCHES:
+        return found, ""
+    if len(shifts) < max(_LEAST_PATCHES, textured // 3):
+        return found, (
+            f"the surface's texture agrees in only {len(shifts)} of {textured} patches of the two images: a "
+            f"camera was moved "
+            "far since the calibration, or the images are of different scans"
+        )
+    if error > MOST_ERROR * max(1280, rectified.pixels[0]):
+        return found, (
+            f"points of one row lie {error:.1f} rows apart in the two images: a camera was moved since the "
+            f"calibration; "
+            "calibrate again"
+        )
+    return found, ""
+
+
+def _even(shifts: F64) -> F64:
+    """Fit what a turned camera would make of (K, 3) shifts: linear over the image; outliers count less."""
+    basis = np.column_stack([np.ones(len(shifts)), shifts[:, :2]])
+    weight = np.ones(len(shifts))
+    fit = np.zeros(len(shifts))
+    for _ in range(10):
+        solved, *_ = np.linalg.lstsq(basis * weight[:, None], shifts[:, 2] * weight, rcond=None)
+        fit = basis @ solved
+        off = np.abs(shifts[:, 2] - fit)
+        weight = np.sqrt(1 / np.maximum(off, 0.5 * float(np.median(off)) + 1e-9))
+    return np.asarray(fit)
+
+
+def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[F64, int]:
+    """Rows between the images in each patch that agrees, (K, 3) with its place, and how many patches have texture.
+
+    A place is given from the image's middle, in shares of its width.
+    """
+    width, height = rectified.pixels
+    shifts, textured = [], 0
+    half = _HALF * max(1280, width) // 1280
+    margin = half + _REACH + 1
+    for y in np.linspace(margin, height - 1 - margin, _GRID[1]).astype(int):
+        for x in np.linspace(half, width - 1 - half, _GRID[0]).astype(int):
+            found = _patch(int(x), int(y), half, points, left, right, rectified)
+            if found is None:
+                continue
+            textured += 1
+            if found[0] >= _LEAST_CORRELATION:
+                shifts.append((x / width - 0.5, (y - 0.5 * height) / width, found[1]))
+    return np.asarray(shifts).reshape(-1, 3), textured
+
+
+def _patch(
+    x: int, y: int, half: int, points: F32, left: Phase, right: Phase, rectified: Rectified
+) -> tuple[float, float] | None:
+    """Best correlation and at which row; None without enough points or texture."""
+    rows, columns = slice(y - half, y + half + 1), slice(x - half, x + half + 1)
+    depth = points[rows, columns, 2]
+    seen = np.isfinite(depth)
+    if y < half or x < half or depth.shape != (2 * half + 1, 2 * half + 1) or seen.mean() < 0.9:
+        return None
+    depth = np.where(seen, depth, np.median(depth[seen]))
+    shift = rectified.right_cx - rectified.left_centre[0]
+    there = np.arange(columns.start, columns.stop) - (rectified.focal_px * rectified.baseline_mm / depth - shift)
+    left_x, left_y, right_x, right_y = rectified.maps
+    reference = _sample(left, left_x[rows, columns], left_y[rows, columns])
+    if reference is None or _contrast(reference) < 0.02:
+        return None
+    wide = np.arange(-_REACH, _REACH + 1)
+    scores = np.full(wide.size, -1.0)
+    for k, dy in enumerate(wide):
+        at_y = np.arange(rows.start + dy, rows.stop + dy, dtype=np.float32)[:, None] + np.zeros_like(there, np.float32)
+        at_x = there.astype(np.float32)
+        texture = _sample(right, _remap(right_x, at_x, at_y), _remap(right_y, at_x, at_y))
+        if texture is not None:
+            scores[k] = _correlation(reference, texture)
+    best = int(np.argmax(scores))
+    if best in (0, wide.size - 1) or scores[best - 1] < -0.9 or scores[best + 1] < -0.9:
+        return 0.0, 0.0
+    before, here, after = scores[best - 1 : best + 2]
+    bend = before - 2 * here + after
+    return float(here), float(wide[best] + (0.5 * (before - after) / bend if bend < 0 else 0.0))
+
+
+def _remap(image: F32, x: F32, y: F32) -> F32:
+    import cv2
+
+    # Cut out what is needed: OpenCV's coordinates end at 32767, and a corner keeps their precision.
+    i0, j0 = max(int(y.min()) - 2, 0), max(int(x.min()) - 2, 0)
+    part = image[i0 : int(y.max()) + 4, j0 : int(x.max()) + 4]
+    if part.size == 0 or min(part.shape) < 2:
+        return np.full(x.shape, np.nan, np.float32)
+    out = cv2.remap(
+        part,
+        x - np.float32(j0),
+        y - np.float32(i0),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=float("nan"),
+    )
+    return np.asarray(out, np.float32)
+
+
+def _sample(phase: Phase, x: F32, y: F32) -> F64 | None:
+    """Logarithm of the modulation at these places, every exposure counted alike; None where it is not known."""
+    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+        return None
+    height, width = phase.modulation.shape
+    if x.min() < 0 or y.min() < 0 or x.max() > width - 1 or y.max() > height - 1:
+        return None
+    i0, j0 = max(int(y.min()) - 1, 0), max(int(x.min()) - 1, 0)
+    part = slice(i0, int(y.max()) + 3), slice(j0, int(x.max()) + 3)
+    if phase.exposure[part].max() == NO_EXPOSURE:
+        return None
+    light = phase.modulation[part] / np.asarray(phase.brightness, np.float32)[phase.exposure[part]]
+    values = np.log(np.maximum(_remap(light, x - np.float32(j0), y - np.float32(i0)), 1e-6)).astype(np.float64)
+    return values if np.isfinite(values).all() else None
+
+
+def _flat(values: F64) -> F64:
+    """Without the light's own slope: only texture is left."""
+    rows, columns = np.indices(values.shape)
+    basis = np.stack([np.ones(values.size), rows.ravel(), columns.ravel()], axis=1)
+    fit, *_ = np.linalg.lstsq(basis, values.ravel(), rcond=None)
+    return np.asarray(values - (basis @ fit).reshape(values.shape))
+
+
+def _contrast(values: F64) -> float:
+    return float(_flat(values).std())
+
+
+def _correlation(a: F64, b: F64) -> float:
+    a, b = _flat(a), _flat(b)
+    return float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum() + 1e-300))

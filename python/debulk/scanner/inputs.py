@@ -1,0 +1,119 @@
+"""The checks that the scanner's faces share."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+
+InputError = _core.InputError
+Image = NDArray[np.uint8] | NDArray[np.uint16]
+
+MOST_IMAGES = 64  # of an exposure
+
+
+def whole(name: str, value: Any, low: int, high: int) -> int:
+    """Check a whole number."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = low - 1
+    if isinstance(value, bool) or not low <= number <= high:
+        raise InputError(f"{name}: expected a whole number of {low} to {high}, but got {value!r}")
+    return number
+
+
+def one_of(name: str, value: object, known: Sequence[str]) -> None:
+    """Check a name."""
+    if value not in known:
+        raise InputError(f"{name}: expected one of {', '.join(map(repr, known))}, but got {value!r}")
+
+
+def checked_pixels(pixels: Any, name: str = "pixels") -> tuple[int, int]:
+    """Check a width and a height."""
+    if not isinstance(pixels, tuple | list) or len(pixels) != 2:
+        raise InputError(f"{name}: expected (width, height), but got {pixels!r}")
+    return whole(name, pixels[0], 32, 32000), whole(name, pixels[1], 8, 32000)
+
+
+def checked_periods(periods: Any) -> tuple[int, ...]:
+    """Check the numbers of periods: the core says whether they can be unwrapped."""
+    try:
+        numbers = tuple(operator.index(n) for n in periods)
+    except TypeError:
+        raise InputError(f"periods: expected two to six whole numbers, but got {periods!r}") from None
+    _core.scanner.unwrap_stages(list(numbers))
+    return numbers
+
+
+def checked_steps(steps: Any, periods: Sequence[int]) -> int:
+    """Check the number of steps."""
+    return whole("steps", steps, 3, MOST_IMAGES // len(periods))
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """What one camera saw: the images of each exposure, all of one shape and type."""
+
+    images: list[Image]  # exposure by exposure
+    exposures: int
+    name: str
+    white: int  # the greatest grey value
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width."""
+        return self.images[0].shape[0], self.images[0].shape[1]
+
+    def exposure(self, e: int) -> list[Image]:
+        """Return the images of one exposure."""
+        each = len(self.images) // self.exposures
+        return self.images[e * each : (e + 1) * each]
+
+
+def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | None = None) -> Stack:
+    """Take (n, H, W) or (E, n, H, W), an array or sequences of (H, W) arrays; what is in order is not copied."""
+    if not isinstance(images, np.ndarray | list | tuple) or len(images) == 0:
+        raise InputError(f"{name}: expected images of shape (n, H, W) or (E, n, H, W), but got {_what(images)}")
+    first = images[0]
+    several = len(first) > 0 and np.ndim(first[0]) == 2 if isinstance(first, list | tuple | np.ndarray) else False
+    exposures = list(images) if several else [images]
+    flat: list[Image] = []
+    for e, exposure in enumerate(exposures):
+        which = f" of exposure {e + 1}" if several else ""
+        if len(exposure) != wanted:
+            raise InputError(
+                f"{name}: expected {wanted} images{which} (steps times numbers of periods), but got {len(exposure)}: "
+                "an image is missing or too many, or steps or periods are not those of the projector"
+            )
+        flat += [_image(image, f"{name}, image {k + 1}{which}") for k, image in enumerate(exposure)]
+    shape, kind = flat[0].shape, flat[0].dtype
+    for k, image in enumerate(flat):
+        if image.shape != shape or image.dtype != kind:
+            raise InputError(
+                f"{name}: expected images of one shape and type, but image {k % wanted + 1} is {image.shape} "
+                f"{image.dtype} and the first {shape} {kind}"
+            )
+    if min(shape) < 8 or shape[1] < 32:
+        raise InputError(f"{name}: expected images of at least 32 x 8 pixels, but got {shape[1]} x {shape[0]}")
+    depth = (8 if kind == np.uint8 else 12) if bits is None else whole("bits", bits, 2, 8 * kind.itemsize)
+    return Stack(flat, len(exposures), name, (1 << depth) - 1)
+
+
+def _image(image: Any, name: str) -> Image:
+    array = np.asarray(image)
+    if array.ndim != 2 or array.dtype not in (np.uint8, np.uint16):
+        raise InputError(f"{name}: expected an (H, W) array of uint8 or uint16, but got {_what(array)}")
+    return np.ascontiguousarray(array)
+
+
+def _what(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"shape {value.shape} of {value.dtype}"
+    return f"{type(value).__name__} of {len(value)}" if isinstance(value, list | tuple) else f"a {type(value).__name__}"

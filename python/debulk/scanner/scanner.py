@@ -1,0 +1,217 @@
+"""A scanner that scans cycle after cycle, with everything prepared once."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+from debulk.scanner.calibration import Calibration
+from debulk.scanner.decode import Phase, decode_into
+from debulk.scanner.faults import refuse_faults
+from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
+from debulk.scanner.triangulate import Scan, triangulate_into
+
+F32 = NDArray[np.float32]
+Progress = Callable[[str, float], None]
+
+
+class ScanCancelled(RuntimeError):
+    """The scan was cancelled from another thread; there is no cloud."""
+
+
+class ScanTooLate(RuntimeError):
+    """The deadline passed before the cloud was there."""
+
+
+class Scanner:
+    """Two cameras and a projector: from their fringe images to the organised cloud, cycle after cycle.
+
+    Rectification maps and memory are prepared here and kept. One object scans one scene at a time.
+
+    Parameters
+    ----------
+    calibration
+        Of the two cameras.
+    periods, steps, bits, sensor_noise
+        As in `debulk.scanner.decode`.
+    details
+        Keep what a picture of the scan needs: order residual and mean grey value of each camera. They take 16 bytes for
+        each pixel of an image.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+
+    Raises
+    ------
+    debulk.InputError
+        An argument is out of its range.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=1, pixels=(64, 48))
+    >>> images = debulk.scenes.fringe_images(layup, pixels=(320, 240))
+    >>> scanner = Scanner(images.calibration)
+    >>> scan = scanner.scan(images.left, images.right)
+    >>> scan.points_mm.shape
+    (240, 320, 3)
+    """
+
+    def __init__(
+        self,
+        calibration: Calibration,
+        periods: Sequence[int] = (50, 51),
+        steps: int = 6,
+        *,
+        bits: int | None = None,
+        sensor_noise: tuple[float, float] | None = None,
+        details: bool = False,
+        threads: int = 0,
+    ) -> None:
+        if not isinstance(calibration, Calibration):
+            raise InputError(
+                f"calibration: expected a debulk.scanner.Calibration, but got a {type(calibration).__name__}"
+            )
+        self.calibration = calibration
+        self.periods = checked_periods(periods)
+        self.steps = checked_steps(steps, self.periods)
+        self.bits = bits
+        self.sensor_noise = sensor_noise
+        self.threads = whole("threads", threads, 0, 1024)
+        self.left: Phase | None = None
+        """The left camera's phase of the last scan, in memory that the next one overwrites."""
+        self.right: Phase | None = None
+        calibration.rectified  # noqa: B018  prepared now, not in the first cycle
+        shape = calibration.pixels[1], calibration.pixels[0]
+        names = ("phase", "noise", "modulation", *(("offset", "residual") if details else ()))
+        self._maps: list[dict[str, Any]] = []
+        for _ in range(2):
+            maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in names}
+            self._maps.append(maps | {"exposure": np.empty(shape, np.uint8)})
+        self._lock = threading.Lock()
+        self._running: set[_core.Stop] = set()
+        self._busy = threading.Lock()
+
+    def scan(
+        self,
+        left_images: ArrayLike | Sequence[Any],
+        right_images: ArrayLike | Sequence[Any],
+        deadline_s: float | None = None,
+        progress: Progress | None = None,
+        *,
+        out: tuple[F32, F32] | None = None,
+    ) -> Scan:
+        """Decode both cameras' images and triangulate.
+
+        Parameters
+        ----------
+        left_images, right_images
+            As in `debulk.scanner.decode`, of the calibration's size.
+        deadline_s
+            Seconds from now after which the scan ends with `ScanTooLate`.
+        progress
+            Called with the name of the stage and the share of the work that is done, from the calling thread.
+        out
+            Memory for the points, (H, W, 3), and the uncertainty, (H, W), float32 and C-contiguous: then a cycle
+            allocates nothing large. None: new.
+
+        Returns
+        -------
+        Scan
+            The cloud. `left` and `right` hold the phases it was made from.
+
+        Raises
+        ------
+        debulk.InputError
+            Names what was wrong with the images, or that a camera was moved; there is no cloud then.
+        ScanCancelled
+            After `cancel`.
+        ScanTooLate
+            After the deadline.
+        """
+        stop = _core.Stop()
+        if deadline_s is not None:
+            if not deadline_s > 0:
+                raise InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
+            stop.set_deadline(deadline_s)
+        report = progress or (lambda stage, done: None)
+        with self._busy, self._cancellable(stop):
+            try:
+                with ThreadPoolExecutor(1, "debulk") as pool, _stopping(stop):
+                    return self._scan(left_images, right_images, out, report, stop, pool)
+            except _core.Stopped:
+                if stop.cancelled:
+                    raise ScanCancelled("the scan was cancelled") from None
+                raise ScanTooLate(f"the deadline of {deadline_s:g} s passed before the cloud was there") from None
+
+    def cancel(self) -> None:
+        """End the scan that runs, from any thread: it raises `ScanCancelled` after some milliseconds."""
+        with self._lock:
+            for stop in self._running:
+                stop.cancel()
+
+    def _scan(
+        self,
+        left_images: Any,
+        right_images: Any,
+        out: tuple[F32, F32] | None,
+        report: Progress,
+        stop: _core.Stop,
+        pool: ThreadPoolExecutor,
+    ) -> Scan:
+        """Each stage in the pool's thread, so that Ctrl-C reaches this one while the core works."""
+        count = len(self.periods) * self.steps
+        report("checking images", 0.0)
+        shape = self.calibration.pixels[1], self.calibration.pixels[0]
+        stacks = [
+            checked_stack(images, count, name, self.bits)
+            for images, name in ((left_images, "left_images"), (right_images, "right_images"))
+        ]
+        for stack in stacks:
+            if stack.shape != shape:
+                raise InputError(
+                    f"{stack.name}: expected images of shape {shape}, the calibration's, but got {stack.shape}"
+                )
+            pool.submit(refuse_faults, stack, self.periods, self.steps).result()
+            if stop.now():
+                raise _core.Stopped("the scan was stopped")
+        phases = []
+        for k, (stack, maps) in enumerate(zip(stacks, self._maps, strict=True)):
+            report(f"decoding {'left' if k == 0 else 'right'}", 0.1 + 0.3 * k)
+            given = maps, stack, self.periods, self.steps, self.sensor_noise, self.threads, stop
+            phases.append(pool.submit(decode_into, *given).result())
+        self.left, self.right = phases
+        report("triangulating", 0.7)
+        points, uncertainty = out or (np.empty((*shape, 3), np.float32), np.empty(shape, np.float32))
+        work = points, uncertainty, phases[0], phases[1], self.calibration, self.threads, stop
+        scan = pool.submit(triangulate_into, *work).result()
+        report("triangulating", 1.0)
+        return scan
+
+    @contextmanager
+    def _cancellable(self, stop: _core.Stop) -> Iterator[None]:
+        with self._lock:
+            self._running.add(stop)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._running.discard(stop)
+
+
+@contextmanager
+def _stopping(stop: _core.Stop) -> Iterator[None]:
+    """Raise the stop when the body ends by what no computation throws: the thread that it waits for ends soon then."""
+    try:
+        yield
+    except (InputError, _core.Stopped):
+        raise
+    except BaseException:
+        stop.cancel()
+        raise

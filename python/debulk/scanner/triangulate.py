@@ -1,0 +1,188 @@
+"""From two absolute phases to the organised cloud."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+from debulk.scanner.calibration import Calibration, Rectified
+from debulk.scanner.decode import Phase
+from debulk.scanner.epipolar import Epipolar, judge_rows
+from debulk.scanner.inputs import InputError
+
+F32 = NDArray[np.float32]
+
+EDGE_RATIO = 3.0
+"""Neighbouring phases further apart than this many of the image's median steps lie on two sides of an edge."""
+LEAST_MATCHED = 0.3
+"""Share of the seen pixels that find a partner, below which the cameras do not look at one scene."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """An organised cloud from two cameras."""
+
+    points_mm: F32 = field(repr=False)
+    """(H, W, 3) in the frame of the rectified left camera: pixel (i, j) lies along ((j - cx) / f, (i - cy) / f, 1); NaN
+    where nothing was seen by both cameras."""
+    uncertainty_mm: F32 = field(repr=False)
+    """(H, W) standard deviation along the ray by the phases' noise; 0 where that is not known."""
+    camera: tuple[float, float, float]
+    """f, cx, cy in pixels."""
+    counts: Mapping[str, int] = field(default_factory=dict)
+    """Pixels ``seen`` by the left camera, of those ``matched``, ``unmatched`` (hidden from the right one), "
+    "``ambiguous``
+    (the left-right check failed), ``behind`` the cameras."""
+    epipolar: Epipolar | None = None
+    """How well the rows of the two images agree; None where no images were given."""
+
+
+def match(left: Phase | ArrayLike, right: Phase | ArrayLike, *, threads: int = 0) -> tuple[F32, F32]:
+    """Match two phase maps that are rectified already, row by row.
+
+    Parameters
+    ----------
+    left, right
+        A `Phase`, or (H, W) absolute phases in rad, NaN where nothing is known. As many rows in both.
+    threads
+        0: as many as the process may use.
+
+    Returns
+    -------
+    tuple[NDArray[np.float32], NDArray[np.float32]]
+        (H, W) disparity, column in the left image less column in the right one, NaN where there is none; and its
+        standard deviation (0 without the phases' noise). Pixels.
+
+    Examples
+    --------
+    >>> left = np.tile(np.arange(40.0), (8, 1)) / 10
+    >>> disparity, _ = match(left, left + 0.25)
+    >>> round(float(np.nanmedian(disparity)), 3)
+    2.5
+    """
+    views = _view(left, "left", None), _view(right, "right", None)
+    shape = views[0][0].shape
+    if views[1][0].shape[0] != shape[0]:
+        raise InputError(f"right: expected {shape[0]} rows like the left, but got shape {views[1][0].shape}")
+    disparity, sigma = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    maps = {"disparity": disparity, "sigma": sigma}
+    _core.scanner.match(*views, [], maps, edge_ratio=EDGE_RATIO, threads=threads, widest=4, stop=_core.Stop())
+    return disparity, sigma
+
+
+def triangulate(
+    left: Phase | ArrayLike,
+    right: Phase | ArrayLike,
+    calibration: Calibration,
+    *,
+    threads: int = 0,
+    stop: _core.Stop | None = None,
+) -> Scan:
+    """Triangulate two absolute phase maps.
+
+    Each pixel of the rectified left image is matched along its row of the right one, between pixels, never across an
+    edge or a gap; the partner must find its way back (left-right check). The rest is NaN.
+
+    Parameters
+    ----------
+    left, right
+        A `Phase` of each camera, or (H, W) absolute phases in rad from another decoder, in the images as they were
+        taken.
+    calibration
+        Of the two cameras. Its rectification is prepared with the first call.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+    stop
+        Raised from another thread, ends the computation soon.
+
+    Returns
+    -------
+    Scan
+        Points, uncertainty and camera.
+
+    Raises
+    ------
+    debulk.InputError
+        Phases of another shape than the calibration's; cameras that are exchanged, were moved since they were
+        calibrated (told from their modulation, so of two `Phase` only), or do not look at one scene.
+
+    Examples
+    --------
+    >>> matrix = [[500.0, 0, 39.5], [0, 500.0, 9.5], [0, 0, 1]]
+    >>> calibration = Calibration([matrix, matrix], np.zeros((2, 5)), np.eye(3), (-20.0, 0, 0), (80, 20))
+    >>> phase = np.tile(np.arange(80.0), (20, 1)) / 10
+    >>> scan = triangulate(phase, phase + 1.0, calibration)
+    >>> round(float(np.nanmedian(scan.points_mm[..., 2])), 1)
+    1000.0
+    """
+    shape = calibration.pixels[1], calibration.pixels[0]
+    points, uncertainty = np.empty((*shape, 3), np.float32), np.empty(shape, np.float32)
+    return triangulate_into(points, uncertainty, left, right, calibration, threads, stop or _core.Stop())
+
+
+def triangulate_into(
+    points: F32,
+    uncertainty: F32,
+    left: Phase | ArrayLike,
+    right: Phase | ArrayLike,
+    calibration: Calibration,
+    threads: int,
+    stop: _core.Stop,
+    widest: int = 4,
+) -> Scan:
+    """Triangulate into memory that the caller keeps; ``widest`` as in `decode_into`."""
+    rectified = calibration.rectified
+    shape = calibration.pixels[1], calibration.pixels[0]
+    views = _view(left, "left", rectified.maps[:2]), _view(right, "right", rectified.maps[2:])
+    for name, (phase, *_) in zip(("left", "right"), views, strict=True):
+        if phase.shape != shape:
+            raise InputError(f"{name}: expected phases of shape {shape}, the calibration's, but got {phase.shape}")
+
+    def run(first: Any, second: Any) -> dict[str, int]:
+        maps = {"points": points, "uncertainty": uncertainty}
+        geometry = _geometry(rectified)
+        return dict(
+            _core.scanner.match(
+                first, second, geometry, maps, edge_ratio=EDGE_RATIO, threads=threads, widest=widest, stop=stop
+            )
+        )
+
+    counts = run(*views)
+    epipolar = None
+    if isinstance(left, Phase) and isinstance(right, Phase):
+        epipolar, complaint = judge_rows(points, left, right, rectified)
+        if complaint:
+            run(_view(right, "right", rectified.maps[:2]), _view(left, "left", rectified.maps[2:]))
+            exchanged, still = judge_rows(points, right, left, rectified)
+            if not still and np.isfinite(exchanged.error_px):
+                complaint = "the two cameras' images are exchanged"
+            raise InputError(f"left, right: {complaint}")
+    if counts["seen"] and counts["behind"] > counts["matched"]:
+        raise InputError("left, right: most points lie behind the cameras: the two cameras' images are exchanged")
+    if counts["matched"] < LEAST_MATCHED * counts["seen"]:
+        raise InputError(
+            f"left, right: expected phases of one scene, but only "
+            f"{100 * counts['matched'] / counts['seen']:.0f} % of the left "
+            "pixels find a partner in their row: images are exchanged, of different scans, or the fringes run "
+            "along the rows"
+        )
+    return Scan(points, uncertainty, rectified.camera, counts, epipolar)
+
+
+def _geometry(rectified: Rectified) -> list[float]:
+    cx, cy = rectified.left_centre
+    furthest = 100 * rectified.focal_px * rectified.baseline_mm  # a hundredth of a pixel of disparity
+    return [rectified.focal_px, cx, rectified.right_cx, cy, rectified.baseline_mm, 0.0, furthest]
+
+
+def _view(phase: Phase | ArrayLike, name: str, maps: tuple[F32, ...] | None) -> tuple[Any, ...]:
+    noise = phase.noise_rad if isinstance(phase, Phase) else None
+    values = np.ascontiguousarray(phase.phase_rad if isinstance(phase, Phase) else phase, dtype=np.float32)
+    if values.ndim != 2 or values.size == 0:
+        raise InputError(f"{name}: expected an (H, W) array of phases, but got shape {values.shape}")
+    return values, noise, *(maps or (None, None))

@@ -1,0 +1,178 @@
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "debulk/scanner/stereo.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr int width = 203, height = 16;
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+using Rows = std::vector<float>;
+
+Rows rows(const std::function<float(double)>& phase) {
+  Rows out;
+  for (int j = 0; j < height; ++j)
+    for (int i = 0; i < width; ++i) out.push_back(phase(i));
+  return out;
+}
+
+PhaseView view(const Rows& phase, const float* noise = nullptr) {
+  PhaseView v;
+  v.phase = phase.data(), v.noise = noise, v.width = v.rectified_width = width, v.height = v.rectified_height = height;
+  return v;
+}
+
+struct Matched {
+  Rows disparity = Rows(width * height), sigma = Rows(width * height);
+  MatchCounts counts;
+};
+
+Matched matched(const Rows& left, const Rows& right, const float* noise = nullptr, StereoOptions options = {}) {
+  Matched out;
+  StereoMaps maps;
+  maps.disparity = out.disparity.data(), maps.sigma = out.sigma.data();
+  out.counts = match_rows(view(left, noise), view(right, noise), nullptr, options, maps, Stop());
+  return out;
+}
+
+float curve(double x) {
+  return static_cast<float>(0.1 * x + 0.8 * std::sin(0.03 * x));
+}
+
+TEST(Match, FindsPlacesBetweenPixels) {
+  for (double shift : {0.0, 0.31, 3.5, -7.77}) {
+    const Matched m = matched(rows(curve), rows([&](double x) { return curve(x + shift); }));
+    for (int i = 10; i < width - 10; ++i) ASSERT_NEAR(m.disparity[static_cast<std::size_t>(i)], shift, 2e-3) << i;
+  }
+}
+
+TEST(Match, NeverAcrossAnEdge) {
+  // The right camera does not see the phases 8 to 11: a step hides them.
+  const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
+  const Rows right = rows([](double x) { return static_cast<float>(x < 80 ? 0.1 * x : 0.1 * x + 3); });
+  const Matched m = matched(left, right);
+  for (int i = 80; i < 110; ++i) ASSERT_TRUE(std::isnan(m.disparity[static_cast<std::size_t>(i)])) << i;
+  ASSERT_NEAR(m.disparity[60], 0, 1e-3);
+  ASSERT_NEAR(m.disparity[150], 30, 1e-3);
+  EXPECT_GT(m.counts.unmatched, 0);
+}
+
+TEST(Match, NeverAcrossAGap) {
+  const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
+  const Rows right = rows([](double x) { return x == 90 ? nan : static_cast<float>(0.1 * x + 0.05); });
+  const Matched m = matched(left, right);
+  EXPECT_TRUE(std::isnan(m.disparity[90]));
+  EXPECT_TRUE(std::isnan(m.disparity[91]));
+  EXPECT_NEAR(m.disparity[93], 0.5, 1e-3);
+}
+
+TEST(Match, APhaseInTwoPlacesIsAmbiguous) {
+  const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
+  const Rows right = rows([](double x) { return static_cast<float>(0.1 * (x < 100 ? x : x - 50)); });  // 5 to 10 occur twice
+  const Matched m = matched(left, right);
+  for (int i = 55; i < 95; ++i) ASSERT_TRUE(std::isnan(m.disparity[static_cast<std::size_t>(i)])) << i;
+  EXPECT_NEAR(m.disparity[30], 0, 1e-3);
+  EXPECT_GT(m.counts.ambiguous, 0);
+  // The other way round the left row is the one that repeats: its partner does not find back to both.
+  const Matched back = matched(right, left);
+  for (int i = 55; i < 95; ++i) ASSERT_TRUE(std::isnan(back.disparity[static_cast<std::size_t>(i)])) << i;
+}
+
+TEST(Match, SigmaFollowsFromThePhasesNoise) {
+  const Rows noise(width * height, 0.01f);
+  const Matched m = matched(rows([](double x) { return static_cast<float>(0.1 * x); }),
+                            rows([](double x) { return static_cast<float>(0.1 * (x + 0.5)); }), noise.data());
+  // The left phase's noise and the mean of two right ones', over 0.1 rad a pixel.
+  EXPECT_NEAR(m.sigma[100], 0.1 * std::sqrt(1 + 0.5), 1e-3);
+}
+
+TEST(Match, TriangulatesAPlane) {
+  StereoGeometry g;
+  g.focal = 500, g.left_cx = 100, g.right_cx = 90, g.cy = 7, g.baseline = 50, g.nearest = 0, g.furthest = 1e6;
+  const double z = 800, d = g.focal * g.baseline / z - (g.right_cx - g.left_cx);
+  const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
+  const Rows right = rows([&](double x) { return static_cast<float>(0.1 * (x + d)); });
+  const Rows noise(width * height, 0.01f);
+  Rows points(3 * width * height), uncertainty(width * height);
+  StereoMaps maps;
+  maps.points = points.data(), maps.uncertainty = uncertainty.data();
+  match_rows(view(left, noise.data()), view(right, noise.data()), &g, {}, maps, Stop());
+  const std::size_t at = 5 * width + 130;
+  EXPECT_NEAR(points[3 * at + 2], z, 0.02);
+  EXPECT_NEAR(points[3 * at], z * (130 - 100) / 500, 0.01);
+  EXPECT_NEAR(points[3 * at + 1], z * (5 - 7) / 500, 0.01);
+  EXPECT_NEAR(uncertainty[at] / (0.1 * z * z / (500 * 50)), 1.25, 0.3);  // a pixel's noise of both, interpolated in one
+}
+
+TEST(Match, WhatLiesBehindTheCamerasIsCounted) {
+  StereoGeometry g;
+  g.focal = 500, g.baseline = 50, g.furthest = 1e6;
+  Rows points(3 * width * height);
+  StereoMaps maps;
+  maps.points = points.data();
+  const MatchCounts counts = match_rows(view(rows([](double x) { return static_cast<float>(0.1 * x); })),
+                                        view(rows([](double x) { return static_cast<float>(0.1 * x - 1); })), &g, {}, maps, Stop());
+  EXPECT_EQ(counts.matched, 0);
+  EXPECT_GT(counts.behind, 100 * height);
+  for (float p : points) ASSERT_TRUE(std::isnan(p));
+}
+
+TEST(Match, SameBitsOnAnyInstructionsAndThreads) {
+  // Through maps that turn and shift the image, with gaps and an edge.
+  Rows left = rows(curve), right = rows([](double x) { return curve(x + 4.3); });
+  for (std::size_t i = 0; i < left.size(); i += 17) left[i] = nan, right[(i * 5) % right.size()] += 3;
+  Rows map_x, map_y;
+  for (int j = 0; j < height; ++j)
+    for (int i = 0; i < width; ++i) map_x.push_back(0.97f * i + 0.11f * j + 0.3f), map_y.push_back(0.9f * j + 0.004f * i);
+  const Rows noise(width * height, 0.01f);
+  const auto run = [&](Isa isa, int threads) {
+    PhaseView l = view(left, noise.data()), r = view(right, noise.data());
+    l.map_x = r.map_x = map_x.data(), l.map_y = r.map_y = map_y.data();
+    StereoOptions options;
+    options.isa = isa, options.threads = threads;
+    Matched out;
+    StereoMaps maps;
+    maps.disparity = out.disparity.data(), maps.sigma = out.sigma.data();
+    out.counts = match_rows(l, r, nullptr, options, maps, Stop());
+    return out;
+  };
+  const Matched first = run(Isa::base, 1);
+  EXPECT_GT(first.counts.matched, 1000);
+  for (Isa isa : {Isa::base, Isa::v3, Isa::v4})
+    for (int threads : {1, 4}) {
+      if (isa > best_isa()) continue;
+      const Matched other = run(isa, threads);
+      ASSERT_EQ(std::memcmp(first.disparity.data(), other.disparity.data(), first.disparity.size() * sizeof(float)), 0);
+      ASSERT_EQ(std::memcmp(first.sigma.data(), other.sigma.data(), first.sigma.size() * sizeof(float)), 0);
+    }
+}
+
+TEST(RectifiedRow, InterpolatesBetweenFourPixelsAndNeverIntoAGap) {
+  Rows phase;
+  for (int j = 0; j < height; ++j)
+    for (int i = 0; i < width; ++i) phase.push_back(0.1f * i + 0.03f * j);
+  phase[4 * width + 50] = nan;
+  Rows map_x, map_y;
+  for (int j = 0; j < height; ++j)
+    for (int i = 0; i < width; ++i) map_x.push_back(i + 0.25f), map_y.push_back(j + (i < 40 ? 0.5f : 0.0f));
+  PhaseView v = view(phase);
+  v.map_x = map_x.data(), v.map_y = map_y.data(), v.edge = 1;
+  RectifiedRow row;
+  rectify_row(v, 4, row);
+  EXPECT_NEAR(row.phase[10], 0.1 * 10.25 + 0.03 * 4.5, 1e-5);
+  EXPECT_NEAR(row.phase[100], 0.1 * 100.25 + 0.03 * 4, 1e-5);
+  EXPECT_TRUE(std::isnan(row.phase[49]));
+  EXPECT_TRUE(std::isnan(row.phase[50]));
+  EXPECT_FALSE(std::isnan(row.phase[51]));
+  EXPECT_TRUE(std::isnan(row.phase[width - 1]));  // outside the image
+}
+
+}  // namespace
+}  // namespace debulk

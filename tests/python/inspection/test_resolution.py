@@ -1,0 +1,176 @@
+"""Clouds that cannot show the smallest pocket, settings that can hide one; and nets with enough nodes to decide."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from debulk import InputError, Inspector, Recipe, Verdict, scenes
+from debulk.inspection.thinning import pitch_of, thinned
+from debulk.scenes.varied import given_right
+
+PIXELS = (1280, 960)
+
+
+@functools.cache
+def given(family):
+    if family == "first":
+        return given_right(scenes.layup(931, PIXELS))
+    return given_right(scenes.varied_layup(935, PIXELS, borders=0, clamp=False, holes_mm=0))
+
+
+@functools.cache
+def prepared(family):
+    g = given(family)
+    return Inspector(None, g.reference, mold_from_scanner=g.mold_from_scanner).prepared
+
+
+BOTH = pytest.mark.parametrize("family", ["first", "varied"])
+MODES = pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole"])
+
+
+def points(cloud, step):
+    listed = cloud.reshape(-1, 3)
+    return listed[np.isfinite(listed).all(axis=1)][::step]
+
+
+def pixels(cloud, pitch_mm):
+    """So many pixels that are at least this far apart."""
+    step = np.linalg.norm(np.diff(cloud[::7].astype(np.float64), axis=1), axis=-1)
+    return int(np.ceil(pitch_mm / np.nanmedian(step)))
+
+
+def with_gaps(cloud, step):
+    thin = np.full_like(cloud, np.nan)
+    thin[::step, ::step] = cloud[::step, ::step]
+    return thin
+
+
+@BOTH
+@pytest.mark.parametrize("pitch_mm", [5, 8, 16])
+def test_a_coarse_reference_is_refused_with_figures(family, pitch_mm):
+    g = given(family)
+    step = pixels(g.reference, pitch_mm)
+    for coarse in (points(g.reference, step * step), with_gaps(g.reference, step)):
+        with pytest.raises(
+            InputError, match=r"^reference: expected points at most 3.5 mm apart.*but got one for every"
+        ):
+            Inspector(None, coarse, mold_from_scanner=g.mold_from_scanner)
+
+
+@BOTH
+@MODES
+@pytest.mark.parametrize("thin", ["a list", "gaps in the image"])
+def test_a_thinned_scan_is_invalid_with_figures(family, regions, thin):
+    g = given(family)
+    inspector = Inspector(
+        Recipe(segmentation={"regions": regions}),
+        prepared(family),
+        g.ply_outline,
+        g.fibre_angles_deg,
+        g.mold_from_scanner,
+    )
+    step = pixels(g.scan, 5)
+    scan = points(g.scan, step * step) if thin == "a list" else with_gaps(g.scan, step)
+    report = inspector.inspect(scan)
+    assert report.verdict is Verdict.INVALID
+    assert "the scan is too coarse: expected points at most 3.5 mm apart" in report.reason
+
+
+@pytest.mark.parametrize("spacing", [0.3, 1.0, 2.7, 9.0])
+@pytest.mark.parametrize("shape", ["image", "list", "shuffled"])
+def test_the_pitch_of_a_cloud(spacing, shape):
+    y, x = np.mgrid[0:900.0, 0:700.0] * spacing
+    cloud = np.dstack([x, y, np.zeros_like(x)]).astype(np.float32)
+    if shape != "image":
+        cloud = cloud.reshape(-1, 3)
+    if shape == "shuffled":
+        cloud = np.random.default_rng(1).permutation(cloud)
+    few, each = thinned(cloud)
+    assert 20_000 < len(few) < 60_000
+    assert pitch_of(few[:, :2], each) == pytest.approx(spacing, rel=0.1)
+
+
+@pytest.mark.parametrize("step", [2, 3, 5, 8])
+def test_gaps_in_the_image_count(step):
+    y, x = np.mgrid[0:960.0, 0:1280.0]
+    cloud = with_gaps(np.dstack([x, y, np.zeros_like(x)]).astype(np.float32), step)
+    few, each = thinned(cloud)
+    seen = few[np.isfinite(few).all(axis=1), :2]
+    assert pitch_of(seen, each) == pytest.approx(step, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("section", "name", "hides", "shows"),
+    [
+        ("clean", "grid_spacing_mm", 4.0, 3.0),
+        ("patch", "smooth_mm", 20.0, 12.0),
+        ("clean", "max_hole_mm", 60.0, 25.0),
+    ],
+)
+def test_a_setting_that_can_hide_a_pocket_is_refused(section, name, hides, shows):
+    Recipe(**{section: {name: shows}})
+    with pytest.raises(InputError, match=rf"{section}\.{name}: expected at most .*segmentation\.area_tol_mm2"):
+        Recipe(**{section: {name: hides}})
+    Recipe(**{section: {name: hides}}, segmentation={"area_tol_mm2": 4000.0})
+
+
+def test_a_filter_that_takes_flanks_goes_the_whole_way():
+    g = given("first")
+    recipe = Recipe(clean={"least_ratio": 0.0})
+    inspector = Inspector(recipe, g.reference, g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
+    found = inspector.find(g.scan)
+    assert found.regions is None
+    assert "least_ratio" in found.left_out[0].why
+
+
+def bordered(height, width):
+    """A scan with a loose border along the ply's lower edge and, in it, a bump with 1.4 mm of excess or more."""
+    g = given("first")
+    outline = g.ply_outline
+    middle = outline.mean(axis=0)
+    low = outline[:, 1].min()
+    xyz = g.in_mold(g.reference)
+    x, y = xyz[..., 0], xyz[..., 1]
+    from debulk import pocket
+
+    seen = np.isfinite(x)
+    on = np.zeros(x.shape, dtype=bool)
+    on[seen] = pocket.inside(outline, np.stack([x[seen], y[seen]], axis=1))
+    loose = np.clip(1 - (y - low) / width, 0, 1) * np.clip(2 - np.abs(x - middle[0]) / 150, 0, 1)
+    off = np.hypot(x - middle[0], y - (low + 0.6 * width)) / 38
+    bump = 8.0 * np.cos(0.5 * np.pi * np.clip(off, 0, 1)) ** 2
+    rise = np.where(on, 0.3 + height * loose + bump, 0.0)
+    noise = np.random.default_rng(3).normal(0, 0.03, x.shape)
+    fall = g.reference.astype(np.float64) @ g.mold_from_scanner[2, :3]
+    return (g.reference * (1 + (rise + noise) / fall)[..., None]).astype(np.float32)
+
+
+@MODES
+@pytest.mark.parametrize("height", [0.3, 0.4, 0.5])
+@pytest.mark.parametrize("width", [120.0, 190.0, 260.0])
+def test_a_creasing_pocket_in_a_loose_border_does_not_cease(regions, height, width):
+    g = given("first")
+    inspector = Inspector(
+        Recipe(segmentation={"regions": regions}),
+        prepared("first"),
+        g.ply_outline,
+        g.fibre_angles_deg,
+        g.mold_from_scanner,
+    )
+    report = inspector.inspect(bordered(height, width))
+    assert len(report.pockets) == 1
+    assert report.verdict is not Verdict.CEASE, report.reason
+
+
+@BOTH
+def test_nets_have_enough_nodes_inside_the_outline(family):
+    g = given(family)
+    report = Inspector(None, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
+    for p in report.pockets:
+        if p.net is not None and p.verdict is Verdict.CEASE:
+            assert np.count_nonzero(p.net.inside) >= 20
+        if p.node_count is not None:
+            assert p.node_count <= 3.2 * Recipe().net.node_target
