@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "debulk/core/error.hpp"
+#include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/smooth.hpp"
 #include "debulk/surface/reference.hpp"
 
@@ -23,6 +24,14 @@ constexpr double kMoldTolAtFoot = 1.25;
 // and the factor of 2 leaves room for the nodes in the band outside it, which a small net has as many of as inside.
 double largest_spacing(double area, int count) {
   return 2 * std::sqrt(area / count);
+}
+
+// Where a net begins: at the centroid, unless that lies outside the pocket or near its rim, as a crescent's does; then at the
+// point that is deepest inside.
+Eigen::Vector2d net_centre(const Polygon& outline, const Eigen::Vector2d& centroid) {
+  constexpr double kNearRim = 0.05;  // of the square root of the area
+  const bool deep = distance_to_outline(outline, centroid) > kNearRim * std::sqrt(std::abs(polygon_area(outline)));
+  return deep && inside(outline, centroid) ? centroid : deepest_point(outline);
 }
 
 }  // namespace
@@ -49,7 +58,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   check();
 
   PocketShape shape;
-  shape.centre = pocket.centroid;
+  shape.centre = net_centre(patch.outline, pocket.centroid);
   shape.angles = angles;
   shape.outline = patch.outline;
   shape.ply_outline = ply_outline;

@@ -167,6 +167,7 @@ def _seen(found: FoundPocket) -> PocketReport:
         peak_mm=found.pocket.peak_mm,
         volume_mm3=found.pocket.volume_mm3,
         measured_share=found.pocket.measured_share,
+        promoted=found.promoted,
     )
 
 

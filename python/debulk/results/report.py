@@ -35,6 +35,7 @@ __all__ = [
     "ReportData",
     "SolveReport",
     "UnseenHole",
+    "Wrinkle",
 ]
 
 FORMAT = "debulk report"
@@ -188,6 +189,8 @@ class PocketReport(Record):
         smoothed as for the net.
     measured_share
         Share of the area that the scanner saw; the rest was filled.
+    promoted
+        Why it is judged though it is below a tolerance of the segmentation; empty: it is not below any.
     spacing_mm, node_count
         Of the net.
     rms_mm, rms_range_mm
@@ -229,6 +232,7 @@ class PocketReport(Record):
     peak_mm: float
     volume_mm3: float
     measured_share: float = 1.0
+    promoted: str = ""
     spacing_mm: float | None = None
     node_count: int | None = None
     rms_mm: float | None = None
@@ -299,6 +303,29 @@ class UnseenHole:
     at_ply_edge: bool = False
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wrinkle:
+    """A narrow fold that stood in the ply when it was scanned, which the filters of the height map take for noise.
+
+    Attributes
+    ----------
+    start_mm, end_mm
+        Mold XY of its first and its last point that was looked at; between them it is this long at least.
+    length_mm, height_mm, width_mm
+        Along it; above the reference; at half its height.
+    excess_length_mm, ridge_height_mm
+        Of the ply across it, if its sides are straight; the height that remains of it on the mold at least.
+    """
+
+    start_mm: tuple[float, float]
+    end_mm: tuple[float, float]
+    length_mm: float
+    height_mm: float
+    width_mm: float
+    excess_length_mm: float
+    ridge_height_mm: float
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ReportData(Versioned):
     """The outcome of one inspection.
@@ -308,7 +335,7 @@ class ReportData(Versioned):
     verdict, reason
         Of the layup: the worst pocket's, and why in one sentence.
     pockets
-        Largest first.
+        Largest first; after them, largest first too, the bumps below the tolerances that could crease.
     timings_ms
         Stage by stage, in order.
     left_out
@@ -318,6 +345,8 @@ class ReportData(Versioned):
         rule for small holes; None: it was not looked at.
     unseen
         The other parts of it, above the tolerance on area; largest first.
+    wrinkles
+        Narrow folds that stand in the ply already, longest first.
     level
         How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
@@ -342,6 +371,7 @@ class ReportData(Versioned):
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
     unseen: tuple[UnseenHole, ...] = ()
+    wrinkles: tuple[Wrinkle, ...] = ()
     level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None

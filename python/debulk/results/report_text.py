@@ -65,6 +65,7 @@ def table(report: ReportData, width: int | None = None) -> str:
     if report.pockets:
         rows = [HEADINGS, *(tuple(figures(pocket)) for pocket in report.pockets)]
         lines += columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"))
+    lines += [f"pocket {p.id} is judged: {p.promoted}" for p in report.pockets if p.promoted]
     lines += [f"warning: {warning}" for warning in report.warnings]
     for entry in report.left_out:
         lines.append(f"left out: {entry.what}: {entry.why}" + (f" ({entry.bound})" if entry.bound else ""))
