@@ -189,8 +189,7 @@ void bind_pocket(py::module_ m) {
 
   // Of the front end's last scan.
   m.def(
-      "find_unseen",
-      [](const FrontEnd& front, const UnseenOptions& options) { return find_unseen(front.overview(), options); },
+      "find_unseen", [](const FrontEnd& front, const UnseenOptions& options) { return find_unseen(front.overview(), options); },
       py::arg("front"), py::arg("options"), py::call_guard<py::gil_scoped_release>());
 
   py::class_<Foot>(m, "Foot")

@@ -34,8 +34,7 @@ void bind_region(py::module_ m) {
 
   py::class_<RegionFront>(m, "RegionFront")
       .def(py::init([](std::shared_ptr<Reference> reference, const std::array<int, 2>& shape, const std::array<double, 3>& camera,
-                       const Array<double>& pose, const RegionOptions& options, int threads,
-                       const std::optional<SeenArray>& seen) {
+                       const Array<double>& pose, const RegionOptions& options, int threads, const std::optional<SeenArray>& seen) {
              View view;
              view.height = shape[0], view.width = shape[1];
              view.camera = {camera[0], camera[1], camera[2]};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "debulk/core/row_runs.hpp"
@@ -32,7 +33,8 @@ Field field_of(const Overview& overview, const UnseenOptions& options) {
   const Eigen::Vector2d low = heights.locate(box.low), high = heights.locate(box.high);
   const auto beyond = [&](double points) { return static_cast<int>(std::ceil(std::clamp(points, 0.0, farthest))); };
   field.i0 = beyond(-low.x()), field.j0 = beyond(-low.y());
-  const int nx = field.i0 + heights.nx + beyond(high.x() - (heights.nx - 1)), ny = field.j0 + heights.ny + beyond(high.y() - (heights.ny - 1));
+  const int nx = field.i0 + heights.nx + beyond(high.x() - (heights.nx - 1)),
+            ny = field.j0 + heights.ny + beyond(high.y() - (heights.ny - 1));
   field.ply = Mask(nx, ny, heights.position(-field.i0, -field.j0), heights.spacing);
   const PlyMask ply(*options.ply_outline, field.ply);
   for (int j = 0; j < ny; ++j)
@@ -119,10 +121,10 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
   // Measures a component; its rim are the points of the ply in `known` beside it.
   const auto measure = [&](Component& c, const Mask& known, const Grid<float>& far) {
     UnseenHole& hole = c.hole;
-    hole.box = {Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()), Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity())};
+    hole.box = {Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()),
+                Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity())};
     long count = 0, no_reference = 0;
     double deepest = 0;
-    std::array<float, 3> highest{-1e6F, -1e6F, -1e6F};
     std::vector<std::size_t> rim;
     for (const Run& run : c.runs)
       for (int i = run.begin; i < run.end; ++i) {
@@ -142,17 +144,19 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
       }
     std::sort(rim.begin(), rim.end());
     rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
-    for (const std::size_t k : rim) {
-      float h = height(static_cast<int>(k % static_cast<std::size_t>(nx)), static_cast<int>(k / static_cast<std::size_t>(nx)));
-      for (float& place : highest)
-        if (h > place) std::swap(h, place);
+    std::vector<float> highest;
+    for (const std::size_t k : rim)
+      highest.push_back(height(static_cast<int>(k % static_cast<std::size_t>(nx)), static_cast<int>(k / static_cast<std::size_t>(nx))));
+    const std::size_t rank = std::clamp<std::size_t>(rim.size() / 20, 3, 8) - 1;
+    if (rank < highest.size()) {
+      std::nth_element(highest.begin(), highest.begin() + static_cast<long>(rank), highest.end(), std::greater<>());
+      hole.rim_height = std::max(0.0F, highest[rank]);
     }
     const Eigen::Vector2d half = Eigen::Vector2d::Constant(ply.spacing / 2);
     hole.centre /= static_cast<double>(count);
     hole.box = {hole.box.low - half, hole.box.high + half};
     hole.area = static_cast<double>(count) * cell;
     hole.thickness = 2 * std::max(0.5, std::min(deepest, 1e5) - 0.5) * ply.spacing;
-    hole.rim_height = std::max(0.0F, highest.back());
     hole.reference_share = static_cast<double>(no_reference) / static_cast<double>(count);
   };
 

@@ -18,9 +18,11 @@ struct UnseenOptions {
 struct UnseenHole {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // of its area, mm
   Box box;
-  double area = 0;             // mm2
-  double thickness = 0;        // twice the greatest distance of a point in it from a known height of the ply, mm
-  double rim_height = 0;       // third highest of the known heights beside it, so that no single wild one decides; 0: fewer are known
+  double area = 0;       // mm2
+  double thickness = 0;  // twice the greatest distance of a point in it from a known height of the ply, mm
+  // Height beside it that a twentieth of its rim's points reach, but at least three of them (no single wild one decides) and at
+  // most eight (16 mm of a long rim stand up where a pocket of the tolerances is cut). 0: fewer are known.
+  double rim_height = 0;
   double reference_share = 0;  // share of its area where it is the reference that is not known
   bool at_ply_edge = false;    // reaches the ply's outline, or the border of what the scanner sees
   bool filled = false;         // small enough for the rule: heights are there, but were not measured
@@ -29,7 +31,7 @@ struct UnseenHole {
 struct Unseen {
   double coverage = 0;            // share of the ply that is measured or filled in; what lies off the grid is not
   double reference_coverage = 0;  // the same of the reference alone
-  std::vector<UnseenHole> holes;        // above the area tolerance, largest first; filled ones of at least half of it, last
+  std::vector<UnseenHole> holes;  // above the area tolerance, largest first; filled ones of at least half of it, last
   int smaller = 0;                // number of the other holes that are not filled in ...
   double smaller_area = 0;        // ... and their area, mm2
 };

@@ -12,8 +12,8 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr double ply_cell_mm = 2.0;
-constexpr double beside_mm = 6.0;    // a high point so far off the ply still matters
-constexpr double stands_mm = 30.0;   // and what stands up so far off, at least a hole's diameter
+constexpr double beside_mm = 6.0;   // a high point so far off the ply still matters
+constexpr double stands_mm = 30.0;  // and what stands up so far off, at least a hole's diameter
 
 bool marked_at(const Grid<std::uint8_t>& grid, const Eigen::Vector2d& xy) {
   if (!xy.allFinite()) return false;

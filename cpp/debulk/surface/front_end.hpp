@@ -42,7 +42,6 @@ class FrontEnd {
   // a scanner that writes the next one into the same memory meanwhile gives wrong heights, and no wrong indices.
   const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
 
-
   // Of the last run.
   Overview overview() const;  // on the same points whatever the box
   bool fast() const { return fast_; }

@@ -27,7 +27,8 @@ Grid<std::uint8_t> known_in(const Grid<float>& seen, double diameter_mm) {
     const Extent& e = extents[static_cast<std::size_t>(first[k])];
     const bool inside = e.left > 0 && e.low > 0 && e.right < seen.nx - 1 && e.high < seen.ny - 1;
     const double width = std::max(e.right - e.left, e.high - e.low) * seen.spacing + seen.spacing;
-    if (inside && width <= diameter_mm) std::fill(&known.at(runs[k].begin, runs[k].row), &known.at(runs[k].begin, runs[k].row) + (runs[k].end - runs[k].begin), 1);
+    if (inside && width <= diameter_mm)
+      std::fill(&known.at(runs[k].begin, runs[k].row), &known.at(runs[k].begin, runs[k].row) + (runs[k].end - runs[k].begin), 1);
   }
   return known;
 }

@@ -100,6 +100,8 @@ class Found:
         Figures of the regions of interest; None: the whole scan was processed.
     doubt
         Why no pocket was looked for: the scan shows far too little of the ply. Empty: pockets were looked for.
+    masked
+        For each of the holes of `unseen`, whether it is the mask that hides it. Empty: there is no mask.
 
     Examples
     --------
@@ -119,6 +121,7 @@ class Found:
     left_out: tuple[LeftOut, ...] = ()
     regions: RegionFigures | None = None
     doubt: str = ""
+    masked: tuple[bool, ...] = ()
 
     @property
     def pockets(self) -> tuple[FoundPocket, ...]:

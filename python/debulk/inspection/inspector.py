@@ -6,6 +6,7 @@ import logging
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,6 +26,7 @@ from debulk.inspection.evaluation import evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
+from debulk.inspection.masked_holes import masked_holes
 from debulk.inspection.placing import Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
@@ -244,7 +246,10 @@ class Inspector:
             Names what was wrong with the scan.
         """
         with self._finding:
-            return self._finder.find(scan, self.mask, stop)
+            found = self._finder.find(scan, self.mask, stop)
+        if self.mask is None:
+            return found
+        return replace(found, masked=masked_holes(found, self.mask, self.prepared, self.mold_from_scanner))
 
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
         """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.

@@ -17,7 +17,7 @@ from debulk.inspection.found import Found
 from debulk.inspection.level import departure, deviation, level_of
 from debulk.inspection.level_reason import edge_reason, level_reason, same_reason, swapped_reason
 from debulk.inspection.offset import raised
-from debulk.inspection.ply_zones import PlyZones, off_pockets
+from debulk.inspection.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.resolution import coarse_reason
 from debulk.inspection.sample import Sample, sampled
@@ -34,6 +34,7 @@ _SAME_SHARE = 0.5  # two scans of one thing agree bit for bit in hardly any poin
 _LEAST_BLOCKS = 6  # as many as a paraboloid has factors
 _WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
 _PLY_SHARE = 0.5  # more of it wrong than this is not done by pockets
+_BARE_SHARE = 0.95  # of what is seen: with more of it bare, there is no ply
 _HANGING = 3.0  # so many times as much below as above: what stands up was taken away
 
 
@@ -116,7 +117,7 @@ class Placing:
         coarse = coarse_reason(sample.points_mm[on, :2], sample.each, self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, f"the scan is too coarse: {coarse}")
-        blocks = self._zones.blocks(sample, on, on)
+        blocks = self._blocks(sample, on, ())
         off = departure(blocks, self._thickness_mm, self._least_mm)
         if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._recipe.level.tol_mm) <= _PLY_SHARE:
             return None
@@ -156,9 +157,18 @@ class Placing:
         if most <= 0:
             return 0.0
         on = self._zones.inside(sample)
-        off = departure(self._zones.blocks(sample, on, on), self._thickness_mm, self._least_mm)
+        off = departure(self._blocks(sample, on, ()), self._thickness_mm, self._least_mm)
         median = float(np.median(off)) if len(off) >= _LEAST_BLOCKS else 0.0
         return median if _WORTH * self._recipe.level.tol_mm < abs(median) <= most else 0.0
+
+    def _blocks(self, sample: Sample, on: NDArray[np.bool_], outlines: Sequence[Floats]) -> Blocks:
+        """Return the squares of the ply off the outlines; where its outline is not known, without the bare mold."""
+        used = on & off_pockets(sample.points_mm, outlines)
+        if self._outline is None:
+            bare = np.abs(sample.height_mm) <= self._recipe.level.tol_mm
+            if np.count_nonzero(bare & used) < _BARE_SHARE * np.count_nonzero(used):
+                used &= ~bare
+        return self._zones.blocks(sample, on, used)
 
     def _judge(self, sample: Sample, outlines: Sequence[Floats]) -> Placed:
         recipe, zones = self._recipe, self._zones
@@ -167,12 +177,7 @@ class Placing:
         count = max(1, int(np.count_nonzero(on)))
         standing = float(np.count_nonzero(sample.height_mm[on] > cut)) / count * zones.area_mm2
         hanging = float(np.count_nonzero(sample.height_mm[on] < -cut)) / count * zones.area_mm2
-        used = on & off_pockets(sample.points_mm, outlines)
-        if self._outline is None:  # the bare mold beside the ply says nothing of the ply
-            near = np.abs(sample.height_mm) <= recipe.level.tol_mm
-            if np.count_nonzero(near & used) < 0.95 * np.count_nonzero(used):
-                used &= ~near
-        blocks = zones.blocks(sample, on, used)
+        blocks = self._blocks(sample, on, outlines)
         if len(blocks.height_mm) < _LEAST_BLOCKS:
             return Placed(None, self._too_little(sample, blocks.ply_share))
         found = deviation(blocks, thickness, self._least_mm)

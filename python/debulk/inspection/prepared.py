@@ -15,7 +15,7 @@ from debulk.inspection import frame, resolution
 from debulk.inspection.camera import PinholeImage, fit_camera
 from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.effort import check_map
-from debulk.inspection.thinning import thinned
+from debulk.inspection.thinning import pitch_of, thinned
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -77,9 +77,9 @@ def prepare(
     in_mold = sample[np.isfinite(sample).all(axis=1)].astype(np.float64)
     if not len(in_mold):
         raise InputError("reference: expected a cloud, but of 30 000 places in it none holds a point")
-    pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
-    frame.check_cloud_frame(in_mold, pitch_mm)
+    frame.check_cloud_frame(in_mold, pitch_of(in_mold[:, :2], each))
     resolution.check_reference(in_mold[:, :2], each, recipe)
+    pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
     if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
     _, low, high = _core.cloud.bounds(points, threads)

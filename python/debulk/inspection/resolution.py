@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import InputError
-from debulk.inspection.thinning import pitch_mm
+from debulk.inspection.thinning import pitch_of
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -29,7 +29,7 @@ def check_reference(xy_mm: Floats, each: int, recipe: Recipe) -> None:
 def coarse_reason(xy_mm: Floats, each: int, recipe: Recipe) -> str:
     """Say why a cloud is too coarse; empty if it is not. With an area tolerance of 0 none is."""
     wanted = recipe.segmentation.area_tol_mm2
-    found, most = pitch_mm(xy_mm, each), np.sqrt(wanted) / _ACROSS
+    found, most = pitch_of(xy_mm, each), np.sqrt(wanted) / _ACROSS
     if not wanted or found <= most:
         return ""
     return (

@@ -16,6 +16,7 @@ from debulk.surface import Reference
 __all__ = ["Sample", "sampled"]
 
 Floats = NDArray[np.float64]
+_FEW = 10_000  # coordinates: a cloud of fewer may be none at all
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,10 @@ def sampled(
     scan: ArrayLike, prepared: Prepared, mold_from_scanner: Floats | None, mask: NDArray[np.bool_] | None, threads: int
 ) -> Sample:
     """Take a sample of a scan."""
-    points, each = thinned(cloud.as_cloud(scan, "scan"), mask)
+    whole = cloud.as_cloud(scan, "scan")
+    if whole.size < _FEW:
+        cloud.checked(whole, "scan")
+    points, each = thinned(whole, mask)
     same = _same_share(points, prepared.sample)
     points = points[np.isfinite(points).all(axis=1)]
     if mold_from_scanner is not None and len(points):

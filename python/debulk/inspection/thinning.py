@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Thinned", "pitch_mm", "thinned"]
+__all__ = ["Thinned", "pitch_of", "thinned"]
 
 _POINTS = 30_000  # some 30 in a square of 40 mm on a ply of a square metre
 _CELLS_MM = (10.0, 20.0, 40.0, 80.0)
@@ -55,7 +55,7 @@ def _places(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], int]:
     return flat, step ** len(shape)
 
 
-def pitch_mm(xy_mm: NDArray[np.floating], each: int) -> float:
+def pitch_of(xy_mm: NDArray[np.floating], each: int) -> float:
     """Return the side of the square that each point of a cloud has for itself, from a sample, (N, 2), all finite.
 
     The area is that of the cells which hold points, in cells so large that hardly one of the surface's is empty.

@@ -35,10 +35,10 @@ def holes(found: Found) -> tuple[UnseenHole, ...]:
             extent_mm=_pair(hole.box[1] - hole.box[0]),
             thickness_mm=hole.thickness,
             rim_height_mm=hole.rim_height,
-            of="reference" if hole.reference_share > 0.5 else "scan",
+            of="mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan",
             at_ply_edge=hole.at_ply_edge,
         )
-        for hole in found.unseen.holes
+        for hole, hidden in _with_masked(found)
         if not hole.filled
     )
 
@@ -47,11 +47,11 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
     """Judge what was not seen: nothing better than its verdicts can be said of the layup.
 
     A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
-    whole; a bump whose area and height are lower bounds may be a pocket.
+    whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket.
     """
     area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
     out = []
-    for hole in found.unseen.holes:
+    for hole, hidden in _with_masked(found):
         name = _name(hole)
         rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
         if hole.filled:
@@ -60,7 +60,7 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
         elif hole.rim_height >= high:
             if hole.thickness > BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
                 out.append(Judgement(Verdict.INVALID, rises))
-        elif hole.thickness > BRIDGE_MM:
+        elif hole.thickness > BRIDGE_MM and not hidden:
             out.append(Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again"))
     for bump in found.dropped:
         share = bump.measured_share
@@ -107,11 +107,15 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
     entries = [
         LeftOut(
             what=_name(hole),
-            why="the reference is not known there" if hole.reference_share > 0.5 else "nothing was seen there",
+            why="the mask hides it"
+            if hidden
+            else "the reference is not known there"
+            if hole.reference_share > 0.5
+            else "nothing was seen there",
             bound=f"{hole.box[1][0] - hole.box[0][0]:.0f} by {hole.box[1][1] - hole.box[0][1]:.0f} mm, "
             f"{hole.thickness:.0f} mm thick; its rim is {hole.rim_height:.2f} mm above the reference",
         )
-        for hole in found.unseen.holes
+        for hole, hidden in _with_masked(found)
         if not hole.filled
     ]
     if found.unseen.smaller:
@@ -123,6 +127,11 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
             )
         )
     return tuple(entries)
+
+
+def _with_masked(found: Found) -> zip[tuple[pocket.UnseenHole, bool]]:
+    holes = found.unseen.holes
+    return zip(holes, found.masked or (False,) * len(holes), strict=True)
 
 
 def _name(hole: pocket.UnseenHole) -> str:

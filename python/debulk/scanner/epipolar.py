@@ -17,8 +17,9 @@ from debulk.scanner.decode import NO_EXPOSURE, Phase
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
-MOST_ERROR_PX = 0.5
-_HALF = 12  # of a patch
+MOST_ERROR = 4e-4
+"""Of the image's width: half a pixel of 1280. Highlights that move between the cameras take as much with them."""
+_HALF = 12  # of a patch, pixels of an image 1280 wide or less; in proportion for wider ones
 _REACH = 6  # rows up and down
 _GRID = 14, 10  # patches across and down
 _LEAST_CORRELATION = 0.7
@@ -32,8 +33,8 @@ class Epipolar:
     Attributes
     ----------
     error_px
-        Median distance of a point's row in the right image from its row in the left one; NaN where the surface has too
-        little texture to say.
+        Root mean square distance of a point's row in the right image from its row in the left one, as a turned camera
+        would make it; NaN where the surface has too little texture to say.
     patches
         How many patches of the image had a say.
     """
@@ -45,7 +46,7 @@ class Epipolar:
 def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
     """Measure how the rows agree, and say what is wrong where they do not."""
     shifts, textured = row_shifts(points, left, right, rectified)
-    error = float(np.median(np.abs(shifts))) if len(shifts) >= _LEAST_PATCHES else float("nan")
+    error = float(np.sqrt(np.mean(_even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
     found = Epipolar(error, len(shifts))
     if textured < _LEAST_PATCHES:
         return found, ""
@@ -55,7 +56,7 @@ def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
             f"camera was moved "
             "far since the calibration, or the images are of different scans"
         )
-    if error > MOST_ERROR_PX:
+    if error > MOST_ERROR * max(1280, rectified.pixels[0]):
         return found, (
             f"points of one row lie {error:.1f} rows apart in the two images: a camera was moved since the "
             f"calibration; "
@@ -64,28 +65,47 @@ def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
     return found, ""
 
 
+def _even(shifts: F64) -> F64:
+    """Fit what a turned camera would make of (K, 3) shifts: linear over the image; outliers count less."""
+    basis = np.column_stack([np.ones(len(shifts)), shifts[:, :2]])
+    weight = np.ones(len(shifts))
+    fit = np.zeros(len(shifts))
+    for _ in range(10):
+        solved, *_ = np.linalg.lstsq(basis * weight[:, None], shifts[:, 2] * weight, rcond=None)
+        fit = basis @ solved
+        off = np.abs(shifts[:, 2] - fit)
+        weight = np.sqrt(1 / np.maximum(off, 0.5 * float(np.median(off)) + 1e-9))
+    return np.asarray(fit)
+
+
 def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[F64, int]:
-    """Rows between the left and the right image in each patch that agrees, and how many patches have texture."""
+    """Rows between the images in each patch that agrees, (K, 3) with its place, and how many patches have texture.
+
+    A place is given from the image's middle, in shares of its width.
+    """
     width, height = rectified.pixels
     shifts, textured = [], 0
-    margin = _HALF + _REACH + 1
+    half = _HALF * max(1280, width) // 1280
+    margin = half + _REACH + 1
     for y in np.linspace(margin, height - 1 - margin, _GRID[1]).astype(int):
-        for x in np.linspace(_HALF, width - 1 - _HALF, _GRID[0]).astype(int):
-            found = _patch(int(x), int(y), points, left, right, rectified)
+        for x in np.linspace(half, width - 1 - half, _GRID[0]).astype(int):
+            found = _patch(int(x), int(y), half, points, left, right, rectified)
             if found is None:
                 continue
             textured += 1
             if found[0] >= _LEAST_CORRELATION:
-                shifts.append(found[1])
-    return np.asarray(shifts), textured
+                shifts.append((x / width - 0.5, (y - 0.5 * height) / width, found[1]))
+    return np.asarray(shifts).reshape(-1, 3), textured
 
 
-def _patch(x: int, y: int, points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[float, float] | None:
+def _patch(
+    x: int, y: int, half: int, points: F32, left: Phase, right: Phase, rectified: Rectified
+) -> tuple[float, float] | None:
     """Best correlation and at which row; None without enough points or texture."""
-    rows, columns = slice(y - _HALF, y + _HALF + 1), slice(x - _HALF, x + _HALF + 1)
+    rows, columns = slice(y - half, y + half + 1), slice(x - half, x + half + 1)
     depth = points[rows, columns, 2]
     seen = np.isfinite(depth)
-    if y < _HALF or x < _HALF or depth.shape != (2 * _HALF + 1, 2 * _HALF + 1) or seen.mean() < 0.9:
+    if y < half or x < half or depth.shape != (2 * half + 1, 2 * half + 1) or seen.mean() < 0.9:
         return None
     depth = np.where(seen, depth, np.median(depth[seen]))
     shift = rectified.right_cx - rectified.left_centre[0]

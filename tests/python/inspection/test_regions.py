@@ -270,7 +270,9 @@ def test_the_mask_hides_pixels_without_a_copy(level: Bench) -> None:
     found = masked.find(clamp)
     assert found.regions
     assert_same(found, whole.find(clamp))
-    assert found.unseen.coverage == pytest.approx(whole.find(clamp).unseen.coverage, abs=0.01)  # a row of points, 2 mm apart
+    assert found.unseen.coverage == pytest.approx(
+        whole.find(clamp).unseen.coverage, abs=0.01
+    )  # a row of points, 2 mm apart
     assert np.array_equal(before, clamp, equal_nan=True)
 
 
