@@ -124,9 +124,7 @@ class Inspector:
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
         self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
-        self._wrinkles = WrinkleSearch(
-            self.reference, reference.seen, self.mold_from_scanner, self.ply_outline, recipe
-        )
+        self._wrinkles = WrinkleSearch(self.reference, reference.seen, self.mold_from_scanner, self.ply_outline, recipe)
         self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
         self._lock = threading.Lock()  # of the stops

@@ -102,9 +102,7 @@ def bump_name(dropped: Dropped) -> str:
     )
 
 
-def _weigh(
-    dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply: PlyOnMold, stop: _core.Stop
-) -> Bump:
+def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     try:
         one = _looked_at_again(dropped, whole, feet, found, ply, stop)
         if one is None:

@@ -113,7 +113,9 @@ class WrinkleSearch:
         steps = steps[np.isfinite(steps)]
         return float(np.median(steps)) if steps.size else math.nan
 
-    def _along(self, image: Cloud, hidden: NDArray[np.bool_] | None, pitch_mm: float) -> Iterator[tuple[Wrinkle, Floats]]:
+    def _along(
+        self, image: Cloud, hidden: NDArray[np.bool_] | None, pitch_mm: float
+    ) -> Iterator[tuple[Wrinkle, Floats]]:
         step = max(2, round(_PAIRS_MM / pitch_mm))
         side = max(2, round(_SIDE_MM / pitch_mm))
         if image.shape[1] < 2 * side + 3 or image.shape[0] < 2:
@@ -192,7 +194,9 @@ class WrinkleSearch:
         """Lines and places of the highest points at the crossings, in either line of the pair."""
         lines = np.array([[c.line * step] * 5 + [c.line * step + 1] * 5 for c in chain])
         ats = np.array([[c.at + k for k in range(-2, 3)] * 2 for c in chain])
-        above = np.stack([self._above(self._points(image, hidden, lines[:, k], ats[:, k, None]))[:, 0] for k in range(10)], 1)
+        above = np.stack(
+            [self._above(self._points(image, hidden, lines[:, k], ats[:, k, None]))[:, 0] for k in range(10)], 1
+        )
         top = np.argmax(np.nan_to_num(above, nan=-np.inf), axis=1)[:, None]
         return np.take_along_axis(lines, top, 1)[:, 0], np.take_along_axis(ats, top, 1)[:, 0]
 
@@ -303,9 +307,7 @@ def _next(chain: Sequence[_Crossing], by_line: dict[int, list[_Crossing]], step:
     for ahead in (1, 2):
         expected = last.at + ahead * slope
         near = [
-            c
-            for c in by_line.get(last.line + ahead, ())
-            if abs(c.at - expected) <= 3 + 0.3 * step and _alike(c, last)
+            c for c in by_line.get(last.line + ahead, ()) if abs(c.at - expected) <= 3 + 0.3 * step and _alike(c, last)
         ]
         if near:
             return min(near, key=lambda c: (abs(c.at - expected), c.at))
