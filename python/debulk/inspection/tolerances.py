@@ -1,4 +1,4 @@
-"""What the tolerances drop: each bump's excess length is bounded, and a bump that could crease is judged as a pocket."""
+"""What the tolerances drop: each bump's excess is bounded, and one that could crease is judged as a pocket."""
 
 from __future__ import annotations
 
