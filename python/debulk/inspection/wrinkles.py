@@ -1,10 +1,10 @@
 """Wrinkles that stand already: narrow, long, and taken for noise by the filters, which see one point at a time.
 
 A fold of 2 mm is one to four pixels wide. The outlier filter, the spike filter and the median take such points away, as
-they take flying pixels. What parts the two is that a wrinkle goes on from one row of pixels to the next. So the scan is
-looked at before any filter, along pairs of adjacent rows and columns of pixels some millimetres apart: points that
-stand out narrowly from both sides, in both lines of a pair, are linked from pair to pair where they lie on a straight way and
-are about equally high, and such a chain is a wrinkle only where the pixels between its pairs stand up as well.
+they take flying pixels. What parts the two is that a wrinkle goes on from one row of pixels to the next. So the scan
+is looked at before any filter, along pairs of adjacent rows and columns of pixels some millimetres apart: points that
+stand out narrowly from both sides, in both lines of a pair, are linked from pair to pair where they lie on a straight
+way and are about equally high, and such a chain is a wrinkle only where the pixels between its pairs stand up as well.
 """
 
 from __future__ import annotations
