@@ -6,6 +6,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/pocket/polygon.hpp"
+#include "debulk/pocket/smooth.hpp"
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {
@@ -66,7 +67,16 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   net.mold_tol = kMoldTolAtFoot * feet.mold_tol_mm;
   // Geodesics would stray on the step at which the paper's patch is glued to the mold.
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
-  return fibre_net(surface, reference, shape, net, stop);
+  PocketNet out = fibre_net(surface, reference, shape, net, stop);
+  out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);
+  if (!options.finer_too || !out.held_all_round()) return out;
+  net.spacing = out.net.spacing / 2;
+  try {
+    PocketNet finer = fibre_net(surface, reference, shape, net, stop);
+    if (finer.open_ends.empty() && finer.held_all_round()) out.finer = std::move(finer.net);
+  } catch (const InputError&) {  // no net can be laid at that spacing: the one at hand is what there is
+  }
+  return out;
 }
 
 }  // namespace debulk

@@ -7,8 +7,9 @@ from debulk.inspection import unseen
 from debulk.inspection.found import Found
 from debulk.inspection.starts import Settled
 from debulk.results.report import LeftOut
+from debulk.verdict import Judgement
 
-__all__ = ["merged", "of_pocket", "of_scan"]
+__all__ = ["merged", "of_pocket", "of_scan", "of_unsolved"]
 
 _TERMS = {
     "friction": LeftOut(
@@ -32,6 +33,17 @@ def of_pocket(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
             )
         )
     return tuple(entries)
+
+
+def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
+    """Name the minimum that was not looked for, because the excess length decides without it."""
+    return (
+        LeftOut(
+            what=f"the minimum of pocket {number}, its picture and the paper's figures",
+            why='solve.when is "needed", and the excess length decides',
+            bound=f"every minimum keeps the excess length: {judged.reason}",
+        ),
+    )
 
 
 def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:

@@ -1,4 +1,4 @@
-"""The report as JSON, schema 3.
+"""The report as JSON, schema 4.
 
 Records are objects, arrays nested lists, and the numbers that JSON lacks are the strings "NaN", "Infinity" and
 "-Infinity". The height map alone is packed: base64 of zlib of little-endian float32, row by row. Every number comes
@@ -24,7 +24,7 @@ from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results.record import dtype_of, hints_of, without_none
 
-SCHEMA = 3
+SCHEMA = 4
 _ODD = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 _MAX_CELLS = 1 << 30
 RecordT = TypeVar("RecordT")

@@ -27,7 +27,16 @@ from debulk.results.record import (
 )
 from debulk.verdict import Verdict
 
-__all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport", "UnseenHole", "Wrinkle"]
+__all__ = [
+    "ExcessReport",
+    "LeftOut",
+    "PocketNet",
+    "PocketReport",
+    "ReportData",
+    "SolveReport",
+    "UnseenHole",
+    "Wrinkle",
+]
 
 FORMAT = "debulk report"
 
@@ -115,6 +124,45 @@ class SolveReport:
     doubt: str = ""
 
 
+@dataclass(frozen=True, kw_only=True)
+class ExcessReport:
+    """The ridge that the excess length of a pocket's fibres makes, from the laid net alone (docs/verdicts.md).
+
+    Attributes
+    ----------
+    length_mm
+        Largest excess of a fibre that is held at both ends, extrapolated to a net without spacing, less the noise's.
+    at_spacing_mm, at_half_mm
+        The same of the net, and of a net at half its spacing, as they were laid.
+    noise_bias_mm
+        False length that the scan's noise adds, taken off.
+    height_mm, range_mm
+        Of the ridge by the paper's formula, 0 where none stands; its least and most within the uncertainty.
+    noise_mm
+        Standard deviation of the height from scan to scan.
+    spacing_error_mm
+        By how much the extrapolation has changed the height.
+    uncertainty_mm
+        Two of those deviations with the spacing's error, or the recipe's margin, whichever is more.
+    bridge_bound_mm
+        No bridge can stand higher than this; 0 where no fibre is too short for its mold.
+    verdict
+        By this ridge alone.
+    """
+
+    length_mm: float
+    at_spacing_mm: float
+    at_half_mm: float
+    noise_bias_mm: float
+    height_mm: float
+    range_mm: tuple[float, float]
+    noise_mm: float
+    spacing_error_mm: float
+    uncertainty_mm: float
+    bridge_bound_mm: float
+    verdict: Verdict | None = None
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PocketReport(Record):
     """One pocket. What a pocket that cannot be judged does not have is None.
@@ -125,6 +173,13 @@ class PocketReport(Record):
         1 for the largest.
     verdict, reason
         The outcome, and why in one sentence.
+    decided_by
+        The criterion whose figures the verdict comes from, "excess" or "paper"; empty where none decided.
+    paper_verdict
+        By RMS, ridges and bridges of the minima, whichever criterion decided; None without a minimum.
+    excess
+        The ridge by the excess length; None at the ply's edge, where it bounds nothing, and where no closed net could
+        be laid at half the spacing.
     outline_mm, foot_outline_mm
         (M, 2) contour at the cut height, and where the ply meets the mold; mold XY, closed from last to first.
     touches_ply_edge
@@ -167,6 +222,9 @@ class PocketReport(Record):
     id: int
     verdict: Verdict
     reason: str
+    decided_by: str = ""
+    paper_verdict: Verdict | None = None
+    excess: ExcessReport | None = None
     outline_mm: PointsXY
     foot_outline_mm: PointsXY | None = None
     touches_ply_edge: bool = False
