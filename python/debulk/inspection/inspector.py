@@ -124,9 +124,7 @@ class Inspector:
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
         self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
-        self._wrinkles = WrinkleSearch(
-            self.reference, reference.seen, self.mold_from_scanner, self.ply_outline, recipe
-        )
+        self._wrinkles = WrinkleSearch(self.reference, reference.seen, self.mold_from_scanner, self.ply_outline, recipe)
         self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
         self._lock = threading.Lock()  # of the stops
@@ -224,7 +222,7 @@ class Inspector:
             placed = self._placing.judge(sample, found)
             standing = self._wrinkles.find(as_cloud(scan, "scan"), self.mask)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
-            pockets, bumps = found.pockets, ()
+            pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.doubt:
                 evaluations = not_judged(pockets, "the scan is not in its place")
             else:
