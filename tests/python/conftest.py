@@ -8,6 +8,7 @@ import pytest
 from debulk.grid import Grid
 from debulk.report import Report
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
+from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
 
 # Centre x, y, half-axes along and across, turn in degrees, peak: a few of the paper's sizes.
@@ -130,4 +131,13 @@ def report() -> Report:
         ply_outline_mm=outline, recipe=Recipe(net={"node_target": 90}).model_dump(),
         source={"scan": "scan <1>.pcd", "reference": "ref.pcd"},
         warnings=("the ply's edge is nearer than 20 mm to pocket 7",),
+        trace=Trace(
+            time_utc="2026-03-01T12:00:00.250Z", scan=ArrayTrace(shape=(960, 1280, 3), sha256="ab" * 32),
+            reference=ArrayTrace(shape=(960, 1280, 3)),
+            fibre_angles_map=Grid(np.array([[[0.1, 90.1], [np.nan, np.nan]]]), np.zeros(2), 50.0),
+            mold_from_scanner=np.diag([1, -1, -1, 1]), fitted_camera=(1220.2, 639.5, 479.5),
+            mask=ArrayTrace(shape=(960, 1280), sha256="cd" * 32), deadline_s=0.5,
+            context={"part": "A-17 <b>", "ply": 3, "limits": [0.1, True, None]},
+            versions={"debulk": "0.1.0"}, host={"name": "cell-4"},
+        ),
     )  # fmt: skip

@@ -25,6 +25,7 @@ from debulk.results.record import (
     Values,
     Versioned,
 )
+from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
 __all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport", "UnseenHole"]
@@ -274,6 +275,8 @@ class ReportData(Versioned):
         What was inspected: names of files, seed of a virtual layup, and the like.
     warnings
         What the reader should know before trusting the rest.
+    trace
+        Time, fingerprints, pose and all else that the inspection was made of; None: not of a real inspection.
     version
         Of debulk.
     """
@@ -291,6 +294,7 @@ class ReportData(Versioned):
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    trace: Trace | None = None
     version: str = ""
 
     @property

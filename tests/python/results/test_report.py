@@ -66,7 +66,7 @@ def test_json_is_plain_json(report, tmp_path):
         raise AssertionError(name)
 
     tree = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"), parse_constant=refuse)
-    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 3, "invalid")
+    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 4, "invalid")
     assert tree["pockets"][3]["solve"]["curvature"] == "NaN"
     assert len(tree["pockets"][0]["net"]["nodes_mm"][0]) == 3
 
@@ -101,10 +101,11 @@ def test_saving_is_deterministic(report, tmp_path):
 @pytest.mark.parametrize(
     ("mend", "part"),
     [
-        (lambda t: t.update(schema=4), "schema: expected 3, got 4; install a newer debulk"),
-        (lambda t: t.update(schema=0), "schema: expected 3, got 0; an older debulk"),
-        (lambda t: t.update(schema=True), "schema: expected 3, got true"),
-        (lambda t: t.pop("schema"), "schema: expected 3, got null"),
+        (lambda t: t.update(schema=5), "schema: expected 4, got 5; install a newer debulk"),
+        (lambda t: t.update(schema=3), "schema: expected 4, got 3; an older debulk wrote it: inspect the scan again"),
+        (lambda t: t.update(schema=0), "schema: expected 4, got 0; an older debulk"),
+        (lambda t: t.update(schema=True), "schema: expected 4, got true"),
+        (lambda t: t.pop("schema"), "schema: expected 4, got null"),
         (lambda t: t.update(format="other"), "not a report"),
         (lambda t: t.pop("reason"), "reason: is missing"),
         (lambda t: t.update(extra=1), "extra: not a value"),
@@ -126,6 +127,9 @@ def test_saving_is_deterministic(report, tmp_path):
         (lambda t: t["height_map"].update(values="!!"), "height_map.values"),
         (lambda t: t["height_map"].update(values="AAAA"), "height_map.values"),
         (lambda t: t["height_map"].update(spacing_mm=0), "spacing_mm > 0"),
+        (lambda t: t["height_map"].update(encoding="zip"), "height_map.encoding: expected one of base64"),
+        (lambda t: t["trace"].update(mold_from_scanner=[[1, 0]]), "trace.mold_from_scanner: expected the shape (4, 4)"),
+        (lambda t: t["trace"]["scan"].update(sha256=3), "trace.scan.sha256: expected text, got 3"),
         (lambda t: t["height_map"].pop("values"), "height_map.values: is missing"),
     ],
 )  # fmt: skip
