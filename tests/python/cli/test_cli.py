@@ -1,4 +1,5 @@
 import dataclasses
+import json
 import re
 import subprocess
 import sys
@@ -188,7 +189,8 @@ def test_demo_leaves_report_and_files(cell, report, monkeypatch):
     }
     assert {path.name for path in (cell / "deep/out").iterdir()} == names
     assert FakeInspector.seen["camera"] == (1000.0, 2.0, 1.5)
-    assert "seed 3" in Report.load(cell / "deep/out/report.json").source["scan"]
+    tree = json.loads((cell / "deep/out/report.json").read_text(encoding="utf-8"))
+    assert "seed 3" in tree["source"]["scan"]
     # What it left behind goes through inspect.
     command = next(line for line in result.stdout.splitlines() if line.startswith("try: ")).split()[2:]
     monkeypatch.setattr(FakeInspector, "answer", dataclasses.replace(report, verdict=Verdict.CEASE))

@@ -33,7 +33,7 @@ def same(a, b):
 def pocket(**changes):
     values = dict(
         id=1,
-        verdict=Verdict.CEASE,
+        verdict=Verdict.INVALID,
         reason="r",
         outline_mm=np.zeros((3, 2)),
         area_mm2=250.0,
@@ -85,7 +85,7 @@ def test_odd_numbers_and_empty_arrays_survive(tmp_path):
         outline_mm=np.array([[np.nan, np.inf], [-np.inf, 5e-324], [-0.0, 1e308]]),
     )  # fmt: skip
     report = Report(
-        verdict=Verdict.CREASE, reason='é – ∅ \u2028 "', pockets=(p,), height_map=grid, timings_ms={"b": 1, "a": 2}
+        verdict=Verdict.INVALID, reason='é – ∅ \u2028 "', pockets=(p,), height_map=grid, timings_ms={"b": 1, "a": 2}
     )
     report.save(tmp_path / "r.json")
     back = Report.load(tmp_path / "r.json")
