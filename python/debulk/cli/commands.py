@@ -1,8 +1,8 @@
 """The command line.
 
 Exit codes of `inspect`: 0 cease, 1 crease, 2 bad input, 3 invalid scan, 4 undecided. The other commands end with 0 or
-2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified. Of all: 70 is a fault
-of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
+2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified, `repeat` with 1 where
+a figure differs. Of all: 70 is a fault of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
 """
 
 from __future__ import annotations
@@ -180,7 +180,14 @@ def recipe() -> None:
         print(Recipe().to_toml(), end="")
 
 
-for command in (cli_tools.compare, cli_tools.view, cli_tools.study, cli_tools.replay, cli_tools.doctor):
+for command in (
+    cli_tools.compare,
+    cli_tools.repeat,
+    cli_tools.view,
+    cli_tools.study,
+    cli_tools.replay,
+    cli_tools.doctor,
+):
     app.command()(command)
 app.add_typer(scanning.app, name="scan")
 

@@ -20,9 +20,9 @@ __all__ = ["beside", "of_cloud", "of_mask"]
 _BLOCK = 1 << 23  # bytes, a few milliseconds: so soon a cancelled inspection ends
 
 
-def of_cloud(points: ArrayLike, stop: _core.Stop | None = None) -> ArrayTrace:
+def of_cloud(points: ArrayLike, stop: _core.Stop | None = None, name: str = "points") -> ArrayTrace:
     """Fingerprint a cloud as it is read: float32, mm. Without the hash where the stop was raised meanwhile."""
-    return _of(cloud.as_cloud(points, "points"), "<f4", stop)
+    return _of(cloud.as_cloud(points, name), "<f4", stop)
 
 
 def of_mask(mask: NDArray[np.bool_]) -> ArrayTrace:
