@@ -128,7 +128,8 @@ def report() -> Report:
             LeftOut(what="1243 points", why="outliers, more than 1 deviation from their neighbours"),
         ),
         coverage=0.9871, height_map=Grid(heights.astype(np.float32), np.array([0.0, 0.0]), spacing),
-        ply_outline_mm=outline, recipe=Recipe(net={"node_target": 90}, verdict={"rms_margin_mm": 0, "ridge_margin_mm": 0}).model_dump(),
+        ply_outline_mm=outline,
+        recipe=Recipe(net={"node_target": 90}, verdict={"rms_margin_mm": 0, "ridge_margin_mm": 0}).model_dump(),
         source={"scan": "scan <1>.pcd", "reference": "ref.pcd"},
         warnings=("the ply's edge is nearer than 20 mm to pocket 7",),
         trace=Trace(

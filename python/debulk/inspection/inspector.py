@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 
 from debulk import _core, surface
 from debulk._core import InputError
+from debulk.cloud import as_cloud
 from debulk.comparison import Comparison
 from debulk.grid import Grid
-from debulk.inspection import fingerprint, inputs, inspector_file, reporting
+from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
 from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.comparing import check_place, checked, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
@@ -31,6 +32,7 @@ from debulk.inspection.placing import Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
+from debulk.inspection.wrinkles import WrinkleSearch
 from debulk.net import Drape
 from debulk.report import Report
 
@@ -123,6 +125,7 @@ class Inspector:
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
         self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
+        self._wrinkles = WrinkleSearch(self.reference, reference.seen, self.mold_from_scanner, self.ply_outline, recipe)
         self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
         self._tracing = Tracing(self)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
@@ -234,13 +237,17 @@ class Inspector:
         cycle.split("height map", found.times_ms)
         with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
             placed = self._placing.judge(sample, found)
+            standing = self._wrinkles.find(as_cloud(scan, "scan"), self.mask)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
+            pockets, bumps = found.pockets, ()
             if placed.doubt:
-                evaluations = not_judged(found.pockets, "the scan is not in its place")
+                evaluations = not_judged(pockets, "the scan is not in its place")
             else:
-                evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
+                bumps = tolerances.weigh(found, self.ply, cycle.stop)
+                pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
+                evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return reporting.report(found, placed, evaluations, self.ply, cycle.timings_ms())
+            return reporting.report(found, placed, bumps, standing, evaluations, self.ply, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

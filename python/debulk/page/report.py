@@ -49,6 +49,13 @@ def page(report: ReportData) -> str:
         limits=limits,
         charts=[
             bar_chart(
+                "Ridge by the excess length, mm",
+                [Row(p.id, p.verdict, p.excess.height_mm, p.excess.range_mm) for p in report.pockets if p.excess],
+                limits.get("max_ridge_mm"),
+                2,
+                "thin line: uncertainty",
+            ),
+            bar_chart(
                 "Predicted RMS of the gaps, mm",
                 [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in report.pockets],
                 limits.get("max_rms_mm"),

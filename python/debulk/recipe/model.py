@@ -224,6 +224,9 @@ class Net(Section):
 class Solve(Section):
     """How the minimum of the energy is found."""
 
+    when: Literal["always", "needed"] = Field(
+        default="always", description='"needed": no minimum, and no picture of it, of a pocket that the excess decides'
+    )
     method: Literal["auto", "interior_point", "ipopt", "nlopt"] = Field(
         default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
     )
@@ -278,6 +281,11 @@ class Ridge(Section):
 class VerdictLimits(Section):
     """The criteria a pocket must meet to pass."""
 
+    criterion: Literal["excess", "paper"] = Field(
+        default=_CRITERIA.criterion.name.lower(),  # type: ignore[arg-type]
+        description='of a pocket inside the ply; "excess": the ridge that its fibres\' excess makes; "paper": RMS and '
+        "ridges of the minima, which decide at the ply's edge in any case",
+    )
     max_rms_mm: float = Field(
         default=_CRITERIA.max_rms_mm, gt=0, description="largest RMS of the debulked gaps inside the outline"
     )
@@ -297,6 +305,11 @@ class VerdictLimits(Section):
     )
     ridge_margin_mm: float = Field(
         default=_CRITERIA.ridge_margin_mm, ge=0, description="the same of a ridge or a bridge"
+    )
+    excess_margin_mm: float = Field(
+        default=_CRITERIA.excess_margin_mm,
+        ge=0,
+        description="the same, at least, of the ridge that the excess makes; more where noise or spacing ask for it",
     )
     compliance_margin_mm: float = Field(
         default=_CRITERIA.compliance_margin_mm,

@@ -53,7 +53,7 @@ def _check_complete(pockets: Sequence[PocketReport]) -> None:
 
 
 def _check_ceases(pocket: PocketReport, limits: Criteria) -> None:
-    solve = pocket.solve
+    solve, excess = pocket.solve, pocket.excess
     rms, ridge, bridge = (
         math.nan if value is None else value
         for value in (pocket.rms_mm, pocket.ridge_height_mm, pocket.bridge_height_mm or 0.0)
@@ -69,6 +69,10 @@ def _check_ceases(pocket: PocketReport, limits: Criteria) -> None:
             ridge_range_mm=pocket.ridge_range_mm,
             compliant=solve is not None and solve.compliant,
             coverage=pocket.measured_share,
+            inside_ply=excess is not None or pocket.decided_by == "excess",
+            excess_range_mm=None if excess is None else excess.range_mm,
+            no_bridge=excess is not None
+            and excess.bridge_bound_mm <= limits.max_ridge_height_mm - limits.ridge_margin_mm,
             criteria=limits,
         )
     except InputError as error:

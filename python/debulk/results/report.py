@@ -28,7 +28,16 @@ from debulk.results.record import (
 from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
-__all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport", "UnseenHole"]
+__all__ = [
+    "ExcessReport",
+    "LeftOut",
+    "PocketNet",
+    "PocketReport",
+    "ReportData",
+    "SolveReport",
+    "UnseenHole",
+    "Wrinkle",
+]
 
 FORMAT = "debulk report"
 
@@ -116,6 +125,45 @@ class SolveReport:
     doubt: str = ""
 
 
+@dataclass(frozen=True, kw_only=True)
+class ExcessReport:
+    """The ridge that the excess length of a pocket's fibres makes, from the laid net alone (docs/verdicts.md).
+
+    Attributes
+    ----------
+    length_mm
+        Largest excess of a fibre that is held at both ends, extrapolated to a net without spacing, less the noise's.
+    at_spacing_mm, at_half_mm
+        The same of the net, and of a net at half its spacing, as they were laid.
+    noise_bias_mm
+        False length that the scan's noise adds, taken off.
+    height_mm, range_mm
+        Of the ridge by the paper's formula, 0 where none stands; its least and most within the uncertainty.
+    noise_mm
+        Standard deviation of the height from scan to scan.
+    spacing_error_mm
+        By how much the extrapolation has changed the height.
+    uncertainty_mm
+        Two of those deviations with the spacing's error, or the recipe's margin, whichever is more.
+    bridge_bound_mm
+        No bridge can stand higher than this; 0 where no fibre is too short for its mold.
+    verdict
+        By this ridge alone.
+    """
+
+    length_mm: float
+    at_spacing_mm: float
+    at_half_mm: float
+    noise_bias_mm: float
+    height_mm: float
+    range_mm: tuple[float, float]
+    noise_mm: float
+    spacing_error_mm: float
+    uncertainty_mm: float
+    bridge_bound_mm: float
+    verdict: Verdict | None = None
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PocketReport(Record):
     """One pocket. What a pocket that cannot be judged does not have is None.
@@ -126,6 +174,13 @@ class PocketReport(Record):
         1 for the largest.
     verdict, reason
         The outcome, and why in one sentence.
+    decided_by
+        The criterion whose figures the verdict comes from, "excess" or "paper"; empty where none decided.
+    paper_verdict
+        By RMS, ridges and bridges of the minima, whichever criterion decided; None without a minimum.
+    excess
+        The ridge by the excess length; None at the ply's edge, where it bounds nothing, and where no closed net could
+        be laid at half the spacing.
     outline_mm, foot_outline_mm
         (M, 2) contour at the cut height, and where the ply meets the mold; mold XY, closed from last to first.
     touches_ply_edge
@@ -135,6 +190,8 @@ class PocketReport(Record):
         smoothed as for the net.
     measured_share
         Share of the area that the scanner saw; the rest was filled.
+    promoted
+        Why it is judged though it is below a tolerance of the segmentation; empty: it is not below any.
     spacing_mm, node_count
         Of the net.
     rms_mm, rms_range_mm
@@ -166,6 +223,9 @@ class PocketReport(Record):
     id: int
     verdict: Verdict
     reason: str
+    decided_by: str = ""
+    paper_verdict: Verdict | None = None
+    excess: ExcessReport | None = None
     outline_mm: PointsXY
     foot_outline_mm: PointsXY | None = None
     touches_ply_edge: bool = False
@@ -173,6 +233,7 @@ class PocketReport(Record):
     peak_mm: float
     volume_mm3: float
     measured_share: float = 1.0
+    promoted: str = ""
     spacing_mm: float | None = None
     node_count: int | None = None
     rms_mm: float | None = None
@@ -243,6 +304,29 @@ class UnseenHole:
     at_ply_edge: bool = False
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wrinkle:
+    """A narrow fold that stood in the ply when it was scanned, which the filters of the height map take for noise.
+
+    Attributes
+    ----------
+    start_mm, end_mm
+        Mold XY of its first and its last point that was looked at; between them it is this long at least.
+    length_mm, height_mm, width_mm
+        Along it; above the reference; at half its height.
+    excess_length_mm, ridge_height_mm
+        Of the ply across it, if its sides are straight; the height that remains of it on the mold at least.
+    """
+
+    start_mm: tuple[float, float]
+    end_mm: tuple[float, float]
+    length_mm: float
+    height_mm: float
+    width_mm: float
+    excess_length_mm: float
+    ridge_height_mm: float
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ReportData(Versioned):
     """The outcome of one inspection.
@@ -252,7 +336,7 @@ class ReportData(Versioned):
     verdict, reason
         Of the layup: the worst pocket's, and why in one sentence.
     pockets
-        Largest first.
+        Largest first; after them, largest first too, the bumps below the tolerances that could crease.
     timings_ms
         Stage by stage, in order.
     left_out
@@ -262,6 +346,8 @@ class ReportData(Versioned):
         rule for small holes; None: it was not looked at.
     unseen
         The other parts of it, above the tolerance on area; largest first.
+    wrinkles
+        Narrow folds that stand in the ply already, longest first.
     level
         How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
@@ -288,6 +374,7 @@ class ReportData(Versioned):
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
     unseen: tuple[UnseenHole, ...] = ()
+    wrinkles: tuple[Wrinkle, ...] = ()
     level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None

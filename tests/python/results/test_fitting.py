@@ -7,7 +7,7 @@ import pytest
 import debulk
 from debulk import InputError, Report, Verdict
 
-CEASES = debulk.Recipe(verdict={"max_rms_mm": 5.0, "max_ridge_mm": 9.0})
+LENIENT = {"max_rms_mm": 5.0, "max_ridge_mm": 9.0}
 
 
 def inspected(recipe):
@@ -23,7 +23,13 @@ def creases():
 
 @pytest.fixture(scope="module")
 def ceases():
-    return inspected(CEASES)
+    """All pockets cease by RMS, ridge and bridge."""
+    return inspected(debulk.Recipe(verdict=LENIENT | {"criterion": "paper"}))
+
+
+@pytest.fixture(scope="module")
+def ceases_by_excess():
+    return inspected(debulk.Recipe(verdict=LENIENT | {"criterion": "excess"}))
 
 
 def load(tree, folder):
@@ -37,7 +43,8 @@ def edited(tree, edit):
     return tree
 
 
-def test_what_an_inspection_wrote_is_read(creases, ceases, tmp_path):
+def test_what_an_inspection_wrote_is_read(creases, ceases, ceases_by_excess, tmp_path):
+    assert load(ceases_by_excess, tmp_path).verdict is Verdict.CEASE
     assert load(creases, tmp_path).verdict is Verdict.CREASE
     assert load(ceases, tmp_path).verdict is Verdict.CEASE
 
@@ -93,3 +100,18 @@ def test_a_good_layup_needs_its_evidence(ceases, tmp_path, edit, part):
     with pytest.raises(InputError) as caught:
         load(edited(ceases, edit), tmp_path)
     assert part in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda p: p["excess"].update(range_mm=[1.0, 9.1]),
+        lambda p: p.update(excess=None),
+        lambda p: (p["excess"].update(bridge_bound_mm=9.1), p["solve"].update(certified=False)),
+        lambda p: p.update(measured_share=0.5),
+    ],
+)
+def test_so_does_one_by_the_excess_length(ceases_by_excess, tmp_path, edit):
+    number = next(p["id"] for p in ceases_by_excess["pockets"] if p["decided_by"] == "excess")
+    with pytest.raises(InputError, match=rf"pockets\[{number - 1}\].verdict: cease does not fit its figures"):
+        load(edited(ceases_by_excess, lambda t: edit(t["pockets"][number - 1])), tmp_path)
