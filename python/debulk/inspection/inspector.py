@@ -132,6 +132,10 @@ class Inspector:
         self._lock = threading.Lock()  # of the stops
         self._running: set[_core.Stop] = set()
 
+    def __repr__(self) -> str:
+        edge = "unknown outline" if self.ply_outline is None else f"outline of {len(self.ply_outline)} corners"
+        return f"Inspector({edge}, heights every {self.grid_spacing_mm:.4g} mm, {self.recipe!r})"
+
     def save(self, path: str | PathLike[str]) -> None:
         """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
 

@@ -392,6 +392,13 @@ class Recipe(Section):
                 merged[section] |= {str(k): v for k, v in table.items()} if isinstance(table, Mapping) else {}
         return impossible(merged, {entry.name for entry in wrong})
 
+    def __repr__(self) -> str:
+        """Show what is not a default; the whole recipe: ``to_toml``."""
+        changed = {
+            name: {key: value for key, value in table if getattr(type(table)(), key) != value} for name, table in self
+        }
+        return f"Recipe({', '.join(f'{name}={table!r}' for name, table in changed.items() if table)})"
+
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Self:
         """Read a recipe from a TOML file; what it does not name keeps its default.

@@ -100,3 +100,14 @@ def test_the_caller_may_change_the_context_later(layup):
     report = made(layup).inspect(layup.scan, context=context)
     context["plies"].append(2)
     assert report.trace.context == {"plies": [1]}
+
+
+def test_stages_are_logged_and_an_inspector_is_shown_in_a_line(layup, caplog):
+    inspector = made(layup)
+    with caplog.at_level("DEBUG", logger="debulk"):
+        report = inspector.inspect(layup.scan)
+    logged = [r.getMessage() for r in caplog.records if r.levelname == "DEBUG"]
+    for stage in ("level", "height map", "debulk"):
+        assert any(re.fullmatch(rf"{stage}: \d+\.\d ms", line) for line in logged), (stage, logged)
+    assert {"level", "debulk"} <= set(report.timings_ms)
+    assert re.fullmatch(r"Inspector\(outline of \d+ corners, heights every [\d.]+ mm, Recipe\(\)\)", repr(inspector))

@@ -217,3 +217,10 @@ def test_any_values_give_a_recipe_or_one_error(values):
     except InputError:
         return
     assert tomllib.loads(recipe.to_toml()) == recipe.model_dump(exclude_none=True)
+
+
+def test_its_repr_shows_what_is_no_default_and_gives_it_back():
+    recipe = Recipe(net={"node_target": 90}, run={"dump_folder": "a'b"}, clean={"grid_spacing_mm": 2.0})
+    assert repr(Recipe()) == "Recipe()"
+    assert len(repr(recipe)) < 120
+    assert eval(repr(recipe)) == recipe

@@ -223,3 +223,18 @@ def test_an_unknown_ending_is_refused(report, tmp_path):
 def test_a_solve_report_has_no_defaults_for_what_counts():
     with pytest.raises(TypeError):
         SolveReport(method="ipopt", status="converged")
+
+
+def test_a_pocket_is_found_by_its_number(report):
+    assert report.pocket(2) is report.pockets[1]
+    assert [p.verdict for p in report.creasing] == [Verdict.CREASE] * len(report.creasing)
+    assert len(report.creasing) == sum(p.verdict is Verdict.CREASE for p in report.pockets) > 0
+    with pytest.raises(InputError, match=r"number of a pocket of this report \(1, 2, 3, 4, 5, 6, 7\), but got 8"):
+        report.pocket(8)
+
+
+def test_a_pocket_and_its_net_are_shown_in_a_line(report):
+    assert repr(report.pockets[0]).startswith("PocketReport(1, CEASE: RMS ")
+    assert len(repr(report.pockets)) < 2000
+    net = report.pockets[0].net
+    assert repr(net) == f"PocketNet({len(net.nodes_mm)} nodes, {len(net.edges)} edges)"
