@@ -9,6 +9,7 @@ from debulk.page import profile as page_profile
 from debulk.page.charts import Bar, Chart, Row, bar_chart
 from debulk.page.map import Area, ply_map
 from debulk.page.render import render
+from debulk.page.trace import trace_lists
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def page(report: ReportData) -> str:
         timings=_timings(report),
         total_ms=total_ms(report),
         recipe=_recipe(report),
+        trace=trace_lists(report),
     )
 
 

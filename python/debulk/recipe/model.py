@@ -324,6 +324,10 @@ class Run(Section):
     threads: int = Field(
         default=0, ge=0, le=4096, description="worker threads; 0: one per core. The result does not depend on it"
     )
+    hash_scan: bool = Field(
+        default=True,
+        description="keep the scan's SHA-256 in the report; takes 0.6 s of one core per GB, beside the inspection",
+    )
     dump_folder: str | None = Field(
         default=None,
         min_length=1,
@@ -387,6 +391,13 @@ class Recipe(Section):
                 table = given.model_dump() if isinstance(given, BaseModel) else given
                 merged[section] |= {str(k): v for k, v in table.items()} if isinstance(table, Mapping) else {}
         return impossible(merged, {entry.name for entry in wrong})
+
+    def __repr__(self) -> str:
+        """Show what is not a default; the whole recipe: ``to_toml``."""
+        changed = {
+            name: {key: value for key, value in table if getattr(type(table)(), key) != value} for name, table in self
+        }
+        return f"Recipe({', '.join(f'{name}={table!r}' for name, table in changed.items() if table)})"
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Self:

@@ -25,6 +25,7 @@ from debulk.results.record import (
     Values,
     Versioned,
 )
+from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
 __all__ = [
@@ -46,7 +47,7 @@ def _check_numbers(name: str, values: NDArray[np.int32], lowest: int, count: int
         raise InputError(f"{name}: expected numbers of nodes below {count}, got {values.min()} to {values.max()}")
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PocketNet(Record):
     """The pin-jointed net of a pocket, as laid on the scanned ply.
 
@@ -69,6 +70,9 @@ class PocketNet(Record):
     kinds: Kinds
     edges: Pairs
     inside: Flags
+
+    def __repr__(self) -> str:
+        return f"PocketNet({len(self.nodes_mm)} nodes, {len(self.edges)} edges)"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -167,7 +171,7 @@ class ExcessReport:
     verdict: Verdict | None = None
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PocketReport(Record):
     """One pocket. What a pocket that cannot be judged does not have is None.
 
@@ -257,6 +261,9 @@ class PocketReport(Record):
     solve: SolveReport | None = None
     runtime_ms: float = 0.0
     runtime_split_ms: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"PocketReport({self.id}, {self.verdict.name}: {self.reason})"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -364,6 +371,8 @@ class ReportData(Versioned):
         What was inspected: names of files, seed of a virtual layup, and the like.
     warnings
         What the reader should know before trusting the rest.
+    trace
+        Time, fingerprints, pose and all else that the inspection was made of; None: not of a real inspection.
     version
         Of debulk.
     """
@@ -382,12 +391,32 @@ class ReportData(Versioned):
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    trace: Trace | None = None
     version: str = ""
 
     @property
     def passed(self) -> bool:
         """True only for CEASE."""
         return self.verdict is Verdict.CEASE
+
+    @property
+    def creasing(self) -> tuple[PocketReport, ...]:
+        """The pockets that crease, in the report's order."""
+        return tuple(pocket for pocket in self.pockets if pocket.verdict is Verdict.CREASE)
+
+    def pocket(self, number: int) -> PocketReport:
+        """Return the pocket of this number, as on the page and in the table.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        for pocket in self.pockets:
+            if pocket.id == number:
+                return pocket
+        numbers = ", ".join(str(pocket.id) for pocket in self.pockets) or "none"
+        raise InputError(f"number: expected the number of a pocket of this report ({numbers}), but got {number!r}")
 
     def to_dict(self) -> Mapping[str, Any]:
         """Return the report as JSON's own types, as `debulk.Report.save` writes it."""
