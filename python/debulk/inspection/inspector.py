@@ -243,7 +243,7 @@ class Inspector:
             placed = self._placing.judge(sample, found)
             standing = self._wrinkles.find(as_cloud(scan, "scan"), self.mask)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
-            pockets, bumps = found.pockets, ()
+            pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.doubt:
                 evaluations = not_judged(pockets, "the scan is not in its place")
             else:

@@ -169,7 +169,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         Fibre angles that are not known there, or a surface on which no net can be laid.
     """
     laid = lay_net(found, ply, stop)
-    known = excess.of_net(laid, ply.reference, ply.recipe)
+    known = excess.of_net(laid, ply.reference, ply.recipe, found.feet.noise_mm)
     return LaidPocket(
         net=laid,
         sheet=sheet.Sheet.of_net(laid, ply.reference, ply.recipe),

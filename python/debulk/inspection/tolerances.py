@@ -1,4 +1,4 @@
-"""What the tolerances drop: each bump's excess length is bounded, and a bump that could crease is judged as a pocket."""
+"""What the tolerances drop: each bump's excess is bounded, and one that could crease is judged as a pocket."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     Fibres are inextensible and their ends are held: no minimum has more excess than the laid net (docs/model.md,
     section 8). At the ply's edge, where fibres can slip, the bound is not reached.
     """
-    dropped = [(d, *part) for part in found.parts for d in part[0].dropped]
+    dropped = [(d, whole, feet) for whole, feet in found.parts for d in whole.dropped]
     dropped.sort(key=lambda one: -one[0].area_mm2)
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
-        return tuple(pool.map(lambda one: _weigh(*one, found, ply, stop), dropped))
+        return tuple(pool.map(lambda one: _weigh(one[0], one[1], one[2], found, ply, stop), dropped))
 
 
 def promoted(bumps: Sequence[Bump], first_number: int) -> tuple[FoundPocket, ...]:
@@ -102,9 +102,7 @@ def bump_name(dropped: Dropped) -> str:
     )
 
 
-def _weigh(
-    dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply: PlyOnMold, stop: _core.Stop
-) -> Bump:
+def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     try:
         one = _looked_at_again(dropped, whole, feet, found, ply, stop)
         if one is None:

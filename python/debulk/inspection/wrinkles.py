@@ -1,10 +1,10 @@
 """Wrinkles that stand already: narrow, long, and taken for noise by the filters, which see one point at a time.
 
 A fold of 2 mm is one to four pixels wide. The outlier filter, the spike filter and the median take such points away, as
-they take flying pixels. What parts the two is that a wrinkle goes on from one row of pixels to the next. So the scan is
-looked at before any filter, along pairs of adjacent rows and columns of pixels some millimetres apart: points that stand
-out narrowly from both sides, in both lines of a pair, are linked from pair to pair where they lie on a straight way and
-are about equally high, and such a chain is a wrinkle only where the pixels between its pairs stand up as well.
+they take flying pixels. What parts the two is that a wrinkle goes on from one row of pixels to the next. So the scan
+is looked at before any filter, along pairs of adjacent rows and columns of pixels some millimetres apart: points that
+stand out narrowly from both sides, in both lines of a pair, are linked from pair to pair where they lie on a straight
+way and are about equally high, and such a chain is a wrinkle only where the pixels between its pairs stand up as well.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ _STANDS_OUT_MM = 1.0
 _HIGHEST_MM = 25.0  # what stands out by more is the edge of something else
 _WIDEST_MM = 8.0  # at half its height; what is wider survives the filters
 _LINKS = 4  # of pairs of lines that a wrinkle crosses at least: about 40 mm
+_AHEAD = (1, 2, 3)  # pairs of lines from one crossing to the next: drop-outs on steep flanks hide some
 _STEEPEST = 2.0  # of a way through the image that these lines follow; the lines across follow the others
 _CONTRAST = 0.6  # share of the height above the reference by which it stands out from both sides
 _SOLID_SHARE = 0.7  # of the lines between the pairs in which something stands up on the way
@@ -113,7 +114,9 @@ class WrinkleSearch:
         steps = steps[np.isfinite(steps)]
         return float(np.median(steps)) if steps.size else math.nan
 
-    def _along(self, image: Cloud, hidden: NDArray[np.bool_] | None, pitch_mm: float) -> Iterator[tuple[Wrinkle, Floats]]:
+    def _along(
+        self, image: Cloud, hidden: NDArray[np.bool_] | None, pitch_mm: float
+    ) -> Iterator[tuple[Wrinkle, Floats]]:
         step = max(2, round(_PAIRS_MM / pitch_mm))
         side = max(2, round(_SIDE_MM / pitch_mm))
         if image.shape[1] < 2 * side + 3 or image.shape[0] < 2:
@@ -167,7 +170,7 @@ class WrinkleSearch:
         width_mm = float(np.median([_run_through(row, side) for row in half])) * pitch_mm
         across = np.linalg.norm(np.ptp(along, axis=0)) / max(1, np.ptp(lines[good]) * pitch_mm)
         width_mm /= max(1.0, float(across))  # lines cross it askew
-        if width_mm > _WIDEST_MM or not self._solid(image, hidden, lines[good], ats[good], 0.5 * height_mm):
+        if width_mm > _WIDEST_MM or not self._solid(image, hidden, lines[good], ats[good], height_mm):
             return None
         if self._outline is not None and np.count_nonzero(pocket.inside(self._outline, along)) < _LINKS:
             return None
@@ -192,7 +195,9 @@ class WrinkleSearch:
         """Lines and places of the highest points at the crossings, in either line of the pair."""
         lines = np.array([[c.line * step] * 5 + [c.line * step + 1] * 5 for c in chain])
         ats = np.array([[c.at + k for k in range(-2, 3)] * 2 for c in chain])
-        above = np.stack([self._above(self._points(image, hidden, lines[:, k], ats[:, k, None]))[:, 0] for k in range(10)], 1)
+        above = np.stack(
+            [self._above(self._points(image, hidden, lines[:, k], ats[:, k, None]))[:, 0] for k in range(10)], 1
+        )
         top = np.argmax(np.nan_to_num(above, nan=-np.inf), axis=1)[:, None]
         return np.take_along_axis(lines, top, 1)[:, 0], np.take_along_axis(ats, top, 1)[:, 0]
 
@@ -226,17 +231,19 @@ class WrinkleSearch:
         hidden: NDArray[np.bool_] | None,
         lines: NDArray[np.int64],
         ats: NDArray[np.int64],
-        least_mm: float,
+        height_mm: float,
     ) -> bool:
         """Whether something stands up on the way in most of the lines between the first and the last crossing.
 
-        In a highlight depths are wild: as many points lie below the reference as above.
+        In a highlight depths are wild: as many points lie below the reference as above. Pixels as wide as the wrinkle
+        meet its flanks in some lines.
         """
+        least_mm = max(0.25 * height_mm, min(0.5 * height_mm, _STANDS_OUT_MM))
         between = np.arange(lines[0], lines[-1] + 1)
         way = np.rint(np.interp(between, lines, ats)).astype(np.int64)
         above = self._above(self._points(image, hidden, between, way[:, None] + np.arange(-3, 4)))
         with np.errstate(invalid="ignore"):
-            stands, sunk = (above > least_mm).any(axis=1), (above < -0.5 * least_mm).any(axis=1)
+            stands, sunk = (above > least_mm).any(axis=1), (above < -0.25 * height_mm).any(axis=1)
         return float(np.mean(stands)) >= _SOLID_SHARE and float(np.mean(sunk)) <= _SUNK_SHARE
 
 
@@ -284,8 +291,8 @@ def _chains(crossings: Sequence[_Crossing], step: int) -> Iterator[list[_Crossin
         if (c.line, c.at) in used:
             continue
         best: list[_Crossing] = []
-        for second in by_line.get(c.line + 1, ()):
-            if abs(second.at - c.at) > _STEEPEST * step or not _alike(c, second):
+        for second in (one for ahead in _AHEAD for one in by_line.get(c.line + ahead, ())):
+            if abs(second.at - c.at) > _STEEPEST * step * (second.line - c.line) or not _alike(c, second):
                 continue
             chain = [c, second]
             while (following := _next(chain, by_line, step)) is not None:
@@ -297,15 +304,13 @@ def _chains(crossings: Sequence[_Crossing], step: int) -> Iterator[list[_Crossin
 
 
 def _next(chain: Sequence[_Crossing], by_line: dict[int, list[_Crossing]], step: int) -> _Crossing | None:
-    """Return the crossing nearest to where the chain points, if it is near enough and about as high; a pair may lack."""
+    """Return the crossing nearest to where the chain points, if near enough and about as high; a pair may lack."""
     last, before = chain[-1], chain[-2]
     slope = (last.at - before.at) / (last.line - before.line)
-    for ahead in (1, 2):
+    for ahead in _AHEAD:
         expected = last.at + ahead * slope
         near = [
-            c
-            for c in by_line.get(last.line + ahead, ())
-            if abs(c.at - expected) <= 3 + 0.3 * step and _alike(c, last)
+            c for c in by_line.get(last.line + ahead, ()) if abs(c.at - expected) <= 3 + 0.3 * step and _alike(c, last)
         ]
         if near:
             return min(near, key=lambda c: (abs(c.at - expected), c.at))

@@ -142,6 +142,9 @@ class ExcessReport:
         False length that the scan's noise adds, taken off.
     height_mm, range_mm
         Of the ridge by the paper's formula, 0 where none stands; its least and most within the uncertainty.
+    elastic_mm
+        Of the elastic fold that the same length makes by the section model and the recipe's modulus, where the formula
+        says that none stands, too; together they bound what a ply may do.
     noise_mm
         Standard deviation of the height from scan to scan.
     spacing_error_mm
@@ -160,6 +163,7 @@ class ExcessReport:
     noise_bias_mm: float
     height_mm: float
     range_mm: tuple[float, float]
+    elastic_mm: float
     noise_mm: float
     spacing_error_mm: float
     uncertainty_mm: float

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import laid_ply
 import numpy as np
 import pytest
 
+import laid_ply
 from debulk import _core
 from debulk.inspection import tolerances
 from debulk.verdict import Verdict

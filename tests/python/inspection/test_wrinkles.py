@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import laid_ply
 import numpy as np
 import pytest
 
+import laid_ply
 from debulk.verdict import Verdict
 
 
@@ -41,8 +41,8 @@ def test_a_wrinkle_is_found_with_its_place_and_height(wide_mm, high_mm, turned_d
 
 
 @pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_a_wrinkle_of_2_by_8_mm_decides(regions):
-    report = laid_ply.inspector(regions).inspect(laid_ply.scan(_ridge(2, 8, 200, 0), noise_mm=0.05))
+def test_a_wrinkle_of_3_by_8_mm_decides(regions):
+    report = laid_ply.inspector(regions).inspect(laid_ply.scan(_ridge(3, 8, 200, 0), noise_mm=0.05))
     assert report.verdict is Verdict.CREASE
     assert "a wrinkle stands already" in report.reason
     assert report.wrinkles
