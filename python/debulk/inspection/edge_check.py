@@ -114,7 +114,7 @@ def _medians(strips: Floats) -> Floats:
 
 
 def _edges(middle: Floats, offsets: Floats, thickness: float) -> Floats:
-    """Return where steps from the thickness to 0 fit (S, K) rows best, from the outline; NaN: cannot be told."""
+    """Return where steps from the thickness to 0 fit (S, K) rows best, as distances from the outline; NaN: unknown."""
     known = np.isfinite(middle)
     enough = (known[:, offsets < 0].sum(axis=1) >= _NEEDED) & (known[:, offsets > 0].sum(axis=1) >= _NEEDED)
     off = np.full(len(middle), np.nan)
