@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 
 #include "debulk/core/row_runs.hpp"
 #include "debulk/pocket/dilate.hpp"
@@ -38,8 +39,7 @@ Field field_of(const Overview& overview, const UnseenOptions& options) {
             ny = field.j0 + heights.ny + beyond(high.y() - (heights.ny - 1));
   field.ply = Mask(nx, ny, heights.position(-field.i0, -field.j0), heights.spacing);
   const PlyMask ply(*options.ply_outline, field.ply);
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i) field.ply.at(i, j) = ply.on_ply(i, j);
+  for (int j = 0; j < ny; ++j) std::copy(ply.row(j), ply.row(j) + nx, &field.ply.at(0, j));
   return field;
 }
 
@@ -116,7 +116,7 @@ double depth_of(const Component& c, const Mask& marked) {
 // Where no height is known, and the rule for small holes would put none: a coarse pass fills nothing in.
 Mask missing_in(const Grid<float>& heights, double fill_mm) {
   auto missing = heights.like<std::uint8_t>();
-  for (std::size_t k = 0; k < heights.size(); ++k) missing.values[k] = std::isnan(heights.values[k]);
+  std::transform(heights.values.begin(), heights.values.end(), missing.values.begin(), [](float z) { return std::isnan(z); });
   for (const Component& c : components_of(missing)) {
     int left = heights.nx, right = -1;
     for (const Run& run : c.runs) left = std::min(left, run.begin), right = std::max(right, run.end - 1);
@@ -144,14 +144,25 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
   const Mask open = missing_in(overview.heights, options.fill_mm);
   Mask missing = ply.like<std::uint8_t>(), unmeasured = missing;
   long on = 0, with_reference = 0;
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i) {
-      if (!ply.at(i, j)) continue;
-      ++on;
-      with_reference += flag(overview.reference, i, j);
-      missing.at(i, j) = !in_overview(i, j) || flag(open, i, j);
-      unmeasured.at(i, j) = !flag(overview.measured, i, j);
+  for (int j = 0; j < ny; ++j) {
+    const std::uint8_t* on_ply = &ply.at(0, j);
+    std::uint8_t *no_height = &missing.at(0, j), *no_point = &unmeasured.at(0, j);
+    std::copy(on_ply, on_ply + nx, no_height);
+    std::copy(on_ply, on_ply + nx, no_point);
+    on += std::accumulate(on_ply, on_ply + nx, 0);
+    if (!in_overview(field.i0, j)) continue;
+    const std::size_t row = open.index(0, j - field.j0);
+    const std::uint8_t *hidden = &open.values[row], *measured = &overview.measured.values[row],
+                       *reference = &overview.reference.values[row];
+    on_ply += field.i0, no_height += field.i0, no_point += field.i0;
+    int known = 0;
+    for (int i = 0; i < open.nx; ++i) {
+      known += on_ply[i] & (reference[i] != 0);
+      no_height[i] &= hidden[i];
+      no_point[i] &= measured[i] == 0;
     }
+    with_reference += known;
+  }
 
   // Measures a component; its rim are the points of the ply in `known` beside it.
   const auto measure = [&](Component& c, const Mask& known) {
@@ -195,7 +206,7 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
 
   Unseen out;
   Mask known = ply;
-  for (std::size_t k = 0; k < known.size(); ++k) known.values[k] = ply.values[k] && !missing.values[k];
+  for (std::size_t k = 0; k < known.size(); ++k) known.values[k] &= missing.values[k] == 0;
   long lost = 0;
   for (Component& c : components_of(missing)) {
     const auto area = static_cast<double>(c.count()) * cell;
@@ -216,16 +227,15 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
   // Holes that were filled in. Single missing points are many and join anyhow: only where 3 by 3 are missing is a hole.
   const auto listed = static_cast<long>(out.holes.size());
   Mask core = ply.like<std::uint8_t>();
-  for (int j = 1; j < ny - 1; ++j)
-    for (int i = 1; i < nx - 1; ++i) {
-      if (!unmeasured.at(i, j)) continue;
-      bool whole = true;
-      for (int dj = -1; dj <= 1; ++dj)
-        for (int di = -1; di <= 1; ++di) whole &= unmeasured.at(i + di, j + dj) != 0;
-      core.at(i, j) = whole;
+  for (const Run& run : find_runs(unmeasured, true, 1)) {
+    if (run.row == 0 || run.row == ny - 1) continue;
+    for (int i = run.begin + 1; i < run.end - 1; ++i) {
+      const std::uint8_t *low = &unmeasured.at(i, run.row - 1), *high = &unmeasured.at(i, run.row + 1);
+      core.at(i, run.row) = low[-1] & low[0] & low[1] & high[-1] & high[0] & high[1];
     }
+  }
   const Mask filled = dilate(core, 1);
-  for (std::size_t k = 0; k < known.size(); ++k) known.values[k] = ply.values[k] && !unmeasured.values[k] && !missing.values[k];
+  for (std::size_t k = 0; k < known.size(); ++k) known.values[k] &= unmeasured.values[k] == 0;
   for (Component& c : components_of(filled)) {
     if (static_cast<double>(c.count()) * cell < options.area_tol_mm2 / 2) continue;
     measure(c, known);
