@@ -48,6 +48,7 @@ def of_scan(found: Found, outline_known: bool, recipe: Recipe) -> tuple[LeftOut,
             why=f"no pocket: below the tolerance of {d.reason.replace('_', ' ')}",
             bound=f"stands {d.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² at the "
             f"cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
+            place_mm=(float(d.centroid_mm[0]), float(d.centroid_mm[1])),
         )
         for d in found.dropped
     ]
