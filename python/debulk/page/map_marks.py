@@ -1,4 +1,4 @@
-"""What the map shows beside heights and pockets: axes, fibre directions, what was not seen, bumps that are no pockets."""
+"""What the map shows beside heights and pockets: axes, fibre directions, holes, bumps that are no pockets."""
 
 from __future__ import annotations
 

@@ -41,8 +41,8 @@ def advice(report: ReportData) -> list[str]:
         lines.append(f"not judged at {_places(unjudged)}: do what its reason says, then scan again")
     for hole in report.unseen:
         if hole.at_best is not None:
-            lack = "complete the reference" if hole.of == "reference" else "scan again"
-            lines.append(f"{lack}, for {hole_line(hole)}")
+            remedy = "complete the reference" if hole.of == "reference" else "scan again"
+            lines.append(f"{remedy} because of {hole_line(hole)}")
     if lines:
         return lines
     return ["change nothing"] if report.verdict is Verdict.CEASE else ["mend what the reason names, then scan again"]

@@ -61,7 +61,7 @@ def test_only_a_hole_that_matters_asks_for_a_scan():
     assert "unseen: a hole in the scan of 49.8 cm² at (-169, 16) mm" in table(calm).splitlines()
     hides = dataclasses.replace(HOLE, at_best=Verdict.UNDECIDED)
     doubtful = Report(verdict=Verdict.UNDECIDED, reason="", pockets=(), unseen=(hides,))
-    assert advice(doubtful) == ["scan again, for a hole in the scan of 49.8 cm² at (-169, 16) mm"]
+    assert advice(doubtful) == ["scan again because of a hole in the scan of 49.8 cm² at (-169, 16) mm"]
     assert "UNDECIDED at best" in table(doubtful)
     lacks = dataclasses.replace(doubtful, unseen=(dataclasses.replace(hides, of="reference"),))
     assert advice(lacks)[0].startswith("complete the reference")
