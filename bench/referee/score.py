@@ -87,10 +87,14 @@ def _excess(column: str) -> Callable[[Truth], float]:
     return lambda t: ridge(t.value(column))
 
 
-def _extrapolated(truth: Truth) -> float:
-    """The error of a chord net falls with the square of its spacing."""
+def extrapolated_excess(truth: Truth) -> float:
+    """Excess of a net without spacing, mm: the error of a chord net falls with the square of its spacing."""
     coarse, fine = truth.value("excess_mm"), truth.value("excess_half_spacing_mm")
-    return ridge(fine + (fine - coarse) / 3)
+    return fine + (fine - coarse) / 3
+
+
+def _extrapolated(truth: Truth) -> float:
+    return ridge(extrapolated_excess(truth))
 
 
 def _verdict(truth: Truth) -> float:
@@ -185,7 +189,7 @@ def heights(chosen: list[Truth], referee: str) -> list[str]:
 
 def shared(chosen: list[Truth], referee: str) -> list[str]:
     """Which part of the largest excess one fold gathers."""
-    parts = [np.array(t.gathered[referee]) / t.value("excess_mm") for t in chosen if t.gathered.get(referee)]
+    parts = [np.array(t.gathered[referee]) / extrapolated_excess(t) for t in chosen if t.gathered.get(referee)]
     parts = [p for p in parts if np.isfinite(p).all()]
     if not parts:
         return []
@@ -193,8 +197,8 @@ def shared(chosen: list[Truth], referee: str) -> list[str]:
     largest = np.array([p.max() for p in parts])
     low, middle, high = np.quantile(every, [0.1, 0.5, 0.9])
     return [
-        f"Gathered by the worst fold, of the largest excess ({referee}): median {middle:.2f}, 10 to 90 % {low:.2f} to "
-        f"{high:.2f} of the members; largest member of a pocket {np.median(largest):.2f} in the median"
+        f"Gathered by the worst fold, of the largest excess, extrapolated ({referee}): median {middle:.2f}, 10 to 90 % "
+        f"{low:.2f} to {high:.2f} of the members; largest member of a pocket {np.median(largest):.2f} in the median"
     ]
 
 

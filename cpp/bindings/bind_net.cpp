@@ -72,6 +72,9 @@ void bind_net(py::module_ m) {
   py::class_<PocketNet>(m, "PocketNet")
       .def_readonly("net", &PocketNet::net)
       .def_readonly("area", &PocketNet::area)
+      .def_readonly("finer", &PocketNet::finer)
+      .def_readonly("noise", &PocketNet::noise)
+      .def_property_readonly("held_all_round", &PocketNet::held_all_round)
       .def_property_readonly("open_ends", [](const PocketNet& pocket) { return column_array<std::int32_t>(pocket.open_ends); });
 
   py::class_<FibreNetOptions>(m, "FibreNetOptions")
@@ -89,6 +92,7 @@ void bind_net(py::module_ m) {
       .def_property(
           "mode", [](const LayPocketOptions& o) { return name_of(o.mode); },
           [](LayPocketOptions& o, const std::string& name) { o.mode = patch_mode(name); })
+      .def_readwrite("finer_too", &LayPocketOptions::finer_too)
       .def_readwrite("net", &LayPocketOptions::net);
 
   m.def(

@@ -3,6 +3,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/net/fibre_net.hpp"
+#include "debulk/ridge/held_excess.hpp"
 #include "debulk/ridge/mold_length.hpp"
 #include "debulk/ridge/post_process.hpp"
 #include "debulk/ridge/ridge_height.hpp"
@@ -72,6 +73,14 @@ void bind_ridge(py::module_ m) {
       .def_readonly("bridge_height_mm", &PostProcessed::bridge_height)
       .def_readonly("rms_mm", &PostProcessed::rms)
       .def_readonly("excess_length_mm", &PostProcessed::excess_length);
+
+  py::class_<HeldExcess>(m, "HeldExcess")
+      .def_readonly("fibres", &HeldExcess::fibres)
+      .def_readonly("largest_mm", &HeldExcess::largest)
+      .def_readonly("bridge_bound_mm", &HeldExcess::bridge_bound)
+      .def_readonly("segments", &HeldExcess::segments)
+      .def_readonly("noise_gain", &HeldExcess::noise_gain);
+  m.def("held_excess", &held_excess, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
 
   m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));
   m.def("post_process", &post_process_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("inside"), py::arg("surface"),

@@ -2,6 +2,7 @@
 
 #include "bindings/bind.hpp"
 #include "debulk/verdict/excess_bounds.hpp"
+#include "debulk/verdict/excess_rule.hpp"
 #include "debulk/verdict/judge.hpp"
 
 namespace debulk {
@@ -17,10 +18,13 @@ void bind_judgement(py::module_ m) {
       .value("CREASE", Verdict::crease)
       .value("INVALID", Verdict::invalid);
 
+  py::enum_<Criterion>(m, "Criterion").value("EXCESS", Criterion::excess).value("PAPER", Criterion::paper);
+
   py::class_<Judgement>(m, "Judgement")
       .def(py::init<>())
       .def_readwrite("verdict", &Judgement::verdict)
-      .def_readwrite("reason", &Judgement::reason);
+      .def_readwrite("reason", &Judgement::reason)
+      .def_readonly("decided_by", &Judgement::decided_by);
 
   py::class_<JudgedPocket>(m, "JudgedPocket")
       .def(py::init<>())
@@ -31,19 +35,27 @@ void bind_judgement(py::module_ m) {
 void bind_evidence(py::module_ m) {
   py::class_<Criteria>(m, "Criteria")
       .def(py::init<>())
+      .def_readwrite("criterion", &Criteria::criterion)
       .def_readwrite("max_rms_mm", &Criteria::max_rms)
       .def_readwrite("max_ridge_height_mm", &Criteria::max_ridge_height)
       .def_readwrite("min_coverage", &Criteria::min_coverage)
       .def_readwrite("min_pocket_coverage", &Criteria::min_pocket_coverage)
       .def_readwrite("rms_margin_mm", &Criteria::rms_margin)
       .def_readwrite("ridge_margin_mm", &Criteria::ridge_margin)
+      .def_readwrite("excess_margin_mm", &Criteria::excess_margin)
       .def_readwrite("compliance_margin_mm", &Criteria::compliance_margin)
       .def("check", &Criteria::check);
 
-  py::class_<Spread>(m, "Spread").def(py::init([](double low, double high) { return Spread{low, high}; }), py::arg("low"), py::arg("high"));
+  py::class_<Spread>(m, "Spread")
+      .def(py::init([](double low, double high) { return Spread{low, high}; }), py::arg("low"), py::arg("high"))
+      .def_readonly("low", &Spread::low)
+      .def_readonly("high", &Spread::high);
 
   py::class_<PocketEvidence>(m, "PocketEvidence")
       .def(py::init<>())
+      .def_readwrite("inside_ply", &PocketEvidence::inside_ply)
+      .def_readwrite("excess_ridge", &PocketEvidence::excess_ridge)
+      .def_readwrite("no_bridge", &PocketEvidence::no_bridge)
       .def_readwrite("rms", &PocketEvidence::rms)
       .def_readwrite("ridge_height", &PocketEvidence::ridge_height)
       .def_readwrite("bridge_height", &PocketEvidence::bridge_height)
@@ -56,13 +68,25 @@ void bind_evidence(py::module_ m) {
       .def_readwrite("refused", &PocketEvidence::refused);
 }
 
-}  // namespace
+void bind_excess(py::module_ m) {
+  py::class_<ExcessLengths>(m, "ExcessLengths")
+      .def(py::init<>())
+      .def_readwrite("at_spacing_mm", &ExcessLengths::at_spacing)
+      .def_readwrite("at_half_mm", &ExcessLengths::at_half)
+      .def_readwrite("half_spacing_mm", &ExcessLengths::half_spacing)
+      .def_readwrite("segments", &ExcessLengths::segments)
+      .def_readwrite("noise_gain", &ExcessLengths::noise_gain)
+      .def_readwrite("noise_mm", &ExcessLengths::noise);
 
-void bind_verdict(py::module_ m) {
-  bind_judgement(m);
-  bind_evidence(m);
-  m.def("judge", &judge, py::arg("evidence"), py::arg("criteria"));
-  m.def("judge_layup", &judge_layup, py::arg("pockets"), py::arg("coverage"), py::arg("criteria"));
+  py::class_<ExcessRidge>(m, "ExcessRidge")
+      .def_readonly("excess_mm", &ExcessRidge::excess)
+      .def_readonly("noise_bias_mm", &ExcessRidge::noise_bias)
+      .def_readonly("height_mm", &ExcessRidge::height)
+      .def_readonly("noise_mm", &ExcessRidge::noise)
+      .def_readonly("spacing_error_mm", &ExcessRidge::spacing_error)
+      .def_readonly("uncertainty_mm", &ExcessRidge::uncertainty)
+      .def_readonly("range", &ExcessRidge::range);
+  m.def("ridge_by_excess", &ridge_by_excess, py::arg("lengths"), py::arg("thickness_mm"), py::arg("bulk_factor"), py::arg("margin_mm"));
 
   py::class_<RidgeBounds>(m, "RidgeBounds")
       .def_readonly("least_mm", &RidgeBounds::least)
@@ -71,6 +95,16 @@ void bind_verdict(py::module_ m) {
   m.def("excess_bounds", &excess_bounds, py::arg("excess_length_mm"), py::arg("thickness_mm"), py::arg("bulk_factor"),
         py::arg("natural_length_mm"));
   m.def("natural_length", &natural_length, py::arg("modulus_mpa"), py::arg("thickness_mm"), py::arg("pressure_mpa"));
+}
+
+}  // namespace
+
+void bind_verdict(py::module_ m) {
+  bind_judgement(m);
+  bind_evidence(m);
+  bind_excess(m);
+  m.def("judge", &judge, py::arg("evidence"), py::arg("criteria"));
+  m.def("judge_layup", &judge_layup, py::arg("pockets"), py::arg("coverage"), py::arg("criteria"));
 }
 
 }  // namespace debulk

@@ -9,10 +9,11 @@ from debulk._core import InputError
 from debulk.grid import Grid
 
 if TYPE_CHECKING:
-    from debulk import cloud, net, pocket, ridge, scanner, scenes, section, sheet, solve, surface, verdict
+    from debulk import cloud, files, net, pocket, ridge, scanner, scenes, section, sheet, solve, surface, verdict
     from debulk.comparison import Comparison
     from debulk.inspection.calls import compare, inspect
     from debulk.inspection.inspector import Cancelled, Inspector
+    from debulk.inspection.repeating import repeat
     from debulk.recipe import Recipe
     from debulk.report import Report
     from debulk.verdict import Verdict
@@ -30,9 +31,11 @@ __all__ = [
     "__version__",
     "cloud",
     "compare",
+    "files",
     "inspect",
     "net",
     "pocket",
+    "repeat",
     "ridge",
     "scanner",
     "scenes",
@@ -53,6 +56,7 @@ _HOMES = {
     "Verdict": "verdict",
     "compare": "inspection.calls",
     "inspect": "inspection.calls",
+    "repeat": "inspection.repeating",
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from os import PathLike
 
 from debulk.results import codec, report_text, saving
+from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT, LeftOut, PocketNet, PocketReport, ReportData, SolveReport
 from debulk.verdict import Verdict
 
@@ -63,6 +64,7 @@ class Report(ReportData):
         Raises
         ------
         InputError
-            If the file is not such a report, was cut off, lacks a value, or is of a newer schema.
+            If the file is not such a report, was cut off, lacks a value, is of another schema, or its verdict does not
+            follow from its pockets, or theirs from their figures and the recipe's limits.
         """
-        return saving.load(cls, path, FORMAT)
+        return saving.load(cls, path, FORMAT, check_fits)

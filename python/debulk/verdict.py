@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from debulk import _core
@@ -83,6 +83,11 @@ class Criteria:
         Share of a pocket's area that must have been measured. Default 0.80.
     rms_margin_mm, ridge_margin_mm
         An RMS, a ridge or bridge nearer to its limit than this decides nothing, mm. Default 0.01 and 0.05.
+    criterion
+        "excess": a pocket inside the ply is judged by the ridge that its fibres' excess length makes, and by bridges.
+        "paper": by RMS, ridges and bridges of the minima, as a pocket at the ply's edge is in any case.
+    excess_margin_mm
+        Least uncertainty of the ridge by the excess length, mm. Default 0.02.
     compliance_margin_mm
         The same of any figure where the length constraints needed a compliance, mm. Default 0.05.
 
@@ -99,12 +104,19 @@ class Criteria:
     rms_margin_mm: float = _DEFAULTS.rms_margin_mm
     ridge_margin_mm: float = _DEFAULTS.ridge_margin_mm
     compliance_margin_mm: float = _DEFAULTS.compliance_margin_mm
+    criterion: str = _DEFAULTS.criterion.name.lower()
+    excess_margin_mm: float = _DEFAULTS.excess_margin_mm
 
     def __post_init__(self) -> None:
         self._compiled().check()
 
     def _compiled(self) -> _core.verdict.Criteria:
         compiled = _core.verdict.Criteria()
+        criteria = {c.name.lower(): c for c in _core.verdict.Criterion.__members__.values()}
+        if self.criterion not in criteria:
+            raise _core.InputError(f"criterion: expected {' or '.join(criteria)}, but got {self.criterion!r}")
+        compiled.criterion = criteria[self.criterion]
+        compiled.excess_margin_mm = self.excess_margin_mm
         compiled.max_rms_mm = self.max_rms_mm
         compiled.max_ridge_height_mm = self.max_ridge_height_mm
         compiled.min_coverage = self.min_coverage
@@ -117,10 +129,11 @@ class Criteria:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict and why, in one sentence with the numbers."""
+    """A verdict and why, in one sentence with the numbers; and the criterion that decided, empty where none did."""
 
     verdict: Verdict
     reason: str
+    decided_by: str = field(default="", repr=False)
 
 
 def judge(
@@ -138,12 +151,16 @@ def judge(
     coverage: float = 1.0,
     closed_rim: bool = True,
     refused: str = "",
+    inside_ply: bool = False,
+    excess_range_mm: tuple[float, float] | None = None,
+    no_bridge: bool = False,
     criteria: Criteria | None = None,
 ) -> Judgement:
     """Judge one pocket.
 
-    INVALID before CREASE before UNDECIDED before CEASE. Without a certificate the verdict is UNDECIDED, whatever the
-    figures: a truncated solve still has the height of the pocket it began with.
+    INVALID before CREASE before UNDECIDED before CEASE. By the figures of the minima, without a certificate, the
+    verdict is UNDECIDED: a truncated solve still has the height of the pocket it began with. By the excess, CREASE
+    needs no minimum, since every one keeps the excess; CEASE needs a certified one, or `no_bridge`.
 
     Parameters
     ----------
@@ -166,6 +183,12 @@ def judge(
         Whether fixed nodes close the pocket's rim; say True for a pocket at the ply's edge.
     refused
         Why the pocket was not evaluated at all; empty when it was.
+    inside_ply
+        Whether every node of the rim is held: only then the excess can decide.
+    excess_range_mm
+        Least and most height of the ridge by the excess length, mm (`ridge_by_excess`). None: it is not known.
+    no_bridge
+        Whether no fibre is short enough to bridge up to the limit, whatever the minimum.
     criteria
         Default: ``Criteria()``.
 
@@ -187,8 +210,16 @@ def judge(
     'ridge 1.57 mm above the limit of 0.60 mm'
     >>> judge(certified=False, rms_mm=0.26, ridge_height_mm=0.0, solve_status="iteration limit").verdict
     <Verdict.UNDECIDED: 'undecided'>
+
+    By the excess length, which no minimum changes:
+
+    >>> judge(certified=False, inside_ply=True, excess_range_mm=(0.71, 0.75)).reason
+    'ridge by the excess length 0.71 to 0.75 mm above the limit of 0.60 mm'
     """
     evidence = _core.verdict.PocketEvidence()
+    evidence.inside_ply = inside_ply
+    evidence.excess_ridge = None if excess_range_mm is None else _core.verdict.Spread(*excess_range_mm)
+    evidence.no_bridge = no_bridge
     evidence.rms = _core.verdict.Spread(*(rms_range_mm or (rms_mm, rms_mm)))
     evidence.ridge_height = _core.verdict.Spread(*(ridge_range_mm or (ridge_height_mm, ridge_height_mm)))
     evidence.bridge_height = _core.verdict.Spread(*(bridge_range_mm or (bridge_height_mm, bridge_height_mm)))
@@ -303,4 +334,5 @@ def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float)
 
 
 def _judgement(compiled: _core.verdict.Judgement) -> Judgement:
-    return Judgement(Verdict[compiled.verdict.name], compiled.reason)
+    decided_by = "" if compiled.decided_by is None else compiled.decided_by.name.lower()
+    return Judgement(Verdict[compiled.verdict.name], compiled.reason, decided_by)

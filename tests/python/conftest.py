@@ -8,6 +8,7 @@ import pytest
 from debulk.grid import Grid
 from debulk.report import Report
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
+from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
 
 # Centre x, y, half-axes along and across, turn in degrees, peak: a few of the paper's sizes.
@@ -91,7 +92,7 @@ def _pocket(k, bell, rng):
     terms = {"bending": 4.9, "shear": 91.2, "friction": 3.0 * (k == 6), "gravity": 0.034, "vacuum": 833.1}
     return PocketReport(
         verdict=verdict, reason=reasons[verdict], spacing_mm=spacing, node_count=len(start), rms_mm=rms,
-        rms_range_mm=(rms - 0.01, rms + 0.02), ridge_height_mm=height, ridge_length_mm=1.4 * b,
+        rms_range_mm=(rms - 0.01, rms + 0.005), ridge_height_mm=height, ridge_length_mm=1.4 * b,
         excess_length_mm=0.05 + 0.2 * k, measured_share=0.97, net=net, initial_gap_mm=start, debulked_mm=debulked,
         debulked_gap_mm=ridge, post_processed_gap_mm=post, energy_mj=-734.2 + k / 3, energy_terms_mj=terms,
         solve=SolveReport(
@@ -127,7 +128,17 @@ def report() -> Report:
             LeftOut(what="1243 points", why="outliers, more than 1 deviation from their neighbours"),
         ),
         coverage=0.9871, height_map=Grid(heights.astype(np.float32), np.array([0.0, 0.0]), spacing),
-        ply_outline_mm=outline, recipe=Recipe(net={"node_target": 90}).model_dump(),
+        ply_outline_mm=outline,
+        recipe=Recipe(net={"node_target": 90}, verdict={"rms_margin_mm": 0, "ridge_margin_mm": 0}).model_dump(),
         source={"scan": "scan <1>.pcd", "reference": "ref.pcd"},
         warnings=("the ply's edge is nearer than 20 mm to pocket 7",),
+        trace=Trace(
+            time_utc="2026-03-01T12:00:00.250Z", scan=ArrayTrace(shape=(960, 1280, 3), sha256="ab" * 32),
+            reference=ArrayTrace(shape=(960, 1280, 3)),
+            fibre_angles_map=Grid(np.array([[[0.1, 90.1], [np.nan, np.nan]]]), np.zeros(2), 50.0),
+            mold_from_scanner=np.diag([1, -1, -1, 1]), fitted_camera=(1220.2, 639.5, 479.5),
+            mask=ArrayTrace(shape=(960, 1280), sha256="cd" * 32), deadline_s=0.5,
+            context={"part": "A-17 <b>", "ply": 3, "limits": [0.1, True, None]},
+            versions={"debulk": "0.1.0"}, host={"name": "cell-4"},
+        ),
     )  # fmt: skip

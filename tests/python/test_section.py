@@ -11,7 +11,8 @@ import debulk.section
 from debulk import InputError, Recipe
 from debulk._core import Stop
 from debulk.ridge import ridge_height
-from debulk.section import fold
+from debulk.section import elastic_height, fold
+from debulk.verdict import natural_length
 
 # A natural length of 1 mm and a pressure of 1 MPa: figures are in units of l, P l.
 UNIT = Recipe(
@@ -229,3 +230,21 @@ def test_input_is_checked(changes, message):
 
 def test_doctests():
     assert doctest.testmod(debulk.section).failed == 0
+
+
+@pytest.mark.parametrize("excess_mm", [0.01, 0.05, 0.3, 0.94, 2.4, 5.3, 8.7])
+@pytest.mark.parametrize("thickness_mm", [0.2, 0.3])
+def test_the_table_of_elastic_folds_is_the_folds(excess_mm, thickness_mm):
+    recipe = Recipe(material={"thickness_mm": thickness_mm})
+    length_mm = natural_length(360.0, thickness_mm, 0.1)
+    if excess_mm > 5 * length_mm:
+        return
+    found = fold(excess_mm, 14 * length_mm, recipe, segments=300)
+    assert found.certified
+    assert elastic_height(excess_mm, recipe) == pytest.approx(found.height_mm, rel=5e-3)
+
+
+def test_without_excess_there_is_no_elastic_fold():
+    assert elastic_height(0.0) == elastic_height(-0.2) == 0.0
+    with pytest.raises(InputError, match="excess_length_mm"):
+        elastic_height(float("nan"))

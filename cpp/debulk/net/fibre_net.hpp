@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -41,6 +42,12 @@ struct PocketNet {
   Net net;
   double area = 0.0;           // mm^2 of ply surface inside the perimeter (and the ply)
   std::vector<int> open_ends;  // inner nodes away from the ply's edge that miss a fibre neighbour: the rim is not closed there
+  // Of lay_pocket() alone: the net at half the spacing on the same surface, empty where it was not asked for, a node is free, or
+  // its rim does not close; and the scan's noise in the height of a node, mm, one standard deviation.
+  Net finer;
+  double noise = 0.0;
+
+  bool held_all_round() const { return std::count(net.kinds.begin(), net.kinds.end(), NodeKind::free) == 0; }
 };
 
 // The pocket's net on the ply's surface (docs/model.md, section 2). Its nodes: inside the perimeter, and in the band up to one

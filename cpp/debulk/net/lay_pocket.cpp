@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "debulk/core/error.hpp"
+#include "debulk/pocket/polygon.hpp"
+#include "debulk/pocket/smooth.hpp"
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {
@@ -22,6 +24,14 @@ constexpr double kMoldTolAtFoot = 1.25;
 // and the factor of 2 leaves room for the nodes in the band outside it, which a small net has as many of as inside.
 double largest_spacing(double area, int count) {
   return 2 * std::sqrt(area / count);
+}
+
+// Where a net begins: at the centroid, unless that lies outside the pocket or near its rim, as a crescent's does; then at the
+// point that is deepest inside.
+Eigen::Vector2d net_centre(const Polygon& outline, const Eigen::Vector2d& centroid) {
+  constexpr double kNearRim = 0.05;  // of the square root of the area
+  const bool deep = distance_to_outline(outline, centroid) > kNearRim * std::sqrt(std::abs(polygon_area(outline)));
+  return deep && inside(outline, centroid) ? centroid : deepest_point(outline);
 }
 
 }  // namespace
@@ -48,7 +58,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   check();
 
   PocketShape shape;
-  shape.centre = pocket.centroid;
+  shape.centre = net_centre(patch.outline, pocket.centroid);
   shape.angles = angles;
   shape.outline = patch.outline;
   shape.ply_outline = ply_outline;
@@ -57,7 +67,16 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   net.mold_tol = kMoldTolAtFoot * feet.mold_tol_mm;
   // Geodesics would stray on the step at which the paper's patch is glued to the mold.
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
-  return fibre_net(surface, reference, shape, net, stop);
+  PocketNet out = fibre_net(surface, reference, shape, net, stop);
+  out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);
+  if (!options.finer_too || !out.held_all_round()) return out;
+  net.spacing = out.net.spacing / 2;
+  try {
+    PocketNet finer = fibre_net(surface, reference, shape, net, stop);
+    if (finer.open_ends.empty() && finer.held_all_round()) out.finer = std::move(finer.net);
+  } catch (const InputError&) {  // no net can be laid at that spacing: the one at hand is what there is
+  }
+  return out;
 }
 
 }  // namespace debulk

@@ -81,6 +81,25 @@ Box bounding_box(const Polygon& polygon) {
   return box;
 }
 
+Eigen::Vector2d deepest_point(const Polygon& polygon) {
+  constexpr int kAcross = 24, kFinerTimes = 4;  // a grid over the box, then finer ones round the best of its points
+  const Box box = bounding_box(polygon);
+  Eigen::Vector2d best = polygon_centroid(polygon), size = box.high - box.low;
+  double depth = inside(polygon, best) ? distance_to_outline(polygon, best) : 0;
+  for (int finer = 0; finer < kFinerTimes; ++finer) {
+    const Eigen::Vector2d low = finer == 0 ? box.low : Eigen::Vector2d(best - size / 2);
+    for (int j = 0; j <= kAcross; ++j)
+      for (int i = 0; i <= kAcross; ++i) {
+        const Eigen::Vector2d p = low + size.cwiseProduct(Eigen::Vector2d(i, j) / kAcross);
+        if (!inside(polygon, p)) continue;
+        const double d = distance_to_outline(polygon, p);
+        if (d > depth) depth = d, best = p;
+      }
+    size *= 3.0 / kAcross;
+  }
+  return best;
+}
+
 Polygon rounded(Polygon polygon) {
   constexpr double fine = 1048576.0;
   for (Eigen::Vector2d& p : polygon) p = (p.array() * fine).round() / fine;

@@ -23,6 +23,9 @@ bool inside(const Polygon& polygon, const Eigen::Vector2d& point);
 // To the nearest point of the outline, inside and outside alike; infinite for an empty polygon.
 double distance_to_outline(const Polygon& polygon, const Eigen::Vector2d& point);
 
+// The point inside that is farthest from the outline, to about a thousandth of the outline's size; the polygon has an area.
+Eigen::Vector2d deepest_point(const Polygon& polygon);
+
 struct Box {
   Eigen::Vector2d low = Eigen::Vector2d::Zero(), high = Eigen::Vector2d::Zero();
 };

@@ -34,4 +34,8 @@ struct SmoothOptions {
 Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options,
                            const Grid<std::uint8_t>* where = nullptr, int threads = 0, const Stop& stop = Stop());
 
+// Standard deviation of white noise of 1 at a height that smooth_heights() has smoothed, its whole window known; correlated
+// noise keeps more.
+double smoothing_gain(double window_mm, double spacing_mm);
+
 }  // namespace debulk

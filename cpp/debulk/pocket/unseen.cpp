@@ -14,6 +14,7 @@ namespace debulk {
 namespace {
 
 using Mask = Grid<std::uint8_t>;
+constexpr float nowhere = 1e6F;  // farther than any point, in points
 
 // The overview's points, and as many beyond as the outline reaches.
 struct Field {
@@ -42,27 +43,15 @@ Field field_of(const Overview& overview, const UnseenOptions& options) {
   return field;
 }
 
-// Distance to the nearest marked point, in points: a chamfer of 1 and sqrt 2, at most 8 % too long.
-Grid<float> distances(const Mask& marked) {
-  Grid<float> out = marked.like<float>(1e6F);
-  for (std::size_t k = 0; k < marked.size(); ++k)
-    if (marked.values[k]) out.values[k] = 0;
-  const auto relax = [&](int i, int j, int di, int dj) {
-    if (!marked.contains(i + di, j + dj)) return;
-    out.at(i, j) = std::min(out.at(i, j), out.at(i + di, j + dj) + (di != 0 && dj != 0 ? 1.41421356F : 1.0F));
-  };
-  for (int j = 0; j < marked.ny; ++j)
-    for (int i = 0; i < marked.nx; ++i)
-      for (const auto& [di, dj] : {std::array{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) relax(i, j, di, dj);
-  for (int j = marked.ny - 1; j >= 0; --j)
-    for (int i = marked.nx - 1; i >= 0; --i)
-      for (const auto& [di, dj] : {std::array{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) relax(i, j, di, dj);
-  return out;
-}
-
 struct Component {
   UnseenHole hole;
   std::vector<Run> runs;
+
+  long count() const {
+    long out = 0;
+    for (const Run& run : runs) out += run.end - run.begin;
+    return out;
+  }
 };
 
 std::vector<Component> components_of(const Mask& mask) {
@@ -76,6 +65,52 @@ std::vector<Component> components_of(const Mask& mask) {
     out[static_cast<std::size_t>(n)].runs.push_back(runs[k]);
   }
   return out;
+}
+
+// Points [i0, i1) x [j0, j1).
+struct Part {
+  int i0, j0, i1, j1;
+};
+
+// Distance of a component's farthest point to the nearest marked one in a part of the grid, in points: a chamfer of 1 and
+// sqrt 2, at most 8 % too long.
+double depth_in(const Part& part, const Component& c, const Mask& marked) {
+  const int nx = part.i1 - part.i0 + 2, ny = part.j1 - part.j0 + 2;  // with a border, so that every point has neighbours
+  std::vector<float> far(static_cast<std::size_t>(nx) * ny, nowhere);
+  for (int j = part.j0; j < part.j1; ++j) {
+    float* row = &far[static_cast<std::size_t>(j - part.j0 + 1) * nx + 1];
+    for (int i = part.i0; i < part.i1; ++i)
+      if (marked.at(i, j)) row[i - part.i0] = 0;
+  }
+  constexpr float diagonal = 1.41421356F;
+  const auto relax = [&](int first, int step) {  // from three neighbours in the row before, and the one before
+    for (int y = 1; y < ny - 1; ++y) {
+      float* at = &far[static_cast<std::size_t>(step > 0 ? y : ny - 1 - y) * nx + first];
+      const float* before = at - step * nx;
+      for (int x = 1; x < nx - 1; ++x, at += step, before += step)
+        *at = std::min({*at, at[-step] + 1, before[0] + 1, before[-1] + diagonal, before[1] + diagonal});
+    }
+  };
+  relax(1, 1);
+  relax(nx - 2, -1);
+  float deepest = 0;
+  for (const Run& run : c.runs) {
+    const float* row = &far[static_cast<std::size_t>(run.row - part.j0 + 1) * nx + 1 - part.i0];
+    deepest = std::max(deepest, *std::max_element(row + run.begin, row + run.end));
+  }
+  return deepest;
+}
+
+// The same in all of the grid. What is farther off than the nearest point found so far need not be looked at.
+double depth_of(const Component& c, const Mask& marked) {
+  const auto grown = [&](int reach) {
+    Part part{marked.nx, std::max(0, c.runs.front().row - reach), 0, std::min(marked.ny, c.runs.back().row + 1 + reach)};
+    for (const Run& run : c.runs) part.i0 = std::min(part.i0, run.begin - reach), part.i1 = std::max(part.i1, run.end + reach);
+    return Part{std::max(0, part.i0), part.j0, std::min(marked.nx, part.i1), part.j1};
+  };
+  const double found = depth_in(grown(1), c, marked);
+  if (found < 2) return found;
+  return depth_in(grown(static_cast<int>(std::min<double>(std::ceil(found), marked.nx + marked.ny))), c, marked);
 }
 
 // Where no height is known, and the rule for small holes would put none: a coarse pass fills nothing in.
@@ -119,21 +154,19 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
     }
 
   // Measures a component; its rim are the points of the ply in `known` beside it.
-  const auto measure = [&](Component& c, const Mask& known, const Grid<float>& far) {
+  const auto measure = [&](Component& c, const Mask& known) {
     UnseenHole& hole = c.hole;
     hole.box = {Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()),
                 Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity())};
-    long count = 0, no_reference = 0;
-    double deepest = 0;
+    const long count = c.count();
+    long no_reference = 0;
     std::vector<std::size_t> rim;
     for (const Run& run : c.runs)
       for (int i = run.begin; i < run.end; ++i) {
         const Eigen::Vector2d xy = ply.position(i, run.row);
-        ++count;
         hole.centre += xy;
         hole.box.low = hole.box.low.cwiseMin(xy), hole.box.high = hole.box.high.cwiseMax(xy);
         no_reference += !flag(overview.reference, i, run.row);
-        deepest = std::max(deepest, static_cast<double>(far.at(i, run.row)));
         for (int dj = -1; dj <= 1; ++dj)
           for (int di = -1; di <= 1; ++di) {
             if (!ply.contains(i + di, run.row + dj) || !ply.at(i + di, run.row + dj))
@@ -156,26 +189,25 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
     hole.centre /= static_cast<double>(count);
     hole.box = {hole.box.low - half, hole.box.high + half};
     hole.area = static_cast<double>(count) * cell;
-    hole.thickness = 2 * std::max(0.5, std::min(deepest, 1e5) - 0.5) * ply.spacing;
+    hole.thickness = 2 * std::max(0.5, std::min(depth_of(c, known), 1e5) - 0.5) * ply.spacing;
     hole.reference_share = static_cast<double>(no_reference) / static_cast<double>(count);
   };
 
   Unseen out;
   Mask known = ply;
   for (std::size_t k = 0; k < known.size(); ++k) known.values[k] = ply.values[k] && !missing.values[k];
-  Grid<float> far = distances(known);
   long lost = 0;
   for (Component& c : components_of(missing)) {
-    measure(c, known, far);
-    const UnseenHole& hole = c.hole;
-    lost += std::lround(hole.area / cell);
-    if (hole.area > options.area_tol_mm2 && hole.thickness > 2 * ply.spacing) {
-      out.holes.push_back(hole);
+    const auto area = static_cast<double>(c.count()) * cell;
+    lost += c.count();
+    if (area > options.area_tol_mm2) measure(c, known);  // most are small
+    if (c.hole.thickness > 2 * ply.spacing) {
+      out.holes.push_back(c.hole);
       for (const Run& run : c.runs)  // not once more as a hole that was filled in
         for (int i = run.begin; i < run.end; ++i) unmeasured.at(i, run.row) = 0;
     } else {
       ++out.smaller;
-      out.smaller_area += hole.area;
+      out.smaller_area += area;
     }
   }
   const auto larger = [](const UnseenHole& a, const UnseenHole& b) { return a.area > b.area; };
@@ -183,19 +215,22 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
 
   // Holes that were filled in. Single missing points are many and join anyhow: only where 3 by 3 are missing is a hole.
   const auto listed = static_cast<long>(out.holes.size());
-  Mask core = unmeasured;
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i)
+  Mask core = ply.like<std::uint8_t>();
+  for (int j = 1; j < ny - 1; ++j)
+    for (int i = 1; i < nx - 1; ++i) {
+      if (!unmeasured.at(i, j)) continue;
+      bool whole = true;
       for (int dj = -1; dj <= 1; ++dj)
-        for (int di = -1; di <= 1; ++di)
-          if (!unmeasured.contains(i + di, j + dj) || !unmeasured.at(i + di, j + dj)) core.at(i, j) = 0;
-  Mask filled = dilate(core, 1);
+        for (int di = -1; di <= 1; ++di) whole &= unmeasured.at(i + di, j + dj) != 0;
+      core.at(i, j) = whole;
+    }
+  const Mask filled = dilate(core, 1);
   for (std::size_t k = 0; k < known.size(); ++k) known.values[k] = ply.values[k] && !unmeasured.values[k] && !missing.values[k];
-  far = distances(known);
   for (Component& c : components_of(filled)) {
-    measure(c, known, far);
+    if (static_cast<double>(c.count()) * cell < options.area_tol_mm2 / 2) continue;
+    measure(c, known);
     c.hole.filled = true;
-    if (c.hole.area >= options.area_tol_mm2 / 2) out.holes.push_back(c.hole);
+    out.holes.push_back(c.hole);
   }
   std::stable_sort(out.holes.begin() + listed, out.holes.end(), larger);
   if (on > 0) {

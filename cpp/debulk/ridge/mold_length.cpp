@@ -32,23 +32,35 @@ double polyline_length(const std::vector<Eigen::Vector3d>& points) {
   return length;
 }
 
+std::vector<std::vector<int>> fibres(const std::vector<Neighbours>& neighbours) {
+  std::vector<std::vector<int>> out;
+  for (const auto& [forward, backward] : {std::pair{east, west}, std::pair{north, south}})
+    for (std::size_t first = 0; first < neighbours.size(); ++first) {
+      if (neighbours[first][backward] >= 0 || neighbours[first][forward] < 0) continue;
+      std::vector<int>& fibre = out.emplace_back();
+      for (int n = static_cast<int>(first); n >= 0; n = neighbours[n][forward]) fibre.push_back(n);
+    }
+  return out;
+}
+
+double fibre_excess(const std::vector<Eigen::Vector3d>& ply, const Surface& surface) {
+  const Eigen::Vector2d a = closest_point(surface, ply.front()).head<2>(), b = closest_point(surface, ply.back()).head<2>();
+  std::vector<Eigen::Vector3d> mold;
+  for (std::size_t i = 0; i < ply.size(); ++i) {
+    const Eigen::Vector2d p = a + (b - a) * (static_cast<double>(i) / static_cast<double>(ply.size() - 1));
+    mold.emplace_back(p.x(), p.y(), surface.height(p));
+  }
+  return polyline_length(ply) - polyline_length(mold);
+}
+
 double largest_fibre_excess(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours, const Surface& surface) {
   check_nodes(nodes, neighbours);
   double largest = 0;
-  for (const auto& [forward, backward] : {std::pair{east, west}, std::pair{north, south}})
-    for (std::size_t first = 0; first < nodes.size(); ++first) {
-      if (neighbours[first][backward] >= 0 || neighbours[first][forward] < 0) continue;
-      std::vector<Eigen::Vector3d> ply;
-      for (int n = static_cast<int>(first); n >= 0; n = neighbours[n][forward]) ply.push_back(nodes[n]);
-
-      const Eigen::Vector2d a = closest_point(surface, ply.front()).head<2>(), b = closest_point(surface, ply.back()).head<2>();
-      std::vector<Eigen::Vector3d> mold;
-      for (std::size_t i = 0; i < ply.size(); ++i) {
-        const Eigen::Vector2d p = a + (b - a) * (static_cast<double>(i) / static_cast<double>(ply.size() - 1));
-        mold.emplace_back(p.x(), p.y(), surface.height(p));
-      }
-      largest = std::max(largest, polyline_length(ply) - polyline_length(mold));
-    }
+  for (const std::vector<int>& fibre : fibres(neighbours)) {
+    std::vector<Eigen::Vector3d> ply;
+    for (const int n : fibre) ply.push_back(nodes[n]);
+    largest = std::max(largest, fibre_excess(ply, surface));
+  }
   return largest;
 }
 

@@ -20,8 +20,14 @@ Eigen::Vector3d closest_point(const Surface& surface, const Eigen::Vector3d& poi
 // Sum of the distances of consecutive points.
 double polyline_length(const std::vector<Eigen::Vector3d>& points);
 
-// The largest excess of any fibre of the net, mm: the length of the fibre minus that of the mold between the closest points of
-// its ends, along the straight line in XY, in as many chords as the fibre has. It bounds the excess of every section of a fibre
+// The nodes of each fibre, from one end to the other; fibres of the first direction before those of the second.
+std::vector<std::vector<int>> fibres(const std::vector<Neighbours>& neighbours);
+
+// The length of a fibre, at least two points, minus that of the mold between the closest points of its ends, along the
+// straight line in XY, in as many chords as the fibre has; mm. Negative where the ply is too short for its mold.
+double fibre_excess(const std::vector<Eigen::Vector3d>& ply, const Surface& surface);
+
+// The largest excess of any fibre of the net, mm (fibre_excess). It bounds the excess of every section of a fibre
 // whose ends are held; a free end may slide and give more or less. 0 when no fibre is longer than its mold.
 double largest_fibre_excess(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours, const Surface& surface);
 

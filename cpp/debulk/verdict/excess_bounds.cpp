@@ -17,6 +17,14 @@ void require_positive(double value, const char* argument, const char* expected) 
 
 }  // namespace
 
+double ridge_by_formula(double excess_length, double thickness, double bulk_factor) {
+  require(std::isfinite(excess_length), "excess_length_mm", "a length in mm", excess_length);
+  require_positive(thickness, "thickness_mm", "a positive thickness in mm");
+  require(std::isfinite(bulk_factor) && bulk_factor >= 1, "bulk_factor", "at least 1", bulk_factor);
+  const double formula = ridge_height_of_excess(excess_length, thickness);
+  return formula > thickness / bulk_factor ? formula : 0.0;
+}
+
 RidgeBounds excess_bounds(double excess_length, double thickness, double bulk_factor, double natural_length) {
   require(std::isfinite(excess_length), "excess_length_mm", "a length in mm", excess_length);
   require_positive(thickness, "thickness_mm", "a positive thickness in mm");
@@ -24,8 +32,7 @@ RidgeBounds excess_bounds(double excess_length, double thickness, double bulk_fa
   require_positive(natural_length, "natural_length_mm", "a positive length in mm");
   RidgeBounds bounds;
   if (excess_length <= 0) return bounds;
-  const double formula = ridge_height_of_excess(excess_length, thickness);
-  bounds.geometric = formula > thickness / bulk_factor ? formula : 0.0;
+  bounds.geometric = ridge_by_formula(excess_length, thickness, bulk_factor);
   bounds.elastic = std::max(bounds.geometric, elastic_fold_height(excess_length, natural_length));
   return bounds;
 }

@@ -13,6 +13,9 @@ struct RidgeBounds {
 // `excess_length` in mm (nothing below 0), the largest of any fibre: ridge/mold_length.hpp. `natural_length` as below.
 RidgeBounds excess_bounds(double excess_length, double thickness, double bulk_factor, double natural_length);
 
+// By the ridge formula, mm; 0 where it stays within the consolidated ply, t / beta: no ridge.
+double ridge_by_formula(double excess_length, double thickness, double bulk_factor);
+
 // (c / P)^(1/3) with c = E t^3 / 12 per unit width: the length that bending and pressure make between them, mm (MPa, mm).
 double natural_length(double modulus, double thickness, double pressure);
 

@@ -83,6 +83,51 @@ std::string not_proven(const PocketEvidence& evidence) {
   return "";
 }
 
+Figure bridge(const PocketEvidence& evidence, const Criteria& criteria) {
+  const double margin = std::max(criteria.ridge_margin, evidence.compliant ? criteria.compliance_margin : 0.0);
+  return {"bridge", evidence.bridge_height, criteria.max_ridge_height, margin};
+}
+
+// The worst verdict of the figures, and those that it comes from.
+Judgement worst_of(const std::vector<Figure>& figures, Criterion criterion) {
+  Verdict worst = Verdict::cease;
+  for (const Figure& figure : figures) worst = std::max(worst, against_limit(figure));
+  std::string reason;
+  for (const Figure& figure : figures)
+    if (against_limit(figure) == worst) {
+      const bool none = figure.range.high == 0 && worst == Verdict::cease;
+      reason += (reason.empty() ? "" : ", ") + (none ? std::string("no ") + figure.name : how_it_lies(figure, worst));
+    }
+  return {worst, reason, criterion};
+}
+
+Judgement by_minima(const PocketEvidence& evidence, const Criteria& criteria) {
+  if (const std::string why = not_proven(evidence); !why.empty()) return {Verdict::undecided, why};
+  const double least = evidence.compliant ? criteria.compliance_margin : 0;
+  const double ridge_margin = std::max(criteria.ridge_margin, least), rms_margin = std::max(criteria.rms_margin, least);
+  std::vector<Figure> figures = {{"ridge", evidence.ridge_height, criteria.max_ridge_height, ridge_margin}};
+  if (evidence.bridge_height.high > 0) figures.push_back(bridge(evidence, criteria));
+  figures.push_back({"RMS", evidence.rms, criteria.max_rms, rms_margin});
+  Judgement judged = worst_of(figures, Criterion::paper);
+  if (evidence.compliant && judged.verdict == Verdict::undecided) judged.reason += ", and the fibres are strained by more than 1e-4";
+  return judged;
+}
+
+Judgement by_excess(const PocketEvidence& evidence, const Criteria& criteria) {
+  if (!evidence.excess_ridge || !usable(*evidence.excess_ridge))
+    return {Verdict::undecided, "the excess length is not known: no closed net could be laid at half the spacing"};
+  // The range holds the margin already.
+  std::vector<Figure> figures = {{"ridge by the excess length", *evidence.excess_ridge, criteria.max_ridge_height, 0.0}};
+  const Judgement alone = worst_of(figures, Criterion::excess);
+  const std::string unproven = evidence.no_bridge ? "" : not_proven(evidence);
+  if (!unproven.empty()) {
+    if (alone.verdict != Verdict::cease) return alone;
+    return {Verdict::undecided, alone.reason + ", but the ply may bridge: " + unproven};
+  }
+  if (!evidence.no_bridge && evidence.bridge_height.high > 0) figures.push_back(bridge(evidence, criteria));
+  return worst_of(figures, Criterion::excess);
+}
+
 }  // namespace
 
 const char* name(Verdict verdict) {
@@ -106,6 +151,7 @@ void Criteria::check() const {
   require(min_pocket_coverage >= 0 && min_pocket_coverage <= 1, "min_pocket_coverage", "a share from 0 to 1", min_pocket_coverage);
   require(std::isfinite(rms_margin) && rms_margin >= 0, "rms_margin_mm", "a length in mm, or 0", rms_margin);
   require(std::isfinite(ridge_margin) && ridge_margin >= 0, "ridge_margin_mm", "a length in mm, or 0", ridge_margin);
+  require(std::isfinite(excess_margin) && excess_margin >= 0, "excess_margin_mm", "a length in mm, or 0", excess_margin);
   require(std::isfinite(compliance_margin) && compliance_margin >= 0, "compliance_margin_mm", "a length in mm, or 0", compliance_margin);
 }
 
@@ -114,27 +160,12 @@ Judgement judge(const PocketEvidence& evidence, const Criteria& criteria) {
   check_range(evidence.rms, "rms_range_mm");
   check_range(evidence.ridge_height, "ridge_range_mm");
   check_range(evidence.bridge_height, "bridge_range_mm");
+  if (evidence.excess_ridge) check_range(*evidence.excess_ridge, "excess_ridge_range_mm");
   require(evidence.coverage >= 0 && evidence.coverage <= 1, "coverage", "a share from 0 to 1", evidence.coverage);
 
   if (const std::string why = cannot_be_judged(evidence, criteria); !why.empty()) return {Verdict::invalid, why};
-  if (const std::string why = not_proven(evidence); !why.empty()) return {Verdict::undecided, why};
-
-  const double least = evidence.compliant ? criteria.compliance_margin : 0;
-  const double ridge_margin = std::max(criteria.ridge_margin, least), rms_margin = std::max(criteria.rms_margin, least);
-  std::vector<Figure> figures = {{"ridge", evidence.ridge_height, criteria.max_ridge_height, ridge_margin}};
-  if (evidence.bridge_height.high > 0) figures.push_back({"bridge", evidence.bridge_height, criteria.max_ridge_height, ridge_margin});
-  figures.push_back({"RMS", evidence.rms, criteria.max_rms, rms_margin});
-
-  Verdict worst = Verdict::cease;
-  for (const Figure& figure : figures) worst = std::max(worst, against_limit(figure));
-  std::string reason;
-  for (const Figure& figure : figures)
-    if (against_limit(figure) == worst) {
-      const bool none = figure.range.high == 0 && worst == Verdict::cease;
-      reason += (reason.empty() ? "" : ", ") + (none ? std::string("no ") + figure.name : how_it_lies(figure, worst));
-    }
-  if (evidence.compliant && worst == Verdict::undecided) reason += ", and the fibres are strained by more than 1e-4";
-  return {worst, reason};
+  if (criteria.criterion == Criterion::excess && evidence.inside_ply) return by_excess(evidence, criteria);
+  return by_minima(evidence, criteria);
 }
 
 Judgement judge_layup(const std::vector<JudgedPocket>& pockets, double coverage, const Criteria& criteria) {

@@ -5,9 +5,21 @@ from typing import overload
 from numpy.typing import ArrayLike
 
 from debulk._core import _Bound, _Bytes, _Floats, _Made
-from debulk._core.net import PocketNet
+from debulk._core.net import Net, PocketNet
 from debulk._core.sheet import Minimum
 from debulk._core.surface import Surface
+
+class HeldExcess(_Made):
+    @property
+    def bridge_bound_mm(self) -> float: ...
+    @property
+    def fibres(self) -> int: ...
+    @property
+    def largest_mm(self) -> float: ...
+    @property
+    def noise_gain(self) -> float: ...
+    @property
+    def segments(self) -> int: ...
 
 class PostProcessed(_Made):
     @property
@@ -51,6 +63,7 @@ class RidgeSection(_Made):
     @property
     def ply_length_mm(self) -> float: ...
 
+def held_excess(net: Net, mold: Surface) -> HeldExcess: ...
 def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, surface: Surface) -> float: ...
 @overload
 def post_process(

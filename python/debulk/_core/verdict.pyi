@@ -7,6 +7,8 @@ from debulk._core import _Bound, _Made
 
 class Criteria(metaclass=_Bound):
     compliance_margin_mm: float
+    criterion: Criterion
+    excess_margin_mm: float
     max_ridge_height_mm: float
     max_rms_mm: float
     min_coverage: float
@@ -15,6 +17,46 @@ class Criteria(metaclass=_Bound):
     rms_margin_mm: float
     def __init__(self) -> None: ...
     def check(self) -> None: ...
+
+class Criterion(metaclass=_Bound):
+    __members__: ClassVar[dict[str, Criterion]]
+    EXCESS: ClassVar[Criterion]
+    PAPER: ClassVar[Criterion]
+    def __init__(self, value: int) -> None: ...
+    def __eq__(self, other: object) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __index__(self) -> int: ...
+    def __int__(self) -> int: ...
+    def __ne__(self, other: object) -> bool: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def value(self) -> int: ...
+
+class ExcessLengths(metaclass=_Bound):
+    at_half_mm: float
+    at_spacing_mm: float
+    half_spacing_mm: float
+    noise_gain: float
+    noise_mm: float
+    segments: int
+    def __init__(self) -> None: ...
+
+class ExcessRidge(_Made):
+    @property
+    def excess_mm(self) -> float: ...
+    @property
+    def height_mm(self) -> float: ...
+    @property
+    def noise_bias_mm(self) -> float: ...
+    @property
+    def noise_mm(self) -> float: ...
+    @property
+    def range(self) -> Spread: ...
+    @property
+    def spacing_error_mm(self) -> float: ...
+    @property
+    def uncertainty_mm(self) -> float: ...
 
 class JudgedPocket(metaclass=_Bound):
     id: int
@@ -25,6 +67,8 @@ class Judgement(metaclass=_Bound):
     reason: str
     verdict: Verdict
     def __init__(self) -> None: ...
+    @property
+    def decided_by(self) -> Criterion | None: ...
 
 class PocketEvidence(metaclass=_Bound):
     bridge_height: Spread
@@ -33,6 +77,9 @@ class PocketEvidence(metaclass=_Bound):
     compliant: bool
     coverage: float
     deadline_passed: bool
+    excess_ridge: Spread | None
+    inside_ply: bool
+    no_bridge: bool
     refused: str
     ridge_height: Spread
     rms: Spread
@@ -49,6 +96,10 @@ class RidgeBounds(_Made):
 
 class Spread(metaclass=_Bound):
     def __init__(self, low: float, high: float) -> None: ...
+    @property
+    def high(self) -> float: ...
+    @property
+    def low(self) -> float: ...
 
 class Verdict(metaclass=_Bound):
     __members__: ClassVar[dict[str, Verdict]]
@@ -73,3 +124,6 @@ def excess_bounds(
 def judge(evidence: PocketEvidence, criteria: Criteria) -> Judgement: ...
 def judge_layup(pockets: Sequence[JudgedPocket], coverage: float, criteria: Criteria) -> Judgement: ...
 def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float) -> float: ...
+def ridge_by_excess(
+    lengths: ExcessLengths, thickness_mm: float, bulk_factor: float, margin_mm: float
+) -> ExcessRidge: ...

@@ -1,8 +1,8 @@
 """The command line.
 
 Exit codes of `inspect`: 0 cease, 1 crease, 2 bad input, 3 invalid scan, 4 undecided. The other commands end with 0 or
-2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified. Of all: 70 is a fault
-of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
+2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified, `repeat` with 1 where
+a figure differs. Of all: 70 is a fault of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
 """
 
 from __future__ import annotations
@@ -69,6 +69,9 @@ def inspect(
     ] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
+    context: Annotated[
+        list[str] | None, typer.Option(help="Kept in the report: part=A-17, ply=3 and the like; repeatable.")
+    ] = None,
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,
@@ -80,6 +83,7 @@ def inspect(
             _check_writable(path)
         fibre_angles = _angles(angles)
         pinhole = None if camera is None else _camera(camera)
+        kept = dict(_named(text) for text in context or [])
         if deadline is not None and not 0 < deadline < float("inf"):
             raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
 
@@ -108,7 +112,7 @@ def inspect(
                 camera=pinhole,
                 mask=hidden,
             )
-            report = inspector.inspect(scan_cloud, deadline_s=deadline, progress=progress)
+            report = inspector.inspect(scan_cloud, deadline_s=deadline, progress=progress, context=kept)
         report = dataclasses.replace(report, source={"scan": scan.name, "reference": reference.name, **report.source})
         _leave(report, outputs)
         raise typer.Exit(EXIT_CODES[report.verdict])
@@ -176,7 +180,14 @@ def recipe() -> None:
         print(Recipe().to_toml(), end="")
 
 
-for command in (cli_tools.compare, cli_tools.view, cli_tools.study, cli_tools.replay, cli_tools.doctor):
+for command in (
+    cli_tools.compare,
+    cli_tools.repeat,
+    cli_tools.view,
+    cli_tools.study,
+    cli_tools.replay,
+    cli_tools.doctor,
+):
     app.command()(command)
 app.add_typer(scanning.app, name="scan")
 
@@ -238,6 +249,13 @@ def _camera(text: str) -> tuple[float, float, float]:
     if not (f > 0 and math.isfinite(f + cx + cy)):
         raise InputError(f"--camera: expected f,cx,cy in pixels like 5200,2560,1920, f positive, got {text!r}")
     return f, cx, cy
+
+
+def _named(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not (name and equals):
+        raise InputError(f"--context: expected NAME=VALUE like part=A-17, got {text!r}")
+    return name, value
 
 
 def _pixels(text: str) -> tuple[int, int]:

@@ -56,6 +56,35 @@ def compare(
             print(f"written: {path}")
 
 
+def repeat(
+    report: Annotated[Path, typer.Argument(help="Report of the inspection, .json.")],
+    scan: Annotated[Path, typer.Option(help="Its scan.")],
+    reference: Annotated[Path, typer.Option(help="Its reference.")],
+    mask: Annotated[Path | None, typer.Option(help="Its mask, if it had one.")] = None,
+    unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of both clouds.")] = "mm",
+) -> None:
+    """Do an inspection again from its report, on the same files by their SHA-256.
+
+    The exit code is 0 where verdict and all figures are the same, 1 where one differs.
+    """
+    with outcome():
+        from debulk import files
+        from debulk.inspection.repeating import repeat as done_again
+        from debulk.report import Report
+
+        first = Report.load(report)
+        hidden = None if mask is None else files.load_mask(mask)
+        with shown_progress() as progress:
+            progress("reading", 0.0)
+            clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
+            found = done_again(first, *clouds, hidden, progress)
+        for name in found.unchecked:
+            print(f"warning: the record has no SHA-256 of the {name}, only its shape was checked")
+        print(f"{found.report.verdict.name}: {found.report.reason}")
+        print("the same to the bit" if found.same else f"not the same: {', '.join(found.differences[:10])}")
+        raise typer.Exit(0 if found.same else 1)
+
+
 def view(
     report: Annotated[Path, typer.Argument(help="Report of an inspection, .json.")],
     pocket: Annotated[int | None, typer.Option(help="Only this pocket.")] = None,

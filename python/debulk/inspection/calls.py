@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -30,6 +31,7 @@ def inspect(
     mask: ArrayLike | None = None,
     deadline_s: float | None = None,
     progress: Progress | None = None,
+    context: Mapping[str, Any] | None = None,
 ) -> Report:
     """Inspect one scan against a reference, in one call. See `Inspector` for what goes in.
 
@@ -42,7 +44,7 @@ def inspect(
     False
     """
     inspector = Inspector(recipe, reference, ply_outline, fibre_angles_deg, mold_from_scanner, camera, mask)
-    return inspector.inspect(scan, deadline_s, progress)
+    return inspector.inspect(scan, deadline_s, progress, context)
 
 
 def compare(

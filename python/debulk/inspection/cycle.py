@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +14,7 @@ from debulk._core import InputError
 
 __all__ = ["Cancelled", "Cycle", "Progress", "stopping", "watched"]
 
+log = logging.getLogger("debulk")
 Progress = Callable[[str, float], None]
 Result = TypeVar("Result")
 
@@ -51,6 +53,7 @@ class Cycle:
         began = time.perf_counter()
         yield
         self._stages[name] = 1e3 * (time.perf_counter() - began)
+        log.debug("%s: %.1f ms", name, self._stages[name])
 
     def check(self) -> None:
         """Raise `Cancelled` if another thread has cancelled the inspection."""

@@ -17,10 +17,13 @@ if TYPE_CHECKING:
 log = logging.getLogger("debulk")
 
 
-def keep(ply: Sheet, solution: Solution, refused: bool, took_ms: float, number: int, recipe: Recipe) -> None:
+def keep(
+    ply: Sheet, solution: Solution, refused: bool, took_ms: float, number: int, recipe: Recipe, *, first: int = 0
+) -> None:
     """Write the solve of pocket `number` into the recipe's folder, if it has one and the solve failed or was slow.
 
-    A folder that cannot be written to costs a warning in the log, not the verdict.
+    `first` is the number of the first start that was tried. A folder that cannot be written to costs a warning in
+    the log, not the verdict.
     """
     folder, wanted = recipe.run.dump_folder, recipe.solve
     if folder is None or refused or (solution.certified and took_ms <= recipe.run.slow_ms):
@@ -33,7 +36,8 @@ def keep(ply: Sheet, solution: Solution, refused: bool, took_ms: float, number: 
             ply,
             solution,
             method=wanted.method,
-            starts=max(1, len(solution.minima)),
+            starts=first + max(1, len(solution.minima)),
+            first_start=first,
             seed=wanted.seed,
             tolerance=wanted.tolerance,
             max_iterations=wanted.max_iterations,

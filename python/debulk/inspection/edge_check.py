@@ -93,13 +93,10 @@ class Outline:
         known = self._own & (ij >= 0).all(axis=2) & (ij < [nx, ny]).all(axis=2)
         values = np.full(known.shape, np.nan)
         values[known] = heights.values[ij[known][:, 1], ij[known][:, 0]]
-        strips = values.reshape(count, steps, -1).transpose(0, 2, 1)
-        enough = np.isfinite(strips).sum(axis=2) >= _LEAST_CELLS
-        middle = np.full(enough.shape, np.nan)
-        middle[enough] = np.nanmedian(strips[enough], axis=1)
+        middle = _medians(values.reshape(count, steps, -1).transpose(0, 2, 1))
         # A pocket at the edge hides it, and so does what lies far below: another thing beside the mold.
         middle[np.abs(middle) > max(cut_height_mm, 2 * thickness_mm)] = np.nan
-        off = np.array([_edge(row, self.offsets_mm, thickness_mm) for row in middle])
+        off = _edges(middle, self.offsets_mm, thickness_mm)
         judged = np.isfinite(off)
         wrong = judged & (np.abs(off) > _BLUR_MM)
         number = int(judged.sum())
@@ -109,24 +106,38 @@ class Outline:
         return EdgeFit(number, float(wrong.sum()) / number, float(off[worst]), self._middles[worst])
 
 
-def _edge(middle: Floats, offsets: Floats, thickness: float) -> float:
-    """Return where a step from the thickness to 0 fits best, as a distance from the outline; NaN: it cannot be told."""
+def _medians(strips: Floats) -> Floats:
+    """(S, K) medians of what is known in (S, K, N) values; NaN where that is too few."""
+    ranked, known = np.sort(strips, axis=2), np.isfinite(strips).sum(axis=2)  # NaN last
+    at = np.stack([np.maximum(known - 1, 0) // 2, np.minimum(known // 2, strips.shape[2] - 1)], axis=2)
+    return np.where(known >= _LEAST_CELLS, np.take_along_axis(ranked, at, axis=2).mean(axis=2), np.nan)
+
+
+def _edges(middle: Floats, offsets: Floats, thickness: float) -> Floats:
+    """Return where steps from the thickness to 0 fit (S, K) rows best, as distances from the outline; NaN: unknown."""
     known = np.isfinite(middle)
-    if known[offsets < 0].sum() < _NEEDED or known[offsets > 0].sum() < _NEEDED:
-        return np.nan
-    values, at = middle[known], offsets[known]
-    ply, bare = np.minimum((values - thickness) ** 2, thickness**2), np.minimum(values**2, thickness**2)
+    enough = (known[:, offsets < 0].sum(axis=1) >= _NEEDED) & (known[:, offsets > 0].sum(axis=1) >= _NEEDED)
+    off = np.full(len(middle), np.nan)
+    rows, known = np.arange(np.count_nonzero(enough)), known[enough]
+    values = np.where(known, middle[enough], 0.0)
+    most = np.where(known, thickness**2, 0.0)  # 0: what is not known fits anything
+    ply, bare = np.minimum((values - thickness) ** 2, most), np.minimum(values**2, most)
     # Ply up to the k-th strip, then none.
-    misfit = np.concatenate([[0.0], np.cumsum(ply)]) + np.concatenate([np.cumsum(bare[::-1])[::-1], [0.0]])
-    here = int(np.searchsorted(at, 0.0))
-    best = int(np.argmin(misfit))
-    if misfit[here] - misfit[best] < _CLEAR * thickness**2:
-        return 0.0
-    if best == 0:
-        return float(at[0])
-    if best == len(at):
-        return float(at[-1])
-    return float(0.5 * (at[best - 1] + at[best]))
+    misfit = np.pad(np.cumsum(ply, axis=1), ((0, 0), (1, 0)))
+    misfit += np.pad(np.cumsum(bare[:, ::-1], axis=1)[:, ::-1], ((0, 0), (0, 1)))
+    here, best = int(np.searchsorted(offsets, 0.0)), np.argmin(misfit, axis=1)
+    # Between the last known strip of the ply and the first known one off it; at the only one that there is.
+    number = np.arange(len(offsets))
+    before = np.pad(np.maximum.accumulate(np.where(known, number, -1), axis=1), ((0, 0), (1, 0)), constant_values=-1)
+    last = len(offsets)
+    after = np.minimum.accumulate(np.where(known, number, last)[:, ::-1], axis=1)[:, ::-1]
+    after = np.pad(after, ((0, 0), (0, 1)), constant_values=last)
+    inner, outer = before[rows, best], after[rows, best]
+    inner, outer = np.where(inner < 0, outer, inner), np.where(outer == last, inner, outer)
+    edge = 0.5 * (offsets[inner] + offsets[outer])
+    clear = misfit[rows, here] - misfit[rows, best] >= _CLEAR * thickness**2
+    off[enough] = np.where(clear, edge, 0.0)
+    return off
 
 
 def _longest(marks: NDArray[np.bool_]) -> int:

@@ -16,7 +16,7 @@ from debulk import _core, ridge, solve, verdict
 from debulk.inspection import dumps, left_out, starts, unseen
 from debulk.inspection.cycle import Cycle, stopping
 from debulk.inspection.found import FoundPocket
-from debulk.inspection.laid_pocket import REFUSED, LaidPocket, lay_pocket
+from debulk.inspection.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 
@@ -77,12 +77,17 @@ def _evaluate(
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
         return _not_evaluated(seen, verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
 
+    if laid.by_excess and ply.recipe.solve.when == "needed":
+        known = laid.judge_unsolved()
+        if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
+            return Evaluation(_report(seen, laid, watch, known, None, {}), left_out.of_unsolved(found.number, known))
+
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         with watch.step("ridge"):
             return laid.post_process(solution)
 
     with watch.step("solve"):
-        settled = starts.settle(laid.sheet, ply.recipe, post_process, stop, pool)
+        settled = starts.settle(laid.sheet, ply.recipe, post_process, stop, pool, for_the_picture=laid.by_excess)
     dumps.keep(
         laid.sheet,
         settled.solution,
@@ -90,19 +95,44 @@ def _evaluate(
         watch.split_ms["solve"],
         found.number,
         ply.recipe,
+        first=int(laid.by_excess and len(settled.solution.minima) == 1),
     )
     late = settled.cut or (stop.past_deadline and not settled.solution.certified)
-    judged = laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late)
-    report = replace(
+    by_rule, by_paper = (
+        laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion=criterion)
+        for criterion in (None, "paper")
+    )
+    report = _report(seen, laid, watch, by_rule, by_paper.verdict, _debulked_figures(laid, settled))
+    return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
+
+
+def _report(
+    seen: PocketReport,
+    laid: LaidPocket,
+    watch: _Stopwatch,
+    judged: verdict.Judgement,
+    paper_verdict: verdict.Verdict | None,
+    debulked: dict[str, Any],
+) -> PocketReport:
+    known = laid.excess
+    if known is not None:
+        limits = criteria(laid.recipe, "excess")
+        alone = verdict.judge(
+            certified=False, inside_ply=True, excess_range_mm=known.range_mm, no_bridge=True, criteria=limits
+        )
+        known = replace(known, verdict=alone.verdict)
+    return replace(
         seen,
         verdict=judged.verdict,
         reason=judged.reason,
+        decided_by=judged.decided_by,
+        paper_verdict=paper_verdict,
+        excess=known,
         runtime_ms=sum(watch.split_ms.values()),
         runtime_split_ms=watch.split_ms,
         **_net_figures(laid),
-        **_debulked_figures(laid, settled),
+        **debulked,
     )
-    return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
 
 
 def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:
@@ -137,6 +167,7 @@ def _seen(found: FoundPocket) -> PocketReport:
         peak_mm=found.pocket.peak_mm,
         volume_mm3=found.pocket.volume_mm3,
         measured_share=found.pocket.measured_share,
+        promoted=found.promoted,
     )
 
 

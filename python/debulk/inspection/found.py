@@ -25,6 +25,8 @@ class FoundPocket:
         Of the pocket in that piece, from 0.
     unseen
         What the scan does not show.
+    promoted
+        Why it is judged though it is below a tolerance; empty: it is not below any.
     """
 
     number: int
@@ -32,6 +34,7 @@ class FoundPocket:
     feet: Feet
     index: int
     unseen: Unseen
+    promoted: str = ""
 
     @property
     def pocket(self) -> Pocket:

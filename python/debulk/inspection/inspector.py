@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from debulk import _core, surface
 from debulk._core import InputError
+from debulk.cloud import as_cloud
 from debulk.comparison import Comparison
 from debulk.grid import Grid
-from debulk.inspection import inputs, inspector_file, reporting
+from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
 from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.comparing import check_place, checked, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
@@ -30,6 +31,8 @@ from debulk.inspection.masked_holes import masked_holes
 from debulk.inspection.placing import Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.prepared import Prepared, prepare
+from debulk.inspection.tracing import Tracing, checked_context, now_utc
+from debulk.inspection.wrinkles import WrinkleSearch
 from debulk.net import Drape
 from debulk.report import Report
 
@@ -122,10 +125,16 @@ class Inspector:
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
         self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
+        self._wrinkles = WrinkleSearch(self.reference, reference.seen, self.mold_from_scanner, self.ply_outline, recipe)
         self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
+        self._tracing = Tracing(self)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
         self._lock = threading.Lock()  # of the stops
         self._running: set[_core.Stop] = set()
+
+    def __repr__(self) -> str:
+        edge = "unknown outline" if self.ply_outline is None else f"outline of {len(self.ply_outline)} corners"
+        return f"Inspector({edge}, heights every {self.grid_spacing_mm:.4g} mm, {self.recipe!r})"
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
@@ -168,7 +177,13 @@ class Inspector:
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
 
-    def inspect(self, scan: ArrayLike, deadline_s: float | None = None, progress: Progress | None = None) -> Report:
+    def inspect(
+        self,
+        scan: ArrayLike,
+        deadline_s: float | None = None,
+        progress: Progress | None = None,
+        context: Mapping[str, Any] | None = None,
+    ) -> Report:
         """Inspect one scan.
 
         Parameters
@@ -183,11 +198,15 @@ class Inspector:
             evaluated, and those for which starts that the rule asks for were not tried.
         progress
             Called with the name of the stage and the share of the work that is done, from the calling thread.
+        context
+            What is to be kept with the report, as ``{"part": "A-17", "ply": 3}``: text, numbers, lists, dictionaries.
 
         Returns
         -------
         Report
-            With the verdict, each pocket, timings, and what was left out.
+            With the verdict, each pocket, timings, what was left out, and the trace of all that went in. The scan's
+            SHA-256 in it is computed beside the inspection, and lacks where the deadline passes before it is complete
+            or the recipe's ``run.hash_scan`` is false.
 
         Raises
         ------
@@ -196,14 +215,19 @@ class Inspector:
         Cancelled
             After `cancel`.
         """
+        kept, began = checked_context(context), now_utc()
         cycle = Cycle(deadline_s, progress)
-        try:
-            with self._cancellable(cycle.stop):
-                return self._inspect(scan, cycle)
-        except _core.Stopped:
-            if cycle.stop.cancelled:
-                raise Cancelled("the inspection was cancelled") from None
-            return reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
+        with (
+            self._cancellable(cycle.stop),
+            fingerprint.beside(scan, cycle.stop, self.recipe.run.hash_scan) as scanned,
+        ):
+            try:
+                report = self._inspect(scan, cycle)
+            except _core.Stopped:
+                if cycle.stop.cancelled:
+                    raise Cancelled("the inspection was cancelled") from None
+                report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
+            return replace(report, trace=self._tracing.trace(began, scanned(), kept, deadline_s))
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Walk through the steps of the field."""
@@ -217,13 +241,17 @@ class Inspector:
         cycle.split("height map", found.times_ms)
         with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
             placed = self._placing.judge(sample, found)
+            standing = self._wrinkles.find(as_cloud(scan, "scan"), self.mask)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
+            pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.doubt:
-                evaluations = not_judged(found.pockets, "the scan is not in its place")
+                evaluations = not_judged(pockets, "the scan is not in its place")
             else:
-                evaluations = evaluate_all(found.pockets, self.ply, cycle, _FOUND)
+                bumps = tolerances.weigh(found, self.ply, cycle.stop)
+                pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
+                evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return reporting.report(found, placed, evaluations, self.ply, cycle.timings_ms())
+            return reporting.report(found, placed, bumps, standing, evaluations, self.ply, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

@@ -15,6 +15,7 @@ from debulk.files import replacing
 from debulk.grid import Grid
 from debulk.inspection.camera import PinholeImage
 from debulk.inspection.prepared import Prepared
+from debulk.results.trace import ArrayTrace
 from debulk.surface import Reference
 
 if TYPE_CHECKING:
@@ -39,6 +40,8 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "image?": ("f", (5,)),
     "mask?": ("b", (None, None)),
     "sample?": ("f", (None, 3)),
+    "cloud_shape?": ("i", (None,)),
+    "cloud_sha256?": ("U", ()),
 }
 _SPARE_BYTES = 1 << 16  # headers of the archive
 
@@ -60,6 +63,8 @@ def write(inspector: Inspector, path: Path) -> None:
         "image": None if prepared.image is None else np.array(prepared.image, dtype=np.float64),
         "mask": inspector.mask,
         "sample": prepared.sample,
+        "cloud_shape": None if prepared.cloud is None else prepared.cloud.shape,
+        "cloud_sha256": None if prepared.cloud is None else prepared.cloud.sha256,
     }
     if isinstance(angles, Grid):
         arrays |= {"fibre_angles": angles.values.astype(np.float64), "fibre_angles_grid": _grid(angles)}
@@ -86,6 +91,7 @@ def read(path: Path) -> dict[str, Any]:
             float(a["grid_spacing_mm"]),
             _image(path, a.get("image")),
             a.get("sample"),
+            _cloud(a),
         )
     except InputError as error:
         _fail(path, str(error))
@@ -110,6 +116,12 @@ def _image(path: Path, values: NDArray[Any] | None) -> PinholeImage | None:
     if not (np.isfinite(values).all() and 2 <= height < 1 << 16 and 2 <= width < 1 << 16 and f > 0):
         _fail(path, f"image is {values.tolist()}")
     return PinholeImage(int(height), int(width), f, cx, cy)
+
+
+def _cloud(arrays: dict[str, NDArray[Any]]) -> ArrayTrace | None:
+    if not {"cloud_shape", "cloud_sha256"} <= set(arrays):
+        return None
+    return ArrayTrace(shape=tuple(arrays["cloud_shape"].tolist()), sha256=str(arrays["cloud_sha256"]))
 
 
 def _arrays(path: Path) -> dict[str, NDArray[Any]]:

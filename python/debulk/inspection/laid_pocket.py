@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, TypedDict
 
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
+from debulk.inspection import excess
 from debulk.inspection.effort import check_solves
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.starts import Figures, spread
 from debulk.recipe import options
+from debulk.results.report import ExcessReport
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
+
+Criterion = Literal["excess", "paper"]
 
 __all__ = ["REFUSED", "LaidPocket", "criteria", "lay_net", "lay_pocket"]
 
@@ -26,6 +30,12 @@ REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface")
 _FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 where three times the nodes asked for allow it
 _FREE = 2  # kind of a node at the ply's edge
 _SLIPS = 2.0
+
+
+class _ExcessEvidence(TypedDict):
+    inside_ply: bool
+    excess_range_mm: tuple[float, float] | None
+    no_bridge: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +54,10 @@ class LaidPocket:
         Share of the pocket's area that the scanner saw.
     closed_rim
         Whether fixed nodes, or the ply's edge, close the pocket all round.
+    inside_ply
+        Whether every node of the rim is held: only then the excess can decide.
+    excess
+        The ridge that the fibres' excess makes; None where it is not known.
     doubt
         Why the pocket may crease though its net does not; empty where nothing speaks for it.
     recipe
@@ -55,8 +69,15 @@ class LaidPocket:
     reference: surface.Reference
     measured_share: float
     closed_rim: bool
+    inside_ply: bool
+    excess: ExcessReport | None
     doubt: str
     recipe: Recipe
+
+    @property
+    def by_excess(self) -> bool:
+        """Whether the recipe judges this pocket by its excess."""
+        return self.inside_ply and self.recipe.verdict.criterion == "excess"
 
     def __getstate__(self) -> dict[str, object]:
         """Leave out what is compiled: a copy from another process can still be judged."""
@@ -75,6 +96,7 @@ class LaidPocket:
         *,
         deadline_passed: bool = False,
         recipe: Recipe | None = None,
+        criterion: Criterion | None = None,
     ) -> verdict.Judgement:
         """Judge the pocket.
 
@@ -89,9 +111,12 @@ class LaidPocket:
             tried: then nothing is decided.
         recipe
             With other limits than the pocket's own; for studies.
+        criterion
+            Another than the recipe's.
         """
         counted = every or [best]
         judged = verdict.judge(
+            **self._excess_evidence(),
             certified=solution.certified,
             rms_mm=best.rms_mm,
             ridge_height_mm=best.ridge_height_mm,
@@ -105,11 +130,34 @@ class LaidPocket:
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status in REFUSED else "",
-            criteria=criteria(recipe or self.recipe),
+            criteria=criteria(recipe or self.recipe, criterion),
         )
+        return self._doubted(judged)
+
+    def judge_unsolved(self) -> verdict.Judgement:
+        """Judge by what is known before the solve."""
+        judged = verdict.judge(
+            **self._excess_evidence(),
+            certified=False,
+            solve_status="not solved yet",
+            coverage=self.measured_share,
+            closed_rim=self.closed_rim,
+            criteria=criteria(self.recipe),
+        )
+        return self._doubted(judged)
+
+    def _doubted(self, judged: verdict.Judgement) -> verdict.Judgement:
         if judged.verdict is verdict.Verdict.CEASE and self.doubt:
             return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt)
         return judged
+
+    def _excess_evidence(self) -> _ExcessEvidence:
+        limits, known = self.recipe.verdict, self.excess
+        return {
+            "inside_ply": self.inside_ply,
+            "excess_range_mm": None if known is None else known.range_mm,
+            "no_bridge": known is not None and known.bridge_bound_mm <= limits.max_ridge_mm - limits.ridge_margin_mm,
+        }
 
 
 def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> LaidPocket:
@@ -121,12 +169,15 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         Fibre angles that are not known there, or a surface on which no net can be laid.
     """
     laid = lay_net(found, ply, stop)
+    known = excess.of_net(laid, ply.reference, ply.recipe, found.feet.noise_mm)
     return LaidPocket(
         net=laid,
         sheet=sheet.Sheet.of_net(laid, ply.reference, ply.recipe),
         reference=ply.reference,
         measured_share=found.pocket.measured_share,
         closed_rim=found.foot.closed and len(laid.open_ends) == 0,
+        inside_ply=laid._core.held_all_round,
+        excess=known,
         doubt=_doubt(found, laid, ply),
         recipe=ply.recipe,
     )
@@ -169,8 +220,8 @@ def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) 
     )
 
 
-def criteria(recipe: Recipe) -> verdict.Criteria:
-    """Take the limits from the recipe."""
+def criteria(recipe: Recipe, criterion: Criterion | None = None) -> verdict.Criteria:
+    """Take the limits, and the criterion unless another is named, from the recipe."""
     limits = recipe.verdict
     return verdict.Criteria(
         max_rms_mm=limits.max_rms_mm,
@@ -180,4 +231,6 @@ def criteria(recipe: Recipe) -> verdict.Criteria:
         rms_margin_mm=limits.rms_margin_mm,
         ridge_margin_mm=limits.ridge_margin_mm,
         compliance_margin_mm=limits.compliance_margin_mm,
+        criterion=criterion or limits.criterion,
+        excess_margin_mm=limits.excess_margin_mm,
     )

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from debulk import sheet
 from debulk.inspection import unseen
 from debulk.inspection.found import Found
 from debulk.inspection.starts import Settled
 from debulk.results.report import LeftOut
+from debulk.verdict import Judgement
 
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
-
-__all__ = ["merged", "of_pocket", "of_scan"]
+__all__ = ["merged", "of_pocket", "of_scan", "of_unsolved"]
 
 _TERMS = {
     "friction": LeftOut(
@@ -39,19 +35,20 @@ def of_pocket(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
     return tuple(entries)
 
 
-def of_scan(found: Found, outline_known: bool, recipe: Recipe) -> tuple[LeftOut, ...]:
-    """Name the bumps that are no pockets, the ply's edge where it is not known, and what the finder did not look at."""
-    wanted = recipe.segmentation
-    entries = [
+def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
+    """Name the minimum that was not looked for, because the excess length decides without it."""
+    return (
         LeftOut(
-            what=f"bump of {d.area_mm2 / 100:.2f} cm² at ({d.centroid_mm[0]:.0f}, {d.centroid_mm[1]:.0f}) mm",
-            why=f"no pocket: below the tolerance of {d.reason.replace('_', ' ')}",
-            bound=f"stands {d.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² at the "
-            f"cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
-            place_mm=(float(d.centroid_mm[0]), float(d.centroid_mm[1])),
-        )
-        for d in found.dropped
-    ]
+            what=f"the minimum of pocket {number}, its picture and the paper's figures",
+            why='solve.when is "needed", and the excess length decides',
+            bound=f"every minimum keeps the excess length: {judged.reason}",
+        ),
+    )
+
+
+def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:
+    """Name the ply's edge where it is not known, and what the finder did not look at."""
+    entries = []
     if not outline_known:
         entries.append(
             LeftOut(

@@ -74,7 +74,10 @@ def level_reason(level: Level, found: Deviation, recipe: Recipe, pockets_share: 
         )
     enough = max(share, _EXPLAINED * wrong)
     left = [found.left(tol, k) for k in range(3)]
-    order = next((k for k, (low, high) in enumerate(left) if low + max(0.0, high - pockets_share) <= enough), None)
+    # A constant or a plane that is hardly there is not what is wrong, though what it leaves be little.
+    counts = (abs(median) > 0.5 * tol, float(np.ptp(found.fits_mm[1])) > tol, True)
+    small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
+    order = next((k for k in range(3) if counts[k] and small[k]), None)
     what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
     return (
         f"{what} (between the pockets the ply stands {level.laid_mm:.2f} mm above the reference, its thickness is "

@@ -21,7 +21,7 @@ from debulk.inspection.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.resolution import coarse_reason
 from debulk.inspection.sample import Sample, sampled
-from debulk.inspection.unit import unit_reason
+from debulk.inspection.unit import unit_reason, width_of
 from debulk.results.level import Level
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Placing:
         recipe: Recipe,
         least_mm: float | None = None,
     ) -> None:
-        self._prepared = prepared
+        self._prepared, self._wide_mm = prepared, width_of(prepared.seen)
         self._pose, self._mask, self._recipe = mold_from_scanner, mask, recipe
         self._thickness_mm = recipe.material.thickness_mm
         self._least_mm = self._thickness_mm if least_mm is None else least_mm
@@ -110,7 +110,7 @@ class Placing:
         """Judge what no pocket can be the cause of, so that none need be looked for; None: nothing of that kind."""
         if sample.same_share > _SAME_SHARE:
             return Placed(None, same_reason(sample.same_share))
-        unit = unit_reason(sample.points_mm, self._prepared.seen)
+        unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
             return Placed(None, unit)
         on = self._zones.inside(sample)

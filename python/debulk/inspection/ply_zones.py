@@ -105,8 +105,8 @@ class PlyZones:
         size = len(self._block_factor)
         block = self._block_of(sample.points_mm[on, :2])
         on_ply = np.bincount(block, minlength=size)
-        block, heights = block[used[on]], sample.height_mm[used]
-        heights = heights[np.lexsort((heights, block))]  # by square, then by height
+        block = block[used[on]]
+        heights = _by_block(block, sample.height_mm[used])
         counts = np.bincount(block, minlength=size)
         numbers = np.flatnonzero((counts >= _LEAST_POINTS) & (counts >= _LEAST_SHARE * on_ply))
         first, count = (np.cumsum(counts) - counts)[numbers], counts[numbers]
@@ -128,13 +128,29 @@ class PlyZones:
         return np.asarray(row * self._across + column)
 
 
+def _by_block(block: NDArray[np.int64], heights: Floats) -> Floats:
+    """Sort heights by square, then by height, rounded to single precision.
+
+    Both become one whole number, for these are sorted ten times faster than pairs: the bits of a float, with all but
+    the sign turned over in negative ones, come in the order of the values.
+    """
+
+    def turned(bits: NDArray[np.int32]) -> NDArray[np.int32]:
+        return bits ^ ((bits >> 31) & np.int32(0x7FFFFFFF))
+
+    keys = (block << 32) + turned(heights.astype(np.float32).view(np.int32))
+    keys.sort()
+    return turned(keys.astype(np.int32)).view(np.float32).astype(np.float64)
+
+
 def off_pockets(points_mm: Floats, outlines_mm: Sequence[Floats]) -> Bools:
     """Tell which (N, 2 or more) points lie in none of the outlines."""
     off = np.ones(len(points_mm), dtype=np.bool_)
+    x, y = points_mm[:, 0], points_mm[:, 1]
     for corners in outlines_mm:
         outline = corners[:: max(1, len(corners) // _CORNERS)]
-        low, high = outline.min(axis=0), outline.max(axis=0)
-        near = np.flatnonzero(((points_mm[:, :2] >= low) & (points_mm[:, :2] <= high)).all(axis=1))
+        (left, low), (right, high) = outline.min(axis=0), outline.max(axis=0)
+        near = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
         if len(near):
             off[near[pocket.inside(outline, points_mm[near, :2])]] = False
     return off

@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, cloud, surface
 from debulk._core import InputError
 from debulk.grid import Grid
-from debulk.inspection import frame, resolution
+from debulk.inspection import fingerprint, frame, resolution
 from debulk.inspection.camera import PinholeImage, fit_camera
 from debulk.inspection.cleaning import cleaned, masked, owned
 from debulk.inspection.effort import check_map
 from debulk.inspection.thinning import pitch_of, thinned
+from debulk.results.trace import ArrayTrace
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -41,6 +42,8 @@ class Prepared:
     sample
         (N, 3) some of the cloud's points, as `debulk.inspection.thinning.thinned` takes them: a scan that has the same
         is the reference itself. None: not kept.
+    cloud
+        Shape and fingerprint of the cloud; None: not kept.
     """
 
     reference: surface.Reference
@@ -48,6 +51,7 @@ class Prepared:
     grid_spacing_mm: float
     image: PinholeImage | None = None
     sample: NDArray[np.float32] | None = None
+    cloud: ArrayTrace | None = None
 
     def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:
         """Return `seen` as the core takes it: values, origin, spacing."""
@@ -64,7 +68,8 @@ def prepare(
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
     threads = recipe.run.threads
-    seen = masked(owned(reference, "reference"), mask, "reference")
+    own = owned(reference, "reference")
+    seen = masked(own, mask, "reference")
     image = None
     if seen.ndim == 3:
         found = fit_camera(seen) if camera is None else camera
@@ -86,4 +91,4 @@ def prepare(
     check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
     heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop)
     fitted = surface.fit_reference(heights, threads=threads, stop=stop)
-    return Prepared(fitted, heights, spacing, image, thinned(seen).points)
+    return Prepared(fitted, heights, spacing, image, thinned(seen).points, fingerprint.of_cloud(own))

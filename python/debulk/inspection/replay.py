@@ -24,7 +24,7 @@ __all__ = ["dump", "load", "replay"]
 FORMAT = "debulk-solve-1"
 MARGIN = 20  # grid spacings around the nodes: the spline forgets its border by a factor of 4 a spacing
 _KEYS = ("nodes_mm", "neighbours", "kinds", "spacing_mm", "area_mm2", "reference", "ply", "options", "ended")
-OPTIONS = ("method", "starts", "seed", "tolerance", "max_iterations", "stiffness")
+OPTIONS = ("method", "starts", "first_start", "seed", "tolerance", "max_iterations", "stiffness")
 
 
 def dump(path: str | Path, sheet: Sheet, solution: Solution | None = None, **options: Any) -> None:
@@ -39,7 +39,8 @@ def dump(path: str | Path, sheet: Sheet, solution: Solution | None = None, **opt
     solution
         What the solve gave; its status and energy are written beside, to compare with.
     options
-        Keyword arguments of `debulk.solve.minimise`: method, starts, seed, tolerance, max_iterations, stiffness.
+        Keyword arguments of `debulk.solve.minimise`: method, starts, first_start, seed,
+        tolerance, max_iterations, stiffness.
 
     Raises
     ------

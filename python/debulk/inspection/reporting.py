@@ -6,13 +6,15 @@ import logging
 from collections.abc import Sequence
 
 from debulk.grid import Grid
-from debulk.inspection import left_out, unseen
+from debulk.inspection import left_out, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
 from debulk.inspection.placing import Placed
 from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.tolerances import Bump
 from debulk.report import Report
+from debulk.results.report import Wrinkle
 from debulk.verdict import Judgement, Verdict, judge_layup
 
 __all__ = ["out_of_place", "report", "too_late"]
@@ -23,6 +25,8 @@ log = logging.getLogger("debulk")
 def report(
     found: Found,
     placed: Placed,
+    bumps: Sequence[Bump],
+    standing: Sequence[Wrinkle],
     evaluations: Sequence[Evaluation],
     ply: PlyOnMold,
     timings_ms: dict[str, float],
@@ -32,13 +36,14 @@ def report(
     pockets = tuple(evaluation.report for evaluation in evaluations)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
-    judged = unseen.worst(judged, unseen.doubts(found, pockets, ply.recipe))
+    judged = unseen.worst(judged, [*unseen.doubts(found, pockets, ply.recipe), *tolerances.doubts(bumps)])
+    judged = unseen.worst(judged, wrinkles.doubts(standing, ply.recipe))
     # What is said of the coverage says more than that nothing can be said of the level.
     # Nor can anything be where no pockets were looked for: they stand in the level.
     telling = placed.level is not None or seen >= ply.recipe.verdict.min_coverage
     if placed.doubt and telling and not found.doubt:
         judged = Judgement(Verdict.INVALID, placed.doubt)
-    entries = left_out.of_scan(found, ply.outline is not None, ply.recipe)
+    entries = tolerances.left_out(bumps, ply.recipe) + left_out.of_scan(found, ply.outline is not None)
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
     reason = judged.reason + (f"; {found.doubt}" if found.doubt else "")
     log.info("%s: %s", judged.verdict.value, reason)
@@ -50,6 +55,7 @@ def report(
         left_out=left_out.merged(entries),
         coverage=seen,
         unseen=unseen.holes(found, pockets, ply.recipe),
+        wrinkles=tuple(standing),
         level=placed.level,
         warnings=placed.warnings,
         height_map=found.overview,

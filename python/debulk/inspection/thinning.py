@@ -12,6 +12,7 @@ __all__ = ["Thinned", "pitch_of", "thinned"]
 
 _POINTS = 30_000  # some 30 in a square of 40 mm on a ply of a square metre
 _CELLS_MM = (10.0, 20.0, 40.0, 80.0)
+_MANY = 20  # cells in the box of the points, for each of them
 _CROWD = 6  # points in a cell: so many more than one that the cells which they fill are the surface
 
 
@@ -64,8 +65,18 @@ def pitch_of(xy_mm: NDArray[np.floating], each: int) -> float:
         return np.inf
     area = 0.0
     for side in _CELLS_MM:
-        filled = len(np.unique(np.floor(xy_mm / side).astype(np.int64), axis=0))
+        filled = _filled(np.floor(xy_mm[:, 0] / side), np.floor(xy_mm[:, 1] / side))
         area = filled * side * side
         if len(xy_mm) >= _CROWD * filled:
             break
     return float(np.sqrt(area / (len(xy_mm) * each)))
+
+
+def _filled(column: NDArray[np.floating], row: NDArray[np.floating]) -> int:
+    """Count different cells, by their whole numbers."""
+    wide, tall = np.ptp(column) + 1, np.ptp(row) + 1
+    if wide * tall > _MANY * len(row):  # points far off: sorting takes less than so many marks
+        return len(np.unique(np.stack([column, row], axis=1), axis=0))
+    marks = np.zeros((int(tall), int(wide)), dtype=np.bool_)
+    marks[(row - row.min()).astype(np.int64), (column - column.min()).astype(np.int64)] = True
+    return int(np.count_nonzero(marks))

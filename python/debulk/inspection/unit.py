@@ -7,22 +7,29 @@ from numpy.typing import NDArray
 
 from debulk.grid import Grid
 
-__all__ = ["unit_reason"]
+__all__ = ["unit_reason", "width_of"]
 
 Floats = NDArray[np.float64]
 _UNITS = {"centimetres": 10.0, "inches": 25.4, "decimetres": 100.0, "metres": 1000.0}
 _NEAR = 0.15  # of the factor: ply and reference are not seen from quite the same place
 
 
-def unit_reason(points_mm: Floats, seen: Grid) -> str:
+def width_of(seen: Grid) -> Floats:
+    """Return the (2,) extent along x and y of what is known in a map; 0 where nothing is."""
+    known = np.isfinite(seen.values)
+    if not known.any():
+        return np.zeros(2)
+    return np.array([np.ptp(np.flatnonzero(known.any(axis=axis))) for axis in (0, 1)]) * seen.spacing_mm
+
+
+def unit_reason(points_mm: Floats, wide: Floats) -> str:
     """Say which unit (N, 3) points of a scan, all finite, are likely to be in; empty where it may be the reference's.
 
-    A scan that is smaller by such a factor shows far too little of the ply in any case.
+    A scan that is smaller by such a factor than the reference, (2,) mm wide, shows far too little of the ply in any
+    case.
     """
-    rows, columns = np.nonzero(np.isfinite(seen.values))
-    if not len(rows) or not len(points_mm):
+    if not len(points_mm):
         return ""
-    wide = np.array([np.ptp(columns), np.ptp(rows)]) * seen.spacing_mm
     low, high = np.percentile(points_mm[:, :2], [1, 99], axis=0)
     ratio = float(np.hypot(*wide) / max(1e-9, np.hypot(*(high - low))))
     for unit, factor in _UNITS.items():

@@ -54,6 +54,7 @@ class PlyMap(NamedTuple):
     y_ticks: list[Tick]
     holes: list[Spot]
     bumps: list[Spot]
+    wrinkles: list[Spot]
     fibres: list[Spot]
 
 
@@ -140,7 +141,8 @@ def ply_map(
         map_marks.ticks(float(low[0]), float(high[0]), spacing, 1),
         map_marks.ticks(float(low[1]), float(high[1]), spacing, -1),
         map_marks.holes(report.unseen if report else ()),
-        map_marks.bumps(report.left_out if report else (), 0.3 * font),
+        map_marks.bumps(report.left_out if report else (), report.pockets if report else (), 0.3 * font),
+        map_marks.wrinkles(report.wrinkles if report else ()),
         map_marks.fibres(report.pockets if report else (), 0.7 * font),
     )  # fmt: skip
 

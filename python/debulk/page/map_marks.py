@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from debulk.results.advice import hole_line
+from debulk.results.advice import hole_line, wrinkle_line
 
 if TYPE_CHECKING:
-    from debulk.results.report import LeftOut, PocketReport, UnseenHole
+    from debulk.results.report import LeftOut, PocketReport, UnseenHole, Wrinkle
 
 _HATCHES = 7  # lines across a hole
 
-__all__ = ["Spot", "Tick", "bumps", "fibres", "holes", "ticks"]
+__all__ = ["Spot", "Tick", "bumps", "fibres", "holes", "ticks", "wrinkles"]
 
 
 class Spot(NamedTuple):
@@ -57,15 +57,22 @@ def holes(unseen: Sequence[UnseenHole]) -> list[Spot]:
     return spots
 
 
-def bumps(left_out: Sequence[LeftOut], size: float) -> list[Spot]:
-    """Return crosses where bumps stand that are no pockets."""
+def bumps(left_out: Sequence[LeftOut], pockets: Sequence[PocketReport], size: float) -> list[Spot]:
+    """Return crosses where bumps stand that are below the tolerances, also those that are judged as pockets."""
     s = f"{size:.1f}"
     cross = f"M-{s} -{s}L{s} {s}M-{s} {s}L{s} -{s}"
-    return [
-        Spot(entry.place_mm[0], -entry.place_mm[1], cross, f"{entry.what}: {entry.why}")
-        for entry in left_out
-        if entry.place_mm is not None
-    ]
+    named = [(entry.place_mm, f"{entry.what}: {entry.why}") for entry in left_out]
+    named += [(p.centroid_mm, f"pocket {p.id} is judged: {p.promoted}") for p in pockets if p.promoted]
+    return [Spot(place[0], -place[1], cross, title) for place, title in named if place is not None]
+
+
+def wrinkles(standing: Sequence[Wrinkle]) -> list[Spot]:
+    """Return lines along the wrinkles that stand in the ply already."""
+    spots = []
+    for wrinkle in standing:
+        (x, y), (to_x, to_y) = wrinkle.start_mm, wrinkle.end_mm
+        spots.append(Spot(x, -y, f"M0 0L{to_x - x:.1f} {y - to_y:.1f}", wrinkle_line(wrinkle)))
+    return spots
 
 
 def fibres(pockets: Sequence[PocketReport], size: float) -> list[Spot]:

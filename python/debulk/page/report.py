@@ -9,6 +9,7 @@ from debulk.page import profile as page_profile
 from debulk.page.charts import Bar, Chart, Row, bar_chart
 from debulk.page.map import Area, ply_map
 from debulk.page.render import render
+from debulk.page.trace import trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
 from debulk.verdict import Verdict
 
@@ -54,6 +55,13 @@ def page(report: ReportData) -> str:
         limits=limits,
         charts=[
             bar_chart(
+                "Ridge by the excess length, mm",
+                [Row(p.id, p.verdict, p.excess.height_mm, p.excess.range_mm) for p in report.pockets if p.excess],
+                limits.get("max_ridge_mm"),
+                2,
+                "thin line: uncertainty",
+            ),
+            bar_chart(
                 "Predicted RMS of the gaps, mm",
                 [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in report.pockets],
                 limits.get("max_rms_mm"),
@@ -72,6 +80,7 @@ def page(report: ReportData) -> str:
         timings=_timings(report),
         total_ms=total_ms(report),
         recipe=_recipe(report),
+        trace=trace_lists(report),
     )
 
 

@@ -224,6 +224,9 @@ class Net(Section):
 class Solve(Section):
     """How the minimum of the energy is found."""
 
+    when: Literal["always", "needed"] = Field(
+        default="always", description='"needed": no minimum, and no picture of it, of a pocket that the excess decides'
+    )
     method: Literal["auto", "interior_point", "ipopt", "nlopt"] = Field(
         default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
     )
@@ -278,6 +281,11 @@ class Ridge(Section):
 class VerdictLimits(Section):
     """The criteria a pocket must meet to pass."""
 
+    criterion: Literal["excess", "paper"] = Field(
+        default=_CRITERIA.criterion.name.lower(),  # type: ignore[arg-type]
+        description='of a pocket inside the ply; "excess": the ridge that its fibres\' excess makes; "paper": RMS and '
+        "ridges of the minima, which decide at the ply's edge in any case",
+    )
     max_rms_mm: float = Field(
         default=_CRITERIA.max_rms_mm, gt=0, description="largest RMS of the debulked gaps inside the outline"
     )
@@ -298,6 +306,11 @@ class VerdictLimits(Section):
     ridge_margin_mm: float = Field(
         default=_CRITERIA.ridge_margin_mm, ge=0, description="the same of a ridge or a bridge"
     )
+    excess_margin_mm: float = Field(
+        default=_CRITERIA.excess_margin_mm,
+        ge=0,
+        description="the same, at least, of the ridge that the excess makes; more where noise or spacing ask for it",
+    )
     compliance_margin_mm: float = Field(
         default=_CRITERIA.compliance_margin_mm,
         ge=0,
@@ -310,6 +323,10 @@ class Run(Section):
 
     threads: int = Field(
         default=0, ge=0, le=4096, description="worker threads; 0: one per core. The result does not depend on it"
+    )
+    hash_scan: bool = Field(
+        default=True,
+        description="keep the scan's SHA-256 in the report; takes 0.6 s of one core per GB, beside the inspection",
     )
     dump_folder: str | None = Field(
         default=None,
@@ -374,6 +391,13 @@ class Recipe(Section):
                 table = given.model_dump() if isinstance(given, BaseModel) else given
                 merged[section] |= {str(k): v for k, v in table.items()} if isinstance(table, Mapping) else {}
         return impossible(merged, {entry.name for entry in wrong})
+
+    def __repr__(self) -> str:
+        """Show what is not a default; the whole recipe: ``to_toml``."""
+        changed = {
+            name: {key: value for key, value in table if getattr(type(table)(), key) != value} for name, table in self
+        }
+        return f"Recipe({', '.join(f'{name}={table!r}' for name, table in changed.items() if table)})"
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Self:

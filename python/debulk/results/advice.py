@@ -9,9 +9,9 @@ from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.results.level import Level
-    from debulk.results.report import PocketReport, ReportData, UnseenHole
+    from debulk.results.report import PocketReport, ReportData, UnseenHole, Wrinkle
 
-__all__ = ["advice", "deciding", "hole_line", "level_line", "level_off"]
+__all__ = ["advice", "deciding", "hole_line", "level_line", "level_off", "wrinkle_line"]
 
 _MOST = 12  # places named in one line
 
@@ -35,6 +35,7 @@ def advice(report: ReportData) -> list[str]:
     )
     if creasing:
         lines.append(f"smooth the ply at {_places(creasing)}, then scan again")
+    lines += [f"smooth {wrinkle_line(wrinkle)}, then scan again" for wrinkle in report.wrinkles]
     if undecided:
         lines.append(f"not decided at {_places(undecided)}: smooth there too, or do what its reason says")
     if unjudged:
@@ -63,6 +64,12 @@ def level_line(level: Level) -> str:
         f"the ply between the pockets stands {level.laid_mm:.3f} ± {level.uncertainty_mm:.3f} mm above the reference, "
         f"its thickness is {level.thickness_mm:g} mm; tilt {level.tilt_deg:.3f}°, bow {level.bow_mm:.2f} mm"
     )
+
+
+def wrinkle_line(wrinkle: Wrinkle) -> str:
+    """Name a standing wrinkle by its place and length."""
+    (a, b), (c, d) = wrinkle.start_mm, wrinkle.end_mm
+    return f"the wrinkle of {wrinkle.length_mm:.0f} mm from ({a:.0f}, {b:.0f}) to ({c:.0f}, {d:.0f}) mm"
 
 
 def hole_line(hole: UnseenHole) -> str:

@@ -1,8 +1,8 @@
-"""The report as JSON, schema 3.
+"""The report as JSON, schema 4.
 
 Records are objects, arrays nested lists, and the numbers that JSON lacks are the strings "NaN", "Infinity" and
-"-Infinity". The height map alone is packed: base64 of zlib of little-endian float32, row by row. Every number comes
-back to the last bit.
+"-Infinity". Grids alone, as the height map, are packed: base64 of zlib of little-endian float32, or float64 where they
+are that, row by row. Every number comes back to the last bit.
 The declared types of the dataclasses are the schema: the codec reads them, so that it cannot differ from them.
 """
 
@@ -24,9 +24,10 @@ from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results.record import dtype_of, hints_of, without_none
 
-SCHEMA = 3
+SCHEMA = 4
 _ODD = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 _MAX_CELLS = 1 << 30
+_ENCODINGS = {size: f"base64(zlib(float{8 * size} little-endian, row by row))" for size in (4, 8)}
 RecordT = TypeVar("RecordT")
 
 
@@ -92,12 +93,12 @@ def _odd_name(value: float) -> str:
 
 
 def _encode_grid(grid: Grid) -> dict[str, Any]:
-    values = np.ascontiguousarray(grid.values, dtype="<f4")
+    values = np.ascontiguousarray(grid.values, dtype="<f8" if grid.values.dtype == np.float64 else "<f4")
     return {
         "origin_mm": _encode(np.asarray(grid.origin_mm, dtype=np.float64)),
         "spacing_mm": _encode(float(grid.spacing_mm)),
         "shape": list(values.shape),
-        "encoding": "base64(zlib(float32 little-endian, row by row))",
+        "encoding": _ENCODINGS[values.dtype.itemsize],
         "values": base64.b64encode(zlib.compress(values.data, 1)).decode("ascii"),
     }
 
@@ -188,7 +189,7 @@ def _decode_array(dtype: np.dtype[Any], value: Any, name: str, shape: tuple[int 
 
 def _decode_grid(value: Any, name: str) -> Grid:
     _require(value, name, lambda v: isinstance(v, dict), "an object")
-    for key in ("origin_mm", "spacing_mm", "shape", "values"):
+    for key in ("origin_mm", "spacing_mm", "shape", "encoding", "values"):
         if key not in value:
             raise InputError(f"{name}.{key}: is missing")
     origin = _decode_array(np.dtype(np.float64), value["origin_mm"], f"{name}.origin_mm", (2,))
@@ -200,7 +201,10 @@ def _decode_grid(value: Any, name: str) -> Grid:
     _require(text, f"{name}.values", lambda v: isinstance(v, str), "base64 text")
     if origin.shape != (2,) or not spacing > 0:
         raise InputError(f"{name}: expected origin_mm (2,) and spacing_mm > 0, got {origin.shape} and {spacing}")
-    need = 4 * math.prod(shape)
+    encodings = {text: size for size, text in _ENCODINGS.items()}
+    expected = f"one of {', '.join(encodings)}"
+    size = encodings[_require(value["encoding"], f"{name}.encoding", lambda v: v in list(encodings), expected)]
+    need = size * math.prod(shape)
     try:
         unpacker = zlib.decompressobj()
         data = unpacker.decompress(base64.b64decode(text, validate=True), need + 1)  # no more than was promised
@@ -208,4 +212,4 @@ def _decode_grid(value: Any, name: str) -> Grid:
         raise InputError(f"{name}.values: {error}") from None
     if len(data) != need:
         raise InputError(f"{name}.values: expected {need} bytes for the shape {shape}, got {len(data)}")
-    return Grid(np.frombuffer(data, dtype="<f4").astype(np.float32).reshape(shape), origin, spacing)
+    return Grid(np.frombuffer(data, dtype=f"<f{size}").astype(f"f{size}").reshape(shape), origin, spacing)

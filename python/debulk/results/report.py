@@ -25,9 +25,19 @@ from debulk.results.record import (
     Values,
     Versioned,
 )
+from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
-__all__ = ["LeftOut", "PocketNet", "PocketReport", "ReportData", "SolveReport", "UnseenHole"]
+__all__ = [
+    "ExcessReport",
+    "LeftOut",
+    "PocketNet",
+    "PocketReport",
+    "ReportData",
+    "SolveReport",
+    "UnseenHole",
+    "Wrinkle",
+]
 
 FORMAT = "debulk report"
 
@@ -37,7 +47,7 @@ def _check_numbers(name: str, values: NDArray[np.int32], lowest: int, count: int
         raise InputError(f"{name}: expected numbers of nodes below {count}, got {values.min()} to {values.max()}")
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PocketNet(Record):
     """The pin-jointed net of a pocket, as laid on the scanned ply.
 
@@ -60,6 +70,9 @@ class PocketNet(Record):
     kinds: Kinds
     edges: Pairs
     inside: Flags
+
+    def __repr__(self) -> str:
+        return f"PocketNet({len(self.nodes_mm)} nodes, {len(self.edges)} edges)"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -115,7 +128,50 @@ class SolveReport:
     doubt: str = ""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
+class ExcessReport:
+    """The ridge that the excess length of a pocket's fibres makes, from the laid net alone (docs/verdicts.md).
+
+    Attributes
+    ----------
+    length_mm
+        Largest excess of a fibre that is held at both ends, extrapolated to a net without spacing, less the noise's.
+    at_spacing_mm, at_half_mm
+        The same of the net, and of a net at half its spacing, as they were laid.
+    noise_bias_mm
+        False length that the scan's noise adds, taken off.
+    height_mm, range_mm
+        Of the ridge by the paper's formula, 0 where none stands; its least and most within the uncertainty.
+    elastic_mm
+        Of the elastic fold that the same length makes by the section model and the recipe's modulus, where the formula
+        says that none stands, too; together they bound what a ply may do.
+    noise_mm
+        Standard deviation of the height from scan to scan.
+    spacing_error_mm
+        By how much the extrapolation has changed the height.
+    uncertainty_mm
+        Two of those deviations with the spacing's error, or the recipe's margin, whichever is more.
+    bridge_bound_mm
+        No bridge can stand higher than this; 0 where no fibre is too short for its mold.
+    verdict
+        By this ridge alone.
+    """
+
+    length_mm: float
+    at_spacing_mm: float
+    at_half_mm: float
+    noise_bias_mm: float
+    height_mm: float
+    range_mm: tuple[float, float]
+    elastic_mm: float
+    noise_mm: float
+    spacing_error_mm: float
+    uncertainty_mm: float
+    bridge_bound_mm: float
+    verdict: Verdict | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PocketReport(Record):
     """One pocket. What a pocket that cannot be judged does not have is None.
 
@@ -125,6 +181,13 @@ class PocketReport(Record):
         1 for the largest.
     verdict, reason
         The outcome, and why in one sentence.
+    decided_by
+        The criterion whose figures the verdict comes from, "excess" or "paper"; empty where none decided.
+    paper_verdict
+        By RMS, ridges and bridges of the minima, whichever criterion decided; None without a minimum.
+    excess
+        The ridge by the excess length; None at the ply's edge, where it bounds nothing, and where no closed net could
+        be laid at half the spacing.
     outline_mm, foot_outline_mm
         (M, 2) contour at the cut height, and where the ply meets the mold; mold XY, closed from last to first.
     touches_ply_edge
@@ -134,6 +197,8 @@ class PocketReport(Record):
         smoothed as for the net.
     measured_share
         Share of the area that the scanner saw; the rest was filled.
+    promoted
+        Why it is judged though it is below a tolerance of the segmentation; empty: it is not below any.
     spacing_mm, node_count
         Of the net.
     rms_mm, rms_range_mm
@@ -165,6 +230,9 @@ class PocketReport(Record):
     id: int
     verdict: Verdict
     reason: str
+    decided_by: str = ""
+    paper_verdict: Verdict | None = None
+    excess: ExcessReport | None = None
     outline_mm: PointsXY
     foot_outline_mm: PointsXY | None = None
     touches_ply_edge: bool = False
@@ -172,6 +240,7 @@ class PocketReport(Record):
     peak_mm: float
     volume_mm3: float
     measured_share: float = 1.0
+    promoted: str = ""
     spacing_mm: float | None = None
     node_count: int | None = None
     rms_mm: float | None = None
@@ -192,6 +261,9 @@ class PocketReport(Record):
     solve: SolveReport | None = None
     runtime_ms: float = 0.0
     runtime_split_ms: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"PocketReport({self.id}, {self.verdict.name}: {self.reason})"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -263,6 +335,29 @@ class UnseenHole:
     at_best: Verdict | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wrinkle:
+    """A narrow fold that stood in the ply when it was scanned, which the filters of the height map take for noise.
+
+    Attributes
+    ----------
+    start_mm, end_mm
+        Mold XY of its first and its last point that was looked at; between them it is this long at least.
+    length_mm, height_mm, width_mm
+        Along it; above the reference; at half its height.
+    excess_length_mm, ridge_height_mm
+        Of the ply across it, if its sides are straight; the height that remains of it on the mold at least.
+    """
+
+    start_mm: tuple[float, float]
+    end_mm: tuple[float, float]
+    length_mm: float
+    height_mm: float
+    width_mm: float
+    excess_length_mm: float
+    ridge_height_mm: float
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ReportData(Versioned):
     """The outcome of one inspection.
@@ -272,7 +367,7 @@ class ReportData(Versioned):
     verdict, reason
         Of the layup: the worst pocket's, and why in one sentence.
     pockets
-        Largest first.
+        Largest first; after them, largest first too, the bumps below the tolerances that could crease.
     timings_ms
         Stage by stage, in order.
     left_out
@@ -282,6 +377,8 @@ class ReportData(Versioned):
         rule for small holes; None: it was not looked at.
     unseen
         The other parts of it, above the tolerance on area; largest first.
+    wrinkles
+        Narrow folds that stand in the ply already, longest first.
     level
         How the ply lies between the pockets; None where there is too little of it to tell.
     height_map
@@ -295,6 +392,8 @@ class ReportData(Versioned):
         What was inspected: names of files, seed of a virtual layup, and the like.
     warnings
         What the reader should know before trusting the rest.
+    trace
+        Time, fingerprints, pose and all else that the inspection was made of; None: not of a real inspection.
     version
         Of debulk.
     """
@@ -306,18 +405,39 @@ class ReportData(Versioned):
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
     unseen: tuple[UnseenHole, ...] = ()
+    wrinkles: tuple[Wrinkle, ...] = ()
     level: Level | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    trace: Trace | None = None
     version: str = ""
 
     @property
     def passed(self) -> bool:
         """True only for CEASE."""
         return self.verdict is Verdict.CEASE
+
+    @property
+    def creasing(self) -> tuple[PocketReport, ...]:
+        """The pockets that crease, in the report's order."""
+        return tuple(pocket for pocket in self.pockets if pocket.verdict is Verdict.CREASE)
+
+    def pocket(self, number: int) -> PocketReport:
+        """Return the pocket of this number, as on the page and in the table.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        for pocket in self.pockets:
+            if pocket.id == number:
+                return pocket
+        numbers = ", ".join(str(pocket.id) for pocket in self.pockets) or "none"
+        raise InputError(f"number: expected the number of a pocket of this report ({numbers}), but got {number!r}")
 
     def to_dict(self) -> Mapping[str, Any]:
         """Return the report as JSON's own types, as `debulk.Report.save` writes it."""

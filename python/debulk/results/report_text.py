@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
 
 HEADINGS = (
-    "#", "x mm", "y mm", "area cm²", "peak mm", "Δ mm", "nodes", "RMS mm", "ridge mm", "verdict", "reason", "time ms",
+    "#", "x mm", "y mm", "area cm²", "peak mm", "Δ mm", "nodes", "by ΔL mm", "RMS mm", "ridge mm", "paper", "verdict",
+    "reason", "time ms",
 )  # fmt: skip
-_TEXT_COLUMNS = {9, 10}
+_TEXT_COLUMNS = {10, 11, 12}
 
 
 class Figures(NamedTuple):
@@ -29,8 +30,10 @@ class Figures(NamedTuple):
     peak_mm: str
     spacing_mm: str
     nodes: str
+    by_excess_mm: str
     rms_mm: str
     ridge_mm: str
+    paper_verdict: str
     verdict: str
     reason: str
     time_ms: str
@@ -53,8 +56,10 @@ def figures(pocket: PocketReport) -> Figures:
         number(pocket.peak_mm, 2),
         number(pocket.spacing_mm, 2),
         "–" if pocket.node_count is None else str(pocket.node_count),
+        number(pocket.excess.height_mm if pocket.excess else None, 2),
         number(pocket.rms_mm, 3),
         number(pocket.ridge_height_mm, 2),
+        pocket.paper_verdict.name if pocket.paper_verdict else "–",
         pocket.verdict.name,
         pocket.reason,
         number(pocket.runtime_ms, 1),
@@ -67,6 +72,7 @@ def table(report: ReportData, width: int | None = None) -> str:
     if report.pockets:
         rows = [HEADINGS, *(tuple(figures(pocket)) for pocket in report.pockets)]
         lines += columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"))
+    lines += [f"pocket {p.id} is judged: {p.promoted}" for p in report.pockets if p.promoted]
     if report.level is not None:
         lines.append(f"level: {level_line(report.level)}")
     for hole in report.unseen:
@@ -104,12 +110,12 @@ def columns(
 
 
 _CSV = (
-    "id", "verdict", "reason", "x_mm", "y_mm",
-    "area_mm2", "peak_mm", "volume_mm3", "measured_share", "touches_ply_edge", "spacing_mm",
-    "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm", "ridge_low_mm", "ridge_high_mm",
-    "ridge_length_mm", "excess_length_mm",
-    "energy_mj", "solver", "status", "certified", "iterations", "evaluations", "length_error", "penetration_mm",
-    "kkt_error", "runtime_ms",
+    "id", "verdict", "reason", "decided_by", "paper_verdict", "x_mm", "y_mm", "area_mm2", "peak_mm", "volume_mm3",
+    "measured_share",
+    "touches_ply_edge", "spacing_mm", "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm",
+    "ridge_low_mm", "ridge_high_mm", "ridge_length_mm", "excess_length_mm", "excess_ridge_mm", "excess_ridge_low_mm",
+    "excess_ridge_high_mm", "energy_mj", "solver", "status", "certified", "iterations", "evaluations", "length_error",
+    "penetration_mm", "kkt_error", "runtime_ms",
 )  # fmt: skip
 
 
@@ -124,6 +130,11 @@ def csv_text(report: ReportData) -> str:
 
 
 def _figure(pocket: PocketReport, name: str) -> Any:
+    if name.startswith("excess_ridge"):
+        excess = pocket.excess
+        if excess is None:
+            return None
+        return excess.height_mm if name == "excess_ridge_mm" else excess.range_mm[name.endswith("high_mm")]
     if name in ("rms_low_mm", "rms_high_mm", "ridge_low_mm", "ridge_high_mm"):
         span = pocket.rms_range_mm if name.startswith("rms") else pocket.ridge_range_mm
         return None if span is None else span[name.endswith("high_mm")]

@@ -33,12 +33,19 @@ def save(path: str | PathLike[str], texts: Mapping[str, Callable[[], str]]) -> N
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
-def load(kind: type[RecordT], path: str | PathLike[str], format_name: str) -> RecordT:
-    """Read a record of this kind from JSON; an error names the file."""
+def load(
+    kind: type[RecordT],
+    path: str | PathLike[str],
+    format_name: str,
+    check: Callable[[RecordT], None] = lambda record: None,
+) -> RecordT:
+    """Read a record of this kind from JSON, and check it; an error names the file."""
     path = Path(path)
     with open_source(path) as source:
         data = source.file.read()
     try:
-        return codec.loads(kind, data, format_name)
+        record = codec.loads(kind, data, format_name)
+        check(record)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    return record

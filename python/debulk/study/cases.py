@@ -73,11 +73,12 @@ class Case:
         every: Sequence[starts.Figures],
         recipe: Recipe | None = None,
     ) -> verdict.Verdict:
-        """Verdict on a solution whose certified starts have the figures `every`, as the inspector gives it.
+        """Verdict by the paper's figures on a solution whose certified starts have the figures `every`.
 
-        With the limits of the case's recipe, or of another.
+        As the inspector gives it, with the limits of the case's recipe or of another. The study is of minima; the
+        excess knows none.
         """
-        return self.laid.judge(solution, figures, every, recipe=recipe).verdict
+        return self.laid.judge(solution, figures, every, recipe=recipe, criterion="paper").verdict
 
     def perturbed(self, amplitude: float, seed: int) -> np.ndarray:
         """(N, 3) start with the movable nodes moved by up to `amplitude` spacings along x, y and the gap."""

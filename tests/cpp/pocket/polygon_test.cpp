@@ -43,6 +43,15 @@ TEST(Polygon, InsideAndDistanceAgreeWithTheShape) {
   EXPECT_EQ(bounding_box(kL).high, Eigen::Vector2d(4, 3));
 }
 
+TEST(Polygon, DeepestPointIsTheCentreOfTheLargestCircleInside) {
+  // In the corner of the L a circle touches both outer sides and the inner corner (1, 1): (1 - r) sqrt 2 = r.
+  const double r = std::sqrt(2.0) / (1 + std::sqrt(2.0));
+  const Eigen::Vector2d p = deepest_point(kL);
+  EXPECT_NEAR(p.x(), r, 5e-3);
+  EXPECT_NEAR(p.y(), r, 5e-3);
+  EXPECT_TRUE(inside(kL, p));
+}
+
 TEST(Polygon, IsCheckedAndTurnedCounterClockwise) {
   const Polygon clockwise = {{0, 0}, {0, 1}, {1, 0}, {0, 0}};
   const Polygon out = checked_polygon(clockwise, "ply_outline");

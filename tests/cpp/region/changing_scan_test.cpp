@@ -96,7 +96,7 @@ TEST(ChangingScan, CrashesNoHeightMap) {
     std::vector<float> scan = scene.original;
     {
       const Scribbler scribbler(scan, scene.original);
-      for (int k = 0; k < rounds; ++k) EXPECT_EQ(front.run(view(scan)).heights.size(), before.heights.size());
+      for (int k = 0; k < (organised ? rounds : rounds / 5); ++k) EXPECT_EQ(front.run(view(scan)).heights.size(), before.heights.size());
     }
     const HeightMap& after = front.run(view(scene.original));
     for (std::size_t k = 0; k < before.heights.size(); ++k) {

@@ -1,4 +1,5 @@
 import dataclasses
+import json
 import re
 import subprocess
 import sys
@@ -24,8 +25,8 @@ class FakeInspector:
     def __init__(self, recipe, reference, **options):
         FakeInspector.seen = {"recipe": recipe, "reference": reference, **options}
 
-    def inspect(self, scan, deadline_s=None, progress=None):
-        FakeInspector.seen |= {"scan": scan, "deadline_s": deadline_s}
+    def inspect(self, scan, deadline_s=None, progress=None, context=None):
+        FakeInspector.seen |= {"scan": scan, "deadline_s": deadline_s, "context": context}
         progress("segment", 0.5)
         if isinstance(self.answer, BaseException):
             raise self.answer
@@ -59,7 +60,7 @@ def test_inspect_hands_everything_on(cell):
     result = run(
         *BASIC, "--recipe", "cell.toml", "--pose", "pose.txt", "--outline", "outline.csv", "--angles=-45,45",
         "--deadline", "2.5", "--camera", "900,2,1.5", "--mask", "mask.npy",
-        "-o", "a.html", "-o", "b.json", "-o", "c.csv",
+        "--context", "part=A-17", "--context", "note=a=b", "-o", "a.html", "-o", "b.json", "-o", "c.csv",
     )  # fmt: skip
     assert result.exit_code == 3, result.output
     seen = FakeInspector.seen
@@ -70,6 +71,7 @@ def test_inspect_hands_everything_on(cell):
     assert seen["fibre_angles_deg"] == (-45.0, 45.0) and seen["deadline_s"] == 2.5
     np.testing.assert_array_equal(seen["mold_from_scanner"][:3, 3], [5, 6, 7])
     assert seen["ply_outline"].shape == (3, 2)
+    assert seen["context"] == {"part": "A-17", "note": "a=b"}
     assert "INVALID: pocket 6" in result.stdout and "written: c.csv" in result.stdout
     assert result.stderr == ""
     assert (cell / "a.html").read_text(encoding="utf-8").startswith("<!doctype html>")
@@ -104,6 +106,7 @@ def test_the_exit_code_tells_the_verdict(cell, report, monkeypatch, verdict, cod
         (("--angles", "0,180"), "1 degree apart"),
         (("--angles", "nan,0"), "1 degree apart"),
         (("--angles", "inf,0"), "1 degree apart"),
+        (("--context", "A-17"), "--context: expected NAME=VALUE like part=A-17, got 'A-17'"),
         (("--camera", "900,2"), "--camera: expected f,cx,cy"),
         (("--camera=-900,2,1",), "--camera: expected f,cx,cy"),
         (("--camera", "nan,2,1"), "--camera: expected f,cx,cy"),
@@ -186,7 +189,8 @@ def test_demo_leaves_report_and_files(cell, report, monkeypatch):
     }
     assert {path.name for path in (cell / "deep/out").iterdir()} == names
     assert FakeInspector.seen["camera"] == (1000.0, 2.0, 1.5)
-    assert "seed 3" in Report.load(cell / "deep/out/report.json").source["scan"]
+    tree = json.loads((cell / "deep/out/report.json").read_text(encoding="utf-8"))
+    assert "seed 3" in tree["source"]["scan"]
     # What it left behind goes through inspect.
     command = next(line for line in result.stdout.splitlines() if line.startswith("try: ")).split()[2:]
     monkeypatch.setattr(FakeInspector, "answer", dataclasses.replace(report, verdict=Verdict.CEASE))

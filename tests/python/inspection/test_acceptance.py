@@ -26,13 +26,15 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
     report = inspector.inspect(layup.scan)
     truth = layup.truth.pockets
 
-    assert [p.id for p in report.pockets] == list(range(1, 15))
-    for found, true in zip(report.pockets, truth, strict=True):
+    own = [p for p in report.pockets if not p.promoted]
+    assert [p.id for p in report.pockets] == list(range(1, len(report.pockets) + 1))
+    assert [p.id for p in own] == list(range(1, 15))
+    for found, true in zip(own, truth, strict=True):
         assert np.linalg.norm(_centroid(found.outline_mm) - _centroid(true.outline_mm)) < 0.5
         assert found.touches_ply_edge == true.touches_ply_edge
         assert found.peak_mm == pytest.approx(true.peak_mm, abs=limits["peak"])
-    area_error = [abs(p.area_mm2 / t.area_mm2 - 1) for p, t in zip(report.pockets, truth, strict=True)]
-    volume_error = [abs(p.volume_mm3 / t.volume_mm3 - 1) for p, t in zip(report.pockets, truth, strict=True)]
+    area_error = [abs(p.area_mm2 / t.area_mm2 - 1) for p, t in zip(own, truth, strict=True)]
+    volume_error = [abs(p.volume_mm3 / t.volume_mm3 - 1) for p, t in zip(own, truth, strict=True)]
     for what, error in (("area", area_error), ("volume", volume_error)):
         median, worst = limits[what]
         assert np.median(error) < median
@@ -46,6 +48,9 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
         assert len(near) == len(against[decoy.kind])
         for bump in near:
             assert against[decoy.kind] <= set(bump.reason.split(" and "))
+            # A small, steep one holds enough excess for a ridge, and is judged all the same.
+            judged = [p for p in report.pockets[14:] if np.linalg.norm(_centroid(p.outline_mm) - decoy.centre_mm) < 3.0]
+            assert len(judged) == 1 or decoy.kind == "below PeakTol"
 
     for p in report.pockets:
         assert p.solve is not None
@@ -58,10 +63,10 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
         assert np.all(np.abs(_lengths(p.debulked_mm, p.net.edges) / p.spacing_mm - 1) < 1e-4)
     assert report.coverage > 0.99
     assert report.verdict.value == "crease"
-    closing = [p.id for p in report.pockets if p.verdict.value == "cease"]
+    closing = [p.id for p in own if p.verdict.value == "cease"]
     assert 4 <= len(closing) <= 9
     # Shallow pockets have too little excess length for any ridge, the steepest too much for none.
-    for found, true in zip(report.pockets, truth, strict=True):
+    for found, true in zip(own, truth, strict=True):
         if true.straight_excess_mm < 0.2:
             assert found.verdict.value == "cease", found.reason
         if true.straight_excess_mm > 2.4:

@@ -8,7 +8,11 @@ from debulk import Inspector, Recipe, Verdict, scenes, solve
 from debulk.inspection.laid_pocket import REFUSED, lay_pocket
 from debulk.study.cases import Case
 
-FEW = {"segmentation": {"area_tol_mm2": 3000.0}, "solve": {"starts": 1, "most_starts": 1}}
+FEW = {
+    "segmentation": {"area_tol_mm2": 3000.0},
+    "solve": {"starts": 1, "most_starts": 1},
+    "verdict": {"criterion": "paper"},
+}
 
 
 @pytest.fixture(scope="module")
@@ -85,5 +89,5 @@ def test_other_limits_may_be_tried(laid, report):
     figures = laid[rough].post_process(solution)
     assert figures.rms_mm > 0.27
     for max_rms_mm, verdict in ((figures.rms_mm - 0.011, Verdict.CREASE), (figures.rms_mm + 0.011, Verdict.CEASE)):
-        recipe = Recipe(verdict={"max_rms_mm": max_rms_mm, "max_ridge_mm": 9.0})
+        recipe = Recipe(verdict={"max_rms_mm": max_rms_mm, "max_ridge_mm": 9.0, "criterion": "paper"})
         assert laid[rough].judge(solution, figures, [figures], recipe=recipe).verdict is verdict

@@ -171,3 +171,17 @@ def test_a_deadline_cuts_and_says_so(roof):
 def test_the_first_of_the_starts_must_be_one_of_them(roof):
     with pytest.raises(solve._core.InputError, match="first_start"):
         solve.minimise(roof, starts=2, first_start=2)
+
+
+def test_for_the_picture_one_certified_start_is_enough_and_it_is_perturbed(roof):
+    settled = starts.settle(roof, RECIPE, lambda _: figures(rms=0.28), _core.Stop(), for_the_picture=True)
+    assert len(settled.solution.minima) == 1
+    assert not settled.cut
+    perturbed = solve.minimise(roof, starts=2, first_start=1)
+    assert settled.solution.nodes_mm.tobytes() == perturbed.nodes_mm.tobytes()
+
+
+def test_for_the_picture_the_net_as_laid_is_the_second_resort(roof):
+    recipe = RECIPE.model_copy(update={"solve": {"max_iterations": 1}})
+    settled = starts.settle(roof, recipe, lambda _: figures(), _core.Stop(), for_the_picture=True)
+    assert [m.certified for m in settled.solution.minima] == [False, False]

@@ -38,17 +38,19 @@ def test_the_same_defaults_stand_in_the_core():
     limits, core = Recipe().verdict, Criteria()
     assert limits.max_rms_mm == core.max_rms_mm
     assert limits.max_ridge_mm == core.max_ridge_height_mm
-    for name in ("min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm", "compliance_margin_mm"):
+    for name in ("min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm", "excess_margin_mm"):
+        assert getattr(limits, name) == getattr(core, name)
+    for name in ("compliance_margin_mm", "criterion"):
         assert getattr(limits, name) == getattr(core, name)
 
 
 def test_every_setting_is_described_and_every_dimension_named():
     plain = {
         "friction", "bulk_factor", "neighbours", "std_ratio", "least_ratio", "median_cells", "mode",
-        "node_target", "paths", "regions",
+        "node_target", "paths", "regions", "when", "criterion",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
-        "threads", "dump_folder",
+        "threads", "dump_folder", "hash_scan",
     }  # fmt: skip
     for section in Recipe.model_fields:
         for name, entry in type(getattr(Recipe(), section)).model_fields.items():
@@ -215,3 +217,10 @@ def test_any_values_give_a_recipe_or_one_error(values):
     except InputError:
         return
     assert tomllib.loads(recipe.to_toml()) == recipe.model_dump(exclude_none=True)
+
+
+def test_its_repr_shows_what_is_no_default_and_gives_it_back():
+    recipe = Recipe(net={"node_target": 90}, run={"dump_folder": "a'b"}, clean={"grid_spacing_mm": 2.0})
+    assert repr(Recipe()) == "Recipe()"
+    assert len(repr(recipe)) < 120
+    assert eval(repr(recipe)) == recipe

@@ -33,7 +33,7 @@ def same(a, b):
 def pocket(**changes):
     values = dict(
         id=1,
-        verdict=Verdict.CEASE,
+        verdict=Verdict.INVALID,
         reason="r",
         outline_mm=np.zeros((3, 2)),
         area_mm2=250.0,
@@ -66,7 +66,7 @@ def test_json_is_plain_json(report, tmp_path):
         raise AssertionError(name)
 
     tree = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"), parse_constant=refuse)
-    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 3, "invalid")
+    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 4, "invalid")
     assert tree["pockets"][3]["solve"]["curvature"] == "NaN"
     assert len(tree["pockets"][0]["net"]["nodes_mm"][0]) == 3
 
@@ -85,7 +85,7 @@ def test_odd_numbers_and_empty_arrays_survive(tmp_path):
         outline_mm=np.array([[np.nan, np.inf], [-np.inf, 5e-324], [-0.0, 1e308]]),
     )  # fmt: skip
     report = Report(
-        verdict=Verdict.CREASE, reason='é – ∅ \u2028 "', pockets=(p,), height_map=grid, timings_ms={"b": 1, "a": 2}
+        verdict=Verdict.INVALID, reason='é – ∅ \u2028 "', pockets=(p,), height_map=grid, timings_ms={"b": 1, "a": 2}
     )
     report.save(tmp_path / "r.json")
     back = Report.load(tmp_path / "r.json")
@@ -101,10 +101,11 @@ def test_saving_is_deterministic(report, tmp_path):
 @pytest.mark.parametrize(
     ("mend", "part"),
     [
-        (lambda t: t.update(schema=4), "schema: expected 3, got 4; install a newer debulk"),
-        (lambda t: t.update(schema=0), "schema: expected 3, got 0; an older debulk"),
-        (lambda t: t.update(schema=True), "schema: expected 3, got true"),
-        (lambda t: t.pop("schema"), "schema: expected 3, got null"),
+        (lambda t: t.update(schema=5), "schema: expected 4, got 5; install a newer debulk"),
+        (lambda t: t.update(schema=3), "schema: expected 4, got 3; an older debulk wrote it: inspect the scan again"),
+        (lambda t: t.update(schema=0), "schema: expected 4, got 0; an older debulk"),
+        (lambda t: t.update(schema=True), "schema: expected 4, got true"),
+        (lambda t: t.pop("schema"), "schema: expected 4, got null"),
         (lambda t: t.update(format="other"), "not a report"),
         (lambda t: t.pop("reason"), "reason: is missing"),
         (lambda t: t.update(extra=1), "extra: not a value"),
@@ -126,6 +127,9 @@ def test_saving_is_deterministic(report, tmp_path):
         (lambda t: t["height_map"].update(values="!!"), "height_map.values"),
         (lambda t: t["height_map"].update(values="AAAA"), "height_map.values"),
         (lambda t: t["height_map"].update(spacing_mm=0), "spacing_mm > 0"),
+        (lambda t: t["height_map"].update(encoding="zip"), "height_map.encoding: expected one of base64"),
+        (lambda t: t["trace"].update(mold_from_scanner=[[1, 0]]), "trace.mold_from_scanner: expected the shape (4, 4)"),
+        (lambda t: t["trace"]["scan"].update(sha256=3), "trace.scan.sha256: expected text, got 3"),
         (lambda t: t["height_map"].pop("values"), "height_map.values: is missing"),
     ],
 )  # fmt: skip
@@ -220,3 +224,18 @@ def test_an_unknown_ending_is_refused(report, tmp_path):
 def test_a_solve_report_has_no_defaults_for_what_counts():
     with pytest.raises(TypeError):
         SolveReport(method="ipopt", status="converged")
+
+
+def test_a_pocket_is_found_by_its_number(report):
+    assert report.pocket(2) is report.pockets[1]
+    assert [p.verdict for p in report.creasing] == [Verdict.CREASE] * len(report.creasing)
+    assert len(report.creasing) == sum(p.verdict is Verdict.CREASE for p in report.pockets) > 0
+    with pytest.raises(InputError, match=r"number of a pocket of this report \(1, 2, 3, 4, 5, 6, 7\), but got 8"):
+        report.pocket(8)
+
+
+def test_a_pocket_and_its_net_are_shown_in_a_line(report):
+    assert repr(report.pockets[0]).startswith("PocketReport(1, CEASE: RMS ")
+    assert len(repr(report.pockets)) < 2000
+    net = report.pockets[0].net
+    assert repr(net) == f"PocketNet({len(net.nodes_mm)} nodes, {len(net.edges)} edges)"

@@ -1,0 +1,72 @@
+#include "debulk/ridge/held_excess.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "debulk/ridge/mold_length.hpp"
+
+namespace debulk {
+namespace {
+
+// A node that is higher by d lengthens the polyline by d times the change of its segments' slopes there, to first order.
+double noise_gain(const std::vector<Eigen::Vector3d>& ply) {
+  double squares = 0;
+  for (std::size_t i = 1; i + 1 < ply.size(); ++i) {
+    const double before = (ply[i] - ply[i - 1]).normalized().z(), after = (ply[i + 1] - ply[i]).normalized().z();
+    squares += (after - before) * (after - before);
+  }
+  return std::sqrt(squares);
+}
+
+// Largest height of the upper convex hull of the points (way along the chord, height) above them.
+double taut_string_gap(const std::vector<Eigen::Vector2d>& profile) {
+  std::vector<Eigen::Vector2d> hull;
+  const auto below = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+    return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x() >= 0;  // b on or below the line from a to c
+  };
+  for (const Eigen::Vector2d& p : profile) {
+    while (hull.size() > 1 && below(hull[hull.size() - 2], hull.back(), p)) hull.pop_back();
+    hull.push_back(p);
+  }
+  double gap = 0;
+  std::size_t k = 1;
+  for (const Eigen::Vector2d& p : profile) {
+    while (k + 1 < hull.size() && hull[k].x() < p.x()) ++k;
+    const Eigen::Vector2d &a = hull[k - 1], &b = hull[k];
+    gap = std::max(gap, a.y() + (b.y() - a.y()) * (p.x() - a.x()) / (b.x() - a.x()) - p.y());
+  }
+  return gap;
+}
+
+// Of the mold from under one end of a fibre to under the other.
+double taut_string_gap(const std::vector<Eigen::Vector3d>& ply, const Surface& mold) {
+  const Eigen::Vector2d a = ply.front().head<2>(), b = ply.back().head<2>();
+  std::vector<Eigen::Vector2d> profile;
+  const int count = 4 * static_cast<int>(ply.size());
+  for (int k = 0; k <= count; ++k) {
+    const double share = static_cast<double>(k) / count;
+    profile.emplace_back(share * (b - a).norm(), mold.height(a + share * (b - a)));
+  }
+  return (b - a).norm() > 0 ? taut_string_gap(profile) : 0.0;
+}
+
+}  // namespace
+
+HeldExcess held_excess(const Net& laid, const Surface& mold) {
+  HeldExcess out;
+  for (const std::vector<int>& fibre : fibres(laid.neighbours)) {
+    if (laid.kinds[fibre.front()] != NodeKind::fixed || laid.kinds[fibre.back()] != NodeKind::fixed) continue;
+    std::vector<Eigen::Vector3d> ply;
+    for (const int n : fibre) ply.push_back(laid.nodes[n]);
+    const double excess = fibre_excess(ply, mold);
+    ++out.fibres;
+    if (excess < 0) out.bridge_bound = std::max(out.bridge_bound, taut_string_gap(ply, mold));
+    if (excess <= out.largest) continue;
+    out.largest = excess;
+    out.segments = static_cast<int>(ply.size()) - 1;
+    out.noise_gain = noise_gain(ply);
+  }
+  return out;
+}
+
+}  // namespace debulk

@@ -1,0 +1,148 @@
+"""An inspection is done again from its report: the same clouds, by their SHA-256, give the same figures to the bit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from debulk._core import InputError
+from debulk.inspection import fingerprint, inputs
+from debulk.inspection.inspector import Inspector, Progress
+from debulk.report import Report
+from debulk.results.trace import ArrayTrace
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Repetition", "repeat"]
+
+# What differs between two runs on the same data: times, and where and when they ran.
+_OF_A_RUN = {"timings_ms", "runtime_ms", "runtime_split_ms", "trace", "source", "version", "recipe"}
+
+
+@dataclass(frozen=True, eq=False)
+class Repetition:
+    """What came of an inspection that was done again.
+
+    Attributes
+    ----------
+    report
+        The new one.
+    differences
+        Names of the values that are not the same to the last bit, like ``"pockets[2].rms_mm"``; times are not compared.
+    unchecked
+        Which of scan, reference and mask could be held against their shape only: the record has no SHA-256 of them.
+    """
+
+    report: Report
+    differences: tuple[str, ...]
+    unchecked: tuple[str, ...] = ()
+
+    @property
+    def same(self) -> bool:
+        """Whether verdict, reasons and all figures are the same to the last bit."""
+        return not self.differences
+
+
+def repeat(
+    report: Report,
+    scan: ArrayLike,
+    reference: ArrayLike,
+    mask: ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> Repetition:
+    """Do an inspection again, with the recipe, the pose and all else that its report has kept.
+
+    Parameters
+    ----------
+    report
+        From memory or `Report.load`.
+    scan, reference
+        The clouds of that inspection, mm. Refused where their SHA-256 is not the record's.
+    mask
+        (H, W) bool, where there was one.
+    progress
+        As of `Inspector.inspect`.
+
+    Returns
+    -------
+    Repetition
+        The new report, and what is not the same. There is no deadline: what it cut off the first time differs.
+
+    Raises
+    ------
+    InputError
+        A report without a record, or a cloud or a mask that is not that inspection's.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> report = debulk.inspect(layup.scan, layup.reference, mold_from_scanner=layup.mold_from_scanner)
+    >>> repeat(report, layup.scan, layup.reference).same
+    True
+    """
+    trace = report.trace
+    if trace is None:
+        raise InputError("report: expected one with the record of its inspection (trace), but it has none")
+    hidden = inputs.image_mask(mask)
+    found = {
+        "scan": (fingerprint.of_cloud(scan, name="scan"), trace.scan),
+        "reference": (fingerprint.of_cloud(reference, name="reference"), trace.reference),
+        "mask": (None if hidden is None else fingerprint.of_mask(hidden), trace.mask),
+    }
+    for name, (given, kept) in found.items():
+        _check_same(name, given, kept)
+    angles = trace.fibre_angles_deg if trace.fibre_angles_map is None else trace.fibre_angles_map
+    if angles is None:
+        raise InputError("report: its record (trace) has no fibre angles; was the file edited?")
+    inspector = Inspector(
+        _recipe(report),
+        reference,
+        report.ply_outline_mm,
+        angles,
+        trace.mold_from_scanner,
+        None if trace.camera is None else (trace.camera[0], trace.camera[1], trace.camera[2]),
+        hidden,
+    )
+    again = inspector.inspect(scan, progress=progress, context=trace.context)
+    unchecked = (name for name, (given, kept) in found.items() if given and (kept is None or kept.sha256 is None))
+    return Repetition(again, tuple(_differences(report.to_dict(), again.to_dict())), tuple(unchecked))
+
+
+def _check_same(name: str, given: ArrayTrace | None, kept: ArrayTrace | None) -> None:
+    if name == "mask" and (given is None) != (kept is None):
+        had, got = ("one", "none") if kept else ("none", "one")
+        raise InputError(f"mask: expected {had}, as the inspection had, but got {got}")
+    if given is None or kept is None:
+        return
+    if given.shape != kept.shape:
+        raise InputError(f"{name}: expected the shape of the inspection's, {kept.shape}, but got {given.shape}")
+    if kept.sha256 is not None and given.sha256 != kept.sha256:
+        raise InputError(
+            f"{name}: expected the inspection's, SHA-256 {kept.sha256[:16]}..., but got {str(given.sha256)[:16]}...: "
+            "another file, or another unit"
+        )
+
+
+def _recipe(report: Report) -> Recipe:
+    """Return the recipe of the report, but nothing is dumped twice."""
+    from debulk.recipe import Recipe
+
+    return Recipe(**report.recipe).model_copy(update={"run": {"dump_folder": None}})
+
+
+def _differences(first: Any, again: Any, name: str = "") -> Iterator[str]:
+    """Name every value that differs in two trees of JSON's types, where NaN and infinity are text."""
+    if isinstance(first, dict) and isinstance(again, dict):
+        for key in first | again:
+            if key not in _OF_A_RUN:
+                yield from _differences(first.get(key), again.get(key), f"{name}.{key}" if name else key)
+    elif isinstance(first, list) and isinstance(again, list) and len(first) == len(again) and name == "pockets":
+        for k, pair in enumerate(zip(first, again, strict=True)):
+            yield from _differences(*pair, f"{name}[{k}]")
+    elif repr(first) != repr(again):  # tells 0.0 from -0.0, and one double from the next
+        yield name

@@ -1,0 +1,192 @@
+"""What the tolerances drop: each bump's excess is bounded, and one that could crease is judged as a pocket."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from debulk import _core, net, pocket, ridge
+from debulk.grid import Grid
+from debulk.inspection.cycle import stopping
+from debulk.inspection.found import Found, FoundPocket
+from debulk.inspection.laid_pocket import criteria, lay_net
+from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.pocket import Dropped, Feet, Segmentation
+from debulk.recipe import Recipe, options
+from debulk.results.report import LeftOut
+from debulk.verdict import Judgement, Verdict
+
+__all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
+
+_LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
+_SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
+
+
+@dataclass(frozen=True, eq=False)
+class Bump:
+    """A bump that the tolerances drop, and what debulking could make of it at most.
+
+    Attributes
+    ----------
+    dropped
+        As the segmentation lists it.
+    excess_mm, ridge_mm, rms_mm
+        Largest excess of a fibre of the net laid on it, with the ridge and the RMS that this bounds; None where no net
+        was laid.
+    why
+        In words, how it was bounded, or why it is judged as a pocket.
+    found
+        What is judged as a pocket; None: it stays dropped.
+    late
+        Whether the deadline passed before it was bounded.
+    """
+
+    dropped: Dropped
+    why: str
+    excess_mm: float | None = None
+    ridge_mm: float | None = None
+    rms_mm: float | None = None
+    found: FoundPocket | None = None
+    late: bool = False
+
+
+def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
+    """Bound what each dropped bump could become: lay a net on it, and take its largest excess as one ridge.
+
+    Fibres are inextensible and their ends are held: no minimum has more excess than the laid net (docs/model.md,
+    section 8). At the ply's edge, where fibres can slip, the bound is not reached.
+    """
+    dropped = [(d, whole, feet) for whole, feet in found.parts for d in whole.dropped]
+    dropped.sort(key=lambda one: -one[0].area_mm2)
+    threads = ply.recipe.run.threads or _core.default_threads()
+    with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
+        return tuple(pool.map(lambda one: _weigh(one[0], one[1], one[2], found, ply, stop), dropped))
+
+
+def promoted(bumps: Sequence[Bump], first_number: int) -> tuple[FoundPocket, ...]:
+    """Return the bumps that are judged as pockets, numbered from `first_number`, largest first."""
+    taken = [bump.found for bump in bumps if bump.found is not None]
+    return tuple(replace(one, number=number) for number, one in enumerate(taken, start=first_number))
+
+
+def doubts(bumps: Sequence[Bump]) -> list[Judgement]:
+    """Say that nothing is decided about bumps that a deadline cut off."""
+    late = sum(bump.late for bump in bumps)
+    reason = f"the deadline passed before the excess of {late} bump{'s' * (late > 1)} below the tolerances was bounded"
+    return [Judgement(Verdict.UNDECIDED, reason)] if late else []
+
+
+def left_out(bumps: Sequence[Bump], recipe: Recipe) -> tuple[LeftOut, ...]:
+    """Name the bumps that stay dropped, each with its bound."""
+    wanted = recipe.segmentation
+    return tuple(
+        LeftOut(
+            what=bump_name(bump.dropped),
+            why=f"no pocket: below the tolerance of {bump.dropped.reason}; {bump.why}",
+            bound=f"stands {bump.dropped.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² "
+            f"at the cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
+            place_mm=(float(bump.dropped.centroid_mm[0]), float(bump.dropped.centroid_mm[1])),
+        )
+        for bump in bumps
+        if bump.found is None
+    )
+
+
+def bump_name(dropped: Dropped) -> str:
+    """Name a bump by its area and place."""
+    return (
+        f"bump of {dropped.area_mm2 / 100:.2f} cm² at ({dropped.centroid_mm[0]:.0f}, {dropped.centroid_mm[1]:.0f}) mm"
+    )
+
+
+def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply: PlyOnMold, stop: _core.Stop) -> Bump:
+    try:
+        one = _looked_at_again(dropped, whole, feet, found, ply, stop)
+        if one is None:
+            return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
+        if not one.foot.closed:
+            return Bump(dropped, "its foot is not known all round")
+        try:
+            laid = lay_net(one, ply, stop)
+        except _core.InputError as error:
+            why = f"no net could be laid to bound its excess: {error}"
+            return Bump(dropped, why, found=_judged(one, dropped, why))
+    except _core.Stopped:
+        return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
+    excess_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
+    ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
+    limits = criteria(ply.recipe)
+    figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
+    bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm)
+    over_ridge = ridge_mm >= limits.max_ridge_height_mm - limits.ridge_margin_mm
+    over_rms = rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
+    return replace(bump, found=_judged(one, dropped, figures)) if over_ridge or over_rms else bump
+
+
+def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
+    return replace(one, promoted=f"below the tolerance of {dropped.reason}, but {why}")
+
+
+def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, float]:
+    """Ridge and RMS if every fibre had the largest excess, each in one ridge of one node."""
+    base_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
+    if excess_mm <= 0:
+        return base_mm, base_mm
+    span_mm = 2 * recipe.material.thickness_mm + excess_mm  # any mold length with room for the ridge gives the same
+    ridge_mm = max(base_mm, ridge.ridge_height(span_mm + excess_mm, span_mm, recipe.material.thickness_mm))
+    fibres = sum(len(np.unique(laid.lattice[laid.inside, k])) for k in (0, 1))
+    inside = max(1, int(np.count_nonzero(laid.inside)))
+    share = min(1.0, fibres / inside)
+    return ridge_mm, math.sqrt(base_mm**2 + share * (ridge_mm**2 - base_mm**2))
+
+
+def _looked_at_again(
+    dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply: PlyOnMold, stop: _core.Stop
+) -> FoundPocket | None:
+    """Segment a window round a bump without tolerances; None where it stands on the foot of a pocket."""
+    wanted = options.segment(ply.recipe, ply.outline)
+    wanted.area_tol_mm2 *= _SPECK_SHARE
+    wanted.peak_tol_mm = 0.0
+    one = None
+    for rows, columns in _windows(dropped, whole.heights):
+        heights = whole.heights
+        origin = heights.origin_mm + heights.spacing_mm * np.array([columns.start, rows.start])
+        window = Grid(np.ascontiguousarray(heights.values[rows, columns]), origin, heights.spacing_mm)
+        again = pocket.segment_with(wanted, window, 1, stop)
+        if not again.pockets:
+            return None  # at the edge of the cut: what is left of it above is a speck
+        index = min(range(len(again.pockets)), key=lambda k: _apart(again.pockets[k], dropped))
+        owner = feet.labels.values[rows, columns][again.labels.values == again.pockets[index].id]
+        if 2 * np.count_nonzero(owner) > owner.size:
+            return None
+        lower = options.feet(ply.recipe)
+        lower.noise_mm = feet.noise_mm  # of the whole scan: a window is too small to tell
+        again.pockets[index] = replace(
+            again.pockets[index], measured_share=dropped.measured_share, touches_unknown=dropped.touches_unknown
+        )
+        one = FoundPocket(0, again, pocket.feet_with(lower, again, 1, stop), index, found.unseen)
+        if one.foot.closed:
+            break
+    return one
+
+
+def _apart(candidate: pocket.Pocket, dropped: Dropped) -> float:
+    away = float(np.linalg.norm(candidate.centroid_mm - dropped.centroid_mm))
+    return away + abs(math.sqrt(candidate.area_mm2) - math.sqrt(dropped.area_mm2))
+
+
+def _windows(dropped: Dropped, heights: Grid) -> Iterator[tuple[slice, slice]]:
+    """Rows and columns round a bump, wider and wider, up to the whole grid."""
+    ny, nx = heights.values.shape
+    i, j = np.rint((dropped.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
+    half = math.ceil(max(_LEAST_HALF_MM, 3 * math.sqrt(dropped.area_mm2)) / heights.spacing_mm)
+    while True:
+        rows, columns = slice(max(0, j - half), min(ny, j + half + 1)), slice(max(0, i - half), min(nx, i + half + 1))
+        yield rows, columns
+        if (rows.start, columns.start, rows.stop, columns.stop) == (0, 0, ny, nx):
+            return
+        half *= 2

@@ -1,0 +1,114 @@
+"""What a report keeps of how it came about: inputs, time, versions and machine."""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import __version__, _core
+from debulk._core import InputError
+from debulk.grid import Grid
+from debulk.inspection import fingerprint
+from debulk.results.trace import ArrayTrace, Trace
+
+if TYPE_CHECKING:
+    from debulk.inspection.inspector import Inspector
+
+__all__ = ["Tracing", "checked_context", "now_utc"]
+
+
+class Tracing:
+    """What all inspections of one inspector have in common."""
+
+    def __init__(self, inspector: Inspector) -> None:
+        angles, camera, image = inspector.fibre_angles_deg, inspector.camera, inspector.prepared.image
+        self._common: dict[str, Any] = {
+            "reference": inspector.prepared.cloud,
+            "fibre_angles_deg": None if isinstance(angles, Grid) else angles,
+            "fibre_angles_map": angles if isinstance(angles, Grid) else None,
+            "mold_from_scanner": inspector.mold_from_scanner,
+            "camera": camera,
+            "fitted_camera": None if image is None else np.array(image.camera),
+            "mask": _mask(inspector.mask),
+            "versions": _versions(),
+            "host": _host() | {"threads used": str(inspector.recipe.run.threads or _core.default_threads())},
+        }
+
+    def trace(
+        self, began_utc: str, scan: ArrayTrace | None, context: dict[str, Any], deadline_s: float | None
+    ) -> Trace:
+        """Trace one inspection."""
+        return Trace(time_utc=began_utc, scan=scan, context=context, deadline_s=deadline_s, **self._common)
+
+
+def now_utc() -> str:
+    """Return the time, ISO 8601 with milliseconds and Z for UTC."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def checked_context(context: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Copy what the caller wants to be kept, as JSON has it.
+
+    Raises
+    ------
+    InputError
+        For what JSON cannot hold: names that are not text, NaN, infinity, arrays and other objects.
+    """
+    if context is None:
+        return {}
+    if not isinstance(context, Mapping):
+        raise InputError(f"context: expected a dictionary of names and values, but got a {type(context).__name__}")
+    copy: dict[str, Any] = _plain(context, "context")
+    return copy
+
+
+def _plain(value: Any, name: str) -> Any:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise InputError(f"{name}: expected names that are text, but got {key!r}")
+        return {key: _plain(item, f"{name}.{key}") for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item, f"{name}[{k}]") for k, item in enumerate(value)]
+    finite = not isinstance(value, float) or math.isfinite(value)
+    if value is None or (isinstance(value, (str, bool, int, float)) and finite):
+        return value
+    what = f"{value}" if isinstance(value, float) else f"a {type(value).__name__}"
+    raise InputError(
+        f"{name}: expected text, a finite number, true or false, None, or a list or dictionary of these, but got {what}"
+    )
+
+
+def _mask(mask: NDArray[np.bool_] | None) -> ArrayTrace | None:
+    return None if mask is None else fingerprint.of_mask(mask)
+
+
+@functools.cache
+def _versions() -> dict[str, str]:
+    return {
+        "debulk": __version__,
+        "Python": platform.python_version(),
+        "numpy": np.__version__,
+        **_core.build_versions(),
+    }
+
+
+@functools.cache
+def _host() -> dict[str, str]:
+    return {
+        "name": platform.node(),
+        "system": platform.platform(),
+        "machine": platform.machine(),
+        "cores": str(os.cpu_count() or 1),
+        "instructions": _core.instruction_set(),
+    }

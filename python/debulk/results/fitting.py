@@ -1,0 +1,90 @@
+"""Whether a report's verdict follows from its pockets, and theirs from their figures: a file can be edited."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from debulk._core import InputError
+from debulk.verdict import Criteria, Verdict, judge
+
+if TYPE_CHECKING:
+    from debulk.results.report import PocketReport, ReportData
+
+__all__ = ["check_fits"]
+
+_REMEDY = "was the file edited? Inspect the scan again"
+
+
+def check_fits(report: ReportData) -> None:
+    """Refuse a report that is better than what it rests on.
+
+    A layup's verdict is at least as severe as each pocket's; CEASE needs the coverage, and of each pocket a certificate
+    and figures within the recipe's limits. What is more severe than its figures may have reasons that are no figures.
+
+    Raises
+    ------
+    InputError
+        Names the verdict and what it does not fit.
+    """
+    _check_complete(report.pockets)
+    limits = _criteria(report)
+    for pocket in report.pockets:
+        if pocket.verdict is Verdict.CEASE:
+            _check_ceases(pocket, limits)
+    worst = max(report.pockets, key=lambda pocket: pocket.verdict, default=None)
+    if worst is not None and report.verdict < worst.verdict:
+        raise InputError(f"verdict: {report.verdict} does not fit pocket {worst.id}, {worst.verdict}; {_REMEDY}")
+    seen = report.coverage
+    if report.verdict is Verdict.CEASE and (seen is None or not seen >= limits.min_coverage):
+        share = "unknown" if seen is None else f"{seen:.4g}"
+        raise InputError(
+            f"verdict: {report.verdict} does not fit coverage, which is {share}, at least {limits.min_coverage:g} "
+            f"is needed; {_REMEDY}"
+        )
+
+
+def _check_complete(pockets: Sequence[PocketReport]) -> None:
+    numbers = [pocket.id for pocket in pockets]
+    if numbers != list(range(1, len(numbers) + 1)):
+        lacking = min(set(range(1, len(numbers) + 1)) - set(numbers), default=0)
+        raise InputError(f"pockets: expected all from 1 to {len(numbers)} in order, pocket {lacking} lacks; {_REMEDY}")
+
+
+def _check_ceases(pocket: PocketReport, limits: Criteria) -> None:
+    solve, excess = pocket.solve, pocket.excess
+    rms, ridge, bridge = (
+        math.nan if value is None else value
+        for value in (pocket.rms_mm, pocket.ridge_height_mm, pocket.bridge_height_mm or 0.0)
+    )
+    name = f"pockets[{pocket.id - 1}]"
+    try:
+        judged = judge(
+            certified=solve is not None and solve.certified,
+            rms_mm=rms,
+            ridge_height_mm=ridge,
+            bridge_height_mm=bridge,
+            rms_range_mm=pocket.rms_range_mm,
+            ridge_range_mm=pocket.ridge_range_mm,
+            compliant=solve is not None and solve.compliant,
+            coverage=pocket.measured_share,
+            inside_ply=excess is not None or pocket.decided_by == "excess",
+            excess_range_mm=None if excess is None else excess.range_mm,
+            no_bridge=excess is not None
+            and excess.bridge_bound_mm <= limits.max_ridge_height_mm - limits.ridge_margin_mm,
+            criteria=limits,
+        )
+    except InputError as error:
+        raise InputError(f"{name}.{error}; {_REMEDY}") from None
+    if judged.verdict is not Verdict.CEASE:
+        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit its figures: {judged.reason}; {_REMEDY}")
+
+
+def _criteria(report: ReportData) -> Criteria:
+    limits = report.recipe.get("verdict", {})
+    names = {"max_ridge_mm": "max_ridge_height_mm"}
+    try:
+        return Criteria(**{names.get(name, name): value for name, value in limits.items()})
+    except (AttributeError, TypeError, InputError) as error:
+        raise InputError(f"recipe.verdict: {error}") from None

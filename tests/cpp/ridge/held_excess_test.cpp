@@ -1,0 +1,116 @@
+#include "debulk/ridge/held_excess.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "debulk/net/fibre_net.hpp"
+#include "debulk/ridge/mold_length.hpp"
+#include "test_nets.hpp"
+
+namespace debulk {
+namespace {
+
+using test::Cylinder;
+using test::Plane;
+
+Net as_net(const test::TestNet& given, NodeKind ends) {
+  Net net;
+  net.nodes = given.nodes;
+  net.neighbours = given.neighbours;
+  net.inside = given.inside;
+  for (const Neighbours& n : net.neighbours) net.kinds.push_back(n[east] < 0 || n[west] < 0 ? ends : NodeKind::inner);
+  return net;
+}
+
+TEST(HeldExcess, CountsFibresWithBothEndsFixed) {
+  const auto points = test::profile({0, 2, 3, 1, 0}, 8);
+  Net net = as_net(test::extruded({0, 2, 3, 1, 0}, 8, 3), NodeKind::fixed);
+  const HeldExcess all = held_excess(net, Plane());
+  EXPECT_EQ(all.segments, 4);
+  EXPECT_NEAR(all.largest, 32 - points.back().x(), 1e-12);
+  EXPECT_EQ(all.bridge_bound, 0);
+  // Three along the first direction; along the second, the two through fixed nodes, which lie on the mold.
+  EXPECT_EQ(all.fibres, 5);
+  for (std::size_t k = 0; k < net.kinds.size(); k += 5) net.kinds[k] = NodeKind::free;
+  const HeldExcess loose = held_excess(net, Plane());
+  EXPECT_EQ(loose.fibres, 1);
+  EXPECT_NEAR(loose.largest, 0, 1e-12);
+}
+
+TEST(HeldExcess, BoundsABridgeByTheTautString) {
+  const Cylinder hollow(-150), hill(150);
+  for (const double lift : {0.0, 5.0}) {
+    const Net net = as_net(test::make_net(11, 2,
+                                          [&](int i, int j) -> Eigen::Vector3d {
+                                            const double x = 10.0 * (i - 5);
+                                            return {x, 8.0 * j, hollow.height({50, 0}) + (i % 2 ? lift : 0.0)};
+                                          }),
+                           NodeKind::fixed);
+    const double sag = 150 - std::sqrt(150.0 * 150.0 - 50.0 * 50.0);
+    EXPECT_NEAR(held_excess(net, hollow).bridge_bound, lift == 0 ? sag : 0.0, 0.01) << lift;  // lifted, it is longer than the mold
+  }
+  const Net flush = as_net(test::make_net(11, 2,
+                                          [&](int i, int j) -> Eigen::Vector3d {
+                                            const double x = 10.0 * (i - 5);
+                                            return {x, 8.0 * j, hill.height({50, 0})};
+                                          }),
+                           NodeKind::fixed);
+  EXPECT_LT(held_excess(flush, hill).bridge_bound, 1e-9);  // shorter than the mold, but over a hill nothing bridges
+}
+
+TEST(HeldExcess, NoiseMovesTheLengthAsSaid) {
+  // A bell along the fibre over a flat mold, its nodes' heights seen with noise: mean and scatter of the excess.
+  const double spacing = 5, sigma = 0.02;
+  const auto bell = [&](double x) { return 4 * std::exp(-x * x / 500); };
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, sigma);
+  const auto excess = [&](bool noisy) {
+    const Net net = as_net(test::make_net(21, 1,
+                                          [&](int i, int) -> Eigen::Vector3d {
+                                            const double x = spacing * (i - 10);
+                                            return {x, 0, i == 0 || i == 20 ? 0.0 : bell(x) + (noisy ? noise(random) : 0.0)};
+                                          }),
+                           NodeKind::fixed);
+    return held_excess(net, Plane());
+  };
+  const HeldExcess clean = excess(false);
+  double sum = 0, squares = 0;
+  constexpr int count = 4000;
+  for (int k = 0; k < count; ++k) {
+    const double off = excess(true).largest - clean.largest;
+    sum += off, squares += off * off;
+  }
+  const double mean = sum / count, deviation = std::sqrt(squares / count - mean * mean);
+  EXPECT_NEAR(deviation, clean.noise_gain * sigma, 0.05 * deviation);
+  EXPECT_NEAR(mean, clean.segments * sigma * sigma / spacing, 0.15 * mean);  // slopes make it a little less
+}
+
+struct Bell : Surface {
+  SurfaceSample sample(const Eigen::Vector2d& p) const override {
+    SurfaceSample s;
+    const double h = 5 * std::exp(-p.squaredNorm() / 400);
+    s.height = h;
+    s.gradient = -p * h / 200;
+    s.hessian = p * p.transpose() * h / 40000 - Eigen::Matrix2d::Identity() * h / 200;
+    return s;
+  }
+};
+
+TEST(HeldExcess, GrowsWithTheSquareOfTheSpacing) {
+  PocketShape shape;
+  shape.angles = {0, 1.5707963267948966};
+  for (int k = 0; k < 120; ++k) shape.outline.emplace_back(50 * std::cos(k * 0.05235987755982989), 50 * std::sin(k * 0.05235987755982989));
+  const auto at = [&](double spacing) {
+    FibreNetOptions options;
+    options.spacing = spacing;
+    return held_excess(fibre_net(Bell(), Plane(), shape, options).net, Plane()).largest;
+  };
+  const double limit = at(0.75), coarse = at(9), half = at(4.5);
+  EXPECT_LT(coarse, 0.99 * limit);
+  EXPECT_LT(std::abs(half + (half - coarse) / 3 - limit), 0.25 * (limit - half));
+}
+
+}  // namespace
+}  // namespace debulk

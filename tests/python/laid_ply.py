@@ -1,0 +1,63 @@
+"""A ply laid on a virtual layup's mold, with whatever shape stands on it: its scan, as the layup's camera sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+import debulk
+from debulk import pocket, scenes
+from debulk.recipe import Recipe
+
+Floats = NDArray[np.float64]
+Shape = Callable[[Floats, Floats], Floats]  # height above the laid ply from x and y, mold frame, mm
+
+CENTRE_MM = (0.0, 0.0)
+THICKNESS_MM = 0.3
+
+
+@cache
+def layup(seed: int = 3) -> scenes.Layup:
+    """Return the layup whose mold, camera and outline are used."""
+    return scenes.layup(seed, (1280, 960))
+
+
+@cache
+def inspector(regions: bool = True) -> debulk.Inspector:
+    """Prepare for scans of plies on that mold."""
+    one = layup()
+    recipe = Recipe(segmentation={"regions": regions})
+    return debulk.Inspector(recipe, one.reference, one.ply_outline, mold_from_scanner=one.mold_from_scanner)
+
+
+def scan(shape: Shape, noise_mm: float = 0.02, seed: int = 0) -> NDArray[np.float32]:
+    """Move each point of the reference along its ray to where the ply is: a thickness and the shape above the mold."""
+    pose, reference = layup().mold_from_scanner, inspector().reference
+    points = layup().reference.reshape(-1, 3).astype(np.float64) @ pose[:3, :3].T + pose[:3, 3]
+    seen = np.isfinite(points).all(axis=1)
+    at = points[seen]
+    rays = at - pose[:3, 3]
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    inside = pocket.inside(layup().ply_outline, at[:, :2])
+    for _ in range(6):
+        x, y = at[inside, 0], at[inside, 1]
+        off = reference.height(np.stack([x, y], axis=1)) + THICKNESS_MM + shape(x, y) - at[inside, 2]
+        at[inside] += rays[inside] * (off / rays[inside, 2])[:, None]
+    at += rays * np.random.default_rng(seed).normal(0.0, noise_mm, len(at))[:, None]
+    points[seen] = at
+    back = (points - pose[:3, 3]) @ pose[:3, :3]
+    return back.astype(np.float32).reshape(layup().reference.shape)
+
+
+def bell(x0: float, y0: float, wide_mm: float, high_mm: float, long_mm: float | None = None) -> Shape:
+    """Squares of cosines along x and y; `wide_mm` and `long_mm` from foot to foot."""
+    long_mm = wide_mm if long_mm is None else long_mm
+
+    def height(x: Floats, y: Floats) -> Floats:
+        u, v = np.clip((x - x0) / wide_mm, -0.5, 0.5), np.clip((y - y0) / long_mm, -0.5, 0.5)
+        return high_mm * (np.cos(np.pi * u) * np.cos(np.pi * v)) ** 2
+
+    return height

@@ -1,0 +1,117 @@
+"""A report whose JSON was edited to a better verdict is refused."""
+
+import json
+
+import pytest
+
+import debulk
+from debulk import InputError, Report, Verdict
+
+LENIENT = {"max_rms_mm": 5.0, "max_ridge_mm": 9.0}
+
+
+def inspected(recipe):
+    layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    inspector = debulk.Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    return json.loads(json.dumps(inspector.inspect(layup.scan).to_dict()))
+
+
+@pytest.fixture(scope="module")
+def creases():
+    return inspected(None)
+
+
+@pytest.fixture(scope="module")
+def ceases():
+    """All pockets cease by RMS, ridge and bridge."""
+    return inspected(debulk.Recipe(verdict=LENIENT | {"criterion": "paper"}))
+
+
+@pytest.fixture(scope="module")
+def ceases_by_excess():
+    return inspected(debulk.Recipe(verdict=LENIENT | {"criterion": "excess"}))
+
+
+def load(tree, folder):
+    (folder / "x.json").write_text(json.dumps(tree))
+    return Report.load(folder / "x.json")
+
+
+def edited(tree, edit):
+    tree = json.loads(json.dumps(tree))
+    edit(tree)
+    return tree
+
+
+def test_what_an_inspection_wrote_is_read(creases, ceases, ceases_by_excess, tmp_path):
+    assert load(ceases_by_excess, tmp_path).verdict is Verdict.CEASE
+    assert load(creases, tmp_path).verdict is Verdict.CREASE
+    assert load(ceases, tmp_path).verdict is Verdict.CEASE
+
+
+def all_cease(tree):
+    tree["verdict"] = "cease"
+    for pocket in tree["pockets"]:
+        pocket["verdict"] = "cease"
+
+
+def without_the_creasing(tree):
+    tree["verdict"] = "cease"
+    tree["pockets"] = [pocket for pocket in tree["pockets"] if pocket["verdict"] == "cease"]
+
+
+@pytest.mark.parametrize(
+    ("edit", "part"),
+    [
+        (lambda t: t.update(verdict="cease"), "verdict: cease does not fit pocket"),
+        (lambda t: t.update(verdict="undecided"), "verdict: undecided does not fit pocket"),
+        (all_cease, "verdict: cease does not fit its figures: ridge"),
+        (without_the_creasing, "pockets: expected all from 1 to"),
+    ],
+)
+def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, part):
+    with pytest.raises(InputError) as caught:
+        load(edited(creases, edit), tmp_path)
+    assert part in str(caught.value)
+    assert "x.json" in str(caught.value) and "was the file edited? Inspect the scan again" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("edit", "part"),
+    [
+        (lambda t: t.update(coverage=0.97), "verdict: cease does not fit coverage, which is 0.97, at least 0.98"),
+        (lambda t: t.update(coverage=None), "does not fit coverage, which is unknown"),
+        (lambda t: t.update(coverage="NaN"), "does not fit coverage, which is nan"),
+        (lambda t: t["recipe"].pop("verdict"), "does not fit its figures"),
+        (lambda t: t["recipe"]["verdict"].update(max_rms_mm=0.001), "does not fit its figures: RMS"),
+        (lambda t: t["recipe"]["verdict"].update(max_rms_mm="much"), "recipe.verdict: "),
+        (lambda t: t["recipe"].update(verdict=[]), "recipe.verdict: "),
+        (lambda t: t["pockets"][2]["solve"].update(certified=False), "pockets[2].verdict: cease does not fit"),
+        (lambda t: t["pockets"][2].update(solve=None), "pockets[2].verdict: cease does not fit"),
+        (lambda t: t["pockets"][2].update(rms_mm=None, rms_range_mm=None), "pockets[2].verdict: cease does not fit"),
+        (lambda t: t["pockets"][2].update(rms_range_mm=[0.2, 5.1]), "pockets[2].verdict: cease does not fit"),
+        (lambda t: t["pockets"][2].update(bridge_height_mm=9.1), "pockets[2].verdict: cease does not fit"),
+        (lambda t: t["pockets"][2].update(measured_share=0.5), "pockets[2].verdict: cease does not fit"),
+        (lambda t: t["pockets"][2].update(measured_share=7), "pockets[2].coverage: expected a share from 0 to 1"),
+        (lambda t: t["pockets"][2].update(verdict="crease"), "verdict: cease does not fit pocket 3, crease"),
+    ],
+)
+def test_a_good_layup_needs_its_evidence(ceases, tmp_path, edit, part):
+    with pytest.raises(InputError) as caught:
+        load(edited(ceases, edit), tmp_path)
+    assert part in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda p: p["excess"].update(range_mm=[1.0, 9.1]),
+        lambda p: p.update(excess=None),
+        lambda p: (p["excess"].update(bridge_bound_mm=9.1), p["solve"].update(certified=False)),
+        lambda p: p.update(measured_share=0.5),
+    ],
+)
+def test_so_does_one_by_the_excess_length(ceases_by_excess, tmp_path, edit):
+    number = next(p["id"] for p in ceases_by_excess["pockets"] if p["decided_by"] == "excess")
+    with pytest.raises(InputError, match=rf"pockets\[{number - 1}\].verdict: cease does not fit its figures"):
+        load(edited(ceases_by_excess, lambda t: edit(t["pockets"][number - 1])), tmp_path)
