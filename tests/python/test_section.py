@@ -15,9 +15,7 @@ from debulk.section import elastic_height, fold
 from debulk.verdict import natural_length
 
 # A natural length of 1 mm and a pressure of 1 MPa: figures are in units of l, P l.
-UNIT = Recipe(
-    material={"thickness_mm": 0.1, "young_mpa": 12000.0}, loads={"pressure_mpa": 1.0}, level={"tol_mm": 0.05}
-)
+UNIT = Recipe(material={"thickness_mm": 0.1, "young_mpa": 12000.0}, loads={"pressure_mpa": 1.0}, level={"tol_mm": 0.05})
 LINES = {"recipe": UNIT, "contact_distance_mm": 0.0}  # flanks touch as lines, as in the exact values
 
 # (dL/l, pressure): h/l, foot width/l, end force/(P l)

@@ -25,7 +25,9 @@ class PointIndex {
   int row(std::size_t n) const { return static_cast<int>(points_[n] / nx_); }
   // The points of a row are [begin, end) of the list; a row without points has none.
   std::size_t begin(int row) const { return row < first_row_ || row > last_row_ ? 0 : starts_[static_cast<std::size_t>(row - first_row_)]; }
-  std::size_t end(int row) const { return row < first_row_ || row > last_row_ ? 0 : starts_[static_cast<std::size_t>(row - first_row_) + 1]; }
+  std::size_t end(int row) const {
+    return row < first_row_ || row > last_row_ ? 0 : starts_[static_cast<std::size_t>(row - first_row_) + 1];
+  }
   // -1: not in the list. i may lie outside the grid.
   long find(int i, int j) const {
     if (i < 0 || static_cast<std::size_t>(i) >= nx_ || j < 0) return -1;

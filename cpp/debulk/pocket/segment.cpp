@@ -178,8 +178,7 @@ bool Segmenter::bridge_components(const Components& components, bool all_of_them
     if (!all_of_them && reaches_border(components, r, out_.heights)) return;
     const std::vector<std::size_t> points = members(components, r, out_.heights.nx);
     const DropOutOptions drop_out{out_.options.cut_height_mm / 4, out_.options.bridge_mm};
-    if (all_of_them || is_drop_out(out_.heights, points, drop_out, stop))
-      bridged_[r] = thin_plate(out_.heights, points, kLevelling, stop);
+    if (all_of_them || is_drop_out(out_.heights, points, drop_out, stop)) bridged_[r] = thin_plate(out_.heights, points, kLevelling, stop);
   });
   bool any = false;
   for (std::size_t r = 0; r < count; ++r) {

@@ -44,7 +44,8 @@ class Minimiser {
  public:
   explicit Minimiser(std::shared_ptr<const Sheet> sheet);
 
-  // The sheet under vacuum from each start (docs/solver.md, section 10), in their order. A stopped run returns those that were begun, at least the first.
+  // The sheet under vacuum from each start (docs/solver.md, section 10), in their order. A stopped run returns those that were begun, at
+  // least the first.
   std::vector<Minimum> run(const MinimiseOptions& options, const Points* start = nullptr) const;
 
  private:

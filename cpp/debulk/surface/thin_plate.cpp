@@ -101,7 +101,7 @@ class PlateEquations {
   }
 
   const Grid<Number>& heights_;
-  PointIndex points_;  // the unknown heights
+  PointIndex points_;                            // the unknown heights
   std::vector<Eigen::Triplet<double>> entries_;  // lower triangle
   Eigen::VectorXd right_;
   bool anchored_ = false;
@@ -137,7 +137,8 @@ std::vector<double> coarse_plate(const Grid<Number>& heights, const std::vector<
   const int stride = coarse_stride(points, unknown.size());
   const auto floor_div = [](int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); };
   // Two nodes more on each side: what tells the slopes.
-  const int first_i = points.column(0) + (floor_div(left - points.column(0), stride) - 2) * stride, first_j = points.first_row() - 2 * stride;
+  const int first_i = points.column(0) + (floor_div(left - points.column(0), stride) - 2) * stride,
+            first_j = points.first_row() - 2 * stride;
   Grid<double> coarse((right - first_i) / stride + 4, (points.last_row() - first_j) / stride + 4, heights.origin, heights.spacing * stride);
   std::vector<std::size_t> wanted;
   for (int b = 0; b < coarse.ny; ++b) {

@@ -55,8 +55,7 @@ TEST(ThinPlate, StripsRingsAndMeshesOfManyPointsStayAccurate) {
   const double strip = worst_error(4000, 60, [](int i, int j) { return i > 5 && i < 3990 && j > 17 && j < 42; }, count);
   EXPECT_GT(count, 90000u);
   EXPECT_LT(strip, 0.01);
-  const double ring = worst_error(
-      1500, 1500, [](int i, int j) { return std::abs(std::hypot(i - 750.3, j - 749.6) - 700) < 6; }, count);
+  const double ring = worst_error(1500, 1500, [](int i, int j) { return std::abs(std::hypot(i - 750.3, j - 749.6) - 700) < 6; }, count);
   EXPECT_GT(count, 40000u);
   EXPECT_LT(ring, 0.01);
   std::mt19937 random(3);

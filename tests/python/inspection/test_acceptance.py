@@ -58,7 +58,7 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
         assert p.solve.kkt_error <= 1e-4
         assert p.solve.length_error <= 1e-4
         assert p.solve.penetration_mm <= 1e-3
-        assert 90 <= p.node_count <= 110
+        assert 90 <= p.node_count <= 300  # more than the target where the outline would hold too few of them
         assert np.all(np.abs(_lengths(p.net.nodes_mm, p.net.edges) / p.spacing_mm - 1) < 1e-9)
         assert np.all(np.abs(_lengths(p.debulked_mm, p.net.edges) / p.spacing_mm - 1) < 1e-4)
     assert report.coverage > 0.99
