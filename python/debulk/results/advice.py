@@ -44,9 +44,13 @@ def advice(report: ReportData) -> list[str]:
         if hole.at_best is not None:
             remedy = "complete the reference" if hole.of == "reference" else "scan again"
             lines.append(f"{remedy} because of {hole_line(hole)}")
-    if lines:
-        return lines
-    return ["change nothing"] if report.verdict is Verdict.CEASE else ["mend what the reason names, then scan again"]
+    if report.verdict is Verdict.CEASE:
+        return lines or ["change nothing"]
+    # A coverage too low, or a bump that was cut off, stands in the layup's reason alone.
+    covered = [p.verdict for p in report.pockets] + [hole.at_best for hole in report.unseen if hole.at_best]
+    if not lines or (report.verdict not in covered and not report.wrinkles):
+        lines.insert(0, "mend what the reason above names, then scan again")
+    return lines
 
 
 def level_off(report: ReportData) -> bool:

@@ -10,7 +10,7 @@ import pytest
 from debulk.report import Report
 from debulk.results.advice import advice, deciding
 from debulk.results.level import Level
-from debulk.results.report import UnseenHole
+from debulk.results.report import UnseenHole, Wrinkle
 from debulk.results.report_text import csv_text, table
 from debulk.verdict import Verdict
 
@@ -74,3 +74,21 @@ def test_before_the_level_is_right_no_pocket_counts(report):
     for wrong in ({"laid_mm": 0.45}, {"laid_mm": 0.15}, {"low_share": 0.2}):
         off = dataclasses.replace(right, level=dataclasses.replace(LEVEL, **wrong))
         assert len(advice(off)) == 1 and advice(off)[0].startswith("check the pose")
+
+
+def test_what_only_the_layups_reason_names_comes_first(report):
+    creasing = tuple(p for p in report.pockets if p.verdict is Verdict.CREASE)
+    cut_off = dataclasses.replace(report, verdict=Verdict.INVALID, reason="the coverage is 40 %", pockets=creasing)
+    assert advice(cut_off)[0].startswith("mend what the reason above names")
+    assert advice(cut_off)[1].startswith("smooth")
+    named = dataclasses.replace(cut_off, verdict=Verdict.CREASE)
+    assert advice(named) == advice(cut_off)[1:]
+
+
+def test_a_standing_wrinkle_is_to_be_smoothed(report):
+    wrinkle = Wrinkle(
+        start_mm=(10, 20), end_mm=(70, 20), length_mm=60, height_mm=2, width_mm=3, excess_length_mm=2,
+        ridge_height_mm=1.2,
+    )  # fmt: skip
+    creased = dataclasses.replace(report, verdict=Verdict.CREASE, pockets=(), wrinkles=(wrinkle,))
+    assert advice(creased) == ["smooth the wrinkle of 60 mm from (10, 20) to (70, 20) mm, then scan again"]
