@@ -54,7 +54,7 @@ def report(
         timings_ms=timings_ms,
         left_out=left_out.merged(entries),
         coverage=seen,
-        unseen=unseen.holes(found),
+        unseen=unseen.holes(found, pockets, ply.recipe),
         wrinkles=tuple(standing),
         level=placed.level,
         warnings=placed.warnings,

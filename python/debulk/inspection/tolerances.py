@@ -89,6 +89,7 @@ def left_out(bumps: Sequence[Bump], recipe: Recipe) -> tuple[LeftOut, ...]:
             why=f"no pocket: below the tolerance of {bump.dropped.reason}; {bump.why}",
             bound=f"stands {bump.dropped.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² "
             f"at the cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
+            place_mm=(float(bump.dropped.centroid_mm[0]), float(bump.dropped.centroid_mm[1])),
         )
         for bump in bumps
         if bump.found is None

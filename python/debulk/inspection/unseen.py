@@ -26,7 +26,7 @@ def standing_mm(recipe: Recipe) -> float:
     return max(recipe.segmentation.cut_height_mm / 4, recipe.material.thickness_mm + recipe.patch.mold_tol_mm)
 
 
-def holes(found: Found) -> tuple[UnseenHole, ...]:
+def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tuple[UnseenHole, ...]:
     """Return the holes of a scan as the report lists them; those that the rule filled in are left out."""
     return tuple(
         UnseenHole(
@@ -37,6 +37,7 @@ def holes(found: Found) -> tuple[UnseenHole, ...]:
             rim_height_mm=hole.rim_height,
             of="mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan",
             at_ply_edge=hole.at_ply_edge,
+            at_best=None if (doubt := _doubt(hole, hidden, pockets, recipe)) is None else doubt.verdict,
         )
         for hole, hidden in _with_masked(found)
         if not hole.filled
@@ -49,19 +50,8 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
     A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
     whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket.
     """
-    area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
-    out = []
-    for hole, hidden in _with_masked(found):
-        name = _name(hole)
-        rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
-        if hole.filled:
-            if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
-                out.append(Judgement(Verdict.INVALID, rises))
-        elif hole.rim_height >= high:
-            if hole.thickness > BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
-                out.append(Judgement(Verdict.INVALID, rises))
-        elif hole.thickness > BRIDGE_MM and not hidden:
-            out.append(Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again"))
+    judged = (_doubt(hole, hidden, pockets, recipe) for hole, hidden in _with_masked(found))
+    out = [doubt for doubt in judged if doubt is not None]
     for bump in found.dropped:
         share = bump.measured_share
         if not bump.touches_unknown and share >= recipe.verdict.min_pocket_coverage:
@@ -71,6 +61,22 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
         reason = f"a bump of at least {bump.area_mm2 / 100:.2g} cm² at {place} {why}: scan again"
         out.append(Judgement(Verdict.INVALID, reason))
     return out
+
+
+def _doubt(hole: pocket.UnseenHole, hidden: bool, pockets: Sequence[PocketReport], recipe: Recipe) -> Judgement | None:
+    """Judge one hole; None: it leaves the verdict as it is."""
+    area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
+    name = _name(hole)
+    rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
+    if hole.filled:
+        if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
+            return Judgement(Verdict.INVALID, rises)
+    elif hole.rim_height >= high:
+        if hole.thickness > BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
+            return Judgement(Verdict.INVALID, rises)
+    elif hole.thickness > BRIDGE_MM and not hidden:
+        return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
+    return None
 
 
 def beside(found: FoundPocket) -> str:

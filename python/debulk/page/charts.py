@@ -43,20 +43,26 @@ class Row(NamedTuple):
     measured: float | None = None
 
 
-def bar_chart(title: str, rows: list[Row], limit: float | None, digits: int, note: str = "") -> Chart:
-    """Make a chart of the pockets' figures; its width is the largest figure's."""
+def bar_chart(
+    title: str, rows: list[Row], limit: float | None, digits: int, note: str = "", floor: float = 0.0
+) -> Chart:
+    """Make a chart of the pockets' figures; its width is the largest figure's above the `floor`, where bars start."""
     tops = [top for row in rows for top in (row.value, row.measured, row.span and row.span[1]) if top is not None]
-    full = max([*tops, 1.15 * limit if limit else 0.0]) or 1.0
+    full = max([*tops, floor + 1.15 * (limit - floor) if limit else 0.0])
+    full = full if full > floor else floor + 1.0
+
+    def at(value: float) -> float:
+        return max(0.0, 100 * (value - floor) / (full - floor))
 
     def bar(row: Row) -> Bar:
-        low, high = (100 * s / full for s in row.span) if row.span and row.span[1] > row.span[0] else (None, None)
-        percent = 0.0 if row.value is None else 100 * row.value / full
-        measured = None if row.measured is None else 100 * row.measured / full
+        low, high = (at(s) for s in row.span) if row.span and row.span[1] > row.span[0] else (None, None)
+        percent = 0.0 if row.value is None else at(row.value)
+        measured = None if row.measured is None else at(row.measured)
         text, sign = number(row.value, digits), LOOKS[row.verdict].sign
         if row.measured is not None:
             text += f" ◆ {number(row.measured, digits)}"
         return Bar(str(row.id), text, percent, row.verdict.value, sign, low, high, measured)
 
-    bars, at = [bar(row) for row in rows], 100 * limit / full if limit else None
+    bars, limit_at = [bar(row) for row in rows], at(limit) if limit else None
     wide = any(row.measured is not None for row in rows)
-    return Chart(title, bars, at, f"limit {limit:.2f} mm" if limit else "", note, wide)
+    return Chart(title, bars, limit_at, f"limit {limit:.2f} mm" if limit else "", note, wide)

@@ -11,8 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.page import map_marks
+from debulk.page.map_marks import Spot, Tick
+
 if TYPE_CHECKING:
     from debulk.grid import Grid
+    from debulk.results.report import ReportData
 
 _MAX_PIXELS = 1400  # width and height of the picture
 _MAX_PNG_BYTES = 1_350_000
@@ -46,7 +50,12 @@ class PlyMap(NamedTuple):
     ply: str
     marks: list[Mark]
     font: float
-    bar_mm: float
+    x_ticks: list[Tick]
+    y_ticks: list[Tick]
+    holes: list[Spot]
+    bumps: list[Spot]
+    wrinkles: list[Spot]
+    fibres: list[Spot]
 
 
 def colours(count: int) -> list[str]:
@@ -71,7 +80,11 @@ class Area(NamedTuple):
 
 
 def ply_map(
-    grid: Grid | None, ply_outline: NDArray[np.float64] | None, areas: Sequence[Area], top_mm: float | None
+    grid: Grid | None,
+    ply_outline: NDArray[np.float64] | None,
+    areas: Sequence[Area],
+    top_mm: float | None,
+    report: ReportData | None = None,
 ) -> PlyMap | None:
     """Return the map, or None if there is nothing to draw.
 
@@ -83,6 +96,8 @@ def ply_map(
         The pockets.
     top_mm
         Upper end of the colours; None: the highest that was seen but for a thousandth of the map.
+    report
+        Whose holes, bumps and fibre directions are marked; None: none are.
     """
     areas = [area for area in areas if len(area.outline_mm)]
     outlines = [area.outline_mm for area in areas]
@@ -119,10 +134,16 @@ def ply_map(
     ]
     step = nice(top / 5)
     ticks = [(100 * k * step / top, f"{k * step:g}") for k in range(int(top / step + 1e-9) + 1)]
+    spacing = nice(max(width, height) / 8)
     ply = "" if ply_outline is None else path(ply_outline, _MAX_CORNERS)
     return PlyMap(
         float(low[0]), -float(high[1]), width, height, image, image_box, top, ticks, colours(12), ply, marks, font,
-        nice(width / 8),
+        map_marks.ticks(float(low[0]), float(high[0]), spacing, 1),
+        map_marks.ticks(float(low[1]), float(high[1]), spacing, -1),
+        map_marks.holes(report.unseen if report else ()),
+        map_marks.bumps(report.left_out if report else (), report.pockets if report else (), 0.3 * font),
+        map_marks.wrinkles(report.wrinkles if report else ()),
+        map_marks.fibres(report.pockets if report else (), 0.7 * font),
     )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 420, 260
 COLOURS = 32
+COARSE = "coarse net at its minimum"
 _EDGE = 12.0
 _ELEVATION = np.radians(32.0)
 _EXAGGERATIONS = (1, 2, 3, 5, 8, 12, 20)
@@ -32,10 +33,15 @@ class View(NamedTuple):
     title: str
     markup: str
     high_mm: float
+    coarse: bool = False
 
 
 class NetViews(NamedTuple):
-    """Before and after, at one scale and in the same colours; `data` is what the script turns."""
+    """Before and after, at one scale and in the same colours; `data` is what the script turns.
+
+    The last view is the coarse net that was solved; the one before it the ply that follows, its ridges as high as the
+    real ply's.
+    """
 
     views: list[View]
     exaggeration: int
@@ -63,7 +69,9 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
         return None
     states = [("before", net.nodes_mm, initial_gap(pocket))]
     if pocket.debulked_mm is not None and pocket.debulked_gap_mm is not None:
-        states.append(("after debulking", pocket.debulked_mm, pocket.debulked_gap_mm))
+        if pocket.post_processed_gap_mm is not None:
+            states.append(("after debulking", pocket.debulked_mm, pocket.post_processed_gap_mm))
+        states.append((COARSE, pocket.debulked_mm, pocket.debulked_gap_mm))
     turn = _side(net.nodes_mm)
     flat = [nodes[:, :2] @ turn for _, nodes, _ in states]
     every = np.concatenate(flat)
@@ -77,7 +85,7 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
     shape = _Shape(_cells(net), net.kinds.tolist(), section or [])
     loose = _loose(net, shape.cells)
     views = [
-        View(title, _markup(solid, shape, loose, frame, exaggeration), float(gap.max()))
+        View(title, _markup(solid, shape, loose, frame, exaggeration), float(gap.max()), title is COARSE)
         for solid, (title, _, gap) in zip(solids, states, strict=True)
     ]
     data: dict[str, Any] = {

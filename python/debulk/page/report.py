@@ -10,6 +10,7 @@ from debulk.page.charts import Bar, Chart, Row, bar_chart
 from debulk.page.map import Area, ply_map
 from debulk.page.render import render
 from debulk.page.trace import trace_lists
+from debulk.results.advice import advice, deciding, hole_line, level_line
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -38,12 +39,17 @@ def page(report: ReportData) -> str:
     True
     """
     limits = report.recipe.get("verdict", {})
+    floor = _floor(report)
     areas = [Area(p.id, p.verdict.value, p.outline_mm) for p in report.pockets]
     return render(
         "report.html.j2",
         report=report,
         counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
-        map=ply_map(report.height_map, report.ply_outline_mm, areas, _top(report)),
+        map=ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report),
+        advice=advice(report),
+        deciding=deciding(report),
+        level_line=level_line(report.level) if report.level else "",
+        hole_line=hole_line,
         verdict_of={p.id: p.verdict for p in report.pockets},
         drawings=_drawings(report),
         limits=limits,
@@ -60,7 +66,8 @@ def page(report: ReportData) -> str:
                 [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in report.pockets],
                 limits.get("max_rms_mm"),
                 3,
-                "thin line: range over the starts",
+                "thin line: range over the starts" + (f"; {floor.why}" if floor else ""),
+                floor=floor.rms_mm if floor else 0.0,
             ),
             bar_chart(
                 "Predicted ridge height, mm",
@@ -75,6 +82,27 @@ def page(report: ReportData) -> str:
         recipe=_recipe(report),
         trace=trace_lists(report),
     )
+
+
+class Floor(NamedTuple):
+    """The RMS below which no pocket can come, and why."""
+
+    rms_mm: float
+    why: str
+
+
+def _floor(report: ReportData) -> Floor | None:
+    """Return the consolidated ply's thickness, which is the gap where it lies on the mold; None: unknown, or no use."""
+    material, limit = report.recipe.get("material", {}), report.recipe.get("verdict", {}).get("max_rms_mm")
+    thickness, bulk = material.get("thickness_mm"), material.get("bulk_factor")
+    if not thickness or not bulk or not limit or thickness / bulk >= limit:
+        return None
+    laid = thickness / bulk
+    why = (
+        f"bars start at {laid:.3f} mm, the RMS of a ply that lies flat on the mold: its thickness of {thickness:g} mm "
+        f"over the bulk factor of {bulk:g}; only what is above that comes from ridges and bridges"
+    )
+    return Floor(laid, why)
 
 
 def total_ms(report: ReportData) -> float:

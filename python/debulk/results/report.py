@@ -275,14 +275,32 @@ class PocketReport(Record):
             if self.ridge_nodes is not None:
                 _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
 
+    @property
+    def centroid_mm(self) -> tuple[float, float] | None:
+        """Mold XY of the middle of the outline's area; None without an outline that has an area."""
+        if not len(self.outline_mm):
+            return None
+        middle = self.outline_mm.mean(axis=0)
+        x, y = (self.outline_mm - middle).T
+        twice = x * np.roll(y, -1) - np.roll(x, -1) * y
+        area = 0.5 * float(twice.sum())
+        if area == 0.0:
+            return None
+        cx, cy = (float(np.sum((c + np.roll(c, -1)) * twice)) / (6 * area) for c in (x, y))
+        return float(middle[0]) + cx, float(middle[1]) + cy
+
 
 @dataclass(frozen=True, kw_only=True)
 class LeftOut:
-    """Something that the inspection did not take into account: what, why, and a bound on what it could change."""
+    """Something that the inspection did not take into account: what, why, and a bound on what it could change.
+
+    `place_mm` is the mold XY of a bump that is no pocket.
+    """
 
     what: str
     why: str
     bound: str = ""
+    place_mm: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -303,6 +321,8 @@ class UnseenHole:
         What is missing there: ``"scan"`` or ``"reference"``; ``"mask"`` where the mask hides it.
     at_ply_edge
         It reaches the ply's edge.
+    at_best
+        The best that the layup's verdict can be because of it; None: it leaves the verdict as it is.
     """
 
     centre_mm: tuple[float, float]
@@ -312,6 +332,7 @@ class UnseenHole:
     rim_height_mm: float
     of: str
     at_ply_edge: bool = False
+    at_best: Verdict | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

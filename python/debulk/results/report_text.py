@@ -8,20 +8,24 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from debulk.results.advice import advice, hole_line, level_line
+
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
 
 HEADINGS = (
-    "#", "area cm²", "peak mm", "Δ mm", "nodes", "by ΔL mm", "RMS mm", "ridge mm", "paper", "verdict", "reason",
-    "time ms",
+    "#", "x mm", "y mm", "area cm²", "peak mm", "Δ mm", "nodes", "by ΔL mm", "RMS mm", "ridge mm", "paper", "verdict",
+    "reason", "time ms",
 )  # fmt: skip
-_TEXT_COLUMNS = {8, 9, 10}
+_TEXT_COLUMNS = {10, 11, 12}
 
 
 class Figures(NamedTuple):
     """A pocket's figures as they are shown."""
 
     id: str
+    x_mm: str
+    y_mm: str
     area_cm2: str
     peak_mm: str
     spacing_mm: str
@@ -43,8 +47,11 @@ def number(value: float | None, digits: int) -> str:
 
 def figures(pocket: PocketReport) -> Figures:
     """Round a pocket's figures for the eye."""
+    x, y = pocket.centroid_mm or (None, None)
     return Figures(
         str(pocket.id),
+        number(x, 0),
+        number(y, 0),
         number(pocket.area_mm2 / 100, 2),
         number(pocket.peak_mm, 2),
         number(pocket.spacing_mm, 2),
@@ -61,11 +68,16 @@ def figures(pocket: PocketReport) -> Figures:
 
 def table(report: ReportData, width: int | None = None) -> str:
     """Return the verdict and a line for each pocket; in a width that has no room for the reasons, these below."""
-    lines = [f"{report.verdict.name}: {report.reason}"]
+    lines = [f"{report.verdict.name}: {report.reason}", *(f"do: {line}" for line in advice(report))]
     if report.pockets:
         rows = [HEADINGS, *(tuple(figures(pocket)) for pocket in report.pockets)]
         lines += columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"))
     lines += [f"pocket {p.id} is judged: {p.promoted}" for p in report.pockets if p.promoted]
+    if report.level is not None:
+        lines.append(f"level: {level_line(report.level)}")
+    for hole in report.unseen:
+        worst = f", so the layup is {hole.at_best.name} at best" if hole.at_best else ""
+        lines.append(f"unseen: {hole_line(hole)}{worst}")
     lines += [f"warning: {warning}" for warning in report.warnings]
     for entry in report.left_out:
         lines.append(f"left out: {entry.what}: {entry.why}" + (f" ({entry.bound})" if entry.bound else ""))
@@ -98,7 +110,8 @@ def columns(
 
 
 _CSV = (
-    "id", "verdict", "reason", "decided_by", "paper_verdict", "area_mm2", "peak_mm", "volume_mm3", "measured_share",
+    "id", "verdict", "reason", "decided_by", "paper_verdict", "x_mm", "y_mm", "area_mm2", "peak_mm", "volume_mm3",
+    "measured_share",
     "touches_ply_edge", "spacing_mm", "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm",
     "ridge_low_mm", "ridge_high_mm", "ridge_length_mm", "excess_length_mm", "excess_ridge_mm", "excess_ridge_low_mm",
     "excess_ridge_high_mm", "energy_mj", "solver", "status", "certified", "iterations", "evaluations", "length_error",
@@ -125,6 +138,8 @@ def _figure(pocket: PocketReport, name: str) -> Any:
     if name in ("rms_low_mm", "rms_high_mm", "ridge_low_mm", "ridge_high_mm"):
         span = pocket.rms_range_mm if name.startswith("rms") else pocket.ridge_range_mm
         return None if span is None else span[name.endswith("high_mm")]
+    if name in ("x_mm", "y_mm"):
+        return None if pocket.centroid_mm is None else pocket.centroid_mm["xy".index(name[0])]
     if hasattr(pocket, name):
         return getattr(pocket, name)
     return getattr(pocket.solve, {"solver": "method"}.get(name, name)) if pocket.solve else None

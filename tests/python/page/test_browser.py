@@ -225,7 +225,9 @@ def test_every_drawing_shows(browser, pages, dark, script):
     """Nothing of map, nets and sections is blank: each has many colours, seen on the screen."""
     browser.open(pages / "report.html", dark=dark)
     where = "svg => { const r = svg.getBoundingClientRect(); return [r.x, r.y + scrollY, r.width, r.height]; }"
-    boxes = browser.run(f"Array.from(document.querySelectorAll('.map > svg, .net, .section-plot'), {where})")
+    boxes = browser.run(
+        f"Array.from(document.querySelectorAll('.map > svg, .net:not(.coarse *), .section-plot'), {where})"
+    )
     assert len(boxes) == 1 + 6 * 3
     if not script:
         browser.open(pages / "report.html", dark=dark, script=False)
@@ -237,6 +239,18 @@ def test_every_drawing_shows(browser, pages, dark, script):
         assert counts.max() < 0.97 * len(drawing)
     paper = whole[-5:].mean()
     assert paper < 60 if dark else paper > 240
+
+
+def test_the_coarse_net_waits_behind_its_switch(browser, pages):
+    browser.open(pages / "report.html")
+    shown = "document.querySelector('#pocket-2 .coarse .net').checkVisibility({contentVisibilityAuto: true})"
+    line = "getComputedStyle(document.querySelector('#pocket-2 .net-after')).display"
+    assert not browser.run(shown) and browser.run(line) == "none"
+    browser.run("document.querySelector('#pocket-2 .coarse summary').click()")
+    browser.settle()
+    assert browser.run(shown) and browser.run(line) != "none"
+    other = line.replace("pocket-2", "pocket-3")
+    assert browser.run(other) == "none"
 
 
 def net_box(browser, pocket):

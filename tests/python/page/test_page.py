@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 from debulk import Grid
+from debulk.page.charts import Row, bar_chart
 from debulk.page.map import _label_box, _labels, _overlap, colours, ply_map
 from debulk.page.net import HEIGHT, WIDTH, net_views
 from debulk.page.profile import profile
 from debulk.page.render import margin
 from debulk.page.report import _drawings, page
 from debulk.report import Report
+from debulk.results.report import LeftOut, UnseenHole
 from debulk.verdict import Verdict
 
 VOID = {"meta", "br", "image", "path", "circle", "rect", "link", "img", "hr", "input", "use"}
@@ -66,7 +68,7 @@ def test_the_page_loads_nothing(html):
         for name, value in attributes.items():
             assert not name.startswith("on")
             if name in ("src", "href", "xlink:href", "action", "data", "srcset"):
-                assert value.startswith(("#pocket-", "#outline-", "data:image/png;base64,"))
+                assert value.startswith(("#pocket-", "#outline-", "#map-", "data:image/png;base64,"))
     assert "://" not in html and "url(" not in html and "@import" not in html
     policy = next(a["content"] for t, a in reader.elements if t == "meta" and "http-equiv" in a)
     assert policy.startswith("default-src 'none'")
@@ -188,19 +190,21 @@ def test_margins_are_positive_inside():
 
 def test_nets_are_drawn_at_one_scale_with_their_kinds(report):
     views = net_views(report.pockets[6], [0, 1, 2])
-    before, after = views.views
+    before, after, coarse = views.views
     net = report.pockets[6].net
-    for view in (before, after):
+    for view in views.views:
         read(view.markup)
         assert view.markup.count('class="fixed"') == np.sum(net.kinds == 1)
         assert view.markup.count('class="free"') == np.sum(net.kinds == 2) > 0
         assert view.markup.count("<circle") == np.sum(net.kinds == 0)
         assert view.markup.count('class="section"') == 1
     assert before.high_mm == pytest.approx(report.pockets[6].initial_gap_mm.max())
-    assert after.high_mm == pytest.approx(report.pockets[6].debulked_gap_mm.max())
-    assert views.top_mm == pytest.approx(max(before.high_mm, after.high_mm), abs=0.01)
+    assert after.high_mm == pytest.approx(report.pockets[6].post_processed_gap_mm.max())
+    assert coarse.high_mm == pytest.approx(report.pockets[6].debulked_gap_mm.max())
+    assert [view.coarse for view in views.views] == [False, False, True]
+    assert views.top_mm == pytest.approx(max(before.high_mm, after.high_mm, coarse.high_mm), abs=0.01)
     # Nothing is drawn outside the frame.
-    for u, v in re.findall(r"[ML](-?\d+\.\d) (-?\d+\.\d)", before.markup + after.markup):
+    for u, v in re.findall(r"[ML](-?\d+\.\d) (-?\d+\.\d)", before.markup + after.markup + coarse.markup):
         assert 0 <= float(u) <= WIDTH and 0 <= float(v) <= HEIGHT
 
 
@@ -261,3 +265,45 @@ def test_there_is_no_drawing_without_a_net(report):
 def test_colours_run_from_dark_to_light():
     light = [sum(int(c[k : k + 2], 16) * w for k, w in ((1, 0.3), (3, 0.59), (5, 0.11))) for c in colours(16)]
     assert all(a < b for a, b in itertools.pairwise(light))
+
+
+def test_the_bars_of_the_rms_start_at_its_floor(report):
+    """The consolidated ply, 0.3 mm over 1.2, is the RMS of a ply that lies flat; the limit stands above it."""
+    text = " ".join(" ".join(read(page(report)).text).split())
+    assert "bars start at 0.250 mm" in text
+    rows = [Row(1, Verdict.CEASE, 0.25), Row(2, Verdict.CREASE, 0.35, (0.3, 0.35)), Row(3, Verdict.CEASE, 0.2)]
+    chart = bar_chart("", rows, 0.30, 3, floor=0.25)
+    assert [bar.percent for bar in chart.bars] == pytest.approx([0.0, 100.0, 0.0])
+    assert chart.limit_percent == pytest.approx(50.0) and chart.bars[1].low == pytest.approx(50.0)
+
+
+def test_pockets_link_to_the_map_and_back(report, html):
+    targets = {a["id"] for _, a in read(html).elements if "id" in a}
+    links = {a["href"].removeprefix("#") for _, a in read(html).elements if a.get("href", "").startswith("#")}
+    assert links <= targets
+    for pocket in report.pockets:
+        assert {f"map-{pocket.id}", f"pocket-{pocket.id}"} <= links
+
+
+def test_the_map_marks_holes_bumps_and_fibres_in_their_places(report):
+    hole = UnseenHole(
+        centre_mm=(500.0, 200.0), extent_mm=(60, 20), area_mm2=900, thickness_mm=20, rim_height_mm=0.3, of="scan"
+    )
+    bump = LeftOut(what="bump", why="no pocket", place_mm=(700.0, 90.0))
+    marked = dataclasses.replace(report, unseen=(hole,), left_out=(bump, *report.left_out))
+    drawn = ply_map(marked.height_map, marked.ply_outline_mm, [], None, marked)
+    assert [(s.x, s.y) for s in drawn.holes] == [(500.0, -200.0)] and "(500, 200)" in drawn.holes[0].title
+    ends = np.array(re.findall(r"[ML](-?\d+\.\d) (-?\d+\.\d)", drawn.holes[0].path), float)
+    assert np.hypot(ends[:, 0] / 30, ends[:, 1] / 10) == pytest.approx(np.ones(14), abs=0.02)
+    assert [(s.x, s.y) for s in drawn.bumps] == [(700.0, -90.0)]
+    # The made-up nets' fibres run along (1, -0.08) and (0.12, 1).
+    assert len(drawn.fibres) == sum(p.net is not None for p in report.pockets)
+    assert all(s.title.endswith(": -5°, 83°") for s in drawn.fibres)
+    assert all(t.at == float(t.text.replace("−", "-")) for t in drawn.x_ticks) and len(drawn.x_ticks) > 3
+    assert all(-t.at == float(t.text.replace("−", "-")) for t in drawn.y_ticks) and len(drawn.y_ticks) > 3
+
+
+def test_the_banner_names_the_pockets_that_decide(report, html):
+    text = " ".join(" ".join(read(html).text).split())
+    assert "pockets 3 , 5 , 7 CREASE" in text and "pocket 4 UNDECIDED" in text
+    assert text.index("pockets 3 , 5 , 7 CREASE") < text.index("Smooth the ply at pockets 3 (") < text.index("Height")

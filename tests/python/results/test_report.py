@@ -175,6 +175,7 @@ def test_csv_holds_no_formula(tmp_path):
 def test_the_table_shows_every_pocket(report):
     lines = str(report).splitlines()
     assert lines[0].startswith("INVALID: pocket 6")
+    lines = [line for line in lines if not line.startswith("do: ")]
     for k, entry in enumerate(report.pockets):
         assert lines[2 + k].split()[0] == str(entry.id)
         assert entry.verdict.name in lines[2 + k]

@@ -1,0 +1,94 @@
+"""What a report says is to be done, and where."""
+
+import csv
+import dataclasses
+import io
+
+import numpy as np
+import pytest
+
+from debulk.report import Report
+from debulk.results.advice import advice, deciding
+from debulk.results.level import Level
+from debulk.results.report import UnseenHole, Wrinkle
+from debulk.results.report_text import csv_text, table
+from debulk.verdict import Verdict
+
+LEVEL = Level(
+    thickness_mm=0.3, laid_mm=0.31, uncertainty_mm=0.01, low_share=0.0, high_share=0.01, offset_mm=0.01,
+    tilt_deg=0.002, tilt_axis_deg=10.0, bow_mm=0.02, blocks=40, block_mm=40.0, judged_share=0.7,
+)  # fmt: skip
+HOLE = UnseenHole(
+    centre_mm=(-169.2, 16.4), extent_mm=(66, 82), area_mm2=4980, thickness_mm=58, rim_height_mm=0.3, of="scan"
+)
+
+
+def test_the_middle_of_an_outline_is_that_of_its_area_wherever_its_corners_crowd(report):
+    """An L of a 4 by 1 and a 1 by 3 rectangle, one side with many corners, and far from the origin."""
+    crowded = [(x, 0.0) for x in np.linspace(0, 4, 50)]
+    outline = np.array([*crowded, (4, 1), (1, 1), (1, 4), (0, 4)])
+    outline = outline + np.array([1000.0, -2000.0])
+    for turned in (outline, outline[::-1]):
+        middle = dataclasses.replace(report.pockets[0], outline_mm=turned).centroid_mm
+        assert middle == pytest.approx((1000 + (4 * 2 + 3 * 0.5) / 7, -2000 + (4 * 0.5 + 3 * 2.5) / 7), abs=1e-9)
+    for flat in (np.zeros((0, 2)), np.zeros((3, 2))):
+        assert dataclasses.replace(report.pockets[0], outline_mm=flat).centroid_mm is None
+
+
+def test_table_and_csv_say_where_the_pockets_are(report):
+    rows = list(csv.DictReader(io.StringIO(csv_text(report))))
+    for pocket, row in zip(report.pockets, rows, strict=True):
+        assert (float(row["x_mm"]), float(row["y_mm"])) == pytest.approx(pocket.centroid_mm)
+    # The made-up pockets are ellipses about these points.
+    assert report.pockets[0].centroid_mm == pytest.approx((330.0, 260.0), abs=1e-6)
+    line = next(line for line in table(report).splitlines() if line.split()[0] == "1")
+    assert line.split()[1:3] == ["330", "260"]
+
+
+def test_every_pocket_that_decides_is_named_with_its_place(report):
+    named = {number: verdict for verdict, numbers in deciding(report) for number in numbers}
+    assert named == {p.id: p.verdict for p in report.pockets if p.verdict is not Verdict.CEASE}
+    assert [verdict for verdict, _ in deciding(report)] == [Verdict.INVALID, Verdict.CREASE, Verdict.UNDECIDED]
+    smooth = next(line for line in advice(report) if line.startswith("smooth"))
+    for pocket in report.pockets:
+        place = f"{pocket.id} ({pocket.centroid_mm[0]:.0f}, {pocket.centroid_mm[1]:.0f})"
+        assert (place in smooth) == (pocket.verdict is Verdict.CREASE)
+
+
+def test_only_a_hole_that_matters_asks_for_a_scan():
+    calm = Report(verdict=Verdict.CEASE, reason="", pockets=(), unseen=(HOLE,))
+    assert advice(calm) == ["change nothing"]
+    assert "unseen: a hole in the scan of 49.8 cm² at (-169, 16) mm" in table(calm).splitlines()
+    hides = dataclasses.replace(HOLE, at_best=Verdict.UNDECIDED)
+    doubtful = Report(verdict=Verdict.UNDECIDED, reason="", pockets=(), unseen=(hides,))
+    assert advice(doubtful) == ["scan again because of a hole in the scan of 49.8 cm² at (-169, 16) mm"]
+    assert "UNDECIDED at best" in table(doubtful)
+    lacks = dataclasses.replace(doubtful, unseen=(dataclasses.replace(hides, of="reference"),))
+    assert advice(lacks)[0].startswith("complete the reference")
+
+
+def test_before_the_level_is_right_no_pocket_counts(report):
+    recipe = {**report.recipe, "level": {"tol_mm": 0.1, "largest_share": 0.15}}
+    right = dataclasses.replace(report, level=LEVEL, recipe=recipe)
+    assert len(advice(right)) > 1 and "stands 0.310 ± 0.010 mm" in table(right)
+    for wrong in ({"laid_mm": 0.45}, {"laid_mm": 0.15}, {"low_share": 0.2}):
+        off = dataclasses.replace(right, level=dataclasses.replace(LEVEL, **wrong))
+        assert len(advice(off)) == 1 and advice(off)[0].startswith("check the pose")
+
+
+def test_what_only_the_layups_reason_names_comes_first(report):
+    creasing = tuple(p for p in report.pockets if p.verdict is Verdict.CREASE)
+    cut_off = dataclasses.replace(report, verdict=Verdict.INVALID, reason="the coverage is 40 %", pockets=creasing)
+    assert advice(cut_off)[0].startswith("mend what the reason above names")
+    assert advice(cut_off)[1].startswith("smooth")
+    named = dataclasses.replace(cut_off, verdict=Verdict.CREASE)
+    assert advice(named) == advice(cut_off)[1:]
+
+
+def test_a_standing_wrinkle_is_to_be_smoothed(report):
+    wrinkle = Wrinkle(
+        start_mm=(10, 20), end_mm=(70, 20), length_mm=60, height_mm=2, width_mm=3, excess_length_mm=2,
+        ridge_height_mm=1.2,
+    )  # fmt: skip
+    creased = dataclasses.replace(report, verdict=Verdict.CREASE, pockets=(), wrinkles=(wrinkle,))
+    assert advice(creased) == ["smooth the wrinkle of 60 mm from (10, 20) to (70, 20) mm, then scan again"]
