@@ -91,6 +91,10 @@ class WrinkleSearch:
         """
         if scan.ndim != 3 or min(scan.shape[:2]) < 8:
             return ()
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite stands nowhere
+            return self._longest_first(scan, mask)
+
+    def _longest_first(self, scan: Cloud, mask: NDArray[np.bool_] | None) -> tuple[Wrinkle, ...]:
         pitch_mm = self._pitch_mm(scan)
         if not 0 < pitch_mm <= _WIDEST_MM / 2:
             return ()
@@ -109,8 +113,7 @@ class WrinkleSearch:
     def _pitch_mm(self, scan: Cloud) -> float:
         rows, columns = scan.shape[0] // 2, scan.shape[1] // 2
         middle = scan[rows - rows // 4 : rows + rows // 4 : max(1, rows // 32), columns // 2 : columns + columns // 2]
-        with np.errstate(invalid="ignore"):
-            steps = np.linalg.norm(np.diff(middle, axis=1), axis=2)
+        steps = np.linalg.norm(np.diff(middle, axis=1), axis=2)
         steps = steps[np.isfinite(steps)]
         return float(np.median(steps)) if steps.size else math.nan
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from debulk import Inspector, scenes
+from debulk.verdict import Verdict
 
 # Limits of the errors: of every peak in mm, of the median and the worst area and volume as shares. Over all pockets,
 # those with a drop-out at the rim or in the noise included; what noise alone does stands in bench/front/accuracy.txt.
@@ -62,7 +63,7 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
         assert np.all(np.abs(_lengths(p.net.nodes_mm, p.net.edges) / p.spacing_mm - 1) < 1e-9)
         assert np.all(np.abs(_lengths(p.debulked_mm, p.net.edges) / p.spacing_mm - 1) < 1e-4)
     assert report.coverage > 0.99
-    assert report.verdict.value == "crease"
+    assert Verdict.worst(p.verdict for p in own) is Verdict.CREASE  # a bump with many drop-outs may be INVALID
     closing = [p.id for p in own if p.verdict.value == "cease"]
     assert 4 <= len(closing) <= 9
     # Shallow pockets have too little excess length for any ridge, the steepest too much for none.
