@@ -261,11 +261,11 @@ def elastic_height(excess_length_mm: float, recipe: Recipe | None = None) -> flo
     (1.69, 1.69)
     """
     from debulk.recipe import Recipe
-    from debulk.verdict import natural_length
 
     if not math.isfinite(excess_length_mm):
         raise _core.InputError(f"excess_length_mm: expected a length in mm, but got {excess_length_mm}")
     recipe = recipe or Recipe()
-    length_mm = natural_length(recipe.material.young_mpa, recipe.material.thickness_mm, recipe.loads.pressure_mpa)
+    ply = recipe.material
+    length_mm = (ply.young_mpa * ply.thickness_mm**3 / 12 / recipe.loads.pressure_mpa) ** (1 / 3)  # (c / P)^(1/3)
     at = max(0.0, excess_length_mm) / length_mm
     return float(_SMALL_FOLD * length_mm * at ** (4 / 7) * np.interp(at, _FOLDED[:, 0], _FOLDED[:, 1]))

@@ -189,7 +189,7 @@ def test_feet_and_nets_end_when_stopped() -> None:
     with pytest.raises(debulk._core.Stopped):
         pocket.feet(found, stop=stop)
     feet, mold = pocket.feet(found), debulk.surface.Reference(np.zeros((8, 8)), (-50, -50), 50.0)
-    given = FoundPocket(1, found, feet, 0), PlyOnMold(mold, None, np.array([0.0, 90.0]), debulk.Recipe())
+    given = FoundPocket(1, found, feet, 0, None), PlyOnMold(mold, None, np.array([0.0, 90.0]), debulk.Recipe())
     with pytest.raises(debulk._core.Stopped):
         lay_net(*given, stop)
     assert len(lay_net(*given).nodes_mm) > 90

@@ -163,7 +163,7 @@ def test_reference_has_the_cubics_value_and_derivatives() -> None:
 
 def test_reference_keeps_its_attributes_and_pickles() -> None:
     ref = reference()
-    assert isinstance(ref, debulk._core.Surface)
+    assert isinstance(ref, debulk._core.surface.Surface)
     assert ref.heights_mm.shape == (10, 12)
     assert ref.origin_mm.tolist() == [0, 0]
     assert ref.spacing_mm == 5.0

@@ -198,9 +198,8 @@ class WrinkleSearch:
         """Lines and places of the highest points at the crossings, in either line of the pair."""
         lines = np.array([[c.line * step] * 5 + [c.line * step + 1] * 5 for c in chain])
         ats = np.array([[c.at + k for k in range(-2, 3)] * 2 for c in chain])
-        above = np.stack(
-            [self._above(self._points(image, hidden, lines[:, k], ats[:, k, None]))[:, 0] for k in range(10)], 1
-        )
+        points = self._points(image, hidden, lines.ravel(), ats.reshape(-1, 1))
+        above = self._above(points).reshape(lines.shape)
         top = np.argmax(np.nan_to_num(above, nan=-np.inf), axis=1)[:, None]
         return np.take_along_axis(lines, top, 1)[:, 0], np.take_along_axis(ats, top, 1)[:, 0]
 

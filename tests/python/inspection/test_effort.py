@@ -13,7 +13,7 @@ METRE = (np.zeros(2), np.array([1000.0, 1000.0]))
 
 @pytest.fixture(scope="module")
 def layup():
-    return scenes.layup(seed=4, pixels=(320, 240))
+    return scenes.layup(seed=4, pixels=(640, 480))
 
 
 def test_a_map_of_gigabytes_is_refused_before_it_is_allocated(layup):
@@ -31,9 +31,10 @@ def test_what_the_error_recommends_is_taken():
 
 
 def test_holes_that_take_minutes_each_are_refused():
-    with pytest.raises(InputError, match=r"clean.max_hole_mm: expected at most 100 mm, .* about 6.67 days"):
-        check_map(*METRE, 0.5, Recipe(clean={"max_hole_mm": 2755.0}))
-    check_map(*METRE, 0.5, Recipe(clean={"max_hole_mm": 100.0}))
+    high = np.array([100.0, 100.0])
+    with pytest.raises(InputError, match=r"clean.max_hole_mm: expected at most 6 mm, .* about 12.7 minutes"):
+        check_map(METRE[0], high, 0.03, Recipe(clean={"max_hole_mm": 31.5}))
+    check_map(METRE[0], high, 0.16, Recipe(clean={"max_hole_mm": 31.5}))
 
 
 @pytest.mark.parametrize(

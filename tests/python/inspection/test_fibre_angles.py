@@ -90,7 +90,7 @@ def test_a_drape_is_taken_as_it_is(layup, plain, drape, tmp_path):
     inspector = make(layup, drape)
     report = inspector.inspect(layup.scan)
     assert len(report.pockets) >= 5
-    for found, p in zip(inspector.find(layup.scan).pockets, report.pockets, strict=True):
+    for found, p in zip(inspector.find(layup.scan).pockets, (p for p in report.pockets if not p.promoted), strict=True):
         there = drape.angles_deg(found.pocket.centroid_mm)
         assert np.isfinite(there).all()  # inside the ply it reaches every pocket
         assert angles_at(inspector.fibre_angles_deg, found.pocket.centroid_mm) == pytest.approx(there, abs=0.1)
@@ -100,7 +100,8 @@ def test_a_drape_is_taken_as_it_is(layup, plain, drape, tmp_path):
         assert np.degrees(np.arctan2(step[1], step[0])) % 90 == pytest.approx(there[0] % 90, abs=5)
     inspector.save(tmp_path / "cell.npz")
     again = Inspector.load(tmp_path / "cell.npz").inspect(layup.scan)
-    assert [p.debulked_mm.tobytes() for p in again.pockets] == [p.debulked_mm.tobytes() for p in report.pockets]
+    minima = [[p.debulked_mm for p in one.pockets] for one in (again, report)]
+    assert all(np.array_equal(a, b) for a, b in zip(*minima, strict=True))
 
 
 def test_a_drape_is_read_closely_where_fibres_shear():

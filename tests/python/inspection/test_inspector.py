@@ -25,7 +25,7 @@ def report(layup, inspector):
 
 def test_finds_judges_and_explains(report):
     assert isinstance(report, Report)
-    assert len(report.pockets) == 14
+    assert sum(not p.promoted for p in report.pockets) == 14
     assert report.verdict is Verdict.CREASE
     assert not report.passed
     for p in report.pockets:

@@ -35,12 +35,17 @@ def laid(layup, inspector):
     return [lay_pocket(found, inspector.ply) for found in inspector.find(layup.scan).pockets]
 
 
+def own(report):
+    """Return the pockets without the bumps that are judged in spite of the tolerances."""
+    return [p for p in report.pockets if not p.promoted]
+
+
 def test_what_is_found_is_what_is_reported(layup, inspector, report):
     found = inspector.find(layup.scan)
     areas = [one.pocket.area_mm2 for one in found.pockets]
     assert areas == sorted(areas, reverse=True)
-    assert [one.number for one in found.pockets] == [p.id for p in report.pockets]
-    for one, p in zip(found.pockets, report.pockets, strict=True):
+    assert [one.number for one in found.pockets] == [p.id for p in own(report)]
+    for one, p in zip(found.pockets, own(report), strict=True):
         assert one.pocket.outline_mm.tobytes() == p.outline_mm.tobytes()
         assert one.foot.outline_mm.tobytes() == p.foot_outline_mm.tobytes()
         assert one.foot.id == one.pocket.id
@@ -49,7 +54,7 @@ def test_what_is_found_is_what_is_reported(layup, inspector, report):
 
 
 def test_the_energy_gain_is_the_fall_from_the_net_as_laid(laid, report):
-    for one, p in zip(laid, report.pockets, strict=True):
+    for one, p in zip(laid, own(report), strict=True):
         start = one.sheet.energy(p.net.nodes_mm)
         assert p.solve.energy_gain_mj == pytest.approx(start - p.energy_mj, rel=1e-12)
         assert p.solve.energy_gain_mj > 0
@@ -64,7 +69,7 @@ def test_a_certified_minimum_has_no_negative_curvature_to_report(report):
 
 
 def test_study_and_inspector_give_one_verdict(laid, report):
-    for one, p in zip(laid, report.pockets, strict=True):
+    for one, p in zip(laid, own(report), strict=True):
         solution = solve.minimise(one.sheet, seed=0)
         case = Case(4, p.id, 100, one, 0.0)
         figures = case.figures(solution)

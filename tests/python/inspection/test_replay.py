@@ -80,7 +80,7 @@ def test_an_inspection_keeps_what_failed_and_what_was_slow(tmp_path, capsys):
     assert all(p.solve.certified for p in inspect().pockets)
     assert not folder.exists()
     assert len(inspect(run={"slow_ms": 1e-3}).pockets) == len(list(folder.iterdir())) > 1
-    failed = inspect(solve={"max_iterations": 2})
+    failed = inspect(solve={"max_iterations": 2}, verdict={"criterion": "paper"})
     assert {p.verdict for p in failed.pockets} == {"undecided"}
     kept = next(path for path in folder.iterdir() if not json.loads(path.read_text())["ended"]["certified"])
     assert replay.main([str(kept)]) == 1
