@@ -335,8 +335,8 @@ def memory_mb() -> float:
 
 @pytest.mark.slow
 def test_many_cycles_with_flat_memory_and_equal_bits():
-    small = scenes.layup(seed=4, pixels=(160, 120))
-    inspector = make(small, Recipe(segmentation={"area_tol_mm2": 8000.0}, net={"node_target": 49}, solve={"starts": 1}))
+    small = scenes.layup(seed=4, pixels=(400, 300))
+    inspector = make(small, Recipe(segmentation={"area_tol_mm2": 3000.0}, net={"node_target": 49}, solve={"starts": 1}))
     first = bits(inspector.inspect(small.scan))
     for _ in range(40):  # until the allocator has what it wants
         inspector.inspect(small.scan)
