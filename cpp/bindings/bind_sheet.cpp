@@ -64,8 +64,12 @@ void bind_minimiser(py::module_ m) {
       .def_readonly("evaluations", &Minimum::evaluations);
 
   py::class_<Minimiser>(m, "Minimiser")
-      .def(py::init([](std::shared_ptr<Sheet> sheet) { return std::make_unique<Minimiser>(std::move(sheet)); }), py::arg("sheet"),
-           py::call_guard<py::gil_scoped_release>())
+      .def(py::init([](std::shared_ptr<Sheet> sheet) {
+             // Only here: a call_guard would leave pybind11 without the GIL while it registers the new instance.
+             const py::gil_scoped_release release;
+             return std::make_unique<Minimiser>(std::move(sheet));
+           }),
+           py::arg("sheet"))
       .def(
           "run",
           [](const Minimiser& minimiser, MinimiseOptions options, const std::optional<Array<double>>& start, const Stop& stop) {

@@ -95,7 +95,7 @@ def comparison(inspector, before, debulked):
 
 
 def test_measured_figures_agree_with_the_truth(comparison, debulked):
-    assert len(comparison.pockets) >= 14  # and bumps below the tolerances that could crease, which ridges are not made of
+    assert len(comparison.pockets) >= 14  # and bumps below the tolerances that could crease: no ridges are made of them
     assert comparison.laid_height_mm == pytest.approx(0.25, abs=0.01)
     assert comparison.warnings == ()
     for p in comparison.pockets[:14]:
