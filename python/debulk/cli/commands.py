@@ -161,8 +161,8 @@ def demo(
             )
             report = inspector.inspect(scene.scan, progress=progress)
         source = {
-            "scan": f"virtual layup, seed {seed}, {size[0]} x {size[1]} "
-            "pixels{', from fringe images' if fringes else ''}"
+            "scan": f"virtual layup, seed {seed}, {size[0]} x {size[1]} pixels"
+            + (", from fringe images" if fringes else "")
         }
         report = dataclasses.replace(report, source=source | report.source)
         _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")])
