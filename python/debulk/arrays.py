@@ -92,7 +92,7 @@ def outline(value: ArrayLike, name: str) -> Floats:
     Traceback (most recent call last):
     ...
     debulk._core.InputError: ply_outline: expected an outline that does not cross itself, but its sides 1 and 3 cross \
-near (0.7, 0.7) mm; list the corners in their order round the ply
+near (0.6667, 0.6667) mm; list the corners in their order round the ply
     """
     given = numbers(value, name, (None, 2), "an (M, 2) array of corners in mm")
     repeats = (given == np.roll(given, -1, axis=0)).all(axis=1)  # of the corner after it
