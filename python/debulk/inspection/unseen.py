@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk import pocket
+from debulk import _core, pocket
 from debulk.inspection.found import Found, FoundPocket
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
 from debulk.verdict import Judgement, Verdict
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "standing_mm", "worst"]
 
 _NEAR_MM = 10.0  # of a foot, whose smoothed heights reach a little past what was seen
-BRIDGE_MM = 12.0  # the segmentation's: a drop-out no thicker than this, with something high at its rim, is bridged
+# A drop-out no thicker than this, with something high at its rim, is bridged by the segmentation.
+_BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 
 
 def standing_mm(recipe: Recipe) -> float:
@@ -72,9 +73,9 @@ def _doubt(hole: pocket.UnseenHole, hidden: bool, pockets: Sequence[PocketReport
         if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
             return Judgement(Verdict.INVALID, rises)
     elif hole.rim_height >= high:
-        if hole.thickness > BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
+        if hole.thickness > _BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
             return Judgement(Verdict.INVALID, rises)
-    elif hole.thickness > BRIDGE_MM and not hidden:
+    elif hole.thickness > _BRIDGE_MM and not hidden:
         return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
     return None
 
