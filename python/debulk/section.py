@@ -276,8 +276,8 @@ def elastic_fold(excess_length_mm: float, recipe: Recipe | None = None) -> Elast
     Returns
     -------
     ElasticFold
-        Height and slope within 2 %, foot width within 6 % of `fold`; up to 5 natural lengths, where almost all folds
-        are, within 0.5, 0.5 and 1.5 %. All 0 without excess.
+        Height within 2 %, foot width within 6 % and slope within 3 % of `fold`; up to 5 natural lengths of excess
+        within 0.5, 1.5 and 0.5 %. All 0 without excess.
 
     Raises
     ------

@@ -244,7 +244,7 @@ def test_the_table_of_elastic_folds_is_the_folds(excess_mm, thickness_mm, young_
         found.height_mm, rel=2e-2 if flanks_touch else 5e-3
     )
     assert side.foot_width_mm == pytest.approx(found.foot_width_mm, rel=6e-2 if flanks_touch else 1.5e-2)
-    assert side.slope_deg == pytest.approx(np.degrees(np.arctan2(up, along).max()), rel=2e-2 if flanks_touch else 5e-3)
+    assert side.slope_deg == pytest.approx(np.degrees(np.arctan2(up, along).max()), rel=3e-2 if flanks_touch else 5e-3)
 
 
 def test_without_excess_there_is_no_elastic_fold():
