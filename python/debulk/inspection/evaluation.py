@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from debulk import _core, ridge, solve, verdict
-from debulk.inspection import dumps, left_out, starts, unseen
+from debulk.inspection import dumps, left_out, ridges, starts, unseen
 from debulk.inspection.cycle import Cycle, stopping
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
@@ -77,10 +77,12 @@ def _evaluate(
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
         return _not_evaluated(seen, verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
 
+    with watch.step("ridge"):
+        stands = ridges.of_excess(laid, found.foot.area_mm2)
     if laid.by_excess and ply.recipe.solve.when == "needed":
         known = laid.judge_unsolved()
         if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
-            return Evaluation(_report(seen, laid, watch, known, None, {}), left_out.of_unsolved(found.number, known))
+            return Evaluation(_report(seen, laid, watch, known, None, {"ridges": stands}), left_out.of_unsolved(found.number, known))
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         with watch.step("ridge"):
@@ -102,7 +104,11 @@ def _evaluate(
         laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion=criterion)
         for criterion in (None, "paper")
     )
-    report = _report(seen, laid, watch, by_rule, by_paper.verdict, _debulked_figures(laid, settled))
+    if laid.excess is None:
+        with watch.step("ridge"):
+            stands = ridges.of_minima(laid, settled, found.foot.area_mm2)
+    debulked = {"ridges": stands, **_debulked_figures(laid, settled)}
+    report = _report(seen, laid, watch, by_rule, by_paper.verdict, debulked)
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
 
 

@@ -25,6 +25,7 @@ from debulk.results.record import (
     Values,
     Versioned,
 )
+from debulk.results.ridge import RidgeGeometry
 from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
@@ -34,6 +35,7 @@ __all__ = [
     "PocketNet",
     "PocketReport",
     "ReportData",
+    "RidgeGeometry",
     "SolveReport",
     "UnseenHole",
     "Wrinkle",
@@ -207,6 +209,10 @@ class PocketReport(Record):
         Of the worst ridge; the largest excess of a fibre's length over the mold's.
     ridge_range_mm
         Lowest and highest ridge height over all starts.
+    ridges
+        Where ridges run and how they look, the decisive one first; empty where none stands, or where a minimum would be
+        needed and is none. Where `excess` is known it is one ridge, that of the excess, whatever the net at the minimum
+        shows; else they are the net's.
     ridge_nodes
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
@@ -248,6 +254,7 @@ class PocketReport(Record):
     ridge_height_mm: float | None = None
     ridge_length_mm: float | None = None
     ridge_range_mm: tuple[float, float] | None = None
+    ridges: tuple[RidgeGeometry, ...] = ()
     ridge_nodes: Numbers | None = None
     bridge_height_mm: float | None = None
     excess_length_mm: float | None = None

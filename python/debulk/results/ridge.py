@@ -1,0 +1,61 @@
+"""The geometry of a predicted ridge, in the figures by which wrinkles are accepted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from debulk.results.record import PointsXYZ, Record
+
+__all__ = ["RidgeGeometry"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class RidgeGeometry(Record):
+    """One ridge of a pocket: where it runs, and how a section of it along a fibre looks (docs/verdicts.md).
+
+    Attributes
+    ----------
+    polyline_mm
+        (K, 3) points of the mold under the crest, mold frame, from one end to the other, at least two. By the excess it
+        ends where the fold is half as high as at its highest.
+    mirrored_mm
+        (K, 3) the same along the other diagonal of the fibres, where the ply is as likely to fold that way; else None.
+    direction_deg
+        Of the crest, 0 to 180, counter-clockwise from mold +x, seen along z.
+    fibre_angle_deg
+        Between the crest and the nearer fibre, 0 to 90.
+    length_mm
+        Along the polyline.
+    excess_mm
+        Length that the ridge holds of the fibre with the most to spare.
+    height_mm
+        Above the mold by the ridge formula.
+    elastic_mm, half_width_mm, slope_deg
+        Of the elastic fold with the same excess (`debulk.section.elastic_fold`): height of the crown, way from the
+        crown to where the ply leaves the mold, largest angle between ply and mold.
+    height_over_thickness
+        `height_mm` over the nominal thickness of the ply.
+    height_over_half_width
+        `elastic_mm` over `half_width_mm`. The formula's section has upright sides and is two thicknesses wide whatever
+        it holds: its ratio is `height_over_thickness`, its slope 90 degrees.
+    place_spread_mm
+        Half the width of the band about the polyline, or the mirrored one, in which nine in ten of the minima from
+        other starts have their highest ridge.
+    """
+
+    polyline_mm: PointsXYZ
+    mirrored_mm: PointsXYZ | None = None
+    direction_deg: float
+    fibre_angle_deg: float
+    length_mm: float
+    excess_mm: float
+    height_mm: float
+    elastic_mm: float
+    half_width_mm: float
+    slope_deg: float
+    height_over_thickness: float
+    height_over_half_width: float
+    place_spread_mm: float
+
+    def __repr__(self) -> str:
+        return f"RidgeGeometry({self.height_mm:.2f} mm high, {self.length_mm:.0f} mm long, at {self.direction_deg:.0f} deg)"
