@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from debulk.page.charts import Row, bar_chart
-from debulk.page.map import Area, nice, ply_map
+from debulk.page.map import Area, ply_map
 from debulk.page.render import render
+from debulk.page.scales import nice
+from debulk.results.report_text import number
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
-    from debulk.results.comparison import ComparisonData
+    from debulk.results.comparison import ComparisonData, PocketComparison
 
 _SIZE = 360.0  # of the scatter plot
 _LEFT, _BOTTOM, _TOP = 44.0, 40.0, 22.0
@@ -43,7 +45,7 @@ def page(comparison: ComparisonData) -> str:
         map=ply_map(
             comparison.height_map,
             comparison.ply_outline_mm,
-            [Area(p.id, p.measured.value, p.outline_mm) for p in pockets],
+            [Area(p.id, p.measured.value, p.outline_mm, _says(p)) for p in pockets],
             max([*peaks, 2 * comparison.max_peak_mm]),
         ),
         counts=[(v, n) for v in columns if (n := sum(p.measured is v for p in pockets))],
@@ -75,6 +77,11 @@ def page(comparison: ComparisonData) -> str:
         ],
         scatter=_scatter(comparison),
     )
+
+
+def _says(pocket: PocketComparison) -> str:
+    measured = "" if pocket.measured_peak_mm is None else f", {number(pocket.measured_peak_mm, 2)} mm"
+    return f"pocket {pocket.id}: {pocket.predicted.name} predicted, {pocket.measured.name} measured{measured}"
 
 
 def _scatter(comparison: ComparisonData) -> Scatter | None:
