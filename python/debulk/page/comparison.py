@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from debulk.page.charts import Row, bar_chart
 from debulk.page.map import Area, ply_map
+from debulk.page.map_ridges import Ridge, ridge_path
+from debulk.page.measured_ridges import measured_ridges
 from debulk.page.render import render
 from debulk.page.scales import nice
 from debulk.results.report_text import number
@@ -47,9 +49,12 @@ def page(comparison: ComparisonData) -> str:
             comparison.ply_outline_mm,
             [Area(p.id, p.measured.value, p.outline_mm, _says(p)) for p in pockets],
             max([*peaks, 2 * comparison.max_peak_mm]),
+            ridges=[ridge for p in pockets if (ridge := _ridge(p))],
+            measured=measured_ridges(comparison.height_map, [p.outline_mm for p in pockets], comparison.max_peak_mm),
         ),
         counts=[(v, n) for v in columns if (n := sum(p.measured is v for p in pockets))],
         verdict_of={p.id: p.measured for p in pockets},
+        pockets=sorted(pockets, key=lambda p: ({False: 0, None: 1, True: 2}[p.hit], -p.measured.severity, p.id)),
         rows=rows,
         columns=columns,
         outcomes=outcomes,
@@ -77,6 +82,15 @@ def page(comparison: ComparisonData) -> str:
         ],
         scatter=_scatter(comparison),
     )
+
+
+def _ridge(pocket: PocketComparison) -> Ridge | None:
+    if not pocket.predicted_ridges_mm or pocket.predicted_place_mm is None:
+        return None
+    place = pocket.predicted_place_mm
+    height = number(pocket.predicted_ridge_mm, 2)
+    title = f"predicted ridge of pocket {pocket.id}, {height} mm high, its place known to ±{place:.1f} mm"
+    return Ridge(ridge_path(pocket.predicted_ridges_mm), 2 * place, title, pocket.predicted is Verdict.CEASE)
 
 
 def _says(pocket: PocketComparison) -> str:

@@ -15,10 +15,10 @@ from debulk.page.scales import HeightScale
 if TYPE_CHECKING:
     from debulk.grid import Grid
 
-__all__ = ["Picture", "picture"]
+__all__ = ["MAX_PNG_BYTES", "Picture", "picture"]
 
 _MAX_PIXELS = 1400  # width and height
-_MAX_PNG_BYTES = 1_350_000
+MAX_PNG_BYTES = 1_350_000
 
 
 class Picture(NamedTuple):
@@ -37,7 +37,13 @@ class Picture(NamedTuple):
 
 
 def picture(
-    grid: Grid, low: NDArray[np.float64], high: NDArray[np.float64], top_mm: float | None, *, keep_all: bool
+    grid: Grid,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    top_mm: float | None,
+    *,
+    keep_all: bool,
+    png_bytes: int,
 ) -> Picture | None:
     """Draw the heights in a window, or all of them; None where the window is off the map.
 
@@ -51,6 +57,8 @@ def picture(
         Height of the last colour; None: the highest that was seen but for a thousandth of the map.
     keep_all
         Whether all of the grid is drawn, whatever the window.
+    png_bytes
+        The picture is made coarser until it is no larger.
     """
     cropped = _crop(grid, low, high, keep_all=keep_all)
     if cropped is None:
@@ -61,7 +69,9 @@ def picture(
         seen = values[np.isfinite(values)]
         top_mm = float(np.quantile(seen, 0.999)) if seen.size else 1.0
     scale = HeightScale.up_to(top_mm)
-    return Picture(_png(values, scale), corner, corner + grid.spacing_mm * np.array(values.shape[::-1]), scale)
+    return Picture(
+        _png(values, scale, png_bytes), corner, corner + grid.spacing_mm * np.array(values.shape[::-1]), scale
+    )
 
 
 def _crop(
@@ -79,7 +89,7 @@ def _crop(
     return values[j0:j1, i0:i1], grid.origin_mm + grid.spacing_mm * np.array([i0, j0])
 
 
-def _png(values: NDArray[np.float32], scale: HeightScale) -> str:
+def _png(values: NDArray[np.float32], scale: HeightScale, most_bytes: int) -> str:
     seen = np.isfinite(values)
     shown = np.where(seen, values, 0).astype(np.float32)[::-1]
     weight = seen.astype(np.float32)[::-1]
@@ -91,6 +101,6 @@ def _png(values: NDArray[np.float32], scale: HeightScale) -> str:
         drawn = cv2.cvtColor(cv2.applyColorMap(scale.levels(mean), cv2.COLORMAP_CIVIDIS), cv2.COLOR_BGR2BGRA)
         drawn[share < 0.5] = 0
         data = cv2.imencode(".png", drawn, [cv2.IMWRITE_PNG_COMPRESSION, 6])[1].tobytes()
-        if len(data) <= _MAX_PNG_BYTES:
+        if len(data) <= most_bytes:
             return base64.b64encode(data).decode("ascii")
         finer *= 0.8

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.page import map_frame, map_marks
-from debulk.page.heights import picture
+from debulk.page.heights import MAX_PNG_BYTES, picture
 from debulk.page.map_frame import Frame, Rose
 from debulk.page.map_labels import labels
 from debulk.page.map_marks import Spot, Tick
@@ -87,6 +87,7 @@ def ply_map(
     report: ReportData | None = None,
     ridges: Sequence[Ridge] = (),
     measured: str = "",
+    png_bytes: int = MAX_PNG_BYTES,
 ) -> PlyMap | None:
     """Return the map, or None if there is nothing to draw.
 
@@ -102,6 +103,8 @@ def ply_map(
         Whose holes, bumps and fibre directions are marked; None: none are.
     ridges, measured
         Predicted ridges, and the path of those that a second scan shows.
+    png_bytes
+        Most that the picture of the heights may take.
     """
     areas = [area for area in areas if len(area.outline_mm)]
     outlines = [area.outline_mm for area in areas]
@@ -111,7 +114,7 @@ def ply_map(
     low, high = bounds
     drawn = None
     if grid is not None and grid.values.ndim == 2 and grid.values.size:
-        drawn = picture(grid, low, high, top_mm, keep_all=ply_outline is None)
+        drawn = picture(grid, low, high, top_mm, keep_all=ply_outline is None, png_bytes=png_bytes)
     if drawn is not None and ply_outline is None:
         low, high = np.minimum(low, drawn.low), np.maximum(high, drawn.high)
     width, height = (float(length) for length in high - low)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from debulk.page import net as page_net
 from debulk.page import profile as page_profile
 from debulk.page.charts import Bar, Chart, Row, bar_chart
+from debulk.page.heights import MAX_PNG_BYTES
 from debulk.page.map import Area, PlyMap, ply_map
 from debulk.page.map_ridges import ridges
 from debulk.page.pockets import deciding_ridge, says, worst_first
@@ -91,11 +92,11 @@ def page(report: ReportData) -> str:
     )
 
 
-def report_map(report: ReportData) -> PlyMap | None:
+def report_map(report: ReportData, png_bytes: int = MAX_PNG_BYTES) -> PlyMap | None:
     """Draw the heights of a report with all that is known of its pockets; None: there is nothing to draw."""
     areas = [Area(p.id, p.verdict.value, p.outline_mm, says(p)) for p in report.pockets]
     found = ridges(report.pockets)
-    return ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report, found)
+    return ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report, found, png_bytes=png_bytes)
 
 
 class Floor(NamedTuple):

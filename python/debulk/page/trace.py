@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from debulk.results.report import ReportData
     from debulk.results.trace import ArrayTrace, Trace
 
-__all__ = ["headline", "trace_lists"]
+__all__ = ["context_text", "headline", "trace_lists"]
 
 _Entries = list[tuple[str, str]]
 
@@ -59,6 +59,12 @@ def headline(report: ReportData) -> str:
         named = [f"{name} {value}" for name, value in report.source.items()]
     when = [] if trace is None else [f"{trace.time_utc[:10]} {trace.time_utc[11:19]} UTC"]
     return " · ".join([*named, *when, report.verdict.name])
+
+
+def context_text(report: ReportData, name: str) -> str:
+    """Return what the caller of the inspection said of the part, the ply and the like; empty: nothing."""
+    context = report.trace.context if report.trace else {}
+    return _text(context[name]) if name in context else ""
 
 
 def _text(value: Any) -> str:

@@ -77,7 +77,7 @@
       const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
       const [x, y] = at ?? [box.x + box.width / 2, box.y + box.height / 2];
       if (way) show(x + step * way[0], y + step * way[1], true);
-      else if (event.key === "Enter" && pocket) location.hash = pocket.closest("a").getAttribute("href");
+      else if (event.key === "Enter" && pocket?.closest("a").hasAttribute("href")) location.hash = pocket.closest("a").getAttribute("href");
       else return;
       event.preventDefault();
     });
