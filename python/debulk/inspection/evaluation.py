@@ -53,13 +53,13 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
     """
     seen = _seen(found)
     if stop.now():
-        return _not_evaluated(seen, _too_late(found))
+        return _late(found, seen)
     if not found.foot.closed:
         return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.beside(found)))
     try:
         return _evaluate(found, seen, ply, stop, pool)
     except _core.Stopped:
-        return _not_evaluated(seen, _too_late(found))
+        return _late(found, seen)
     except Exception as error:
         log.exception("pocket %d could not be evaluated", found.number)
         what = " ".join(str(error).split())
@@ -109,7 +109,10 @@ def _evaluate(
             stands = ridges.of_minima(laid, settled, found.foot.area_mm2)
     debulked = {"ridges": stands, **_debulked_figures(laid, settled)}
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, debulked)
-    return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
+    entries = left_out.of_pocket(laid.sheet, settled)
+    if late and not settled.cut:
+        entries += left_out.of_late(found.number, "certified minimum")
+    return Evaluation(report, entries)
 
 
 def _report(
@@ -181,8 +184,9 @@ def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
     return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason))
 
 
-def _too_late(found: FoundPocket) -> verdict.Judgement:
-    return verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
+def _late(found: FoundPocket, seen: PocketReport) -> Evaluation:
+    judged = verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
+    return replace(_not_evaluated(seen, judged), left_out=left_out.of_late(found.number, "net and minimum"))
 
 
 def _net_figures(laid: LaidPocket) -> dict[str, Any]:

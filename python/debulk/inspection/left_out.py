@@ -9,7 +9,7 @@ from debulk.inspection.starts import Settled
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement
 
-__all__ = ["merged", "of_pocket", "of_scan", "of_unsolved"]
+__all__ = ["merged", "of_late", "of_pocket", "of_scan", "of_stages", "of_unsolved"]
 
 _TERMS = {
     "friction": LeftOut(
@@ -42,6 +42,23 @@ def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
             what=f"the minimum of pocket {number}, its picture and the paper's figures",
             why='solve.when is "needed", and the excess length decides',
             bound=f"every minimum keeps the excess length: {judged.reason}",
+        ),
+    )
+
+
+def of_late(number: int, what: str) -> tuple[LeftOut, ...]:
+    """Name what of a pocket the deadline left no time for."""
+    why = "the deadline passed"
+    return (LeftOut(what=f"{what} of pocket {number}", why=why, bound="none: what it becomes is not known"),)
+
+
+def of_stages(stage: str) -> tuple[LeftOut, ...]:
+    """Name what a deadline left out that passed before any pocket was known, during this stage."""
+    return (
+        LeftOut(
+            what=f"the rest of the inspection from the stage {stage} on: pockets, coverage and verdict",
+            why="the deadline passed",
+            bound="none: nothing is known of the ply",
         ),
     )
 

@@ -87,6 +87,7 @@ def too_late(ply: PlyOnMold, stage: str, timings_ms: dict[str, float]) -> Report
         reason=f"the deadline passed during the stage {stage}, before any pocket was known",
         pockets=(),
         timings_ms=timings_ms,
+        left_out=left_out.of_stages(stage),
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
     )

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from debulk.results.record import PointsXYZ, Record
 
 __all__ = ["RidgeGeometry"]
@@ -59,3 +62,8 @@ class RidgeGeometry(Record):
 
     def __repr__(self) -> str:
         return f"RidgeGeometry({self.height_mm:.2f} mm high, {self.length_mm:.0f} mm long, at {self.direction_deg:.0f} deg)"
+
+    @property
+    def lines_mm(self) -> tuple[NDArray[np.float64], ...]:
+        """The polyline, and the mirrored one where there is one: the ridge runs along either."""
+        return (self.polyline_mm,) if self.mirrored_mm is None else (self.polyline_mm, self.mirrored_mm)

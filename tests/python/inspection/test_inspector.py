@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from debulk import Cancelled, Grid, InputError, Inspector, Recipe, Report, Verdict, inspect, pocket, scenes
+from debulk.inspection.cycle import Cycle
+from debulk.inspection.evaluation import evaluate
 
 
 @pytest.fixture(scope="module")
@@ -141,6 +143,16 @@ def test_a_passed_deadline_is_undecided_never_cease(layup, inspector):
     for p in report.pockets:
         assert p.verdict in (Verdict.UNDECIDED, Verdict.INVALID)
         assert "deadline" in p.reason or p.verdict is Verdict.INVALID
+    assert "the deadline passed" in [entry.why for entry in report.left_out]
+
+
+def test_what_the_deadline_left_out_is_named_for_each_pocket(layup, inspector):
+    found = inspector.find(layup.scan).pockets
+    cycle = Cycle()
+    cycle.stop.set_deadline(1e-9)
+    for one in found[:3]:
+        late = evaluate(one, inspector.ply, cycle.stop)
+        assert [entry.what for entry in late.left_out] == [f"net and minimum of pocket {one.number}"]
 
 
 def test_cancel_ends_the_inspection_and_leaves_no_thread(layup, inspector):
