@@ -56,7 +56,7 @@ def compare() -> list[Compared]:
                 Compared(
                     engine,
                     half,
-                    min(polyline.distance_mm(line, peak) for line in lines) / radius_mm,
+                    min(float(polyline.distance_mm(line, peak)) for line in lines) / radius_mm,
                     turned,
                     polyline.length_mm(lines[0]) / max(float(row["length_mm"]), 1e-9),
                     row["folds"] == "1",

@@ -18,6 +18,7 @@ import numpy as np
 from debulk import Inspector, scenes, solve
 from debulk.inspection import polyline, ridges, starts
 from debulk.inspection.laid_pocket import LaidPocket, lay_pocket
+from debulk.pocket import Foot
 from debulk.recipe import Recipe
 from debulk.results.ridge import RidgeGeometry
 
@@ -47,7 +48,7 @@ def places_of(layup: int, pixels: tuple[int, int], count: int) -> list[Place]:
         minima = solve.minimise(
             laid.sheet, recipe.solve.method, starts=count + 2, seed=recipe.solve.seed, tolerance=recipe.solve.tolerance
         ).minima[1:]
-        reported = _reported(laid, minima[0], found.foot.area_mm2)
+        reported = _reported(laid, minima[0], found.foot)
         radius_mm = float(np.sqrt(found.foot.area_mm2 / np.pi))
         for minimum in minima[1:]:
             off_mm = _off(laid, minimum, reported)
@@ -56,13 +57,13 @@ def places_of(layup: int, pixels: tuple[int, int], count: int) -> list[Place]:
     return places
 
 
-def _reported(laid: LaidPocket, minimum: solve.Solution, area_mm2: float) -> tuple[RidgeGeometry, ...]:
+def _reported(laid: LaidPocket, minimum: solve.Solution, foot: Foot) -> tuple[RidgeGeometry, ...]:
     if laid.excess is not None:
-        return ridges.of_excess(laid, area_mm2)
+        return ridges.of_excess(laid, foot)
     if not minimum.certified:
         return ()
     best = laid.post_process(minimum)
-    return ridges.of_minima(laid, starts.Settled(minimum, best, (minimum,), (best,), False), area_mm2)
+    return ridges.of_minima(laid, starts.Settled(minimum, best, (minimum,), (best,), False), foot)
 
 
 def _off(laid: LaidPocket, minimum: solve.Solution, reported: tuple[RidgeGeometry, ...]) -> float | None:
@@ -71,8 +72,7 @@ def _off(laid: LaidPocket, minimum: solve.Solution, reported: tuple[RidgeGeometr
     if not found or not reported:
         return None
     peak = minimum.nodes_mm[max(found, key=lambda section: section.height_mm).peak, :2]
-    lines = [reported[0].polyline_mm, reported[0].mirrored_mm]
-    return min(polyline.distance_mm(line[:, :2], peak) for line in lines if line is not None)
+    return min(float(polyline.distance_mm(line[:, :2], peak)) for line in reported[0].lines_mm)
 
 
 def table(places: list[Place], layups: int, count: int) -> str:

@@ -78,7 +78,7 @@ def _evaluate(
         return _not_evaluated(seen, verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
 
     with watch.step("ridge"):
-        stands = ridges.of_excess(laid, found.foot.area_mm2)
+        stands = ridges.of_excess(laid, found.foot)
     if laid.by_excess and ply.recipe.solve.when == "needed":
         known = laid.judge_unsolved()
         if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
@@ -106,7 +106,7 @@ def _evaluate(
     )
     if laid.excess is None:
         with watch.step("ridge"):
-            stands = ridges.of_minima(laid, settled, found.foot.area_mm2)
+            stands = ridges.of_minima(laid, settled, found.foot)
     debulked = {"ridges": stands, **_debulked_figures(laid, settled)}
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, debulked)
     entries = left_out.of_pocket(laid.sheet, settled)

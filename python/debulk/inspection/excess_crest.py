@@ -117,6 +117,8 @@ def _excess_mm(points: Floats, reference: Reference) -> float:
 def _lean(lattice: NDArray[np.int32], gaps: Floats) -> float:
     """Correlation of the fibres' coordinates over the air below the ply: 1 for a pocket along their first diagonal."""
     weight = np.maximum(gaps, 0.0)
+    if not weight.any():
+        return 0.0
     off = lattice - np.average(lattice, axis=0, weights=weight)
     (xx, xy), (_, yy) = (weight[:, None] * off).T @ off
     return float(xy / math.sqrt(xx * yy)) if xx * yy > 0 else 0.0

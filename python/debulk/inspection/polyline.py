@@ -38,8 +38,9 @@ def direction_deg(way: Floats) -> float:
     return angle if angle < 180.0 else 0.0  # of -1e-20 the remainder is 180
 
 
-def distance_mm(line: Floats, point: Floats) -> float:
-    """Return how far a point is from a line in the plane: (K, 2), (2,)."""
-    from_a, ab = point - line[:-1], np.diff(line, axis=0)
-    share = np.clip((from_a * ab).sum(axis=1) / np.maximum((ab**2).sum(axis=1), 1e-30), 0.0, 1.0)
-    return float(np.hypot(*(from_a - share[:, None] * ab).T).min())
+def distance_mm(line: Floats, points: Floats) -> Floats:
+    """Return how far (..., 2) points are from a line in the plane, (K, 2)."""
+    from_a, ab = points[..., None, :] - line[:-1], np.diff(line, axis=0)
+    share = np.clip((from_a * ab).sum(axis=-1) / np.maximum((ab**2).sum(axis=-1), 1e-30), 0.0, 1.0)
+    off = from_a - share[..., None] * ab
+    return np.asarray(np.sqrt((off**2).sum(axis=-1)).min(axis=-1))

@@ -18,6 +18,7 @@ from debulk.results.ridge import RidgeGeometry
 if TYPE_CHECKING:
     from debulk.inspection.laid_pocket import LaidPocket
     from debulk.inspection.starts import Settled
+    from debulk.pocket import Foot
     from debulk.recipe import Recipe
     from debulk.surface import Reference
 
@@ -32,7 +33,7 @@ _ENOUGH = 8  # minima, the farthest of which says as much: the next lies within 
 Floats = NDArray[np.float64]
 
 
-def of_excess(laid: LaidPocket, foot_area_mm2: float) -> tuple[RidgeGeometry, ...]:
+def of_excess(laid: LaidPocket, foot: Foot) -> tuple[RidgeGeometry, ...]:
     """Return the one ridge that the excess makes of a pocket whose rim is held; empty where none stands.
 
     It needs no minimum. A coarse net shows several smaller ridges in its place, others from every start, which share
@@ -49,13 +50,13 @@ def of_excess(laid: LaidPocket, foot_area_mm2: float) -> tuple[RidgeGeometry, ..
             _fibres(laid, laid.net.nodes_mm, [crest.peak]),
             known.length_mm,
             known.height_mm,
-            HELD_SPREAD * _radius_mm(foot_area_mm2),
+            HELD_SPREAD * _radius_mm(foot.area_mm2),
             laid.recipe,
         ),
     )
 
 
-def of_minima(laid: LaidPocket, settled: Settled, foot_area_mm2: float) -> tuple[RidgeGeometry, ...]:
+def of_minima(laid: LaidPocket, settled: Settled, foot: Foot) -> tuple[RidgeGeometry, ...]:
     """Return the ridges of the best minimum as its net shows them, highest first.
 
     The band holds the highest ridges of all certified minima; of a few it is as wide at least as was measured of many.
@@ -64,12 +65,15 @@ def of_minima(laid: LaidPocket, settled: Settled, foot_area_mm2: float) -> tuple
     crests = net_crests(settled.best, laid.net.neighbours, nodes_mm)
     if not crests:
         return ()
-    spread_mm = 0.0 if len(settled.every) >= _ENOUGH else EDGE_SPREAD * _radius_mm(foot_area_mm2)
+    line_mm = crests[0].points_mm[:, :2]
+    spread_mm = 0.0
+    if len(settled.every) < _ENOUGH:
+        somewhere_mm = float(polyline.distance_mm(line_mm, foot.outline_mm).max())  # in the pocket
+        spread_mm = min(EDGE_SPREAD * _radius_mm(foot.area_mm2), somewhere_mm)
     for solution, found in zip(settled.counted, settled.every, strict=True):
         if found.sections:
             peak = max(found.sections, key=lambda one: one.height_mm).peak
-            off_mm = polyline.distance_mm(crests[0].points_mm[:, :2], solution.nodes_mm[peak, :2])
-            spread_mm = max(spread_mm, off_mm)
+            spread_mm = max(spread_mm, float(polyline.distance_mm(line_mm, solution.nodes_mm[peak, :2])))
     return tuple(
         _geometry(
             _on_mold(crest.points_mm[:, :2], laid.reference),
@@ -97,8 +101,9 @@ def _geometry(
     side = section.elastic_fold(excess_mm, recipe)
     return RidgeGeometry(
         polyline_mm=line_mm,
-        mirrored_mm=mirrored_mm,
         direction_deg=polyline.direction_deg(along),
+        mirrored_mm=mirrored_mm,
+        mirrored_deg=None if mirrored_mm is None else polyline.direction_deg(polyline.axis(mirrored_mm)),
         fibre_angle_deg=min(_angle_deg(along, fibre) for fibre in fibres),
         length_mm=polyline.length_mm(line_mm),
         excess_mm=excess_mm,

@@ -283,6 +283,13 @@ class PocketReport(Record):
                 _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
 
     @property
+    def elastic_mm(self) -> float | None:
+        """Height of the elastic fold, also where the formula says that no ridge stands; None: not known."""
+        if self.excess is not None:
+            return self.excess.elastic_mm
+        return self.ridges[0].elastic_mm if self.ridges else None
+
+    @property
     def centroid_mm(self) -> tuple[float, float] | None:
         """Mold XY of the middle of the outline's area; None without an outline that has an area."""
         if not len(self.outline_mm):

@@ -21,10 +21,10 @@ class RidgeGeometry(Record):
     polyline_mm
         (K, 3) points of the mold under the crest, mold frame, from one end to the other, at least two. By the excess it
         ends where the fold is half as high as at its highest.
-    mirrored_mm
-        (K, 3) the same along the other diagonal of the fibres, where the ply is as likely to fold that way; else None.
     direction_deg
         Of the crest, 0 to 180, counter-clockwise from mold +x, seen along z.
+    mirrored_mm, mirrored_deg
+        Both along the other diagonal of the fibres, where the ply is as likely to fold that way; else None.
     fibre_angle_deg
         Between the crest and the nearer fibre, 0 to 90.
     length_mm
@@ -47,8 +47,9 @@ class RidgeGeometry(Record):
     """
 
     polyline_mm: PointsXYZ
-    mirrored_mm: PointsXYZ | None = None
     direction_deg: float
+    mirrored_mm: PointsXYZ | None = None
+    mirrored_deg: float | None = None
     fibre_angle_deg: float
     length_mm: float
     excess_mm: float
@@ -62,6 +63,13 @@ class RidgeGeometry(Record):
 
     def __repr__(self) -> str:
         return f"RidgeGeometry({self.height_mm:.2f} mm high, {self.length_mm:.0f} mm long, at {self.direction_deg:.0f} deg)"
+
+    @property
+    def middle_mm(self) -> tuple[float, float, float]:
+        """The point half-way along the polyline."""
+        way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(self.polyline_mm, axis=0), axis=1)))
+        x, y, z = (float(np.interp(way[-1] / 2, way, column)) for column in self.polyline_mm.T)
+        return x, y, z
 
     @property
     def lines_mm(self) -> tuple[NDArray[np.float64], ...]:
