@@ -81,7 +81,7 @@ def table(places: list[Place], layups: int, count: int) -> str:
         fill(
             f"{layups} virtual layups, {count} perturbed starts of each pocket. Off: distance of the highest ridge of "
             "another start from the reported one, in radii of a disc of the foot's area. Held: pockets judged by their "
-            "excess, whose reported ridge is no start's. Edge: at the ply's edge, against the ridge of the first start.",
+            "excess, whose reported ridge is no start's. Edge: at the ply's edge, against that of the first start.",
             116,
         ),
         "",

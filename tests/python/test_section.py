@@ -240,9 +240,8 @@ def test_the_table_of_elastic_folds_is_the_folds(excess_mm, thickness_mm, young_
     assert found.certified
     along, up = np.diff(found.points_mm, axis=0).T
     side = elastic_fold(excess_mm, recipe)
-    assert side.height_mm == elastic_height(excess_mm, recipe) == pytest.approx(
-        found.height_mm, rel=2e-2 if flanks_touch else 5e-3
-    )
+    assert elastic_height(excess_mm, recipe) == side.height_mm
+    assert side.height_mm == pytest.approx(found.height_mm, rel=2e-2 if flanks_touch else 5e-3)
     assert side.foot_width_mm == pytest.approx(found.foot_width_mm, rel=6e-2 if flanks_touch else 1.5e-2)
     assert side.slope_deg == pytest.approx(np.degrees(np.arctan2(up, along).max()), rel=3e-2 if flanks_touch else 5e-3)
 

@@ -82,7 +82,9 @@ def _evaluate(
     if laid.by_excess and ply.recipe.solve.when == "needed":
         known = laid.judge_unsolved()
         if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
-            return Evaluation(_report(seen, laid, watch, known, None, {"ridges": stands}), left_out.of_unsolved(found.number, known))
+            return Evaluation(
+                _report(seen, laid, watch, known, None, {"ridges": stands}), left_out.of_unsolved(found.number, known)
+            )
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         with watch.step("ridge"):

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from debulk.results.ridge import RidgeGeometry
 
 HEADINGS = (
-    "#", "x mm", "y mm", "area cm²", "peak mm", "Δ mm", "nodes", "by ΔL mm", "elastic mm", "RMS mm", "ridge mm", "paper",
-    "verdict", "reason", "time ms",
+    "#", "x mm", "y mm", "area cm²", "peak mm", "Δ mm", "nodes", "by ΔL mm", "elastic mm", "RMS mm", "ridge mm",
+    "paper", "verdict", "reason", "time ms",
 )  # fmt: skip
 _TEXT_COLUMNS = {11, 12, 13}
 
@@ -118,8 +118,8 @@ _CSV = (
     "touches_ply_edge", "spacing_mm", "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm",
     "ridge_low_mm", "ridge_high_mm", "ridge_length_mm", "excess_length_mm", "excess_ridge_mm", "excess_ridge_low_mm",
     "excess_ridge_high_mm", "elastic_mm", "ridge_x_mm", "ridge_y_mm", "ridge_spread_mm", "ridge_direction_deg",
-    "ridge_mirrored_deg", "ridge_line_mm", "ridge_slope_deg", "energy_mj", "solver", "status", "certified", "iterations", "evaluations", "length_error",
-    "penetration_mm", "kkt_error", "runtime_ms",
+    "ridge_mirrored_deg", "ridge_line_mm", "ridge_slope_deg", "energy_mj", "solver", "status", "certified",
+    "iterations", "evaluations", "length_error", "penetration_mm", "kkt_error", "runtime_ms",
 )  # fmt: skip
 
 # Of the decisive ridge; its length is that of its line, `ridge_length_mm` that of the net's longest.

@@ -62,7 +62,8 @@ class RidgeGeometry(Record):
     place_spread_mm: float
 
     def __repr__(self) -> str:
-        return f"RidgeGeometry({self.height_mm:.2f} mm high, {self.length_mm:.0f} mm long, at {self.direction_deg:.0f} deg)"
+        size = f"{self.height_mm:.2f} mm high, {self.length_mm:.0f} mm long"
+        return f"RidgeGeometry({size}, at {self.direction_deg:.0f} deg)"
 
     @property
     def middle_mm(self) -> tuple[float, float, float]:

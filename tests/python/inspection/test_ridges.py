@@ -29,7 +29,8 @@ def hill(long_mm, wide_mm, high_mm, deg, mold=None):
     air = high_mm * np.cos(np.pi / 2 * np.minimum(np.hypot(u / long_mm, v / wide_mm), 1)) ** 2
     turn = np.linspace(0, 2 * np.pi, 180, endpoint=False)
     rim = np.stack(turned(long_mm * np.cos(turn), wide_mm * np.sin(turn), -deg), axis=1)
-    return tuple(surface.Reference(z, (-REACH_MM, -REACH_MM), GRID_MM) for z in (floor + air, floor)) + (rim,)
+    ply, reference = (surface.Reference(z, (-REACH_MM, -REACH_MM), GRID_MM) for z in (floor + air, floor))
+    return ply, reference, rim
 
 
 def laid(long_mm, wide_mm, high_mm, deg, fibre_deg, mold=None, centre_mm=(0.0, 0.0)):
@@ -205,7 +206,7 @@ def test_ridges_of_a_net_are_ordered_by_height():
 def test_the_farthest_of_many_minima_makes_the_band():
     nodes, neighbours = rows(4)
     settled = settled_on(nodes, neighbours, flat_mold())
-    elsewhere = SimpleNamespace(nodes_mm=nodes + [5.5, 0.0, 0.0])
+    elsewhere = SimpleNamespace(nodes_mm=nodes + np.array([5.5, 0.0, 0.0]))
     settled.counted, settled.every = (settled.solution,) * 7 + (elsewhere,), (settled.best,) * 8
     made = SimpleNamespace(
         net=SimpleNamespace(neighbours=neighbours), reference=flat_mold(), excess=None, recipe=Recipe()
