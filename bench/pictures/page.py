@@ -25,18 +25,10 @@ def main() -> int:
         demo = "from debulk.cli import main; main()"
         subprocess.run([sys.executable, "-c", demo, "demo", "-o", folder], check=True, stdout=subprocess.DEVNULL)
         shot = Path(folder, "page.png")
-        flags = [
-            "--headless=new",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--hide-scrollbars",
-            f"--user-data-dir={folder}/home",
-        ]
-        size = f"--window-size={SIZE[0]},{SIZE[1]}"
-        subprocess.run(
-            [browser, *flags, f"--screenshot={shot}", Path(folder, "report.html").as_uri()],
-            check=True, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+        flags = ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
+        flags += [f"--user-data-dir={folder}/home", f"--window-size={SIZE[0]},{SIZE[1]}", f"--screenshot={shot}"]
+        command = [browser, *flags, Path(folder, "report.html").as_uri()]
+        subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
         picture = Image.open(shot).convert("RGB")
     picture = picture.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE, kmeans=8)
     path = Path(__file__).with_name("page.png")
