@@ -245,3 +245,23 @@ def test_it_prints(browser, pages):
     browser.open(pages / "report.html")
     pages_of_pdf = browser.pdf()
     assert pages_of_pdf.startswith(b"%PDF") and len(pages_of_pdf) > 50_000
+
+
+def test_on_paper_the_key_stands_beside_the_map_and_no_row_is_hidden(browser, pages):
+    browser.open(pages / "report.html", width=700)
+    browser.run("document.querySelector('.filter .cease').click()")
+    browser("Emulation.setEmulatedMedia", media="print")
+    browser.settle()
+    where = "(r => [r.x, r.y, r.right])(document.querySelector('{}').getBoundingClientRect())"
+    _, map_top, map_right = browser.run(where.format(".map-view > svg"))
+    key_left, key_top, _ = browser.run(where.format(".map-key"))
+    assert key_left >= map_right and abs(key_top - map_top) < 20
+    hidden = "Array.from(document.querySelectorAll('.sortable tbody tr')).filter(row => !row.checkVisibility()).length"
+    assert browser.run(hidden) == 0
+    for gone in (".readout", ".filter", ".buttons", ".table-tools"):
+        assert browser.run(f"document.querySelector('{gone}').checkVisibility()") is False
+    # A header group is repeated on every sheet, in Chromium only where it may not be broken.
+    style = "(s => [s.display, s.breakInside])(getComputedStyle(document.querySelector('.running')))"
+    assert browser.run(style) == ["table-header-group", "avoid"]
+    assert browser.run("document.querySelector('.running').textContent.trim()").endswith("UTC · INVALID")
+    browser("Emulation.setEmulatedMedia", media="")
