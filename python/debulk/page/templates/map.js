@@ -43,7 +43,7 @@
     const svg = map.querySelector("svg"), output = map.querySelector("output"), image = svg.querySelector("image");
     const outlines = Array.from(svg.querySelectorAll("path.mark")), box = svg.viewBox.baseVal;
     const cross = document.createElementNS(svg.namespaceURI, "path");
-    let reader = null, at = null, pocket = null;
+    let reader = null, at = null, pocket = null, finger = false;
     cross.setAttribute("class", "cross");
     svg.append(cross);
     svg.tabIndex = 0;
@@ -68,7 +68,10 @@
       show(x, y, false);
     }
     svg.addEventListener("pointermove", pointed);
-    svg.addEventListener("pointerdown", pointed);
+    svg.addEventListener("pointerdown", event => { finger = event.pointerType === "touch"; pointed(event); });
+    svg.addEventListener("click", event => { // a finger in a pocket reads the height; line and number lead to the card
+      if (finger && event.target.closest(".casing")) event.preventDefault();
+    });
     svg.addEventListener("pointerleave", event => { if (event.pointerType === "mouse") cross.removeAttribute("d"); });
     svg.addEventListener("focus", () => { if (svg.matches(":focus-visible")) show(...(at ?? [box.x + box.width / 2, box.y + box.height / 2]), true); });
     svg.addEventListener("keydown", event => {
