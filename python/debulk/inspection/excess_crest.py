@@ -76,9 +76,10 @@ def excess_crest(laid: Net, reference: Reference) -> ExcessCrest | None:
     gaps = laid.nodes_mm[:, 2] - reference.height(laid.nodes_mm[:, :2])
     peak = max(peak_fibre, key=lambda node: gaps[node])
     lean = _lean(laid.lattice, gaps)
-    place = _Places(laid)
-    ways = [_curve(held, place, laid.lattice[peak].tolist(), sign) for sign in ((1, -1) if lean >= 0 else (-1, 1))]
-    return ExcessCrest(ways[0], ways[1] if abs(lean) < _DIAGONAL else None, peak)
+    place, start = _Places(laid), laid.lattice[peak].tolist()
+    sign = 1 if lean >= 0 else -1
+    mirrored = _curve(held, place, start, -sign) if abs(lean) < _DIAGONAL else None
+    return ExcessCrest(_curve(held, place, start, sign), mirrored, peak)
 
 
 def _held(laid: Net, reference: Reference) -> tuple[list[_Held], list[int]]:
