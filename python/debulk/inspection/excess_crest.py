@@ -120,7 +120,7 @@ def _lean(lattice: NDArray[np.int32], gaps: Floats) -> float:
     weight = np.maximum(gaps, 0.0)
     if not weight.any():
         return 0.0
-    off = lattice - np.average(lattice, axis=0, weights=weight)
+    off = lattice - weight @ lattice / weight.sum()
     (xx, xy), (_, yy) = (weight[:, None] * off).T @ off
     return float(xy / math.sqrt(xx * yy)) if xx * yy > 0 else 0.0
 

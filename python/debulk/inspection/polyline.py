@@ -21,7 +21,7 @@ def axis(line: Floats) -> Floats:
     """Return the (3,) unit vector of a line's longest principal axis, every piece counted by its length."""
     steps, middles = np.diff(line, axis=0), (line[1:] + line[:-1]) / 2
     weights = np.linalg.norm(steps, axis=1)
-    off = middles - np.average(middles, axis=0, weights=weights)
+    off = middles - weights @ middles / weights.sum()
     moments = (weights[:, None] * off).T @ off + (weights[:, None] * steps).T @ steps / 12
     return np.asarray(np.linalg.eigh(moments)[1][:, -1])
 
