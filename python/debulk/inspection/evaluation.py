@@ -27,10 +27,11 @@ log = logging.getLogger("debulk")
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A pocket's part of the report, and what was left out for it."""
+    """A pocket's part of the report, what was left out for it, and what of it a deadline cut off; empty: nothing."""
 
     report: PocketReport
     left_out: tuple[LeftOut, ...] = ()
+    late: str = ""
 
 
 def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, begun: float) -> list[Evaluation]:
@@ -111,10 +112,8 @@ def _evaluate(
             stands = ridges.of_minima(laid, settled, found.foot)
     debulked = {"ridges": stands, **_debulked_figures(laid, settled)}
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, debulked)
-    entries = left_out.of_pocket(laid.sheet, settled)
-    if late and not settled.cut:
-        entries += left_out.of_late(found.number, "certified minimum")
-    return Evaluation(report, entries)
+    cut = "the certified minimum" if late and not settled.cut else ""
+    return Evaluation(report, left_out.of_pocket(laid.sheet, settled), cut)
 
 
 def _report(
@@ -188,7 +187,7 @@ def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
 
 def _late(found: FoundPocket, seen: PocketReport) -> Evaluation:
     judged = verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
-    return replace(_not_evaluated(seen, judged), left_out=left_out.of_late(found.number, "net and minimum"))
+    return replace(_not_evaluated(seen, judged), late="net and minimum")
 
 
 def _net_figures(laid: LaidPocket) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from debulk import sheet
 from debulk.inspection import unseen
 from debulk.inspection.found import Found
@@ -46,10 +48,15 @@ def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
     )
 
 
-def of_late(number: int, what: str) -> tuple[LeftOut, ...]:
-    """Name what of a pocket the deadline left no time for."""
-    why = "the deadline passed"
-    return (LeftOut(what=f"{what} of pocket {number}", why=why, bound="none: what it becomes is not known"),)
+def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:
+    """Name what the deadline left no time for, from numbers of pockets and what each lacks: one entry for each lack."""
+    entries = []
+    for what in dict.fromkeys(lack for _, lack in cut):
+        numbers = [str(number) for number, lack in cut if lack == what]
+        whose = f"pocket{'s' * (len(numbers) > 1)} {', '.join(numbers)}"
+        why, bound = "the deadline passed", "none: what becomes of it is not known"
+        entries.append(LeftOut(what=f"{what} of {whose}", why=why, bound=bound))
+    return tuple(entries)
 
 
 def of_stages(stage: str) -> tuple[LeftOut, ...]:

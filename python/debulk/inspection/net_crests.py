@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -75,10 +76,17 @@ def _trace(start: int, fibre: int, links: Links, peaks: Collection[int], nodes_m
 
 
 def _outward(node: int, links: Links, nodes_mm: Floats, side: int, fibre: int) -> Floats:
-    """Way from a node to the next fibre: to the neighbour there, or as far on as the one on the other side is back."""
+    """Way from a node to the next fibre: to the neighbour there, or as far on as the one on the other side is back.
+
+    Where its fibre has none beside it, a segment's length across it.
+    """
     other = _ACROSS[fibre][0] + _ACROSS[fibre][1] - side
     if links[node][side] >= 0:
         return np.asarray(nodes_mm[links[node][side]] - nodes_mm[node])
     if links[node][other] >= 0:
         return np.asarray(nodes_mm[node] - nodes_mm[links[node][other]])
-    return np.zeros(3)
+    ends = [nodes_mm[links[node][way] if links[node][way] >= 0 else node] for way in _ALONG[fibre]]
+    x, y = (ends[0] - ends[1])[:2]
+    segment_mm = max(float(np.linalg.norm(end - nodes_mm[node])) for end in ends)
+    to_north = 1.0 if (side == _ACROSS[fibre][0]) == (fibre == 0) else -1.0
+    return np.asarray(to_north * segment_mm / math.hypot(x, y) * np.array([-y, x, 0.0]))

@@ -45,6 +45,7 @@ def report(
         judged = Judgement(Verdict.INVALID, placed.doubt)
     entries = tolerances.left_out(bumps, ply.recipe) + left_out.of_scan(found, ply.outline is not None)
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
+    entries += left_out.of_late([(one.report.id, one.late) for one in evaluations if one.late])
     reason = judged.reason + (f"; {found.doubt}" if found.doubt else "")
     log.info("%s: %s", judged.verdict.value, reason)
     return Report(

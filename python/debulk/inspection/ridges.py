@@ -123,13 +123,13 @@ def _on_mold(line_mm: Floats, reference: Reference) -> Floats:
 
 
 def _fibres(laid: LaidPocket, nodes_mm: Floats, crest: Sequence[int]) -> list[Floats]:
-    """Return the ways of the fibres, of either direction, past the nodes of a crest."""
+    """Return the ways of the fibres past the nodes of a crest, of the directions that have any."""
     ways = []
     for ahead, back in ((0, 1), (2, 3)):
         links = laid.net.neighbours[list(crest)]
         joined = [np.where(links[:, side] >= 0, links[:, side], crest) for side in (ahead, back)]
         ways.append((nodes_mm[joined[0]] - nodes_mm[joined[1]]).sum(axis=0))
-    return ways
+    return [way for way in ways if way.any()]
 
 
 def _angle_deg(a: Floats, b: Floats) -> float:

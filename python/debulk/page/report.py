@@ -94,6 +94,8 @@ def page(report: ReportData) -> str:
 
 def report_map(report: ReportData, png_bytes: int = MAX_PNG_BYTES) -> PlyMap | None:
     """Draw the heights of a report with all that is known of its pockets; None: there is nothing to draw."""
+    if report.height_map is None and not report.pockets:
+        return None
     areas = [Area(p.id, p.verdict.value, p.outline_mm, says(p)) for p in report.pockets]
     found = ridges(report.pockets)
     return ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report, found, png_bytes=png_bytes)

@@ -170,14 +170,12 @@ def test_a_straight_ridge_of_a_net(count, turn):
     made = SimpleNamespace(
         net=SimpleNamespace(neighbours=neighbours), reference=flat_mold(), excess=None, recipe=Recipe()
     )
-    if count == 1:  # nothing says where the next fibre is: the ridge has no length
-        assert net_crests(settled.best, neighbours, nodes)[0].nodes == (1,)
-        return
     (one,) = ridges.of_minima(made, settled, FOOT)
     assert one.length_mm == pytest.approx(8.0 * count)
     assert one.length_mm == pytest.approx(settled.best.ridge_length_mm)
     assert off_deg(one.direction_deg, 90 + turn) < 1e-9
-    assert one.fibre_angle_deg < 1e-9
+    assert one.fibre_angle_deg == pytest.approx(90 if count == 1 else 0, abs=1e-9)  # of one fibre none runs along it
+    np.testing.assert_allclose(one.middle_mm, (*turned(0.0, 4.0 * (count - 1), -turn), 0.0), atol=1e-9)
     assert one.excess_mm == pytest.approx(2 * (8 - math.sqrt(64 - 9)))
     assert one.height_mm == pytest.approx(settled.best.ridge_height_mm)
     assert one.mirrored_mm is None
