@@ -19,6 +19,7 @@ from debulk import net, ridge, sheet, solve
 from debulk.inspection import polyline
 from debulk.inspection.excess_crest import excess_crest
 from debulk.inspection.net_crests import net_crests
+from debulk.inspection.ridges import HELD_SPREAD
 from debulk.recipe import Recipe
 
 
@@ -104,11 +105,12 @@ def table(found: list[Compared]) -> str:
             "simulations, pockets inside the ply. Off: distance of the fold's highest point from the crest, in radii "
             "of a disc of the foot's area. Turned: between the directions. Length: the crest's over the fold's. Each: "
             "median and 90 %, of the length 10 and 90 %. Two lines: pockets for which a mirrored crest is given too; "
-            "the nearer one counts. Net: the highest ridge of the default net's minimum, in place of that crest.",
+            "the nearer one counts. Net: the highest ridge of the default net's minimum, in place of that crest. In the "
+            "band: folds whose highest point lies within the band that a report gives.",
             116,
         ),
         "",
-        "engine  pockets            folds      off            turned, deg         length",
+        "engine  pockets            folds      off            turned, deg         length            in the band",
     ]
     kinds = {
         "all": lambda c: c.crest == "excess",
@@ -131,6 +133,7 @@ def table(found: list[Compared]) -> str:
                 f"{engine:<8}{name:<16}{len(chosen):8d}{np.median(off):9.3f}{np.quantile(off, 0.9):7.3f}"
                 f"{np.median(turned):12.1f}{np.quantile(turned, 0.9):7.1f}"
                 f"{np.median(length):12.2f}{np.quantile(length, 0.1):6.2f}{np.quantile(length, 0.9):6.2f}"
+                f"{100 * np.mean(off <= HELD_SPREAD):9.0f} %"
             )
     return "\n".join(lines) + "\n"
 

@@ -28,7 +28,7 @@ _STEP = 0.5  # of the curve, in node spacings
 # Where the fold is half as high: an elastic fold is as high as its excess to the power of 4/7.
 _END = 2 ** (-7 / 4)
 # Below this correlation of the fibres' coordinates over the pocket it is as long along either diagonal of its fibres,
-# and folds along either; the referee's 18 pockets above it all fold along the longer one (bench/referee/crests.txt).
+# and folds along either; the referee's 45 pockets above it all fold along the longer one (bench/referee/crests.txt).
 _DIAGONAL = 0.15
 
 Floats = NDArray[np.float64]
