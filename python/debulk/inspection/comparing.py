@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from debulk import pocket, surface
+from debulk import _core, pocket, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison, PocketComparison
 from debulk.grid import Grid
@@ -74,12 +74,13 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
 
 def check_place(
     report: Report,
-    debulked_scan: ArrayLike,
+    debulked_scan: NDArray[np.float32],
     heights: Grid,
     prepared: Prepared,
     mold_from_scanner: Floats | None,
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
+    stop: _core.Stop,
 ) -> None:
     """Refuse a scan that does not show the report's ply, consolidated, where the report has it.
 
@@ -90,7 +91,7 @@ def check_place(
     """
     consolidated_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
     placing = Placing(prepared, mold_from_scanner, report.ply_outline_mm, mask, recipe, consolidated_mm)
-    _, sample = placing.look(debulked_scan)
+    _, sample = placing.look(debulked_scan, stop)
     feet = [p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm for p in report.pockets]
     placed = placing.gross(sample) or placing.judge_between(sample, feet, heights)
     if placed.doubt:

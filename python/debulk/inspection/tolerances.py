@@ -11,13 +11,13 @@ import numpy as np
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
-from debulk.inspection.cycle import stopping
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.pocket import Dropped, Feet, Segmentation
 from debulk.recipe import Recipe, options
 from debulk.results.report import LeftOut
+from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
 
 __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]

@@ -26,7 +26,7 @@ def _ridge(wide_mm, high_mm, long_mm, turned_deg):
 @pytest.mark.parametrize(("wide_mm", "high_mm"), [(3, 8), (6, 3)])
 def test_a_wrinkle_is_found_with_its_place_and_height(wide_mm, high_mm, turned_deg):
     scan = laid_ply.scan(_ridge(wide_mm, high_mm, 200, turned_deg), noise_mm=0.05)
-    found = laid_ply.inspector()._wrinkles.find(scan, None)
+    found = laid_ply.inspector()._wrinkles.find(scan, None).wrinkles
     assert found
     turn = np.radians(turned_deg)
     for wrinkle in found:
@@ -62,4 +62,4 @@ def test_noise_flying_pixels_highlights_and_pockets_are_no_wrinkles():
         streak = (np.abs(along) < 40) & (np.abs(across) < rng.uniform(1, 4))
         off = np.where(streak[..., None], rng.normal(0, 5, depth.shape), off)
     noisy = (scan * (1 + off / depth)).astype(np.float32)
-    assert laid_ply.inspector()._wrinkles.find(noisy, None) == ()
+    assert laid_ply.inspector()._wrinkles.find(noisy, None).wrinkles == ()
