@@ -40,24 +40,40 @@ std::vector<float> read_heights(const Lines& lines, int pairs, const CrossingOpt
   return out;
 }
 
+constexpr std::size_t block = 64;  // places that are passed over at once where nothing stands
+
 // What stands out in one line: its places begin `side` pixels after the line's.
 struct Profile {
   std::vector<float> height;
   std::vector<std::uint8_t> stands, near;  // there, and there or up to `shift` pixels away
+  std::vector<std::uint8_t> any;           // in each block, near
 
   void take(const float* z, std::size_t places, const CrossingOptions& options) {
-    height.resize(places), stands.resize(places), near.assign(places, 0);
+    height.resize(places), stands.assign(places, 0), near.assign(places, 0), any.assign(places / block + 1, 0);
     const auto side = static_cast<std::size_t>(options.side);
-    for (std::size_t k = 0; k < places; ++k) {
-      const float left = z[k], right = z[k + 2 * side];
-      const float base = std::isnan(left) ? right : std::isnan(right) ? left : 0.5f * (left + right);
-      height[k] = z[k + side] - base;
-      stands[k] = height[k] > options.stands_out_mm && height[k] < options.highest_mm;
+    const float *left = z, *middle = z + side, *right = z + 2 * side;
+    const float least = options.stands_out_mm, most = options.highest_mm;
+    for (std::size_t begin = 0; begin < places; begin += block) {
+      const std::size_t end = std::min(places, begin + block);
+      int found = 0;
+      for (std::size_t k = begin; k < end; ++k) {  // the middle of both sides, or the one that was seen
+        const float l = left[k] == left[k] ? left[k] : right[k], r = right[k] == right[k] ? right[k] : left[k];
+        const float out = middle[k] - 0.5f * (l + r);
+        height[k] = out;
+        found |= static_cast<int>(out > least) & static_cast<int>(out < most);
+      }
+      if (found) mark(begin, end, options);
     }
-    for (std::size_t k = 0; k < places; ++k) {
-      if (!stands[k]) continue;
-      const std::size_t first = k < shift ? 0 : k - shift, end = std::min(places, k + shift + 1);
-      std::fill(near.begin() + static_cast<std::ptrdiff_t>(first), near.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
+  }
+
+ private:
+  void mark(std::size_t begin, std::size_t end, const CrossingOptions& options) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (!(height[k] > options.stands_out_mm && height[k] < options.highest_mm)) continue;
+      stands[k] = 1;
+      const std::size_t first = k < shift ? 0 : k - shift, last = std::min(height.size() - 1, k + shift);
+      for (std::size_t n = first; n <= last; ++n) near[n] = 1;
+      any[first / block] = any[last / block] = 1;
     }
   }
 };
@@ -66,6 +82,10 @@ void add_crossings(const Profile& a, const Profile& b, int pair, int side, std::
   const std::size_t places = a.height.size();
   const auto stands = [&](std::size_t k) { return (a.stands[k] & b.near[k]) | (b.stands[k] & a.near[k]); };
   for (std::size_t k = 0; k < places; ++k) {
+    if (k % block == 0 && !(a.any[k / block] && b.any[k / block])) {
+      k += block - 1;
+      continue;
+    }
     if (!stands(k)) continue;
     std::size_t top = k;
     float highest = -std::numeric_limits<float>::infinity();

@@ -117,6 +117,7 @@ def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply:
             return Bump(dropped, why, found=_judged(one, dropped, why))
     except _core.Stopped:
         return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
+    one = replace(one, net=laid)
     excess_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
     limits = criteria(ply.recipe)
