@@ -114,6 +114,7 @@ def height_map(
     hole_diameter_mm: float = 20.0,
     jump_ratio: float = 6.0,
     threads: int = 0,
+    stop: _core.Stop | None = None,
 ) -> HeightMap:
     """Heights of a scan above a reference, compared at equal x and y.
 
@@ -135,6 +136,8 @@ def height_map(
         A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
     threads
         0: as many as the process may use. The result does not depend on it.
+    stop
+        Raised from another thread, ends the computation with a RuntimeError.
 
     Returns
     -------
@@ -165,7 +168,13 @@ def height_map(
         reference = as_cloud(reference, "reference_cloud")
     spacing = 0.0 if spacing_mm is None else arrays.positive(spacing_mm, "spacing_mm")
     values, measured, origin, step = _core.surface.height_map(
-        as_cloud(scan, "scan"), reference, spacing, float(hole_diameter_mm), float(jump_ratio), threads
+        as_cloud(scan, "scan"),
+        reference,
+        spacing,
+        float(hole_diameter_mm),
+        float(jump_ratio),
+        threads,
+        stop or _core.Stop(),
     )
     return HeightMap(values, origin, step, measured.view(np.bool_))
 

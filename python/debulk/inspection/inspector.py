@@ -301,7 +301,12 @@ class Inspector:
                 given = owned(debulked_scan, "debulked_scan", stop)
                 points = cleaned(masked(given, self.mask, "debulked_scan"), self.mold_from_scanner, self.recipe, stop)
                 heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
-                    points, self.reference, self.grid_spacing_mm, hole_diameter_mm=0.0, threads=self.recipe.run.threads
+                    points,
+                    self.reference,
+                    self.grid_spacing_mm,
+                    hole_diameter_mm=0.0,
+                    threads=self.recipe.run.threads,
+                    stop=stop,
                 )
                 place = self.prepared, self.mold_from_scanner, self.mask, self.recipe
                 check_place(report, given, heights, *place, stop)
