@@ -128,13 +128,13 @@ TEST(Chains, GoStraightOnAndEachCrossingBeginsOneAtMost) {
   std::vector<Crossing> crossings;
   for (int pair = 0; pair < 8; ++pair) {
     if (pair != 4) crossings.push_back({pair, 100 + 5 * pair, 3});  // one lacks
-    crossings.push_back({pair, 300 + (pair % 2 ? 70 : 0), 3});      // no straight way
+    crossings.push_back({pair, 300 + 100 * pair, 3});               // too steep a way
   }
   const std::vector<std::vector<int>> chains = link_crossings(crossings, options);
   ASSERT_EQ(chains.size(), 1u);
   ASSERT_EQ(chains[0].size(), 7u);
   for (const int c : chains[0]) EXPECT_LT(crossings[static_cast<std::size_t>(c)].at, 200);
-  for (Crossing& c : crossings) c.height = c.pair % 2 ? 3 : 10;  // not alike
+  for (Crossing& c : crossings) c.height = std::pow(4, c.pair);  // not alike
   EXPECT_TRUE(link_crossings(crossings, options).empty());
   EXPECT_TRUE(link_crossings({}, options).empty());
 }
