@@ -22,6 +22,7 @@ _FRONT, _SEGMENT, _FEET = _core.surface.FrontEndOptions(), _core.pocket.SegmentO
 _NET, _PLY, _MINIMISE = _core.net.LayPocketOptions(), _core.sheet.PlyMaterial(), _core.sheet.MinimiseOptions()
 _CRITERIA = _core.verdict.Criteria()
 
+Table = Mapping[str, Any]
 _MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is something else
 
 
@@ -367,7 +368,25 @@ class Recipe(Section):
     verdict: VerdictLimits = Field(default_factory=lambda: VerdictLimits())
     run: Run = Field(default_factory=lambda: Run())
 
-    if not TYPE_CHECKING:
+    if TYPE_CHECKING:  # pydantic takes a table for a section, which type checkers would not know
+
+        def __init__(
+            self,
+            *,
+            material: Material | Table = ...,
+            loads: Loads | Table = ...,
+            segmentation: Segmentation | Table = ...,
+            clean: Clean | Table = ...,
+            level: Level | Table = ...,
+            patch: Patch | Table = ...,
+            net: Net | Table = ...,
+            solve: Solve | Table = ...,
+            ridge: Ridge | Table = ...,
+            verdict: VerdictLimits | Table = ...,
+            run: Run | Table = ...,
+        ) -> None: ...
+
+    else:
 
         def __init__(self, **values: Any) -> None:
             """Check all values, each alone and against the others."""
