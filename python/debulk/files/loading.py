@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import time
 from collections.abc import Callable
 from functools import partial
 from os import PathLike
@@ -19,6 +21,7 @@ from debulk.files.kinds import TEXT, check_kind
 from debulk.files.replacing import replacing
 from debulk.files.source import Points, Source, open_source
 
+log = logging.getLogger("debulk")
 Unit = Literal["mm", "m"]
 _MM_PER_UNIT = {"mm": 1.0, "m": 1000.0}
 _READERS: dict[str, Callable[[Source, float], Points]] = {
@@ -74,10 +77,12 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     extension = path.suffix.lower()
     if extension not in _READERS:
         raise InputError(f"{path}: expected a file ending in {', '.join(_READERS)}, got {extension or 'no ending'!r}")
+    began = time.perf_counter()
     with open_source(path) as source:
         check_kind(source, extension)
         points = _READERS[extension](source, factor)
         _check_plausible(source, points, unit)
+    log.debug("reading %s: %.1f ms", path, 1e3 * (time.perf_counter() - began))
     return points.values
 
 
