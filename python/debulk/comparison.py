@@ -35,6 +35,11 @@ class Comparison(ComparisonData):
     def __repr__(self) -> str:
         return f"Comparison({len(self.pockets)} pockets, {self.agreement})"
 
+    def _repr_html_(self) -> str:
+        from debulk.results.notebook import comparison_html
+
+        return comparison_html(self)
+
     def save(self, path: str | PathLike[str]) -> None:
         """Write the comparison.
 

@@ -8,7 +8,6 @@ import importlib.metadata
 import json
 import os
 import platform
-import textwrap
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, cloud, net, sheet, solve, surface
+from debulk.results.report_text import fold
 
 __all__ = ["DoctorReport", "Licence", "SelfTest", "doctor", "memory_bandwidth", "self_test"]
 
@@ -116,9 +116,7 @@ class DoctorReport:
             lines += [f"  their texts: {self.licence_folder}"]
         lines += [f"self-test: {'passed' if self.passed else 'FAILED'}"]
         lines += [f"  {'ok    ' if test.passed else 'FAILED'} {test.name}: {test.detail}" for test in self.tests]
-        if width is not None:
-            lines = [textwrap.fill(line, width, subsequent_indent=" " * 6, break_on_hyphens=False) for line in lines]
-        return "\n".join(lines)
+        return "\n".join(fold(line, width) for line in lines)
 
     def json(self) -> str:
         """Everything as JSON, an object a class, with whether the self-test passed."""

@@ -21,8 +21,8 @@ from debulk._core import InputError
 from debulk.page.map import colours
 from debulk.pocket import inside_outline
 from debulk.report import Report
+from debulk.results.notebook import VERDICT_COLOURS
 from debulk.results.report import PocketReport
-from debulk.verdict import Verdict
 
 __all__ = ["Shapes", "shapes", "view"]
 
@@ -33,13 +33,6 @@ _MAX_POINTS = 400_000
 _MAGNIFICATIONS = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
 _HIGH = 0.3  # heights that are chosen here stay below this share of the width
 _ABOVE_MM = 0.3  # outlines are drawn so much above the cut height, clear of the ply
-# Okabe and Ito's colours, which the colour-blind tell apart.
-_VERDICT_RGB = {
-    Verdict.CEASE: (0.0, 0.62, 0.45),
-    Verdict.UNDECIDED: (0.90, 0.62, 0.0),
-    Verdict.CREASE: (0.84, 0.37, 0.0),
-    Verdict.INVALID: (0.5, 0.5, 0.5),
-}
 _BEFORE_RGB = (0.34, 0.71, 0.91)
 
 
@@ -108,9 +101,15 @@ def shapes(report: Report, pocket: int | None = None, magnify: float | None = No
     )
 
 
+def _components(colour: str) -> tuple[float, float, float]:
+    """Red, green and blue from 0 to 1 of a colour like #0072b2."""
+    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    return red, green, blue
+
+
 def _rgb(share: Floats) -> Floats:
     """Cividis, as on the page."""
-    table = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in colours(64)]) / 255.0
+    table = np.array([_components(colour) for colour in colours(64)])
     return np.asarray(table[np.clip(share * 64, 0, 63).astype(int)], dtype=np.float64)
 
 
@@ -206,7 +205,7 @@ def _pocket_parts(
     """Corners, segments and colour of a pocket's outline and nets."""
     count = len(pocket.outline_mm)
     ring = np.column_stack([np.arange(count), np.roll(np.arange(count), -1)]).astype(np.int32)
-    rgb = _VERDICT_RGB[pocket.verdict]
+    rgb = _components(VERDICT_COLOURS[pocket.verdict])
     parts = [(np.column_stack([pocket.outline_mm, np.full(count, outline_height_mm)]), ring, rgb)]
     if pocket.net is not None:
         for nodes, gap, colour in (

@@ -98,8 +98,10 @@ def table(report: ReportData, width: int | None = None) -> str:
 
 
 def fold(line: str, width: int | None) -> str:
-    """Fold a line to a width, where one is given; what follows is indented."""
-    return line if width is None else textwrap.fill(line, width, subsequent_indent="    ", break_on_hyphens=False)
+    """Fold a line to a width, where one is given; what follows is indented, and no word is broken."""
+    if width is None:
+        return line
+    return textwrap.fill(line, width, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)
 
 
 def columns(
@@ -139,7 +141,7 @@ def columns(
     return lines
 
 
-_CSV = (
+CSV_COLUMNS = (
     "id", "verdict", "reason", "decided_by", "paper_verdict", "x_mm", "y_mm", "area_mm2", "peak_mm", "volume_mm3",
     "measured_share",
     "touches_ply_edge", "spacing_mm", "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm",
@@ -153,13 +155,14 @@ def csv_text(report: ReportData) -> str:
     """Return a line for each pocket, units in the header; an empty cell where a pocket has no such figure."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_CSV)
+    writer.writerow(CSV_COLUMNS)
     for pocket in report.pockets:
-        writer.writerow([cell(_figure(pocket, name)) for name in _CSV])
+        writer.writerow([cell(figure(pocket, name)) for name in CSV_COLUMNS])
     return text.getvalue()
 
 
-def _figure(pocket: PocketReport, name: str) -> Any:
+def figure(pocket: PocketReport, name: str) -> Any:
+    """Return a figure by the name of its column; None where the pocket has no such figure."""
     if name.startswith("excess_ridge"):
         excess = pocket.excess
         if excess is None:
