@@ -5,6 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
+from debulk.arguments import typed
 from debulk.results import codec, report_text, saving
 from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT, LeftOut, PocketNet, PocketReport, ReportData, SolveReport
@@ -87,6 +88,7 @@ class Report(ReportData):
 
         return plot(self, ax)
 
+    @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the report.
 
@@ -111,6 +113,7 @@ class Report(ReportData):
         saving.save(path, {".json": json, ".csv": csv, ".html": html})
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str]) -> Report:
         """Read a report that :meth:`save` wrote as .json.
 

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import arrays
 from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.files import mask, npy, pcd, ply, text
 from debulk.files.kinds import TEXT, check_kind
 from debulk.files.replacing import replacing
@@ -39,6 +40,7 @@ _FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan share a plac
 _MAX_TEXT_BYTES = 1 << 24
 
 
+@typed
 def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float32]:
     """Read a point cloud.
 
@@ -86,6 +88,7 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     return points.values
 
 
+@typed
 def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     """Write a point cloud, in mm, as float32; shape and NaN are kept.
 
@@ -107,13 +110,14 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     if path.suffix.lower() not in _WRITERS:
         raise InputError(f"{path}: expected a file ending in {', '.join(_WRITERS)}")
     if values.dtype.kind != "f" or values.ndim not in (2, 3) or values.shape[-1] != 3 or values.size == 0:
-        raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, got {values.shape} {values.dtype}")
+        raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, but got {arrays.came(points, values)}")
     if values.ndim == 3 and path.suffix.lower() in TEXT:
         raise InputError(f"{path}: text has no rows of an image; give points.reshape(-1, 3), or another ending")
     with replacing(path) as temporary:
         _WRITERS[path.suffix.lower()](temporary, np.ascontiguousarray(values, dtype=np.float32))
 
 
+@typed
 def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float64]:
     """Read a rigid transform, x_mold = T x_scanner: four lines of four numbers.
 
@@ -142,6 +146,7 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
     return pose
 
 
+@typed
 def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float64]:
     """Read the ply's outline: a line "x,y" for each corner, in order, in the mold frame.
 
@@ -171,6 +176,7 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
     return arrays.outline(outline, str(path))
 
 
+@typed
 def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
     """Read a mask of the scanner's image, drawn over what is not the ply: clamps, tools.
 
@@ -209,7 +215,7 @@ def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
 
 
 def _factor(unit: str) -> float:
-    if unit not in _MM_PER_UNIT:
+    if not isinstance(unit, str) or unit not in _MM_PER_UNIT:
         raise InputError(f'unit: expected "mm" or "m", got {unit!r}')
     return _MM_PER_UNIT[unit]
 

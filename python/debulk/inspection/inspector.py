@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike
 
 from debulk import _core, surface
 from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.cloud import as_cloud
 from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
 from debulk.inspection.cleaning import cleaned, masked, owned
-from debulk.inspection.comparing import check_place, checked, compared
+from debulk.inspection.comparing import check_place, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all, not_judged
@@ -94,6 +95,7 @@ class Inspector:
     <Verdict.CREASE: 'crease'>
     """
 
+    @typed
     def __init__(
         self,
         recipe: Recipe | None,
@@ -136,6 +138,7 @@ class Inspector:
         edge = "unknown outline" if self.ply_outline is None else f"outline of {len(self.ply_outline)} corners"
         return f"Inspector({edge}, heights every {self.grid_spacing_mm:.4g} mm, {self.recipe!r})"
 
+    @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
 
@@ -150,6 +153,7 @@ class Inspector:
         inspector_file.write(self, path)
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
         """Read an inspector that `save` wrote; its reports are equal to the saved one's, to the last bit.
 
@@ -177,6 +181,7 @@ class Inspector:
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
 
+    @typed
     def inspect(
         self,
         scan: ArrayLike,
@@ -279,6 +284,7 @@ class Inspector:
             return found
         return replace(found, masked=masked_holes(found, self.mask, self.prepared, self.mold_from_scanner))
 
+    @typed
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
         """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
 
@@ -296,7 +302,6 @@ class Inspector:
         Cancelled
             After `cancel`.
         """
-        checked(report)
         stop = _core.Stop()
         try:
             with self._cancellable(stop):

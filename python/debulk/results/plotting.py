@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from debulk._core import InputError
+from debulk.arguments import of_type
 from debulk.results.extras import imported
 from debulk.results.notebook import VERDICT_COLOURS
 from debulk.results.report_text import number
@@ -23,6 +25,8 @@ _HIGHEST = 99.9  # percentile of the heights at which the colours end: single sp
 
 def plot(report: ReportData, ax: Axes | None = None) -> Axes:
     """Draw the map with the pockets, and return its axes."""
+    if ax is not None and not hasattr(ax, "imshow"):
+        raise InputError(f"ax: expected axes of Matplotlib, but got {of_type(ax)}")
     if ax is None:
         ax = imported("matplotlib.pyplot", "plot", "plot").subplots(figsize=(9, 6.5), layout="constrained")[1]
     grid = report.height_map

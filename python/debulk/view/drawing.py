@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.report import Report
 from debulk.view.shapes import Lines, Shapes, shapes
 
@@ -23,6 +24,7 @@ _LINE_WIDTHS = {"nets": 2.5, "labels": 3.0}  # pixels
 _PACKAGES = "libegl1 libgl1 libusb-1.0-0 libvulkan1 mesa-vulkan-drivers"
 
 
+@typed
 def view(
     report: Report,
     picture: str | PathLike[str] | None = None,
