@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from debulk.verdict import Verdict
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from debulk.results.level import Level
     from debulk.results.report import PocketReport, ReportData, UnseenHole, Wrinkle
 
-__all__ = ["advice", "deciding", "hole_line", "level_line", "level_off", "wrinkle_line"]
+__all__ = ["advice", "deciding", "hole_line", "is_off", "level_line", "level_off", "wrinkle_line"]
 
 _MOST = 12  # places named in one line
 
@@ -54,10 +54,15 @@ def advice(report: ReportData) -> list[str]:
 
 
 def level_off(report: ReportData) -> bool:
+    """Tell whether the level keeps the report from any verdict."""
+    return report.verdict is Verdict.INVALID and report.level is not None and is_off(report.level, report.recipe)
+
+
+def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:
     """Tell whether the ply between the pockets lies further from its thickness than the recipe allows."""
-    level, allowed = report.level, report.recipe.get("level", {})
+    allowed = recipe.get("level", {})
     tol_mm, share = allowed.get("tol_mm"), allowed.get("largest_share")
-    if report.verdict is not Verdict.INVALID or level is None or tol_mm is None or share is None:
+    if tol_mm is None or share is None:
         return False
     return bool(abs(level.laid_mm - level.thickness_mm) > tol_mm or level.low_share + level.high_share > share)
 
