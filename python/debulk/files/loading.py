@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import arrays
 from debulk._core import InputError
-from debulk.arguments import typed
+from debulk.arguments import of_type, typed
 from debulk.files import mask, npy, pcd, ply, text
 from debulk.files.kinds import TEXT, check_kind
 from debulk.files.replacing import replacing
@@ -110,7 +110,8 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     if path.suffix.lower() not in _WRITERS:
         raise InputError(f"{path}: expected a file ending in {', '.join(_WRITERS)}")
     if values.dtype.kind != "f" or values.ndim not in (2, 3) or values.shape[-1] != 3 or values.size == 0:
-        raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, but got {arrays.came(points, values)}")
+        got = f"{values.dtype}, shape {values.shape}" if values.ndim else of_type(points)
+        raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, but got {got}")
     if values.ndim == 3 and path.suffix.lower() in TEXT:
         raise InputError(f"{path}: text has no rows of an image; give points.reshape(-1, 3), or another ending")
     with replacing(path) as temporary:
