@@ -59,10 +59,9 @@ def compare(
             found.save(path)
         if as_json:
             print_json(codec.dumps(found, FORMAT))
-            return
-        show(lambda width: table(found, width))
-        for path in output or []:
-            print(f"written: {path}")
+        else:
+            show(lambda width: table(found, width))
+            print("".join(f"written: {path}\n" for path in output or []), end="")
 
 
 def repeat(
