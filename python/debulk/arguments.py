@@ -103,7 +103,8 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
             expected, fits = _KINDS[kind]
             right = fits(value)
         else:
-            expected, right = f"a {_CLASSES[kind][0]}", any(base.__name__ == kind for base in type(value).__mro__)
+            names = {base.__name__ for base in type(value).__mro__}  # a namespace stands for one in an experiment
+            expected, right = f"a {_CLASSES[kind][0]}", bool(names & {kind, "SimpleNamespace"})
         if not right:
             remedy = f"; {_CLASSES[kind][1]}" if kind in _CLASSES else ""
             or_none = " or None" if may_be_none else ""

@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from debulk import _core
 from debulk.sheet import Sheet
 from debulk.solve import Solution, minimise
 from debulk.surface import Reference
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
 
 __all__ = ["dump", "load", "replay"]
 
@@ -116,10 +119,8 @@ def _read(path: str | Path) -> dict[str, Any]:
 
 
 def _sheet(data: dict[str, Any]) -> Sheet:
-    from debulk.recipe import Recipe
-
     grid, ply = data["reference"], SimpleNamespace(**data["ply"])
-    recipe = Recipe.model_construct(material=ply, loads=ply)  # kept values are not checked against other settings
+    recipe: Recipe = SimpleNamespace(material=ply, loads=ply)  # type: ignore[assignment]
     return Sheet(
         data["nodes_mm"],
         data["neighbours"],
