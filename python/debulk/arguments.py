@@ -46,7 +46,7 @@ def typed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result
     Examples
     --------
     >>> @typed
-    ... def area(width_mm: "float", height_mm: "float | None" = None) -> float:
+    ... def area(width_mm: float, height_mm: float | None = None) -> float:
     ...     return width_mm * (height_mm or width_mm)
     >>> area(2)
     4
