@@ -65,7 +65,9 @@ def _said(quiet: bool, verbose: bool) -> Iterator[None]:
     with contextlib.ExitStack() as ended:
         ended.callback(_running.reset, token)
         if quiet:
-            ended.enter_context(contextlib.redirect_stdout(ended.enter_context(open(os.devnull, "w"))))
+            ended.enter_context(
+                contextlib.redirect_stdout(ended.enter_context(open(os.devnull, "w", encoding="utf-8")))
+            )
         if verbose:
             log.addHandler(handler)
             log.setLevel(logging.DEBUG)
