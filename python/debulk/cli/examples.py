@@ -14,6 +14,7 @@ EXAMPLES = {
         "debulk inspect s.npy --reference r.npy --pose p.txt --json > layup.json",
     ),
     "demo": ("debulk demo", "debulk demo -o out --seed 3 --keep-files"),
+    "page": ("debulk page layup.json -o layup.html", "debulk page ply1.json ply2.json -o stack.html"),
     "recipe": ("debulk recipe > cell.toml",),
     "compare": (
         "debulk compare layup.json debulked.pcd --reference ref.pcd --pose pose.txt",
@@ -43,6 +44,7 @@ _CODES = {
     "": f"of inspect: {_VERDICTS}; of the others 0 or 2 unless their --help says more",
     "inspect": _VERDICTS,
     "demo": "0 done, whatever the verdict, 2 bad input, 3 INVALID",
+    "compare": "0 no outcome was wrong, 1 one was, 2 bad input",
     "repeat": "0 all figures the same, 1 one differs, 2 bad input",
     "replay": "0 all solves certified, 1 one is not, 2 bad input",
 }

@@ -31,7 +31,11 @@ def compare(
     ] = None,
     as_json: JSON = False,
 ) -> None:
-    """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate."""
+    """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate.
+
+    The exit code is 1 where an outcome was wrong: CEASE was predicted of a pocket and CREASE measured, or the reverse;
+    0 where none was, also where a side left some undecided; 2 for bad input.
+    """
     with outcome():
         from debulk import files
         from debulk.inspection.calls import compare as held_against
@@ -62,6 +66,7 @@ def compare(
         else:
             show(lambda width: table(found, width))
             print("".join(f"written: {path}\n" for path in output or []), end="")
+        raise typer.Exit(1 if found.wrong else 0)
 
 
 def repeat(

@@ -33,11 +33,15 @@ def advice(report: ReportData) -> list[str]:
     creasing, undecided, unjudged = (
         [p for p in report.pockets if p.verdict is v] for v in (Verdict.CREASE, Verdict.UNDECIDED, Verdict.INVALID)
     )
+    late = [p for p in undecided if _late(p.reason)]
+    undecided = [p for p in undecided if not _late(p.reason)]
     if creasing:
         lines.append(f"smooth the ply at {_places(creasing)}, then scan again")
     lines += [f"smooth {wrinkle_line(wrinkle)}, then scan again" for wrinkle in report.wrinkles]
     if undecided:
         lines.append(f"not decided at {_places(undecided)}: smooth there too, or do what its reason says")
+    if late or _late(report.reason):
+        lines.append("give the inspection more time, and inspect the same scan again: the deadline passed")
     if unjudged:
         lines.append(f"not judged at {_places(unjudged)}: do what its reason says, then scan again")
     for hole in report.unseen:
@@ -48,9 +52,15 @@ def advice(report: ReportData) -> list[str]:
         return lines or ["change nothing"]
     # A coverage too low, or a bump that was cut off, stands in the layup's reason alone.
     covered = [p.verdict for p in report.pockets] + [hole.at_best for hole in report.unseen if hole.at_best]
-    if not lines or (report.verdict not in covered and not report.wrinkles):
+    said = report.wrinkles or _late(report.reason)
+    if not lines or (report.verdict not in covered and not said):
         lines.insert(0, "mend what the reason above names, then scan again")
     return lines
+
+
+def _late(reason: str) -> bool:
+    """Tell whether a pocket or a layup is undecided because the time was up: its reason says so first."""
+    return reason.startswith("the deadline passed")
 
 
 def level_off(report: ReportData) -> bool:
