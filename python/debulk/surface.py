@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
+from debulk.arguments import typed
 from debulk.cloud import as_cloud
 from debulk.grid import Grid
 
@@ -54,11 +55,12 @@ class Reference(_core.surface.Reference):
     [[0.05, 0.0]]
     """
 
+    @typed
     def __init__(self, heights_mm: ArrayLike, origin_mm: ArrayLike, spacing_mm: float) -> None:
         heights = np.asarray(heights_mm)
         if heights.ndim != 2 or heights.dtype.kind not in "fiu":
             raise InputError(
-                f"heights_mm: expected an (ny, nx) array of numbers, but got {heights.dtype}, shape {heights.shape}"
+                f"heights_mm: expected an (ny, nx) array of numbers, but got {arrays.came(heights_mm, heights)}"
             )
         super().__init__(heights.astype(np.float64), arrays.pair(origin_mm, "origin_mm"), float(spacing_mm))
 
@@ -106,6 +108,7 @@ class HeightMap(Grid):
     blur_mm2: float = 0.0
 
 
+@typed
 def height_map(
     scan: ArrayLike,
     reference_cloud: ArrayLike | _core.surface.Reference,
@@ -179,6 +182,7 @@ def height_map(
     return HeightMap(values, origin, step, measured.view(np.bool_))
 
 
+@typed
 def grid_heights(
     points: ArrayLike,
     origin_mm: ArrayLike | None = None,
@@ -243,6 +247,7 @@ def grid_heights(
     return Grid(values, origin, spacing)
 
 
+@typed
 def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
     """Median filter over windows of 3 by 3 or 5 by 5, over the values that are there; NaN stays NaN.
 
@@ -270,6 +275,7 @@ def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
     return replace(grid, values=_core.surface.median(_heights(grid, "grid"), int(size), threads))
 
 
+@typed
 def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) -> GridT:
     """Take out spikes that are no ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median.
 
@@ -293,6 +299,7 @@ def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) 
     return replace(grid, values=_core.surface.without_spikes(_heights(grid, "grid"), tolerance, threads))
 
 
+@typed
 def fit_reference(
     heights: Grid,
     spacing_mm: float = _FIT.node_spacing_mm,

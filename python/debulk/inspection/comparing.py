@@ -31,7 +31,6 @@ _PEAK_NOISE = 1.2  # the largest of many values after that median stands so many
 
 def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
     """Compare a report with the measured heights of the debulked ply above the reference; NaN = not measured."""
-    checked(report)
     limits = recipe.verdict
     cells, threads = recipe.clean.median_cells, recipe.run.threads
     filtered = heights if cells == 1 else surface.median(heights, cells, threads=threads)
@@ -133,9 +132,3 @@ def _noise(inside: NDArray[np.bool_], heights: surface.HeightMap) -> float:
     window = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
     noise = pocket.height_noise(Grid(heights.values[window], heights.origin_mm, heights.spacing_mm))
     return noise if math.isfinite(noise) else 0.0
-
-
-def checked(report: Report) -> None:
-    """Refuse what is not a report."""
-    if not isinstance(report, Report):
-        raise InputError(f"report: expected a debulk.Report, but got a {type(report).__name__}")

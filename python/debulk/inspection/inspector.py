@@ -14,11 +14,21 @@ from numpy.typing import ArrayLike
 
 from debulk import _core, surface
 from debulk._core import InputError
+<<<<<<< HEAD
 from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
 from debulk.inspection.cleaning import cleaned, masked, owned, taken
 from debulk.inspection.comparing import check_place, checked, compared
+=======
+from debulk.arguments import typed
+from debulk.cloud import as_cloud
+from debulk.comparison import Comparison
+from debulk.grid import Grid
+from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
+from debulk.inspection.cleaning import cleaned, masked, owned
+from debulk.inspection.comparing import check_place, compared
+>>>>>>> api
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all, not_judged
@@ -93,6 +103,7 @@ class Inspector:
     <Verdict.CREASE: 'crease'>
     """
 
+    @typed
     def __init__(
         self,
         recipe: Recipe | None,
@@ -134,6 +145,7 @@ class Inspector:
         edge = "unknown outline" if self.ply_outline is None else f"outline of {len(self.ply_outline)} corners"
         return f"Inspector({edge}, heights every {self.grid_spacing_mm:.4g} mm, {self.recipe!r})"
 
+    @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
 
@@ -148,6 +160,7 @@ class Inspector:
         inspector_file.write(self, path)
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
         """Read an inspector that `save` wrote; its reports are equal to the saved one's, to the last bit.
 
@@ -175,6 +188,7 @@ class Inspector:
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
 
+    @typed
     def inspect(
         self,
         scan: ArrayLike,
@@ -277,6 +291,7 @@ class Inspector:
             return found
         return replace(found, masked=masked_holes(found, self.mask, self.prepared, self.mold_from_scanner))
 
+    @typed
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
         """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
 
@@ -294,7 +309,6 @@ class Inspector:
         Cancelled
             After `cancel`.
         """
-        checked(report)
         stop = _core.Stop()
         try:
             with self._running.holding(stop):

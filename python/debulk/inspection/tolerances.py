@@ -86,7 +86,7 @@ def left_out(bumps: Sequence[Bump], recipe: Recipe) -> tuple[LeftOut, ...]:
     return tuple(
         LeftOut(
             what=bump_name(bump.dropped),
-            why=f"no pocket: below the tolerance of {bump.dropped.reason}; {bump.why}",
+            why=f"no pocket: below the tolerance on {bump.dropped.reason}; {bump.why}",
             bound=f"stands {bump.dropped.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² "
             f"at the cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
             place_mm=(float(bump.dropped.centroid_mm[0]), float(bump.dropped.centroid_mm[1])),
@@ -129,7 +129,7 @@ def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply:
 
 
 def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
-    return replace(one, promoted=f"below the tolerance of {dropped.reason}, but {why}")
+    return replace(one, promoted=f"below the tolerance on {dropped.reason}, but {why}")
 
 
 def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, float]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arguments import typed
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, decode_into
 from debulk.scanner.faults import refuse_faults
@@ -63,6 +64,7 @@ class Scanner:
     (240, 320, 3)
     """
 
+    @typed
     def __init__(
         self,
         calibration: Calibration,
@@ -74,10 +76,6 @@ class Scanner:
         details: bool = False,
         threads: int = 0,
     ) -> None:
-        if not isinstance(calibration, Calibration):
-            raise InputError(
-                f"calibration: expected a debulk.scanner.Calibration, but got a {type(calibration).__name__}"
-            )
         self.calibration = calibration
         self.periods = checked_periods(periods)
         self.steps = checked_steps(steps, self.periods)
