@@ -1,0 +1,98 @@
+#include "debulk/surface/misfit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "debulk/core/parallel.hpp"
+#include "debulk/core/row_runs.hpp"
+#include "debulk/surface/pooled.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr double noisier = 8.0;         // robust standard deviations: seldom reached in a million squares of correlated noise
+constexpr double least_mm2 = 64.0;      // four nodes, 4 mm apart
+constexpr double tolerance_mm = 0.2;    // that a height may be off by where a ply lies on the mold (patch.mold_tol_mm)
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+// The mean over the 3 by 3 squares round each, of which five at least are known.
+Grid<float> smoothed(const Grid<float>& squares) {
+  Grid<float> out = squares.like<float>(nan);
+  for (int j = 0; j < squares.ny; ++j)
+    for (int i = 0; i < squares.nx; ++i) {
+      double sum = 0;
+      int count = 0;
+      for (int b = std::max(0, j - 1); b <= std::min(squares.ny - 1, j + 1); ++b)
+        for (int a = std::max(0, i - 1); a <= std::min(squares.nx - 1, i + 1); ++a)
+          if (!std::isnan(squares.at(a, b))) sum += squares.at(a, b), ++count;
+      if (count >= 5) out.at(i, j) = static_cast<float>(std::abs(sum / count));
+    }
+  return out;
+}
+
+double median_of(const Grid<float>& grid) {
+  std::vector<float> known;
+  for (const float value : grid.values)
+    if (!std::isnan(value)) known.push_back(value);
+  if (known.empty()) return 0;
+  const auto half = known.begin() + static_cast<long>(known.size() / 2);
+  std::nth_element(known.begin(), half, known.end());
+  return *half;
+}
+
+void drop_small(Grid<std::uint8_t>& marks) {
+  const std::vector<Run> runs = find_runs(marks, true);
+  const std::vector<int> first = join_runs(runs, 1);
+  std::vector<double> area(runs.size(), 0.0);
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    area[static_cast<std::size_t>(first[k])] += (runs[k].end - runs[k].begin) * marks.spacing * marks.spacing;
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    if (area[static_cast<std::size_t>(first[k])] < least_mm2)
+      std::fill(&marks.at(runs[k].begin, runs[k].row), &marks.at(runs[k].begin, runs[k].row) + (runs[k].end - runs[k].begin), 0);
+}
+
+Grid<std::uint8_t> widened(const Grid<std::uint8_t>& marks) {
+  Grid<std::uint8_t> out = marks;
+  for (int j = 0; j < marks.ny; ++j)
+    for (int i = 0; i < marks.nx; ++i) {
+      if (marks.at(i, j) == 0) continue;
+      for (int b = std::max(0, j - 1); b <= std::min(marks.ny - 1, j + 1); ++b)
+        for (int a = std::max(0, i - 1); a <= std::min(marks.nx - 1, i + 1); ++a) out.at(a, b) = 1;
+    }
+  return out;
+}
+
+}  // namespace
+
+Grid<float> residuals(const Grid<float>& heights, const Reference& fit, int threads, const Stop& stop) {
+  Grid<float> out = heights.like<float>();
+  parallel_for(heights.ny, 32, threads, stop, [&](long begin, long end) {
+    Grid<double> rows(heights.nx, static_cast<int>(end - begin), heights.position(0, static_cast<double>(begin)), heights.spacing);
+    fit.heights_on(rows, 1);
+    const std::size_t first = heights.index(0, static_cast<int>(begin));
+    for (std::size_t k = 0; k < rows.size(); ++k) out.values[first + k] = static_cast<float>(heights.values[first + k] - rows.values[k]);
+  });
+  return out;
+}
+
+Grid<std::uint8_t> misfit_squares(const Grid<float>& residual, double tolerance, int threads, const Stop& stop) {
+  const Grid<float> off = smoothed(pooled_medians(residual, pool_side(residual), threads, stop));
+  const double limit = std::max(tolerance, noisier * 1.4826 * median_of(off));
+  Grid<std::uint8_t> marks = off.like<std::uint8_t>();
+  for (std::size_t k = 0; k < off.size(); ++k) marks.values[k] = off.values[k] > limit;
+  drop_small(marks);
+  return widened(marks);
+}
+
+Grid<std::uint8_t> misfits(const Grid<float>& heights, const Reference& fit, int threads, const Stop& stop) {
+  const Grid<std::uint8_t> squares = misfit_squares(residuals(heights, fit, threads, stop), tolerance_mm, threads, stop);
+  const int side = pool_side(heights);
+  Grid<std::uint8_t> out = heights.like<std::uint8_t>();
+  for (int j = 0; j < heights.ny; ++j)
+    for (int i = 0; i < heights.nx; ++i) out.at(i, j) = squares.at(i / side, j / side) != 0 && !std::isnan(heights.at(i, j));
+  return out;
+}
+
+}  // namespace debulk
