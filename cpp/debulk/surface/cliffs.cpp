@@ -16,7 +16,7 @@ namespace {
 
 constexpr double reach_mm = 40.0;    // of the strip on the lower side; a spline's ringing at its border has faded beside the cliff
 constexpr double steepest = 2.0;     // of a surface: 63 degrees
-constexpr double gap_slope = 1.0;    // across a gap, where nothing else speaks for one surface
+constexpr double gap_most_mm = 12;   // of a step across a gap, whose slope is at most 1: round most gaps one surface hangs together
 constexpr double noise_mm = 0.7;     // between two medians
 constexpr double least_mm2 = 400.0;  // a smaller piece takes nothing out
 constexpr double on_mm = 60.0;       // from what was taken out to where a surface goes on: half-hidden by the cliff, there is a gap
@@ -26,7 +26,7 @@ constexpr int nobody = std::numeric_limits<int>::max();
 // Pieces of surface: squares linked to their neighbours along rows and columns, or to the next across a gap.
 class Pieces {
  public:
-  explicit Pieces(const Grid<float>& squares) : squares_(squares), parent_(squares.size()) {
+  explicit Pieces(const Grid<float>& squares) : squares_(squares), steep_(steep(squares)), parent_(squares.size()) {
     std::iota(parent_.begin(), parent_.end(), 0);
     for (int j = 0; j < squares.ny; ++j)
       link(squares.nx, [&](int i) { return squares.index(i, j); });
@@ -42,7 +42,7 @@ class Pieces {
     };
     std::vector<Piece> pieces(squares_.size());
     for (std::size_t k = 0; k < squares_.size(); ++k) {
-      if (std::isnan(squares_.values[k])) continue;
+      if (!in_piece(k)) continue;
       Piece& piece = pieces[root(k)];
       piece.root = root(k), piece.area += squares_.spacing * squares_.spacing, piece.height += squares_.values[k];
     }
@@ -59,7 +59,7 @@ class Pieces {
     for (std::size_t k = 0; k < pieces.size(); ++k) rank[pieces[k].root] = static_cast<int>(k);
     Grid<int> out = squares_.like<int>(nobody);
     for (std::size_t k = 0; k < squares_.size(); ++k)
-      if (!std::isnan(squares_.values[k])) out.values[k] = rank[root(k)];
+      if (in_piece(k)) out.values[k] = rank[root(k)];
     return out;
   }
   int count() const { return count_; }
@@ -70,11 +70,12 @@ class Pieces {
     int last = -1;
     for (int i = 0; i < count; ++i) {
       const std::size_t here = index(i);
-      if (std::isnan(squares_.values[here])) continue;
+      if (!in_piece(here)) continue;
       if (last >= 0) {
         const std::size_t before = index(last);
-        const double apart = (i - last) * squares_.spacing, slope = i - last == 1 ? steepest : gap_slope;
-        if (std::abs(squares_.values[here] - squares_.values[before]) <= slope * apart + noise_mm) {
+        const double apart = (i - last) * squares_.spacing;
+        const double most = i - last == 1 ? steepest * apart : std::min(apart, gap_most_mm);
+        if (apart <= reach_mm && std::abs(squares_.values[here] - squares_.values[before]) <= most + noise_mm) {
           const std::size_t a = root(here), b = root(before);
           parent_[std::max(a, b)] = std::min(a, b);
         }
@@ -87,7 +88,25 @@ class Pieces {
     return k;
   }
 
+  bool in_piece(std::size_t k) const { return steep_.values[k] == 0 && !std::isnan(squares_.values[k]); }
+  // Squares beside which there is more of a step than a slope explains. Points that fly between the sides of a cliff, or lie on
+  // its wall, would link them.
+  static Grid<std::uint8_t> steep(const Grid<float>& squares) {
+    auto out = squares.like<std::uint8_t>();
+    const double most = steepest * 2 * std::sqrt(2.0) * squares.spacing + noise_mm;
+    for (int j = 0; j < squares.ny; ++j)
+      for (int i = 0; i < squares.nx; ++i) {
+        float low = std::numeric_limits<float>::infinity(), high = -low;
+        for (int b = std::max(0, j - 1); b <= std::min(squares.ny - 1, j + 1); ++b)
+          for (int a = std::max(0, i - 1); a <= std::min(squares.nx - 1, i + 1); ++a)
+            if (const float z = squares.at(a, b); !std::isnan(z)) low = std::min(low, z), high = std::max(high, z);
+        out.at(i, j) = high - low > most;
+      }
+    return out;
+  }
+
   const Grid<float>& squares_;
+  Grid<std::uint8_t> steep_;
   std::vector<std::size_t> parent_;
   int count_ = 0;
 };

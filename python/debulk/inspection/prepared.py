@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Prepared", "prepare"]
 
+log = logging.getLogger("debulk")
 Floats = NDArray[np.float64]
 _LEAST_SPACING_MM = 0.5  # of the height map: a finer one shows no more of a pocket
 
@@ -35,7 +37,7 @@ class Prepared:
     Attributes
     ----------
     reference, seen
-        The smooth surface, and the heights that it was fitted to.
+        The smooth surface, and the heights that it was fitted to; NaN also where it does not follow them.
     grid_spacing_mm
         Of the height map.
     image
@@ -92,7 +94,17 @@ def prepare(
     )
     del points  # the fit needs its memory
     fitted = step("reference: fit", 0.65, lambda: surface.fit_reference(heights, threads=threads, stop=stop))
+    step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
     return Prepared(fitted, heights, spacing, image, of_scanner, trace)
+
+
+def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:
+    """Take out, in place, the heights that the surface does not follow: the mold is not known there."""
+    off = surface.misfits(heights, fitted, threads=threads, stop=stop)
+    if off.any():
+        area_mm2 = float(np.count_nonzero(off)) * heights.spacing_mm**2
+        log.info("the smooth reference does not follow %.3g cm2 of what was measured", area_mm2 / 100)
+    heights.values[off] = np.nan
 
 
 def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -> float:

@@ -58,10 +58,11 @@ TEST(Transform, MovesWhatIsKeptInPlace) {
   move_kept(cloud.point(0, 0), keep.data(), count, pose(), 3);
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t a = 0; a < 3; ++a)
-      if (keep[i] != 0 && !std::isnan(moved[3 * i]))
+      if (keep[i] != 0 && !std::isnan(moved[3 * i])) {
         EXPECT_EQ(cloud.view().point(i)[a], moved[3 * i + a]);
-      else
+      } else {
         EXPECT_TRUE(std::isnan(cloud.view().point(i)[a]));
+      }
 }
 
 TEST(Transform, RefusesWhatIsNotRigid) {
