@@ -373,7 +373,8 @@ def misfits(
     -------
     NDArray[np.bool_]
         (ny, nx), True where a height is that the surface is off, by more than 0.2 mm and by eight times what noise
-        explains, on average over 6 mm and on 64 mm² or more: grooves too narrow for it, and what lies beside a cliff.
+        explains, in a trimmed mean over 6 mm and on 64 mm² or more: grooves too narrow for it, and what lies beside a
+        cliff.
 
     Examples
     --------

@@ -26,7 +26,8 @@ void check_rigid(const Eigen::Matrix4d& matrix) {
 
 // Moves the points for which stays(k) holds from one place to another, which may be the same.
 template <class Stays>
-void move(const float* from, float* to, std::size_t count, const Eigen::Matrix4d& matrix, int threads, const Stop& stop, const Stays& stays) {
+void move(const float* from, float* to, std::size_t count, const Eigen::Matrix4d& matrix, int threads, const Stop& stop,
+          const Stays& stays) {
   check_rigid(matrix);
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
   const Eigen::Vector3d shift = matrix.topRightCorner<3, 1>();

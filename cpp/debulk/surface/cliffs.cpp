@@ -28,10 +28,8 @@ class Pieces {
  public:
   explicit Pieces(const Grid<float>& squares) : squares_(squares), steep_(steep(squares)), parent_(squares.size()) {
     std::iota(parent_.begin(), parent_.end(), 0);
-    for (int j = 0; j < squares.ny; ++j)
-      link(squares.nx, [&](int i) { return squares.index(i, j); });
-    for (int i = 0; i < squares.nx; ++i)
-      link(squares.ny, [&](int j) { return squares.index(i, j); });
+    for (int j = 0; j < squares.ny; ++j) link(squares.nx, [&](int i) { return squares.index(i, j); });
+    for (int i = 0; i < squares.nx; ++i) link(squares.ny, [&](int j) { return squares.index(i, j); });
   }
 
   // For each square the rank of its piece: 0 is the one that stays beside all others. `nobody`: too small, or not seen.
@@ -137,11 +135,12 @@ Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads, const St
   const Grid<int> ranks = pieces.ranks();
   if (pieces.count() < 2) return {};
   const Grid<int> upper = lowest_near(ranks, static_cast<int>(std::ceil(reach_mm / squares.spacing)), threads, stop);
-  const double near_mm = steepest * 1.5 * squares.spacing + noise_mm;  // from the middle of a neighbouring square
-  // Beside a piece of lower rank stays what goes on from that piece.
+  // Beside a piece of lower rank stays what goes on from that piece. A square at the cliff is of none itself.
   const auto stays = [&](int i, int j, float z) {
-    for (int b = std::max(0, j - 1); b <= std::min(ranks.ny - 1, j + 1); ++b)
-      for (int a = std::max(0, i - 1); a <= std::min(ranks.nx - 1, i + 1); ++a)
+    const int reach = ranks.at(i, j) == nobody ? 2 : 1;
+    const double near_mm = steepest * (reach + 0.5) * squares.spacing + noise_mm;
+    for (int b = std::max(0, j - reach); b <= std::min(ranks.ny - 1, j + reach); ++b)
+      for (int a = std::max(0, i - reach); a <= std::min(ranks.nx - 1, i + reach); ++a)
         if (ranks.at(a, b) == upper.at(i, j) && std::abs(z - squares.at(a, b)) <= near_mm) return true;
     return false;
   };

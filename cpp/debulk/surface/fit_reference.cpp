@@ -22,7 +22,7 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double bent_mm = 0.1;        // so far off, over several nodes, a fit in the least window does not follow the surface
 constexpr double bent_reach_mm = 8.0;  // from there to the nodes whose fits are to blame
-constexpr double noisier = 30.0;  // a node is left out if its variance is so many times that with a full window
+constexpr double noisier = 30.0;       // a node is left out if its variance is so many times that with a full window
 
 // Sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z².
 using Moments = std::array<double, 9>;
@@ -140,7 +140,9 @@ Moments row_moments(const float* row, int nx, int middle, const Window& window, 
 Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, const Grid<std::uint8_t>& wanted,
                                int threads, const Stop& stop) {
   const int reach = window.reach;
-  const auto place = [&](int i, long j) { return static_cast<std::size_t>(j) * static_cast<std::size_t>(nodes.nx) + static_cast<std::size_t>(i); };
+  const auto place = [&](int i, long j) {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(nodes.nx) + static_cast<std::size_t>(i);
+  };
   Quadratic full;
   for (int d = -reach; d <= reach; ++d) full.add_weights(window.all.data(), window.at(d));
   const Factors complete_factors(full.normal());
@@ -153,7 +155,8 @@ Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, c
     std::vector<int> missing(static_cast<std::size_t>(heights.nx) + 1, 0);  // before each column
     for (long j = begin; j < end; ++j) {
       const float* row = &heights.values[heights.index(0, static_cast<int>(j))];
-      for (int i = 0; i < heights.nx; ++i) missing[static_cast<std::size_t>(i) + 1] = missing[static_cast<std::size_t>(i)] + std::isnan(row[i]);
+      for (int i = 0; i < heights.nx; ++i)
+        missing[static_cast<std::size_t>(i) + 1] = missing[static_cast<std::size_t>(i)] + std::isnan(row[i]);
       for (int i = 0; i < nodes.nx; ++i) {
         const int middle = nodes.first_i + i * nodes.step;
         complete[place(i, j)] = middle >= reach && middle + reach < heights.nx &&
@@ -205,8 +208,8 @@ bool agree(const Grid<Quadratic::Fit>& narrow, const Grid<Quadratic::Fit>& wide,
 
 // The nodes' heights, each from the widest window, of a few, that agrees with the next narrower one, as that does; at the
 // `bent` nodes from a window half as wide as the least.
-Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent, int threads,
-                         const Stop& stop) {
+Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
+                         int threads, const Stop& stop) {
   std::vector<Grid<Quadratic::Fit>> fits;
   for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), {}, threads, stop));
   Grid<Quadratic::Fit> narrow;

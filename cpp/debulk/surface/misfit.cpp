@@ -1,6 +1,7 @@
 #include "debulk/surface/misfit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -12,23 +13,30 @@
 namespace debulk {
 namespace {
 
-constexpr double noisier = 8.0;         // robust standard deviations: seldom reached in a million squares of correlated noise
-constexpr double least_mm2 = 64.0;      // four nodes, 4 mm apart
-constexpr double tolerance_mm = 0.2;    // that a height may be off by where a ply lies on the mold (patch.mold_tol_mm)
+constexpr double noisier = 8.0;       // robust standard deviations: seldom reached in a million squares of correlated noise
+constexpr double least_mm2 = 64.0;    // four nodes, 4 mm apart
+constexpr double tolerance_mm = 0.2;  // that a height may be off by where a ply lies on the mold (patch.mold_tol_mm)
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
-// The mean over the 3 by 3 squares round each, of which five at least are known.
-Grid<float> smoothed(const Grid<float>& squares) {
+// The size of the mean over the 3 by 3 squares round each, without the two highest and the two lowest: on a coarse grid a
+// square is a single cell, and may be a spike. Five at least must be known.
+Grid<float> smoothed(const Grid<float>& squares, int threads, const Stop& stop) {
   Grid<float> out = squares.like<float>(nan);
-  for (int j = 0; j < squares.ny; ++j)
-    for (int i = 0; i < squares.nx; ++i) {
-      double sum = 0;
-      int count = 0;
-      for (int b = std::max(0, j - 1); b <= std::min(squares.ny - 1, j + 1); ++b)
-        for (int a = std::max(0, i - 1); a <= std::min(squares.nx - 1, i + 1); ++a)
-          if (!std::isnan(squares.at(a, b))) sum += squares.at(a, b), ++count;
-      if (count >= 5) out.at(i, j) = static_cast<float>(std::abs(sum / count));
-    }
+  parallel_for(squares.ny, 8, threads, stop, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j)
+      for (int i = 0; i < squares.nx; ++i) {
+        std::array<float, 9> known{};
+        int count = 0;
+        for (int b = std::max(0, j - 1); b <= std::min(squares.ny - 1, j + 1); ++b)
+          for (int a = std::max(0, i - 1); a <= std::min(squares.nx - 1, i + 1); ++a)
+            if (!std::isnan(squares.at(a, b))) known[static_cast<std::size_t>(count++)] = squares.at(a, b);
+        if (count < 5) continue;
+        std::sort(known.begin(), known.begin() + count);
+        double sum = 0;
+        for (int k = 2; k < count - 2; ++k) sum += known[static_cast<std::size_t>(k)];
+        out.at(i, j) = static_cast<float>(std::abs(sum / (count - 4)));
+      }
+  });
   return out;
 }
 
@@ -78,7 +86,7 @@ Grid<float> residuals(const Grid<float>& heights, const Reference& fit, int thre
 }
 
 Grid<std::uint8_t> misfit_squares(const Grid<float>& residual, double tolerance, int threads, const Stop& stop) {
-  const Grid<float> off = smoothed(pooled_medians(residual, pool_side(residual), threads, stop));
+  const Grid<float> off = smoothed(pooled_medians(residual, pool_side(residual), threads, stop), threads, stop);
   const double limit = std::max(tolerance, noisier * 1.4826 * median_of(off));
   Grid<std::uint8_t> marks = off.like<std::uint8_t>();
   for (std::size_t k = 0; k < off.size(); ++k) marks.values[k] = off.values[k] > limit;

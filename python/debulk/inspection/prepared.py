@@ -69,7 +69,23 @@ def prepare(
     recipe: Recipe,
     preparation: Preparation,
 ) -> Prepared:
-    """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera.
+    """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
+    threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
+    heights, image, sample, trace = _gridded(reference, mold_from_scanner, camera, mask, recipe, preparation)
+    fitted = step("reference: fit", 0.65, lambda: surface.fit_reference(heights, threads=threads, stop=stop))
+    step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
+    return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace)
+
+
+def _gridded(
+    reference: ArrayLike,
+    mold_from_scanner: Floats | None,
+    camera: Floats | None,
+    mask: NDArray[np.bool_] | None,
+    recipe: Recipe,
+    preparation: Preparation,
+) -> tuple[Grid, PinholeImage | None, NDArray[np.float32], ArrayTrace]:
+    """Lay the cleaned cloud on a grid; with it its camera's image, a sample and the fingerprint of what was given.
 
     One copy of the cloud is made, and all work is done in it.
     """
@@ -92,10 +108,7 @@ def prepare(
         0.3,
         lambda: surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop),
     )
-    del points  # the fit needs its memory
-    fitted = step("reference: fit", 0.65, lambda: surface.fit_reference(heights, threads=threads, stop=stop))
-    step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
-    return Prepared(fitted, heights, spacing, image, of_scanner, trace)
+    return heights, image, of_scanner, trace
 
 
 def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:

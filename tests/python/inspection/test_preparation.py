@@ -37,7 +37,9 @@ class Enough(Exception):
 
 
 @pytest.mark.parametrize("error", [Cancelled("enough"), Enough(), KeyboardInterrupt()])
-@pytest.mark.parametrize("stage", ["reference: copy", "reference: clean", "reference: grid", "reference: fit", "regions"])
+@pytest.mark.parametrize(
+    "stage", ["reference: copy", "reference: clean", "reference: grid", "reference: fit", "regions"]
+)
 def test_an_exception_from_progress_ends_the_preparation(layup, stage, error):
     def progress(now, share):
         if now == stage:
@@ -101,11 +103,7 @@ def test_neighbours_in_the_image_decide_as_those_in_space(layup):
 
 def test_the_mold_is_known_up_to_its_edge(layup):
     prepared = make(layup).prepared
-    rows, columns = np.nonzero(np.isfinite(prepared.seen.values))
-    xy = prepared.seen.origin_mm + prepared.seen.spacing_mm * np.stack([columns, rows], axis=1)
-    off = prepared.seen.values[rows, columns] - prepared.reference.height(xy)
-    assert np.quantile(np.abs(off), 0.999) < 0.5  # noise; beside the mold's edge it was some millimetres
     edge = scenes.mold.rim()
     inside = edge[:, :2] * (1 - 3 / np.linalg.norm(edge[:, :2], axis=1))[:, None]  # 3 mm
     z = layup.truth.mold_height(inside)
-    assert np.abs(prepared.reference.height(inside) - z).max() < 0.15
+    assert np.abs(prepared.reference.height(inside) - z).max() < 0.15  # 17 mm without regard to the cliff
