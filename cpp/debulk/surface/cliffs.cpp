@@ -169,16 +169,7 @@ Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads, const St
 }
 
 void go_on_over_cliffs(Grid<double>& nodes, const Grid<std::uint8_t>& squares) {
-  auto near = nodes.like<std::uint8_t>();
-  const int reach = static_cast<int>(std::lround(on_mm / nodes.spacing));
-  for (int j = 0; j < squares.ny; ++j)
-    for (int i = 0; i < squares.nx; ++i) {
-      if (squares.at(i, j) == 0) continue;
-      const Eigen::Vector2d at = nodes.locate(squares.position(i, j));
-      const int column = static_cast<int>(std::lround(at.x())), row = static_cast<int>(std::lround(at.y()));
-      for (int b = std::max(0, row - reach); b <= std::min(nodes.ny - 1, row + reach); ++b)
-        for (int a = std::max(0, column - reach); a <= std::min(nodes.nx - 1, column + reach); ++a) near.at(a, b) = 1;
-    }
+  const Grid<std::uint8_t> near = nodes_near(squares, nodes, on_mm);
   const auto known = [&](int i, int j) { return nodes.contains(i, j) && !std::isnan(nodes.at(i, j)); };
   for (int ring = 0; ring < rings; ++ring) {
     std::vector<std::pair<std::size_t, double>> found;

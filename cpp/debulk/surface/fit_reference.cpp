@@ -15,6 +15,7 @@
 #include "debulk/surface/cliffs.hpp"
 #include "debulk/surface/fill_nodes.hpp"
 #include "debulk/surface/misfit.hpp"
+#include "debulk/surface/pooled.hpp"
 
 namespace debulk {
 namespace {
@@ -237,18 +238,8 @@ Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int rea
 // The nodes near which a fit is off what was measured: the surface bends there within a window. Empty where there are none.
 Grid<std::uint8_t> bent_nodes(const Grid<float>& residual, const Grid<double>& nodes, int threads, const Stop& stop) {
   const Grid<std::uint8_t> squares = misfit_squares(residual, bent_mm, threads, stop);
-  auto out = nodes.like<std::uint8_t>();
-  const int reach = static_cast<int>(std::lround(bent_reach_mm / nodes.spacing));
-  bool any = false;
-  for (int j = 0; j < squares.ny; ++j)
-    for (int i = 0; i < squares.nx; ++i) {
-      if (squares.at(i, j) == 0) continue;
-      const Eigen::Vector2d at = nodes.locate(squares.position(i, j));
-      const int column = static_cast<int>(std::lround(at.x())), row = static_cast<int>(std::lround(at.y()));
-      for (int b = std::max(0, row - reach); b <= std::min(nodes.ny - 1, row + reach); ++b)
-        for (int a = std::max(0, column - reach); a <= std::min(nodes.nx - 1, column + reach); ++a) out.at(a, b) = 1, any = true;
-    }
-  return any ? out : Grid<std::uint8_t>();
+  if (std::find(squares.values.begin(), squares.values.end(), 1) == squares.values.end()) return {};
+  return nodes_near(squares, nodes, bent_reach_mm);
 }
 
 // Takes out heights far off the fit: what a scanner's spikes, clamps and tools leave.

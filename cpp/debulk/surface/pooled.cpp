@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -36,6 +37,20 @@ Grid<float> pooled_medians(const Grid<float>& values, int side, int threads, con
         out.at(i, j) = *half;
       }
   });
+  return out;
+}
+
+Grid<std::uint8_t> nodes_near(const Grid<std::uint8_t>& squares, const Grid<double>& nodes, double reach_mm) {
+  auto out = nodes.like<std::uint8_t>();
+  const int reach = static_cast<int>(std::lround(reach_mm / nodes.spacing));
+  for (int j = 0; j < squares.ny; ++j)
+    for (int i = 0; i < squares.nx; ++i) {
+      if (squares.at(i, j) == 0) continue;
+      const Eigen::Vector2d at = nodes.locate(squares.position(i, j));
+      const int column = static_cast<int>(std::lround(at.x())), row = static_cast<int>(std::lround(at.y()));
+      for (int b = std::max(0, row - reach); b <= std::min(nodes.ny - 1, row + reach); ++b)
+        for (int a = std::max(0, column - reach); a <= std::min(nodes.nx - 1, column + reach); ++a) out.at(a, b) = 1;
+    }
   return out;
 }
 
