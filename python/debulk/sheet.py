@@ -48,7 +48,7 @@ class Sheet:
     recipe
         Its sections `material` and `loads` are used. Default: ``Recipe()``.
     edge_mm
-        (N,) way from each node to the ply's edge, mm, for the friction of free nodes. Default: the edge is at them.
+        (N,) way from each node to the ply's edge, mm, for the friction of free nodes. Default: half a spacing.
 
     Raises
     ------

@@ -8,21 +8,26 @@
 namespace debulk {
 namespace {
 
-// Mean sine of the crossing angles at a node; 1 where only one fibre runs. Parallel fibres are one spacing times this apart.
-double crossing_sine(const Net& net, int node) {
+// How wide a strip of ply a fibre stands for at one of its nodes, mm: on each side half the way to the next fibre, where the net has
+// one. A spacing where it is alone.
+double width_at(const Net& net, int node, int fibre) {
   const Neighbours& around = net.neighbours[static_cast<std::size_t>(node)];
-  const auto to = [&](int neighbour) {
+  const auto to = [&](int neighbour) -> Eigen::Vector3d {
     return (net.nodes[static_cast<std::size_t>(neighbour)] - net.nodes[static_cast<std::size_t>(node)]).normalized();
   };
-  double sum = 0;
-  int corners = 0;
-  for (const Direction along : {east, west})
-    for (const Direction across : {north, south})
+  const std::array<Direction, 2> ends = {east, west}, sides = {north, south};
+  double width = 0;
+  for (const Direction across : fibre == 0 ? sides : ends) {
+    double sines = 0;
+    int corners = 0;
+    for (const Direction along : fibre == 0 ? ends : sides)
       if (around[along] >= 0 && around[across] >= 0) {
-        sum += to(around[along]).cross(to(around[across])).norm();
+        sines += to(around[along]).cross(to(around[across])).norm();
         ++corners;
       }
-  return corners > 0 ? sum / corners : 1.0;
+    if (corners > 0) width += net.spacing / 2 * sines / corners;
+  }
+  return width > 0 ? width : net.spacing;
 }
 
 // By how much a section turns from its first segment to its last.
@@ -42,10 +47,12 @@ BridgeHold bridge_hold(const PocketNet& laid, const std::vector<double>& tension
   const std::vector<std::array<int, 2>> all = segments(net.neighbours);
   for (std::size_t k = 0; k < all.size(); ++k) {
     const auto [i, j] = all[k];
-    const double apart = net.spacing * (crossing_sine(net, i) + crossing_sine(net, j)) / 2;
     for (const auto& [from, to] : {std::pair{i, j}, std::pair{j, i}})
       for (std::size_t d = 0; d < 4; ++d)
-        if (net.neighbours[static_cast<std::size_t>(from)][d] == to) out.tension[static_cast<std::size_t>(from)][d] = tensions_n[k] / apart;
+        if (net.neighbours[static_cast<std::size_t>(from)][d] == to) {
+          const int fibre = d < 2 ? 0 : 1;
+          out.tension[static_cast<std::size_t>(from)][d] = 2 * tensions_n[k] / (width_at(net, from, fibre) + width_at(net, to, fibre));
+        }
   }
   for (const std::array<double, 2>& ways : laid.hold_ways)
     out.most.push_back({friction * pressure_mpa * ways[0], friction * pressure_mpa * ways[1]});

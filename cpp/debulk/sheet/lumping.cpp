@@ -26,8 +26,8 @@ std::vector<double> gripping_areas(const Net& net, const std::vector<int>& free,
   std::vector<double> out(free.size(), area_mm2 / static_cast<double>(net.nodes.size()));
   if (lumping == Lumping::paper) return out;
   for (std::size_t k = 0; k < free.size(); ++k) {
-    const double way = net.to_edge.empty() ? 0.0 : net.to_edge[static_cast<std::size_t>(free[k])];
-    out[k] = net.spacing * (way + net.spacing / 2);
+    const double way = net.to_edge.empty() ? net.spacing / 2 : net.to_edge[static_cast<std::size_t>(free[k])];
+    out[k] = net.spacing * way;
   }
   return out;
 }

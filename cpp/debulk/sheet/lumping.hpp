@@ -16,9 +16,8 @@ enum class Lumping {
 // time, as the shear has it: |a x b| / 4. A net without any corner is a single fibre and has no width: there it is A / N too.
 std::vector<double> nodal_areas(const Net& net, Lumping lumping, double area_mm2);
 
-// mm2 of ply whose friction holds each of these free nodes. Consistent: the strip, one spacing wide, from the middle of its last
-// segment to the ply's edge (`Net::to_edge`; the edge is at the node where that is not known). A net's rim lies on average half
-// a spacing past the foot, so that the strips of all of them make up what lies between foot and edge, whatever the spacing.
+// mm2 of ply whose friction holds each of these free nodes. Consistent: the strip, one spacing wide, from it to the ply's edge
+// (`Net::to_edge`); where that is not known, as if the edge were half a spacing away.
 std::vector<double> gripping_areas(const Net& net, const std::vector<int>& free, Lumping lumping, double area_mm2);
 
 }  // namespace debulk

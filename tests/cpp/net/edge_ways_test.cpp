@@ -48,6 +48,7 @@ TEST(EdgeWays, ComeWithANetWhoseEdgeIsKnown) {
   const test::Plane mold;
   const test::Bell ply(mold, 5.0, 30.0);
   PocketShape shape;
+  shape.angles = {0.0, M_PI / 2};
   for (int k = 0; k < 48; ++k) shape.outline.emplace_back(30 * std::cos(k * M_PI / 24), 30 * std::sin(k * M_PI / 24));
   EXPECT_TRUE(fibre_net(ply, mold, shape).net.to_edge.empty());
   EXPECT_TRUE(fibre_net(ply, mold, shape).hold_ways.empty());

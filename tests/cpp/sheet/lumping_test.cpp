@@ -53,9 +53,9 @@ TEST(Lumping, ASingleFibreSharesTheGivenAreaEvenly) {
 
 TEST(Lumping, AFreeNodeGripsOutToThePlysEdge) {
   Net net = test::flat_net(4, 4, 5.0);
-  EXPECT_EQ(gripping_areas(net, {3}, Lumping::consistent, 1.0), std::vector<double>{12.5});  // its own half cell
+  EXPECT_EQ(gripping_areas(net, {3}, Lumping::consistent, 1.0), std::vector<double>{12.5});  // half a spacing
   net.to_edge.assign(16, 8.0);
-  EXPECT_EQ(gripping_areas(net, {3, 7}, Lumping::consistent, 1.0), std::vector<double>(2, 5.0 * 10.5));
+  EXPECT_EQ(gripping_areas(net, {3, 7}, Lumping::consistent, 1.0), std::vector<double>(2, 40.0));
   EXPECT_EQ(gripping_areas(net, {3, 7}, Lumping::paper, 160.0), std::vector<double>(2, 10.0));
 }
 
@@ -70,8 +70,8 @@ TEST(Lumping, TheSheetsForcesAreThoseOfTheAreas) {
   EXPECT_NEAR(sum(sheet.loads_n()), (0.1 + weight) * 16 * 16, 1e-12);
   EXPECT_NEAR(term(sheet, pressed(net, 0.5), "vacuum"), 0.1 * 256 * 0.5, 1e-12);
   EXPECT_NEAR(term(sheet, pressed(net, 0.5), "gravity"), weight * 256 * 0.5, 1e-14);
-  EXPECT_NEAR(term(sheet, pressed(net, 0.5), "friction"), 0.4 * 0.1 * 4 * 5 * (std::sqrt(0.25 + eps * eps) - eps), 1e-12);
-  EXPECT_NEAR(sheet.grip_n(), 0.4 * 0.1 * 4 * 5, 1e-14);
+  EXPECT_NEAR(term(sheet, pressed(net, 0.5), "friction"), 0.4 * 0.1 * 4 * 3 * (std::sqrt(0.25 + eps * eps) - eps), 1e-12);
+  EXPECT_NEAR(sheet.grip_n(), 0.4 * 0.1 * 4 * 3, 1e-14);
 }
 
 TEST(Lumping, RefusesWaysThatAreNone) {
@@ -89,6 +89,7 @@ struct Pocket {
   test::Bell ply{mold, 6.0, 40.0};
   Net laid(double spacing) const {
     PocketShape shape;
+    shape.angles = {0.2, 0.2 + M_PI / 2};
     for (int k = 0; k < 72; ++k) shape.outline.emplace_back(40 * std::cos(k * M_PI / 36), 40 * std::sin(k * M_PI / 36));
     shape.ply_outline = {{-300, -300}, {50, -300}, {50, 300}, {-300, 300}};
     FibreNetOptions options;
@@ -97,10 +98,9 @@ struct Pocket {
   }
 };
 
-// Ridge-shaped fields over the pocket: the work per area inside a disc must not depend on the spacing.
 TEST(Lumping, TheVacuumsWorkDoesNotDependOnTheSpacing) {
   const Pocket pocket;
-  // Down onto the mold, from wherever a node is: the work is the pressure times the ply's volume, weighted by its slope.
+  // Of pressing every node straight down onto the mold.
   const auto work = [&](double spacing, Lumping lumping) {
     const Net net = pocket.laid(spacing);
     PlyMaterial ply;
@@ -117,8 +117,8 @@ TEST(Lumping, TheVacuumsWorkDoesNotDependOnTheSpacing) {
     least = std::min(least, now), most = std::max(most, now);
     least_paper = std::min(least_paper, paper), most_paper = std::max(most_paper, paper);
   }
-  EXPECT_LT(most - least, 0.04);
-  EXPECT_GT(most_paper - least_paper, 0.2);
+  EXPECT_LT(most - least, 0.01);
+  EXPECT_GT(most_paper - least_paper, 0.2);  // 0.70 to 0.91
 }
 
 TEST(Lumping, FrictionDoesNotVanishWithTheSpacing) {
@@ -128,8 +128,10 @@ TEST(Lumping, FrictionDoesNotVanishWithTheSpacing) {
     ply.lumping = lumping;
     return Sheet(pocket.laid(spacing), M_PI * 1600, ply, std::make_shared<test::Plane>()).grip_n();
   };
-  const double fine = grip(1.0, Lumping::consistent);
-  for (const double spacing : {8.0, 5.0, 3.0, 2.0}) EXPECT_NEAR(grip(spacing, Lumping::consistent) / fine, 1.0, 0.3) << spacing;
+  // What lies between the free part of the rim, 20 mm and nearer to the edge, and the edge: 50 - x over the arc where x > 30.
+  const double half = std::acos(30.0 / 40), strip = 2 * 40 * (50 * half - 40 * std::sin(half));
+  for (const double spacing : {5.0, 3.0, 2.0, 1.0})  // a rim of 58 mm has few nodes: their number is a matter of chance
+    EXPECT_NEAR(grip(spacing, Lumping::consistent) / (0.4 * 0.1 * strip), 1.0, 0.2) << spacing;
   EXPECT_GT(grip(8.0, Lumping::paper) / grip(1.0, Lumping::paper), 4.0);
 }
 
