@@ -1,7 +1,8 @@
 """What each criterion knows of a pocket before, or by, the default net: python bench/referee/figures.py.
 
-The excess of the laid net (whole fibres, sliding windows, at the default spacing and at half of it), and today's solve:
-RMS and ridge over the recipe's starts with the verdict. One row a pocket goes to figures.csv.
+The excess of the laid net (whole fibres, sliding windows, at the default spacing and at half of it), and the paper's
+solve, with its lumping of the loads: RMS and ridge over the recipe's starts with the verdict. One row a pocket goes to
+figures.csv.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def elastic_height(excess_mm: float) -> float:
 
 def run(pocket: Pocket) -> dict[str, object]:
     """One row."""
-    recipe = Recipe()
+    recipe = Recipe(loads={"lumping": "paper"})
     laid = pocket.lay()
     half = pocket.lay(laid.spacing_mm / 2)
     ply = sheet.Sheet.of_net(laid, pocket.reference, recipe)

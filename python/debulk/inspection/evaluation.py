@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
 
 __all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged"]
 
@@ -102,7 +105,7 @@ def _evaluate(
         laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion=criterion)
         for criterion in (None, "paper")
     )
-    by_rule = replace(by_rule, reason=by_rule.reason + _drawn_in(settled.best))
+    by_rule = replace(by_rule, reason=by_rule.reason + _drawn_in(settled.best, laid.recipe))
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, _debulked_figures(laid, settled))
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
 
@@ -228,9 +231,10 @@ def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
     }
 
 
-def _drawn_in(best: ridge.PostProcessed) -> str:
-    """Say which bridge of the model is not counted."""
-    if not best.is_drawn_in.any():
+def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
+    """Say which bridge of the model is not counted, where it alone would have counted against the pocket."""
+    counts_from_mm = recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
+    if best.drawn_in_height_mm <= max(counts_from_mm, best.bridge_height_mm):
         return ""
     return (
         f"; a bridge of {best.drawn_in_height_mm:.2f} mm is not counted: it pulls with "
