@@ -1,9 +1,9 @@
 """What loads of the net's own areas change: python bench/referee/loads.py [--seconds 3]. Writes loads.txt.
 
-The synthetic pockets whose fine nets took no more than so much CPU are solved again as own.py does now, and compared with
-their rows in own.csv, most of which are of a time when every node had a whole cell and every free node's friction the
-mean way to the ply's edge. Beside it stands what the default nets end with, by the paper's lumping and by the net's own
-areas: at the ply's edge these figures decide.
+The synthetic pockets whose fine nets took no more than so much CPU are solved again as own.py does now, and compared
+with their rows in own.csv, of a time when every node had a whole cell and every free node's friction the mean way to
+the ply's edge. Beside it stands what the default nets end with, by the paper's lumping and by the net's own areas: at
+the ply's edge these figures decide.
 """
 
 from __future__ import annotations
@@ -69,10 +69,11 @@ def main() -> None:
     lines = [line(synthetic_pocket(shape), rows[shape.name]) for shape in shapes() if shape.name in rows]
     about = (
         "Gathered by the worst fold of the fine net, mm: as own.csv has it, and with loads of the net's own areas; "
-        f"whether that is certified, and on the same side of the limit's {LIMIT_EXCESS_MM:.3f} mm. Ridge of the default "
-        "net over its starts, mm: with the paper's lumping and with the net's own areas; its limit is 0.60 mm."
+        f"whether that is certified, and on the same side of the limit's {LIMIT_EXCESS_MM:.3f} mm. Ridge of the "
+        "default net over its starts, mm: with the paper's lumping and with the net's own areas; its limit is 0.60 mm."
     )
-    head = f"  {'pocket':<12} {'then':>7} {'now':>7} {'certified':>9} {'side':>6}  {'ridge, paper':>13} {'own areas':>13}"
+    head = f"  {'pocket':<12} {'then':>7} {'now':>7} {'certified':>9} {'side':>6}"
+    head += f"  {'ridge, paper':>13} {'own areas':>13}"
     text = "\n".join(["LOADS OF THE NET'S OWN AREAS", "", fill(about, 110), "", head, *lines]) + "\n"
     Path(__file__).with_name("loads.txt").write_text(text)
     print(text)

@@ -1,7 +1,7 @@
 """Loads, friction and energies of one pocket over the spacing: python bench/study/loads.py. Writes loads.txt.
 
-A bell of 80 mm, 6 mm high, is laid at several spacings and in six turned and shifted nets of each, and every node is pressed
-straight down by the same share of its height. An energy that is consistent comes out the same whatever the net.
+A bell of 80 mm, 6 mm high, is laid at several spacings, in six turned and shifted nets of each. An energy that is
+consistent comes out the same whatever the net.
 """
 
 from __future__ import annotations
@@ -57,10 +57,10 @@ def in_columns(cells: list[str]) -> str:
 def main() -> None:
     """Write the table."""
     about = (
-        f"A bell of {2 * RADIUS_MM:g} mm, {HEIGHT_MM:g} mm high, {EDGE_MM - RADIUS_MM:g} mm from the ply's edge; mean of "
-        f"{NETS} nets of each spacing, and the scatter among them. Work of the vacuum through the way down to the mold; by how "
-        "much the energy of a certified minimum from a perturbed start lies below that of the net as laid; force with which "
-        "friction holds the free nodes. By the net's own areas and by the paper's lumping."
+        f"A bell of {2 * RADIUS_MM:g} mm, {HEIGHT_MM:g} mm high, {EDGE_MM - RADIUS_MM:g} mm from the ply's edge; mean "
+        f"of {NETS} nets of each spacing, and the scatter among them. Work of the vacuum through the way down to the "
+        "mold; by how much the energy of a certified minimum from a perturbed start lies below that of the net as "
+        "laid; force with which friction holds the free nodes. By the net's own areas and by the paper's lumping."
     )
     lines = ["LOADS OVER THE SPACING", "", fill(about, 110), ""]
     lines.append(f"  {'':>14}" + "".join(f"  {t:^28}" for t in ("vacuum, mJ", "minimum, mJ", "friction, N")))

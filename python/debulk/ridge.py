@@ -97,8 +97,8 @@ class PostProcessed:
     is_bridge
         (N,) bool, nodes where the ply is too short to reach the mold; they keep the gap of the minimum.
     is_drawn_in
-        (N,) bool, nodes where the model bridges, but pulls harder than the friction out to the ply's edge can hold: there
-        the ply is drawn in, and lies on the mold. Where tensions or edge are not known, none.
+        (N,) bool, nodes where the model bridges, but pulls harder than the friction out to the ply's edge can hold:
+        there the ply is drawn in, and lies on the mold. Where tensions or edge are not known, none.
     sections
         Of the ridges, from the largest gap of the minimum down.
     ridge_height_mm

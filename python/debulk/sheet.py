@@ -41,8 +41,8 @@ class Sheet:
     spacing_mm
         Length of every segment, mm.
     area_mm2
-        Area of the ply inside the perimeter, mm². Loads of the paper's lumping share it out evenly to the N nodes, and so
-        do those of a net without a cell, a single fibre; otherwise a node's share is a quarter of each adjoining cell.
+        Area of the ply inside the perimeter, mm². Loads of the paper's lumping share it out evenly to the N nodes, and
+        so do those of a net without a cell, a single fibre; else a node's share is a quarter of each adjoining cell.
     reference
         The surface below the ply.
     recipe

@@ -65,8 +65,7 @@ Pull pull_of(const DebulkedNet& net, const FibreSection& section, const BridgeHo
   for (std::size_t k = 0; k + 1 < section.nodes.size(); ++k) out.tension += hold.tension[static_cast<std::size_t>(section.nodes[k])][on];
   out.tension /= static_cast<double>(section.nodes.size() - 1);
   out.most = hold.most[static_cast<std::size_t>(section.peak)][static_cast<std::size_t>(section.fibre)];
-  out.drawn_in = out.tension > out.most &&
-                 turning(net.nodes, section.nodes) * out.tension >= turning(net.feet, section.nodes) * out.most;
+  out.drawn_in = out.tension > out.most && turning(net.nodes, section.nodes) * out.tension >= turning(net.feet, section.nodes) * out.most;
   return out;
 }
 

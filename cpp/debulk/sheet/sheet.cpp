@@ -50,8 +50,7 @@ Sheet::Sheet(Net net, double area_mm2, const PlyMaterial& ply, std::shared_ptr<c
 
   add_term("bending", ply_.bending_mj(), std::make_shared<Bending>(ply_.bending_mj(), net_.neighbours));
   add_term("shear", ply_.shear_mpa, std::make_shared<Shear>(ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours));
-  const std::vector<double> grips =
-      scaled(ply_.friction * ply_.pressure_mpa, gripping_areas(net_, free, ply_.lumping, area_mm2));
+  const std::vector<double> grips = scaled(ply_.friction * ply_.pressure_mpa, gripping_areas(net_, free, ply_.lumping, area_mm2));
   grip_ = std::accumulate(grips.begin(), grips.end(), 0.0);
   add_term("friction", grip_, std::make_shared<Friction>(grips, net_.spacing, free, net_.nodes));
   add_term("gravity", weight_mpa, std::make_shared<Load>(scaled(weight_mpa, areas), net_.nodes));

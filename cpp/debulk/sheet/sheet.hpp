@@ -43,10 +43,10 @@ class Sheet {
   const std::vector<int>& movable() const { return movable_; }  // node numbers, ascending
   const Surface& mold() const { return *mold_; }
   const PlyMaterial& ply() const { return ply_; }
-  double nodal_force_n() const { return nodal_force_; }         // the vacuum's on the node with most area; what forces are compared with
+  double nodal_force_n() const { return nodal_force_; }          // the vacuum's on the node with most area; what forces are compared with
   const std::vector<double>& loads_n() const { return loads_; }  // vacuum and weight of each node
-  double grip_n() const { return grip_; }                       // friction of all free nodes that slip
-  double size_mm() const;                                       // diagonal of the box round the initial net
+  double grip_n() const { return grip_; }                        // friction of all free nodes that slip
+  double size_mm() const;                                        // diagonal of the box round the initial net
   // The vacuum's largest force on a node, or the largest weight of one where that is more (no vacuum).
   double strict_force_n() const { return strict_force_; }
   // The same, or 1 % of the largest force of a single spring (a corner's bending or shear) in the initial net, where that is

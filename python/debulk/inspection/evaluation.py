@@ -238,8 +238,8 @@ def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
         return ""
     return (
         f"; a bridge of {best.drawn_in_height_mm:.2f} mm is not counted: it pulls with "
-        f"{best.drawn_in_tension_n_per_mm:.3g} N/mm, friction holds {best.drawn_in_hold_n_per_mm:.3g} N/mm, and the ply is "
-        "drawn in"
+        f"{best.drawn_in_tension_n_per_mm:.3g} N/mm, friction holds {best.drawn_in_hold_n_per_mm:.3g} N/mm, and the "
+        "ply is drawn in"
     )
 
 

@@ -119,7 +119,8 @@ TEST(BridgeHold, PullsAWidthOfShearedFibres) {
   const std::vector<std::array<int, 2>> all = segments(laid.net.neighbours);
   const std::vector<double> forces(all.size(), 10.0);
   for (Eigen::Vector3d& p : laid.net.nodes) p = {p.x() + 0.5 * p.y(), std::sqrt(0.75) * p.y(), 0};
-  for (std::size_t k = 0; k < laid.net.nodes.size(); ++k) laid.net.nodes[k].x() = (k % kColumns) * laid.net.spacing + 0.5 * (k / kColumns) * laid.net.spacing;
+  for (std::size_t k = 0; k < laid.net.nodes.size(); ++k)
+    laid.net.nodes[k].x() = (k % kColumns) * laid.net.spacing + 0.5 * (k / kColumns) * laid.net.spacing;
   const BridgeHold hold = bridge_hold(laid, forces, kFriction, kPressure);
   EXPECT_NEAR(hold.tension[kMiddle][east], 10.0 / (laid.net.spacing * std::sqrt(0.75)), 1e-9);
 }

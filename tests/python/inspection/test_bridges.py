@@ -13,7 +13,7 @@ OUTLINE = HALF_PLY_MM * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 
 
 def clouds(radius_mm: float, half_width_mm: float, flatter: float):
-    """Return the clouds of a mold with a dish of this radius, and of a ply on a radius `flatter` times as large over it."""
+    """Return the clouds of a mold with a dish of this radius, and of a ply over it on `flatter` times that radius."""
     x = np.arange(-HALF_PLY_MM - 40, HALF_PLY_MM + 41, 2.0)
     xx, yy = (v.ravel() for v in np.meshgrid(x, x))
     sag = np.maximum(0.0, half_width_mm**2 - xx**2 - yy**2) / (2 * radius_mm)
@@ -67,4 +67,4 @@ def test_without_an_outline_every_bridge_counts():
     one = report.pockets[0]
     assert one.bridge_height_mm > 2.0 and one.drawn_in_mm is None
     (entry,) = [entry for entry in report.left_out if entry.what == "free edges and friction"]
-    assert "a bridge counts whatever its tension" in entry.bound
+    assert "a bridge counts whatever its pull" in entry.bound
