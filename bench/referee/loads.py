@@ -1,4 +1,4 @@
-"""What loads of the net's own areas change: python bench/referee/loads.py [--seconds 3]. Writes loads.txt.
+"""What loads of the net's own areas change: python bench/referee/loads.py [--seconds 3.2]. Writes loads.txt.
 
 The synthetic pockets whose fine nets took no more than so much CPU are solved again as own.py does now, and compared
 with their rows in own.csv, of a time when every node had a whole cell and every free node's friction the mean way to
@@ -13,32 +13,12 @@ from pathlib import Path
 from textwrap import fill
 
 import own
+from figures import settled
 from folds import worst_fold
 from pockets import LIMIT_EXCESS_MM, Pocket, shapes, synthetic_pocket
 
-from debulk import _core, ridge, sheet, solve
-from debulk.inspection import starts
+from debulk import solve
 from debulk.recipe import Recipe
-
-
-def ridges(pocket: Pocket, lumping: str) -> tuple[float, float]:
-    """Least and most ridge height of the default net over the recipe's starts."""
-    recipe = Recipe(loads={"lumping": lumping})
-    laid = pocket.lay()
-    material = recipe.material
-
-    def post_process(solution: solve.Solution) -> ridge.PostProcessed:
-        return ridge.post_process(
-            solution.nodes_mm,
-            laid.neighbours,
-            laid.inside,
-            pocket.reference,
-            thickness_mm=material.thickness_mm,
-            bulk_factor=material.bulk_factor,
-        )
-
-    ply = sheet.Sheet.of_net(laid, pocket.reference, recipe)
-    return starts.settle(ply, recipe, post_process, _core.Stop()).ridge_mm
 
 
 def line(pocket: Pocket, row: dict[str, str]) -> str:
@@ -49,7 +29,11 @@ def line(pocket: Pocket, row: dict[str, str]) -> str:
     now = worst_fold(found.nodes_mm, laid.neighbours, laid.kinds, pocket.reference)
     then = float(row["gathered_mm"])
     same = (then > LIMIT_EXCESS_MM) == (now.gathered_mm > LIMIT_EXCESS_MM)
-    of_default = ["{:.2f} to {:.2f}".format(*ridges(pocket, lumping)) for lumping in ("paper", "consistent")]
+    default = pocket.lay()
+    of_default = [
+        "{:.2f} to {:.2f}".format(*settled(pocket, default, Recipe(loads={"lumping": lumping})).ridge_mm)
+        for lumping in ("paper", "consistent")
+    ]
     return (
         f"  {pocket.name:<12} {then:>7.3f} {now.gathered_mm:>7.3f} {'yes' if found.certified else 'no':>9} "
         f"{'same' if same else 'OTHER':>6}  {of_default[0]:>13} {of_default[1]:>13}"
@@ -59,7 +43,7 @@ def line(pocket: Pocket, row: dict[str, str]) -> str:
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=3.0, help="most CPU of a fine net that is solved again")
+    parser.add_argument("--seconds", type=float, default=3.2, help="most CPU of a fine net that is solved again")
     most = parser.parse_args().seconds
     rows = {
         row["pocket"]: row

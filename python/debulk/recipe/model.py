@@ -108,7 +108,7 @@ class Loads(Section):
     gravity_m_s2: float = Field(default=_PLY.gravity_m_s2, ge=0, le=100, description="acceleration of gravity")
     lumping: Literal["consistent", "paper"] = Field(
         default=_PLY.lumping,  # type: ignore[arg-type]
-        description="of what acts on areas; \"consistent\": by the net's cells, friction out to the ply's edge; "
+        description='of what acts on areas; "consistent": by cells of the net, friction out to the edge of the ply; '
         '"paper": the area inside the perimeter over all nodes, which depends on the spacing',
     )
 
