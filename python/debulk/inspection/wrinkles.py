@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from debulk import pocket
 from debulk.grid import Grid
+from debulk.inspection.sample import heights_above
 from debulk.recipe import Recipe
 from debulk.results.report import Wrinkle
 from debulk.ridge import ridge_height
@@ -214,18 +215,7 @@ class WrinkleSearch:
 
     def _above(self, points: Floats) -> Floats:
         """Heights above the reference; NaN where it is not known."""
-        flat = points.reshape(-1, 3)
-        out = np.full(len(flat), np.nan)
-        seen = self._seen
-        ny, nx = seen.values.shape
-        with np.errstate(invalid="ignore"):
-            place = np.rint((flat[:, :2] - seen.origin_mm) / seen.spacing_mm)
-            inside = np.flatnonzero(((place >= 0) & (place < (nx, ny))).all(axis=1))
-        column, row = place[inside].astype(np.int64).T
-        inside = inside[np.isfinite(seen.values[row, column])]
-        if len(inside):
-            out[inside] = flat[inside, 2] - self._reference.height(flat[inside, :2])
-        return out.reshape(points.shape[:-1])
+        return heights_above(self._reference, self._seen, points.reshape(-1, 3)).reshape(points.shape[:-1])
 
     def _solid(
         self,

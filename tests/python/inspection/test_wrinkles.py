@@ -63,3 +63,14 @@ def test_noise_flying_pixels_highlights_and_pockets_are_no_wrinkles():
         off = np.where(streak[..., None], rng.normal(0, 5, depth.shape), off)
     noisy = (scan * (1 + off / depth)).astype(np.float32)
     assert laid_ply.inspector()._wrinkles.find(noisy, None) == ()
+
+
+def test_beside_the_reference_nothing_is_known():
+    """Points half a spacing outside its grid, as a scan that is larger than the reference has them."""
+    search = laid_ply.inspector()._wrinkles
+    grid = search._seen
+    low = np.asarray(grid.origin_mm)
+    high = low + grid.spacing_mm * (np.array(grid.values.shape)[::-1] - 1)
+    outside = np.array([[*(low - 0.4 * grid.spacing_mm), 5.0], [*(high + 0.4 * grid.spacing_mm), 5.0]])
+    assert np.isnan(search._above(outside)).all()
+    assert np.isfinite(search._above(np.array([[*(0.5 * (low + high)), 5.0]]))).all()
