@@ -43,6 +43,8 @@ class Phase:
     """Variance of a grey value: the first number + the second times the grey value."""
     blur_px: float = 0.0
     """Standard deviation of the lens's blur whose part in the phases was taken out."""
+    periods: tuple[int, ...] = ()
+    """Numbers of fringes over the field; the phase is that of the first."""
     counts: Mapping[str, int] = field(default_factory=dict)
     """Pixels that are ``lit``, of those ``doubtful`` (order not sure from the beat), of which
     ``repaired`` by the pixels beside; ``isolated`` (phase unlike those beside, and gone);
@@ -176,6 +178,7 @@ def decode_into(
         brightness,
         (float(sensor_noise[0]), float(sensor_noise[1])),
         float(np.sqrt(variance)),
+        periods,
         counts,
     )
 

@@ -46,7 +46,7 @@ class Epipolar:
 def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
     """Measure how the rows agree, and say what is wrong where they do not."""
     shifts, textured = row_shifts(points, left, right, rectified)
-    error = float(np.sqrt(np.mean(_even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
+    error = float(np.sqrt(np.mean(even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
     found = Epipolar(error, len(shifts))
     if textured < _LEAST_PATCHES:
         return found, ""
@@ -65,7 +65,7 @@ def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
     return found, ""
 
 
-def _even(shifts: F64) -> F64:
+def even(shifts: F64) -> F64:
     """Fit what a turned camera would make of (K, 3) shifts: linear over the image; outliers count less."""
     basis = np.column_stack([np.ones(len(shifts)), shifts[:, :2]])
     weight = np.ones(len(shifts))
