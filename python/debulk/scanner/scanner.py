@@ -42,8 +42,8 @@ class Scanner:
     periods, steps, bits, sensor_noise, blur_px
         As in `debulk.scanner.decode`.
     details
-        Keep what a picture of the scan needs: order residual and mean grey value of each camera. They take 16 bytes for
-        each pixel of an image.
+        Keep what a picture of the scan needs: the left camera's order residual. It takes 4 bytes a pixel, beside 26 for
+        the phases of both cameras and 16 for where their rectified pixels lie.
     threads
         0: as many as the process may use. The result does not depend on it.
 
@@ -91,9 +91,9 @@ class Scanner:
         self.right: Phase | None = None
         calibration.rectified  # noqa: B018  prepared now, not in the first cycle
         shape = calibration.pixels[1], calibration.pixels[0]
-        names = ("phase", "noise", "modulation", *(("offset", "residual") if details else ()))
         self._maps: list[dict[str, Any]] = []
-        for _ in range(2):
+        for more in (("residual",) if details else (), ()):
+            names = ("phase", "noise", "modulation", *more)
             maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in names}
             self._maps.append(maps | {"exposure": np.empty(shape, np.uint8)})
         self._lock = threading.Lock()
