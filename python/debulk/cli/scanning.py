@@ -1,5 +1,4 @@
-"""The commands of the scanner: ``debulk scan LEFT RIGHT``, ``scan patterns``, ``scan calibrate``,
-``scan projector``."""
+"""The commands of the scanner: ``debulk scan LEFT RIGHT``, and after ``scan`` patterns, calibrate, projector."""
 
 from __future__ import annotations
 
@@ -162,7 +161,7 @@ def projector(
     steps: STEPS = 6,
     bits: Annotated[int | None, typer.Option(help="Of the sensor; unset: 8, or 12 in 16.")] = None,
 ) -> None:
-    """Learn the projector from fringe images, right after `calibrate`: later scans tell then when a camera was turned."""
+    """Learn the projector right after `calibrate`: later scans tell then when a camera was turned."""
     with outcome():
         if output.suffix.lower() != ".json":
             raise InputError(f"{output}: expected a file ending in .json")

@@ -21,9 +21,9 @@ def calibrate_projector(
 ) -> Calibration:
     """Learn where the projector stands, so that later scans tell when a camera was turned.
 
-    Rows of the two images show a camera that was tilted, but not one that was turned about the upright: 0.01 degrees move
-    all depths by a thousandth (2.6 mm at 2.4 m with cameras 420 mm apart). With the projector, every scan is held against
-    a third view. Do this right after `calibrate`, before anything can have moved.
+    Rows of the two images show a camera that was tilted, but not one that was turned about the upright: 0.01 degrees
+    move all depths by a thousandth (2.6 mm at 2.4 m with cameras 420 mm apart). With the projector, every scan is held
+    against a third view. Do this right after `calibrate`, before anything can have moved.
 
     Parameters
     ----------

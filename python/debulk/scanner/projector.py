@@ -21,7 +21,8 @@ class Projector:
     """Where across the fringes a point lies in the projector's field, 0 to 1: a pinhole and its lens.
 
     Points are in the left camera's own frame, mm. With (X, 1) the point and its one, the pinhole says
-    p = (first row · (X, 1)) / (second row · (X, 1)); the lens adds terms of the second and third degree in p - 1/2 and y / z.
+    p = (first row · (X, 1)) / (second row · (X, 1)); the lens adds terms of the second and third degree in p - 1/2 and
+    y / z.
     """
 
     pinhole: F64

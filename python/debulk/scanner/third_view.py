@@ -31,15 +31,15 @@ _ROUNDS = 6
 
 
 def learn(seen: Sequence[tuple[F64, F64]]) -> Projector:
-    """Fit a projector to (points, places in the field) of several scans; raises an InputError if they do not determine it."""
+    """Fit a projector to (points, places in the field) of several scans; an InputError if they do not determine it."""
     points, places = (np.concatenate([pair[k] for pair in seen]) for k in (0, 1))
     if len(points) < _LEAST_SAMPLES:
         raise InputError(f"views: expected surfaces that fill the image, but only {len(points)} points were seen")
     relief = _relief(points)
     if relief < _LEAST_RELIEF:
         raise InputError(
-            f"views: expected surfaces at several depths, or one of some relief, but all points lie on one plane within "
-            f"{100 * relief:.2f} % of their depth: scan a plate at three distances"
+            f"views: expected surfaces at several depths, or one of some relief, but all points lie on one plane "
+            f"within {100 * relief:.2f} % of their depth: scan a plate at three distances"
         )
     pinhole, lens, keep = _first_pinhole(points, places), np.zeros(7), np.ones(len(points), bool)
     for _ in range(_ROUNDS):  # Gauss and Newton's, without what lies on edges
@@ -62,7 +62,7 @@ def learn(seen: Sequence[tuple[F64, F64]]) -> Projector:
 
 
 def disagreement(points: F32, left: Phase, rectified: Rectified, projector: Projector) -> tuple[float, str]:
-    """Depth by which cameras and projector disagree, mm, and what is wrong where it is too much; NaN: too few points."""
+    """Depth by which cameras and projector disagree, mm, and what is wrong if it is too much; NaN: too few points."""
     there, places = sampled(points, left, rectified)
     if len(there) < _LEAST_SAMPLES:
         return float("nan"), ""

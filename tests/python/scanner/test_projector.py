@@ -52,7 +52,12 @@ def test_it_survives_its_file(known, tmp_path):
     points = np.random.default_rng(0).uniform([-500, -400, 2300], [500, 400, 2500], (50, 3))
     assert np.array_equal(again.at(points), known.projector.at(points))
     data = json.loads((tmp_path / "c.json").read_text())
-    for spoilt in ({}, [1], {**data["projector"], "pinhole": [[1, 2]]}, {**data["projector"], "lens": [float("nan")] * 7}):
+    for spoilt in (
+        {},
+        [1],
+        {**data["projector"], "pinhole": [[1, 2]]},
+        {**data["projector"], "lens": [float("nan")] * 7},
+    ):
         (tmp_path / "bad.json").write_text(json.dumps({**data, "projector": spoilt}))
         with pytest.raises(InputError, match=r"bad\.json: projector: expected"):
             Calibration.load(tmp_path / "bad.json")
