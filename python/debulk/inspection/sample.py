@@ -75,10 +75,10 @@ def sampled(
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
     in_mold = points.astype(np.float64, order="F")  # each coordinate in one piece: that is what the checks read
-    return Sample(in_mold, heights_above(prepared.reference, prepared.seen, in_mold), each, same)
+    return Sample(in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), each, same)
 
 
-def heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
+def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
     """Heights of (N, 3) points above the reference; NaN where the grid says that nothing was seen of it."""
     heights = np.full(len(points_mm), np.nan)
     corners = _core.surface.extent(reference)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from debulk.arguments import typed
 from debulk.scanner.inputs import InputError, checked_pixels
 from debulk.scanner.projector import Projector
 
@@ -101,6 +102,7 @@ class Calibration:
         other.projector = projector
         return other
 
+    @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the calibration as JSON, for `load`."""
         data = {
@@ -121,6 +123,7 @@ class Calibration:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str]) -> Calibration:
         """Read a calibration that `save` wrote; raises a debulk.InputError that names the file."""
         try:

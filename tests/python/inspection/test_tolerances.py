@@ -18,7 +18,7 @@ def test_a_small_steep_bump_is_judged_and_creases(regions):
     assert report.verdict is Verdict.CREASE
     (bump,) = report.pockets
     assert bump.area_mm2 < 200
-    assert bump.promoted.startswith("below the tolerance of area, but")
+    assert bump.promoted.startswith("below the tolerance on area, but")
     assert np.linalg.norm(bump.outline_mm.mean(axis=0) - (50, 30)) < 1.0
 
 
