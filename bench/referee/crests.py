@@ -110,7 +110,7 @@ def table(found: list[Compared]) -> str:
             116,
         ),
         "",
-        "engine  pockets            folds      off            turned, deg         length            in the band",
+        "engine  pockets            folds      off            turned, deg         length          in the band",
     ]
     kinds = {
         "all": lambda c: c.crest == "excess",

@@ -11,6 +11,7 @@
 #include "debulk/surface/front_end.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/median.hpp"
+#include "debulk/surface/misfit.hpp"
 
 namespace debulk {
 namespace {
@@ -62,12 +63,12 @@ HeightMapOptions options(double spacing, double hole_diameter, double jump_ratio
 
 // A height map against either kind of reference, as (heights, measured, origin, spacing).
 template <class Base>
-py::tuple map_heights(const CloudArray& scan, const Base& reference, const HeightMapOptions& opts, int threads) {
+py::tuple map_heights(const CloudArray& scan, const Base& reference, const HeightMapOptions& opts, int threads, const Stop& stop) {
   const CloudView cloud = cloud_view(scan, "scan");
   HeightMap map;
   {
     py::gil_scoped_release release;
-    map = height_map(cloud, reference, opts, threads);
+    map = height_map(cloud, reference, opts, threads, stop);
   }
   const Eigen::Vector2d origin = map.heights.origin;
   const double spacing = map.heights.spacing;
@@ -214,16 +215,18 @@ void bind_surface(py::module_ m) {
 
   m.def(
       "height_map",
-      [](const CloudArray& scan, const Reference& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
-        return map_heights(scan, reference, options(spacing, hole_diameter, jump_ratio), threads);
-      },
-      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"));
+      [](const CloudArray& scan, const Reference& reference, double spacing, double hole_diameter, double jump_ratio, int threads,
+         const Stop& stop) { return map_heights(scan, reference, options(spacing, hole_diameter, jump_ratio), threads, stop); },
+      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"),
+      py::arg("stop"));
   m.def(
       "height_map",
-      [](const CloudArray& scan, const CloudArray& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
-        return map_heights(scan, cloud_view(reference, "reference"), options(spacing, hole_diameter, jump_ratio), threads);
+      [](const CloudArray& scan, const CloudArray& reference, double spacing, double hole_diameter, double jump_ratio, int threads,
+         const Stop& stop) {
+        return map_heights(scan, cloud_view(reference, "reference"), options(spacing, hole_diameter, jump_ratio), threads, stop);
       },
-      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"));
+      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"),
+      py::arg("stop"));
 
   m.def(
       "median",
@@ -273,6 +276,20 @@ void bind_surface(py::module_ m) {
         return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"), py::arg("stop"));
+
+  m.def(
+      "misfits",
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const Reference& fit, int threads,
+         const Stop& stop) {
+        const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
+        Grid<std::uint8_t> out;
+        {
+          py::gil_scoped_release release;
+          out = misfits(heights, fit, threads, stop);
+        }
+        return grid_values(std::move(out));
+      },
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("reference"), py::arg("threads"), py::arg("stop"));
 
   m.def("extent", &extent, py::arg("surface"));
   bind_front_end(m);

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arguments import typed
 
 _DEFAULTS = _core.section.SectionOptions()  # each default stands once, in cpp/debulk/section/fold.hpp
 
@@ -111,6 +112,7 @@ class Fold:
     natural_length_mm: float
 
 
+@typed
 def fold(
     excess_length_mm: float,
     span_mm: float,
@@ -262,6 +264,7 @@ class ElasticFold:
     slope_deg: float
 
 
+@typed
 def elastic_fold(excess_length_mm: float, recipe: Recipe | None = None) -> ElasticFold:
     """Return the elastic fold on a flat mold that `fold` finds, from a table: microseconds instead of milliseconds.
 
@@ -310,6 +313,7 @@ def elastic_fold(excess_length_mm: float, recipe: Recipe | None = None) -> Elast
     )
 
 
+@typed
 def elastic_height(excess_length_mm: float, recipe: Recipe | None = None) -> float:
     """Height of `elastic_fold`, mm.
 

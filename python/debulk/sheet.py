@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
+from debulk import _core, arrays
+from debulk.arguments import typed
 
 if TYPE_CHECKING:
     from debulk.net import Net
@@ -19,7 +20,9 @@ Floats = NDArray[np.float64]
 
 __all__ = ["Sheet"]
 
-_PLY_NAMES = ("thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "pressure_mpa", "gravity_m_s2")
+_PLY_NAMES = (
+    "thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "pressure_mpa", "gravity_m_s2", "lumping",
+)  # fmt: skip
 
 
 class Sheet:
@@ -39,11 +42,14 @@ class Sheet:
     spacing_mm
         Length of every segment, mm.
     area_mm2
-        Area of the ply inside the perimeter, shared evenly by the N nodes, mm².
+        Area of the ply inside the perimeter, mm². Loads of the paper's lumping share it out evenly to the N nodes, and
+        so do those of a net without a cell, a single fibre; else a node's share is a quarter of each adjoining cell.
     reference
         The surface below the ply.
     recipe
         Its sections `material` and `loads` are used. Default: ``Recipe()``.
+    edge_mm
+        (N,) way from each node to the ply's edge, mm, for the friction of free nodes. Default: half a spacing.
 
     Raises
     ------
@@ -68,6 +74,7 @@ class Sheet:
     True
     """
 
+    @typed
     def __init__(
         self,
         nodes_mm: ArrayLike,
@@ -77,23 +84,26 @@ class Sheet:
         area_mm2: float,
         reference: Reference,
         recipe: Recipe | None = None,
+        edge_mm: ArrayLike | None = None,
     ) -> None:
         from debulk.recipe import Recipe
         from debulk.recipe.options import ply
 
         self._ply = ply(recipe or Recipe())
-        self._neighbours = np.array(neighbours, dtype=np.int32)
-        self._kinds = np.array(kinds, dtype=np.int32)
+        nodes = arrays.numbers(nodes_mm, "nodes_mm", (None, 3), "an (N, 3) array of nodes in mm")
+        self._neighbours = _whole(neighbours, "neighbours", (None, 4), "an (N, 4) array of numbers of nodes")
+        self._kinds = _whole(kinds, "kinds", (None,), "an (N,) array of 0, 1 and 2")
         self._spacing_mm, self._area_mm2 = float(spacing_mm), float(area_mm2)
         self._reference = reference
         self._core = _core.sheet.Sheet(
-            np.asarray(nodes_mm, dtype=np.float64),
+            nodes,
             self._neighbours,
             self._kinds,
             spacing_mm,
             area_mm2,
             reference,
             self._ply,
+            [] if edge_mm is None else np.asarray(edge_mm, dtype=np.float64).tolist(),
         )
 
     @classmethod
@@ -164,9 +174,15 @@ class Sheet:
         return self._reference
 
     @property
-    def ply(self) -> dict[str, float]:
+    def ply(self) -> dict[str, float | str]:
         """Material and loads, by the names that `Recipe.material` and `Recipe.loads` give them."""
         return {name: getattr(self._ply, name) for name in _PLY_NAMES}
+
+    @property
+    def edge_mm(self) -> Floats | None:
+        """(N,) way from each node to the ply's edge, mm; None where it is not known."""
+        ways = self._core.edge_mm
+        return ways if len(ways) else None
 
     @cached_property
     def _minimiser(self) -> _core.sheet.Minimiser:
@@ -175,7 +191,7 @@ class Sheet:
 
     @property
     def nodal_force_n(self) -> float:
-        """Vacuum force on a node, P A / N, in N."""
+        """Vacuum force on the node with the largest share of the ply, N: what residual forces are compared with."""
         return self._core.nodal_force_n
 
     @property
@@ -209,4 +225,8 @@ class Sheet:
 
 
 def _points(x: ArrayLike) -> Floats:
-    return np.asarray(x, dtype=np.float64)
+    return arrays.numbers(x, "x", (None, 3), "an (N, 3) array of nodes in mm", nan=True)
+
+
+def _whole(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected: str) -> NDArray[np.int32]:
+    return arrays.numbers(value, name, shape, expected).astype(np.int32)

@@ -8,6 +8,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/net/area.hpp"
+#include "debulk/net/edge_ways.hpp"
 #include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
@@ -240,12 +241,16 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
 
   if (stop.now()) throw Stopped("the laying of a net was stopped");
   const PocketMesher mesher(ply, mold, shape, options);
-  const double area = surface_area(ply, shape.outline, shape.ply_outline);
+  const double area = shape.area ? *shape.area : surface_area(ply, shape.outline, shape.ply_outline);
   const double sine = std::max(std::abs(std::sin(shape.angles[1] - shape.angles[0])), 0.1);
   const double estimate = estimated_spacing(area, polygon_perimeter(shape.outline), sine, options.node_target);
   PocketNet net = options.spacing ? mesher.net(*options.spacing, stop) : net_with_about(mesher, options.node_target, estimate, stop);
   if (!options.spacing && !shape.rms_outline.empty()) net = with_enough_inside(mesher, std::move(net), options.node_target, stop);
   net.area = area;
+  if (!shape.ply_outline.empty()) {
+    net.net.to_edge = ways_to_edge(net.net, shape.ply_outline);
+    net.hold_ways = ways_along_fibres(net.net, shape.ply_outline);
+  }
   return net;
 }
 

@@ -67,6 +67,9 @@ def covering_grid(low_mm: ArrayLike, high_mm: ArrayLike, spacing_mm: float) -> t
 def fit_reference(
     values: ArrayLike, origin_mm: ArrayLike, spacing_mm: float, options: FitOptions, threads: int, stop: Stop
 ) -> tuple[_Floats, _Floats, float]: ...
+def misfits(
+    values: ArrayLike, origin_mm: ArrayLike, spacing_mm: float, reference: Reference, threads: int, stop: Stop
+) -> _Bytes: ...
 def grid_heights(
     points: ArrayLike,
     origin_mm: ArrayLike,
@@ -78,11 +81,23 @@ def grid_heights(
 ) -> _Singles: ...
 @overload
 def height_map(
-    scan: ArrayLike, reference: Reference, spacing_mm: float, hole_diameter_mm: float, jump_ratio: float, threads: int
+    scan: ArrayLike,
+    reference: Reference,
+    spacing_mm: float,
+    hole_diameter_mm: float,
+    jump_ratio: float,
+    threads: int,
+    stop: Stop,
 ) -> tuple[_Singles, _Bytes, _Floats, float]: ...
 @overload
 def height_map(
-    scan: ArrayLike, reference: ArrayLike, spacing_mm: float, hole_diameter_mm: float, jump_ratio: float, threads: int
+    scan: ArrayLike,
+    reference: ArrayLike,
+    spacing_mm: float,
+    hole_diameter_mm: float,
+    jump_ratio: float,
+    threads: int,
+    stop: Stop,
 ) -> tuple[_Singles, _Bytes, _Floats, float]: ...
 def extent(surface: Reference) -> _Floats: ...
 def median(values: ArrayLike, size: int, threads: int) -> _Singles: ...

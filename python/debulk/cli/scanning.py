@@ -1,4 +1,4 @@
-"""The commands of the scanner: ``debulk scan LEFT RIGHT``, ``scan patterns``, ``scan calibrate``."""
+"""The commands of the scanner: ``debulk scan LEFT RIGHT``, and after ``scan`` patterns, calibrate, projector."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from typer.core import TyperGroup
 
 from debulk import InputError
+from debulk.cli.examples import epilog
+from debulk.cli.loudness import with_loudness
 from debulk.cli.support import Progress, check_writable, outcome, shown_progress
 
 if TYPE_CHECKING:
@@ -39,10 +41,12 @@ app = typer.Typer(
     cls=_ScanGroup,
     no_args_is_help=True,
     help="From the fringe images of two cameras to a cloud: debulk scan LEFT RIGHT --calibration c.json -o scan.pcd.",
+    epilog=epilog("scan"),
 )
 
 
-@app.command()
+@app.command(epilog=epilog("scan images"))
+@with_loudness
 def images(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images, in the order of their names.")],
     right: Annotated[Path, typer.Argument(help="Likewise, of the right camera.")],
@@ -89,7 +93,8 @@ def images(
             print(f"written: {path}")
 
 
-@app.command()
+@app.command(epilog=epilog("scan patterns"))
+@with_loudness
 def patterns(
     folder: Annotated[Path, typer.Argument(help="For the images, made if need be.")],
     pixels: Annotated[str, typer.Option(help="Width x height of the projector.")] = "1920x1080",
@@ -114,7 +119,8 @@ def patterns(
         print(f"written: {len(made)} patterns of {width} x {height} pixels in {folder}")
 
 
-@app.command()
+@app.command(epilog=epilog("scan calibrate"))
+@with_loudness
 def calibrate(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of the board.")],
     right: Annotated[Path, typer.Argument(help="The right camera's, of the same places, in the same order.")],
@@ -148,6 +154,34 @@ def calibrate(
             print(f"left out: {name}: {why}")
         baseline = float(np.linalg.norm(found.translation_mm))
         print(f"error {found.error_px:.3f} px, cameras {baseline:.2f} mm apart")
+        print(f"written: {output}")
+
+
+@app.command()
+def projector(
+    left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of a surface with relief.")],
+    right: Annotated[Path, typer.Argument(help="Likewise, of the right camera.")],
+    calibration: Annotated[Path, typer.Option(help="From `debulk scan calibrate`.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Calibration with the projector, .json.")],
+    periods: PERIODS = "50,51",
+    steps: STEPS = 6,
+    bits: Annotated[int | None, typer.Option(help="Of the sensor; unset: 8, or 12 in 16.")] = None,
+) -> None:
+    """Learn the projector right after `calibrate`: later scans tell then when a camera was turned."""
+    with outcome():
+        if output.suffix.lower() != ".json":
+            raise InputError(f"{output}: expected a file ending in .json")
+        check_writable(output)
+        from debulk import scanner
+
+        numbers = _numbers(periods)
+        count = steps * len(numbers)
+        cameras = scanner.Calibration.load(calibration)
+        views = [(_stack(left, count), _stack(right, count))]
+        found = scanner.calibrate_projector(cameras, views, numbers, steps, bits=bits)
+        found.save(output)
+        if found.projector is not None:
+            print(f"depths by projector and cameras differ by {found.projector.error_mm:.2f} mm, their noise included")
         print(f"written: {output}")
 
 
@@ -186,6 +220,8 @@ def summary(scan: Scan, calibration: Calibration) -> str:
             else "the surface has too little texture to say whether a camera moved"
         )
         lines.append(said)
+    if np.isfinite(scan.projector_mm):
+        lines.append(f"cameras and projector agree within {scan.projector_mm:.2f} mm")
     f, cx, cy = scan.camera
     lines.append(f"camera of the cloud (f,cx,cy): {f:.4f},{cx:.4f},{cy:.4f}")
     return "\n".join(lines)

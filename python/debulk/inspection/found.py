@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from debulk.grid import Grid
+from debulk.net import Net
 from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen
 from debulk.results.report import LeftOut
 
@@ -27,6 +28,8 @@ class FoundPocket:
         What the scan does not show.
     promoted
         Why it is judged though it is below a tolerance; empty: it is not below any.
+    net
+        Laid on it already, to bound its excess; None: not yet.
     """
 
     number: int
@@ -35,6 +38,7 @@ class FoundPocket:
     index: int
     unseen: Unseen
     promoted: str = ""
+    net: Net | None = None
 
     @property
     def pocket(self) -> Pocket:

@@ -8,22 +8,25 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
-from debulk.inspection.cycle import stopping
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.pocket import Dropped, Feet, Segmentation
 from debulk.recipe import Recipe, options
 from debulk.results.report import LeftOut
+from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
 
 __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
 
 _LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
 _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
+_FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
+_MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +89,7 @@ def left_out(bumps: Sequence[Bump], recipe: Recipe) -> tuple[LeftOut, ...]:
     return tuple(
         LeftOut(
             what=bump_name(bump.dropped),
-            why=f"no pocket: below the tolerance of {bump.dropped.reason}; {bump.why}",
+            why=f"no pocket: below the tolerance on {bump.dropped.reason}; {bump.why}",
             bound=f"stands {bump.dropped.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² "
             f"at the cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
             place_mm=(float(bump.dropped.centroid_mm[0]), float(bump.dropped.centroid_mm[1])),
@@ -117,6 +120,7 @@ def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply:
             return Bump(dropped, why, found=_judged(one, dropped, why))
     except _core.Stopped:
         return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
+    one = replace(one, net=laid)
     excess_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
     limits = criteria(ply.recipe)
@@ -128,7 +132,7 @@ def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply:
 
 
 def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
-    return replace(one, promoted=f"below the tolerance of {dropped.reason}, but {why}")
+    return replace(one, promoted=f"below the tolerance on {dropped.reason}, but {why}")
 
 
 def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, float]:
@@ -153,9 +157,9 @@ def _looked_at_again(
     wanted.peak_tol_mm = 0.0
     one = None
     for rows, columns in _windows(dropped, whole.heights):
-        heights = whole.heights
-        origin = heights.origin_mm + heights.spacing_mm * np.array([columns.start, rows.start])
-        window = Grid(np.ascontiguousarray(heights.values[rows, columns]), origin, heights.spacing_mm)
+        window = _window(whole.heights, rows, columns)
+        if one is None and _frayed(dropped, whole.labels.values[rows, columns], window, feet.noise_mm, wanted, stop):
+            return None
         again = pocket.segment_with(wanted, window, 1, stop)
         if not again.pockets:
             return None  # at the edge of the cut: what is left of it above is a speck
@@ -172,6 +176,33 @@ def _looked_at_again(
         if one.foot.closed:
             break
     return one
+
+
+def _frayed(
+    dropped: Dropped,
+    labels: NDArray[np.int32],
+    window: Grid,
+    noise_mm: float,
+    wanted: _core.pocket.SegmentOptions,
+    stop: _core.Stop,
+) -> bool:
+    """Whether no more than noise parts a bump from a pocket: the contour of a broad one frays where it is flat."""
+    cut_mm = wanted.cut_height_mm
+    wanted.cut_height_mm = dropped.peak_mm - min(_FRAYED * noise_mm, _MOST_FRAYED_MM)
+    try:
+        if not 0 < wanted.cut_height_mm < cut_mm:
+            return False
+        lower = pocket.segment_with(wanted, window, 1, stop)
+    finally:
+        wanted.cut_height_mm = cut_mm
+    i, j = np.rint((dropped.centroid_mm - window.origin_mm) / window.spacing_mm).astype(int)
+    number = lower.labels.values[j, i]
+    return bool(number > 0 and (labels[lower.labels.values == number] > 0).any())
+
+
+def _window(heights: Grid, rows: slice, columns: slice) -> Grid:
+    origin = heights.origin_mm + heights.spacing_mm * np.array([columns.start, rows.start])
+    return Grid(np.ascontiguousarray(heights.values[rows, columns]), origin, heights.spacing_mm)
 
 
 def _apart(candidate: pocket.Pocket, dropped: Dropped) -> float:

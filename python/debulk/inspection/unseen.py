@@ -116,7 +116,7 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
             what=_name(hole),
             why="the mask hides it"
             if hidden
-            else "the reference is not known there"
+            else "the reference is not known there: nothing was seen, or a smooth surface cannot follow it"
             if hole.reference_share > 0.5
             else "nothing was seen there",
             bound=f"{hole.box[1][0] - hole.box[0][0]:.0f} by {hole.box[1][1] - hole.box[0][1]:.0f} mm, "
@@ -126,9 +126,10 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
         if not hole.filled
     ]
     if found.unseen.smaller:
+        count = found.unseen.smaller
         entries.append(
             LeftOut(
-                what=f"{found.unseen.smaller} smaller holes and thin strips",
+                what=f"{count} smaller {'hole or thin strip' if count == 1 else 'holes and thin strips'}",
                 why="nothing was seen there",
                 bound=f"{found.unseen.smaller_area / 100:.2g} cm² in all",
             )

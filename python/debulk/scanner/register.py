@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from debulk import arrays
 from debulk.scanner.inputs import InputError
 from debulk.scanner.triangulate import Scan
 
@@ -89,7 +90,7 @@ def register(
     points = _points(scan.points_mm if isinstance(scan, Scan) else scan, "scan")
     first = np.eye(4) if start is None else np.asarray(start, dtype=np.float64)
     if first.shape != (4, 4):
-        raise InputError(f"start: expected a (4, 4) matrix, but got shape {first.shape}")
+        raise InputError(f"start: expected a (4, 4) matrix, but got {arrays.came(start, first)}")
     return _by_shape(points, _points(mold, "mold"), first, most_mm)
 
 
@@ -143,8 +144,13 @@ def _distances(motion: F64, measured: F64, wanted: F64) -> F64:
 def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registration:
     try:
         import open3d
-    except ImportError:
-        raise InputError("mold: registration by shape needs Open3D: pip install 'debulk[view]'") from None
+    except ImportError as error:
+        if error.name == "open3d":
+            raise InputError("mold: registration by shape needs Open3D: pip install 'debulk[view]'") from None
+        raise InputError(
+            f"mold: registration by shape needs Open3D, and it cannot be loaded ({error}); on Debian it needs libegl1, "
+            "libgl1 and libusb-1.0-0"
+        ) from None
 
     def cloud(values: F64) -> Any:
         whole = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(values))
@@ -152,10 +158,12 @@ def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registratio
 
     source, target = cloud(points), cloud(mold)
     target.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius=5 * _VOXEL_MM, max_nn=30))
-    plane = open3d.pipelines.registration.TransformationEstimationPointToPlane()
     criteria = open3d.pipelines.registration.ICPConvergenceCriteria(1e-9, 1e-9, 200)
     motion = start
     for reach in _REACHES_MM:
+        # A scan goes on beside the mold. Without this loss the points there pull a flat mold away within three steps.
+        robust = open3d.pipelines.registration.TukeyLoss(k=1 + 0.2 * reach)
+        plane = open3d.pipelines.registration.TransformationEstimationPointToPlane(robust)
         found = open3d.pipelines.registration.registration_icp(source, target, reach, motion, plane, criteria)
         motion = np.asarray(found.transformation)
     pairs = np.asarray(found.correspondence_set)
