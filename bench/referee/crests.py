@@ -105,8 +105,8 @@ def table(found: list[Compared]) -> str:
             "simulations, pockets inside the ply. Off: distance of the fold's highest point from the crest, in radii "
             "of a disc of the foot's area. Turned: between the directions. Length: the crest's over the fold's. Each: "
             "median and 90 %, of the length 10 and 90 %. Two lines: pockets for which a mirrored crest is given too; "
-            "the nearer one counts. Net: the highest ridge of the default net's minimum, in place of that crest. In the "
-            "band: folds whose highest point lies within the band that a report gives.",
+            "the nearer one counts. Net: the highest ridge of the default net's minimum, in place of that crest. In "
+            "the band: folds whose highest point lies within the band that a report gives.",
             116,
         ),
         "",
