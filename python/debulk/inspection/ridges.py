@@ -27,7 +27,7 @@ __all__ = ["of_excess", "of_minima"]
 # Half the width of the band of places, in radii of a disc of the foot's area, that holds nine in ten of the minima from
 # other starts (bench/study/places.txt): about the ridge by the excess, and about that of a minimum at the ply's edge.
 # There the highest ridge may stand anywhere in the pocket.
-HELD_SPREAD, EDGE_SPREAD = 0.21, 1.7
+HELD_SPREAD, EDGE_SPREAD = 0.21, 1.35
 _ENOUGH = 8  # minima, the farthest of which says as much: the next lies within it in 8 of 9 cases
 
 Floats = NDArray[np.float64]

@@ -179,8 +179,8 @@ def test_a_straight_ridge_of_a_net(count, turn):
     assert one.excess_mm == pytest.approx(2 * (8 - math.sqrt(64 - 9)))
     assert one.height_mm == pytest.approx(settled.best.ridge_height_mm)
     assert one.mirrored_mm is None
-    # Of a single minimum: 1.7 radii of the foot, but no farther than anything of the foot.
-    assert one.place_spread_mm == pytest.approx(1.7 * 10.0)
+    # Of a single minimum: 1.35 radii of the foot, but no farther than anything of the foot.
+    assert one.place_spread_mm == pytest.approx(1.35 * 10.0)
 
 
 def test_a_ridge_of_a_net_may_shift_by_a_node_from_fibre_to_fibre():
