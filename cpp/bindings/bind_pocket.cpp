@@ -193,6 +193,7 @@ void bind_pocket(py::module_ m) {
       py::arg("front"), py::arg("options"), py::call_guard<py::gil_scoped_release>());
 
   py::class_<Foot>(m, "Foot")
+      .def_readonly("label", &Foot::label)
       .def_property_readonly("outline", [](const Foot& f) { return to_array<2>(f.outline); })
       .def_readonly("area", &Foot::area)
       .def_property_readonly("box", [](const Foot& f) { return rows(f.box); })

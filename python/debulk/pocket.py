@@ -242,12 +242,14 @@ def from_core(core: Any) -> Segmentation:
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """Where a pocket's ply comes down to the mold.
+    """Where a pocket's ply comes down to the mold. Pockets between which it does not come down share one foot.
 
     Attributes
     ----------
     id
         Of the pocket.
+    label
+        Of its points in `Feet.labels`: the smallest id of the pockets that share it.
     outline_mm
         (M, 2) contour height - thickness = mold tolerance, mold XY, counter-clockwise, clipped by the ply.
     area_mm2
@@ -257,10 +259,11 @@ class Foot:
     touches_ply_edge
         Runs along the ply's outline.
     parted
-        Somewhere it parts the pocket from a neighbour that stands up too, instead of lying on the mold.
+        Somewhere it parts the pocket from a lower hill, instead of lying on the mold.
     """
 
     id: int
+    label: int
     outline_mm: Floats
     area_mm2: float
     closed: bool
@@ -277,7 +280,7 @@ class Feet:
     feet
         One a pocket, in the order of their ids.
     labels
-        (ny, nx) int32: id of the pocket to whose foot a point belongs, 0 = none. Read-only.
+        (ny, nx) int32: `Foot.label` of the foot to which a point belongs, 0 = none. Read-only.
     heights
         (ny, nx) float32: smoothed heights above the reference. Read-only.
     noise_mm, mold_tol_mm
@@ -305,7 +308,7 @@ def feet(
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Feet:
-    """Foot contours of all pockets, neighbours parted at their saddles by a watershed.
+    """Foot contours of all pockets; where the ply does not come down between pockets, they share one.
 
     Parameters
     ----------
@@ -356,7 +359,7 @@ def feet_with(options: _core.pocket.FootOptions, segmentation: Segmentation, thr
 def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -> Feet:
     """Wrap compiled feet of a segmentation."""
     found = [
-        Foot(pocket.id, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
+        Foot(pocket.id, f.label, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
         for pocket, f in zip(segmentation.pockets, core.feet, strict=True)
     ]
     grid = segmentation.labels

@@ -27,6 +27,8 @@ class FoundPocket:
         What the scan does not show.
     promoted
         Why it is judged though it is below a tolerance; empty: it is not below any.
+    joined
+        Numbers of the other pockets whose feet are one with this one's: its net spans them too.
     """
 
     number: int
@@ -35,6 +37,7 @@ class FoundPocket:
     index: int
     unseen: Unseen
     promoted: str = ""
+    joined: tuple[int, ...] = ()
 
     @property
     def pocket(self) -> Pocket:
@@ -131,7 +134,14 @@ class Found:
         """All pockets, largest area first, numbered as if the scan were in one piece."""
         places = [(s, feet, index) for s, feet in self.parts for index in range(len(s.pockets))]
         places.sort(key=lambda place: -round(1e6 * place[0].pockets[place[2]].area_mm2))
-        return tuple(FoundPocket(number, *place, self.unseen) for number, place in enumerate(places, start=1))
+        sharing: dict[tuple[int, int], list[int]] = {}
+        for number, (_, feet, index) in enumerate(places, start=1):
+            sharing.setdefault((id(feet), feet.feet[index].label), []).append(number)
+        return tuple(
+            FoundPocket(number, *place, self.unseen, joined=tuple(n for n in numbers if n != number))
+            for number, place in enumerate(places, start=1)
+            for numbers in [sharing[id(place[1]), place[1].feet[place[2]].label]]
+        )
 
     @property
     def dropped(self) -> tuple[Dropped, ...]:
