@@ -11,6 +11,7 @@ import numpy as np
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
+from debulk.inspection import excess
 from debulk.inspection.cycle import stopping
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
@@ -123,7 +124,8 @@ def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply:
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm)
     over_ridge = ridge_mm >= limits.max_ridge_height_mm - limits.ridge_margin_mm
-    over_rms = rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
+    # The excess rule knows no RMS; spread over the few fibres of a bump it would exceed its limit at a third of the ridge's.
+    over_rms = ply.recipe.verdict.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
     return replace(bump, found=_judged(one, dropped, figures)) if over_ridge or over_rms else bump
 
 
@@ -134,10 +136,7 @@ def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
 def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, float]:
     """Ridge and RMS if every fibre had the largest excess, each in one ridge of one node."""
     base_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
-    if excess_mm <= 0:
-        return base_mm, base_mm
-    span_mm = 2 * recipe.material.thickness_mm + excess_mm  # any mold length with room for the ridge gives the same
-    ridge_mm = max(base_mm, ridge.ridge_height(span_mm + excess_mm, span_mm, recipe.material.thickness_mm))
+    ridge_mm = excess.ridge_of(excess_mm, recipe)
     fibres = sum(len(np.unique(laid.lattice[laid.inside, k])) for k in (0, 1))
     inside = max(1, int(np.count_nonzero(laid.inside)))
     share = min(1.0, fibres / inside)

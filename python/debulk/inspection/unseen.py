@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "standing_mm", "worst"]
 
 _NEAR_MM = 10.0  # of a foot, whose smoothed heights reach a little past what was seen
+_BESIDE_MM = 2.0  # of a hole's box
 # A drop-out no thicker than this, with something high at its rim, is bridged by the segmentation.
 _BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 
@@ -38,7 +39,7 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
             rim_height_mm=hole.rim_height,
             of="mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan",
             at_ply_edge=hole.at_ply_edge,
-            at_best=None if (doubt := _doubt(hole, hidden, pockets, recipe)) is None else doubt.verdict,
+            at_best=None if (doubt := _doubt(hole, hidden, found, pockets, recipe)) is None else doubt.verdict,
         )
         for hole, hidden in _with_masked(found)
         if not hole.filled
@@ -51,7 +52,7 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
     A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
     whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket.
     """
-    judged = (_doubt(hole, hidden, pockets, recipe) for hole, hidden in _with_masked(found))
+    judged = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
     out = [doubt for doubt in judged if doubt is not None]
     for bump in found.dropped:
         share = bump.measured_share
@@ -64,7 +65,9 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
     return out
 
 
-def _doubt(hole: pocket.UnseenHole, hidden: bool, pockets: Sequence[PocketReport], recipe: Recipe) -> Judgement | None:
+def _doubt(
+    hole: pocket.UnseenHole, hidden: bool, found: Found, pockets: Sequence[PocketReport], recipe: Recipe
+) -> Judgement | None:
     """Judge one hole; None: it leaves the verdict as it is."""
     area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
     name = _name(hole)
@@ -73,7 +76,7 @@ def _doubt(hole: pocket.UnseenHole, hidden: bool, pockets: Sequence[PocketReport
         if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
             return Judgement(Verdict.INVALID, rises)
     elif hole.rim_height >= high:
-        if hole.thickness > _BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
+        if hole.thickness > _BRIDGE_MM or not _bridged_in_feet(hole, found, high):
             return Judgement(Verdict.INVALID, rises)
     elif hole.thickness > _BRIDGE_MM and not hidden:
         return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
@@ -153,6 +156,21 @@ def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport], reach_m
         if pocket.inside(outline, hole.centre[None])[0]:
             return True
         if pocket.distance_to_outline(outline, hole.centre[None])[0] < reach_mm:
+            return True
+    return False
+
+
+def _bridged_in_feet(hole: pocket.UnseenHole, found: Found, high_mm: float) -> bool:
+    """Whether the segmentation bridged it, and whatever stands up in it and beside it lies on a foot, so is judged."""
+    for _, feet in found.parts:
+        heights = feet.heights
+        begin, end = np.rint((hole.box + [[-_BESIDE_MM], [_BESIDE_MM]] - heights.origin_mm) / heights.spacing_mm).astype(int)
+        if (begin < 0).any() or (end >= heights.values.shape[::-1]).any():
+            continue
+        window = np.s_[begin[1] : end[1] + 1, begin[0] : end[0] + 1]
+        on_foot = feet.labels.values[window] > 0
+        stands = np.nan_to_num(heights.values[window], nan=-np.inf) >= high_mm
+        if on_foot.any() and not (stands & ~on_foot).any():
             return True
     return False
 
