@@ -259,7 +259,7 @@ class Foot:
     touches_ply_edge
         Runs along the ply's outline.
     parted
-        Somewhere it parts the pocket from a lower hill, instead of lying on the mold.
+        Somewhere it parts the pocket from a hill below half the cut, instead of lying on the mold.
     """
 
     id: int

@@ -21,7 +21,8 @@ void FootOptions::check() const {
 
 namespace {
 
-constexpr std::int32_t kNobody = -1;  // above the cut, but no pocket
+constexpr std::int32_t kNobody = -1;  // stands up, but is no pocket
+constexpr double kHillShare = 0.5;    // of the cut: a hill as high as this is more than noise or a ripple
 constexpr int kDi[8] = {1, -1, 0, 0, 1, 1, -1, -1};
 constexpr int kDj[8] = {0, 0, 1, -1, 1, -1, 1, -1};
 
@@ -141,7 +142,7 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
 }
 
 // Where feet meet, the ply does not come down to the mold between them: they become one, labelled by the smallest of their pockets'
-// ids. What is above the cut without being a pocket joins a pocket's foot too, or goes. Returns each pocket's label.
+// ids. What stands up without being a pocket joins a pocket's foot too, or goes. Returns each pocket's label.
 std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, int count) {
   std::vector<std::int32_t> label_of(static_cast<std::size_t>(count));
   auto taken = labels.like<std::uint8_t>();
@@ -205,8 +206,10 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
   out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, threads, stop);
   out.labels = segmentation.labels;
+  const double hill = kHillShare * cut > level ? kHillShare * cut : cut;
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
-    if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= cut && out.heights.values[k] >= cut) out.labels.values[k] = kNobody;
+    if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= hill && out.heights.values[k] >= hill)
+      out.labels.values[k] = kNobody;
   check(stop);
   flood_downhill(out.labels, out.heights, level, out.mold_tol_mm, stop);
   check(stop);

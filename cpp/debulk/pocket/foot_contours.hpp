@@ -29,7 +29,7 @@ struct Foot {
   Box box;
   bool closed = false;            // nowhere cut by unknown heights or the border of the grid (the ply's edge is allowed)
   bool touches_ply_edge = false;  // runs along the ply's outline
-  bool parted = false;            // somewhere it is the line that parts it from a lower hill, not the mold
+  bool parted = false;            // somewhere it is the line that parts it from a hill below half the cut, not the mold
 };
 
 struct FootMap {
@@ -42,9 +42,9 @@ struct FootMap {
 };
 
 // Every point that stands up belongs to the pocket it drains up to: a flood downhill from all pockets, and from all else that stands
-// above the cut, at once, the highest point first. It may rise again by mold_tol over the lowest point of its way, for noise; behind a
-// higher rise lies something else. Floods that meet are one foot: a fibre over the saddle between two pockets is held at neither of
-// their sides of it, and its excess can gather in one ridge. Throws Stopped.
+// half the cut's height, at once, the highest point first. It may rise again by mold_tol over the lowest point of its way, for noise.
+// Floods that meet are one foot: a fibre over the saddle between two pockets is held at neither of their sides of it, and its excess can
+// gather in one ridge. Throws Stopped.
 FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -61,11 +61,18 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     Fibres are inextensible and their ends are held: no minimum has more excess than the laid net (docs/model.md,
     section 8). At the ply's edge, where fibres can slip, the bound is not reached.
     """
-    dropped = [(d, whole, feet) for whole, feet in found.parts for d in whole.dropped]
+    cut_mm = ply.recipe.segmentation.cut_height_mm
+    dropped = [(d, whole, feet, cut_mm) for whole, feet in found.parts for d in whole.dropped]
+    if (low_mm := hill_mm(ply.recipe)) < cut_mm:
+        dropped += [
+            (d, whole, feet, low_mm)
+            for whole, feet in found.parts
+            for d in _hills(whole, feet, low_mm, _without_tolerances(ply), stop)
+        ]
     dropped.sort(key=lambda one: -one[0].area_mm2)
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
-        return tuple(pool.map(lambda one: _weigh(one[0], one[1], one[2], found, ply, stop), dropped))
+        return tuple(pool.map(lambda one: _weigh(*one, found, ply, stop), dropped))
 
 
 def promoted(bumps: Sequence[Bump], first_number: int) -> tuple[FoundPocket, ...]:
@@ -104,9 +111,50 @@ def bump_name(dropped: Dropped) -> str:
     )
 
 
-def _weigh(dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply: PlyOnMold, stop: _core.Stop) -> Bump:
+def hill_mm(recipe: Recipe) -> float:
+    """Return the height from which a hill below the cut is looked at: half the cut, and clearly above a foot's rim."""
+    foot_mm = recipe.material.thickness_mm + recipe.patch.mold_tol_mm
+    return max(0.5 * recipe.segmentation.cut_height_mm, 1.5 * foot_mm)
+
+
+def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
+    wanted = options.segment(ply.recipe, ply.outline)
+    wanted.area_tol_mm2 *= _SPECK_SHARE
+    wanted.peak_tol_mm = 0.0
+    return wanted
+
+
+def _hills(
+    whole: Segmentation, feet: Feet, low_mm: float, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
+) -> Iterator[Dropped]:
+    """What stands half the cut's height without reaching it, off the pockets' feet."""
+    wanted.cut_height_mm = low_mm
+    heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
+    if not (np.nan_to_num(heights.values) >= low_mm)[feet.labels.values == 0].any():
+        return
+    lower = pocket.segment_with(wanted, heights, 1, stop)
+    known = {int(label) for label in np.unique(lower.labels.values[feet.labels.values > 0])}
+    for bump in whole.dropped:
+        i, j = np.rint((bump.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
+        known.add(int(lower.labels.values[j, i]))
+    for one in lower.pockets:
+        if one.id not in known:
+            yield Dropped(
+                "height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share
+            )
+
+
+def _weigh(
+    dropped: Dropped,
+    whole: Segmentation,
+    feet: Feet,
+    cut_mm: float,
+    found: Found,
+    ply: PlyOnMold,
+    stop: _core.Stop,
+) -> Bump:
     try:
-        one = _looked_at_again(dropped, whole, feet, found, ply, stop)
+        one = _looked_at_again(dropped, whole, feet, cut_mm, found, ply, stop)
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
         if not one.foot.closed:
@@ -144,12 +192,17 @@ def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, flo
 
 
 def _looked_at_again(
-    dropped: Dropped, whole: Segmentation, feet: Feet, found: Found, ply: PlyOnMold, stop: _core.Stop
+    dropped: Dropped,
+    whole: Segmentation,
+    feet: Feet,
+    cut_mm: float,
+    found: Found,
+    ply: PlyOnMold,
+    stop: _core.Stop,
 ) -> FoundPocket | None:
     """Segment a window round a bump without tolerances; None where it stands on the foot of a pocket."""
-    wanted = options.segment(ply.recipe, ply.outline)
-    wanted.area_tol_mm2 *= _SPECK_SHARE
-    wanted.peak_tol_mm = 0.0
+    wanted = _without_tolerances(ply)
+    wanted.cut_height_mm = cut_mm
     one = None
     for rows, columns in _windows(dropped, whole.heights):
         heights = whole.heights
