@@ -287,6 +287,8 @@ class Feet:
         Sigma of the heights before smoothing, and the mold tolerance used (at least three times that).
     thickness_mm
         As given.
+    hill_mm
+        Height above which what is no pocket stands up: half the cut, or the cut where feet begin above that.
     """
 
     feet: list[Foot]
@@ -295,6 +297,7 @@ class Feet:
     noise_mm: float
     mold_tol_mm: float
     thickness_mm: float
+    hill_mm: float
     _core: Any = field(repr=False)
 
 
@@ -364,7 +367,7 @@ def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -
     ]
     grid = segmentation.labels
     labels, heights = _like(grid, core.labels), _like(grid, core.heights)
-    return Feet(found, labels, heights, core.noise, core.mold_tol, thickness_mm, core)
+    return Feet(found, labels, heights, core.noise, core.mold_tol, thickness_mm, core.hill, core)
 
 
 @dataclass(frozen=True, eq=False)

@@ -206,7 +206,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
   out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, threads, stop);
   out.labels = segmentation.labels;
-  const double hill = kHillShare * cut > level ? kHillShare * cut : cut;
+  const double hill = out.hill_mm = kHillShare * cut > level ? kHillShare * cut : cut;
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
     if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= hill && out.heights.values[k] >= hill)
       out.labels.values[k] = kNobody;

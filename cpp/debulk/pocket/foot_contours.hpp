@@ -38,6 +38,7 @@ struct FootMap {
   Grid<float> heights;        // smoothed, above the reference
   double noise_mm = 0;        // sigma of the heights before smoothing
   double mold_tol_mm = 0;     // as used
+  double hill_mm = 0;         // height above which what is no pocket stands up: half the cut, or the cut where feet begin above that
   FootOptions options;
 };
 

@@ -63,12 +63,9 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """
     cut_mm = ply.recipe.segmentation.cut_height_mm
     dropped = [(d, whole, feet, cut_mm) for whole, feet in found.parts for d in whole.dropped]
-    if (low_mm := hill_mm(ply.recipe)) < cut_mm:
-        dropped += [
-            (d, whole, feet, low_mm)
-            for whole, feet in found.parts
-            for d in _hills(whole, feet, low_mm, _without_tolerances(ply), stop)
-        ]
+    for whole, feet in found.parts:
+        if feet.hill_mm < cut_mm:
+            dropped += [(d, whole, feet, feet.hill_mm) for d in _hills(whole, feet, _without_tolerances(ply), stop)]
     dropped.sort(key=lambda one: -one[0].area_mm2)
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
@@ -111,12 +108,6 @@ def bump_name(dropped: Dropped) -> str:
     )
 
 
-def hill_mm(recipe: Recipe) -> float:
-    """Return the height from which a hill below the cut is looked at: half the cut, and clearly above a foot's rim."""
-    foot_mm = recipe.material.thickness_mm + recipe.patch.mold_tol_mm
-    return max(0.5 * recipe.segmentation.cut_height_mm, 1.5 * foot_mm)
-
-
 def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
     wanted = options.segment(ply.recipe, ply.outline)
     wanted.area_tol_mm2 *= _SPECK_SHARE
@@ -125,12 +116,12 @@ def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
 
 
 def _hills(
-    whole: Segmentation, feet: Feet, low_mm: float, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
+    whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
 ) -> Iterator[Dropped]:
     """What stands half the cut's height without reaching it, off the pockets' feet."""
-    wanted.cut_height_mm = low_mm
+    wanted.cut_height_mm = feet.hill_mm
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
-    if not (np.nan_to_num(heights.values) >= low_mm)[feet.labels.values == 0].any():
+    if not (np.nan_to_num(heights.values) >= feet.hill_mm)[feet.labels.values == 0].any():
         return
     lower = pocket.segment_with(wanted, heights, 1, stop)
     known = {int(label) for label in np.unique(lower.labels.values[feet.labels.values > 0])}
