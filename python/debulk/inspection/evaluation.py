@@ -75,7 +75,7 @@ def _evaluate(
         with watch.step("net"):
             laid = lay_pocket(found, ply, stop)
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
-        return _not_evaluated(seen, verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
+        return _not_evaluated(seen, _refused(found, f"no net could be laid: {error}"))
 
     if laid.by_excess and ply.recipe.solve.when == "needed":
         known = laid.judge_unsolved()
@@ -102,6 +102,8 @@ def _evaluate(
         laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion=criterion)
         for criterion in (None, "paper")
     )
+    if found.promoted and settled.solution.status in REFUSED:
+        by_rule = _refused(found, settled.solution.explanation)
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, _debulked_figures(laid, settled))
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
 
@@ -177,6 +179,13 @@ def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
 
 def _too_late(found: FoundPocket) -> verdict.Judgement:
     return verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
+
+
+def _refused(found: FoundPocket, why: str) -> verdict.Judgement:
+    """Judge what no net says anything of: of a bump below the tolerances the bound is known still, but decides nothing."""
+    if not found.promoted:
+        return verdict.judge(certified=False, refused=why)
+    return verdict.Judgement(verdict.Verdict.UNDECIDED, f"{found.promoted}; not evaluated: {why}")
 
 
 def _net_figures(laid: LaidPocket) -> dict[str, Any]:

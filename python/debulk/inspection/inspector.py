@@ -118,7 +118,7 @@ class Inspector:
         check_solves(recipe)
         if not isinstance(reference, Prepared):
             cloud, stop = reference, _core.Stop()
-            given = (self.mold_from_scanner, self.camera, self.mask, recipe)
+            given = (self.mold_from_scanner, self.camera, self.mask, self.ply_outline, recipe)
             reference = watched(stop, lambda: prepare(cloud, *given, stop))
         self.prepared = reference
         self.grid_spacing_mm = reference.grid_spacing_mm

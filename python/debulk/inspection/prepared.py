@@ -14,6 +14,7 @@ from debulk.grid import Grid
 from debulk.inspection import fingerprint, frame, resolution
 from debulk.inspection.camera import PinholeImage, fit_camera
 from debulk.inspection.cleaning import cleaned, masked, owned
+from debulk.inspection.cliffs import without_cliffs
 from debulk.inspection.effort import check_map
 from debulk.inspection.thinning import pitch_of, thinned
 from debulk.results.trace import ArrayTrace
@@ -63,6 +64,7 @@ def prepare(
     mold_from_scanner: Floats | None,
     camera: Floats | None,
     mask: NDArray[np.bool_] | None,
+    ply_outline: Floats | None,
     recipe: Recipe,
     stop: _core.Stop,
 ) -> Prepared:
@@ -89,6 +91,8 @@ def prepare(
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
     _, low, high = _core.cloud.bounds(points, threads)
     check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
-    heights = surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop)
+    heights = without_cliffs(
+        surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop), ply_outline
+    )
     fitted = surface.fit_reference(heights, threads=threads, stop=stop)
     return Prepared(fitted, heights, spacing, image, thinned(seen).points, fingerprint.of_cloud(own))

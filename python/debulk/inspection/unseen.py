@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "standing_mm", "worst"]
 
 _NEAR_MM = 10.0  # of a foot, whose smoothed heights reach a little past what was seen
-_BESIDE_MM = 2.0  # of a hole's box
 # A drop-out no thicker than this, with something high at its rim, is bridged by the segmentation.
 _BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 
@@ -76,7 +75,7 @@ def _doubt(
         if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
             return Judgement(Verdict.INVALID, rises)
     elif hole.rim_height >= high:
-        if hole.thickness > _BRIDGE_MM or not _bridged_in_feet(hole, found, high):
+        if hole.thickness > _BRIDGE_MM or not _bridged(hole, found, recipe):
             return Judgement(Verdict.INVALID, rises)
     elif hole.thickness > _BRIDGE_MM and not hidden:
         return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
@@ -160,19 +159,19 @@ def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport], reach_m
     return False
 
 
-def _bridged_in_feet(hole: pocket.UnseenHole, found: Found, high_mm: float) -> bool:
-    """Whether the segmentation bridged it, and whatever stands up in it and beside it lies on a foot, so is judged."""
-    for _, feet in found.parts:
-        heights = feet.heights
-        begin, end = np.rint((hole.box + [[-_BESIDE_MM], [_BESIDE_MM]] - heights.origin_mm) / heights.spacing_mm).astype(int)
+def _bridged(hole: pocket.UnseenHole, found: Found, recipe: Recipe) -> bool:
+    """Whether the segmentation bridged it: what stands up there lies on a foot or is a bump, and so is judged.
+
+    Below half the cut its rim is no pocket's, and no thin hole can hide one that would show there.
+    """
+    for whole, feet in found.parts:
+        heights = whole.heights
+        begin, end = np.rint((hole.box - heights.origin_mm) / heights.spacing_mm).astype(int)
         if (begin < 0).any() or (end >= heights.values.shape[::-1]).any():
             continue
-        window = np.s_[begin[1] : end[1] + 1, begin[0] : end[0] + 1]
-        on_foot = feet.labels.values[window] > 0
-        stands = np.nan_to_num(heights.values[window], nan=-np.inf) >= high_mm
-        if on_foot.any() and not (stands & ~on_foot).any():
+        if np.isfinite(heights.values[begin[1] : end[1] + 1, begin[0] : end[0] + 1]).all():
             return True
-    return False
+    return hole.rim_height < recipe.segmentation.cut_height_mm / 2
 
 
 def _reach(hole: pocket.UnseenHole) -> float:
