@@ -27,6 +27,8 @@ class FoundPocket:
         What the scan does not show.
     promoted
         Why it is judged though it is below a tolerance; empty: it is not below any.
+    doubt
+        Why it may crease though its net does not; empty: nothing speaks for it.
     joined
         Numbers of the other pockets whose feet are one with this one's: its net spans them too.
     """
@@ -37,6 +39,7 @@ class FoundPocket:
     index: int
     unseen: Unseen
     promoted: str = ""
+    doubt: str = ""
     joined: tuple[int, ...] = ()
 
     @property

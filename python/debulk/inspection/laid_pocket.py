@@ -185,6 +185,8 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
 
 def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
     """Say why a net proves nothing where the ply stands off the mold widely round what stands above the cut."""
+    if found.doubt:
+        return found.doubt
     times = found.foot.area_mm2 / found.pocket.area_mm2
     round_it = f"the ply stands off the mold round it, on {times:.0f} times its area; lay it down there and scan again"
     inside = int(np.count_nonzero(laid.inside))
