@@ -80,7 +80,8 @@ def _evaluate(
     if laid.by_excess and ply.recipe.solve.when == "needed":
         known = laid.judge_unsolved()
         if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
-            return Evaluation(_report(seen, laid, watch, known, None, {}), left_out.of_unsolved(found.number, known))
+            report = _report(seen, laid, watch, _with_joined(known, found), None, {})
+            return Evaluation(report, left_out.of_unsolved(found.number, known))
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         with watch.step("ridge"):
@@ -104,6 +105,7 @@ def _evaluate(
     )
     if found.promoted and settled.solution.status in REFUSED:
         by_rule = _refused(found, settled.solution.explanation)
+    by_rule = _with_joined(by_rule, found)
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, _debulked_figures(laid, settled))
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
 
@@ -179,6 +181,15 @@ def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
 
 def _too_late(found: FoundPocket) -> verdict.Judgement:
     return verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
+
+
+def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judgement:
+    """Name the pockets that are judged with this one."""
+    if not found.joined:
+        return judged
+    names = ", ".join(str(number) for number in found.joined)
+    others = f"pocket{'s' * (len(found.joined) > 1)} {names}"
+    return replace(judged, reason=f"{judged.reason}; judged in one net with {others}, whose foot is the same")
 
 
 def _refused(found: FoundPocket, why: str) -> verdict.Judgement:

@@ -137,13 +137,13 @@ class Found:
         """All pockets, largest area first, numbered as if the scan were in one piece."""
         places = [(s, feet, index) for s, feet in self.parts for index in range(len(s.pockets))]
         places.sort(key=lambda place: -round(1e6 * place[0].pockets[place[2]].area_mm2))
+        keys = [(id(feet), feet.feet[index].label) for _, feet, index in places]
         sharing: dict[tuple[int, int], list[int]] = {}
-        for number, (_, feet, index) in enumerate(places, start=1):
-            sharing.setdefault((id(feet), feet.feet[index].label), []).append(number)
+        for number, key in enumerate(keys, start=1):
+            sharing.setdefault(key, []).append(number)
         return tuple(
-            FoundPocket(number, *place, self.unseen, joined=tuple(n for n in numbers if n != number))
-            for number, place in enumerate(places, start=1)
-            for numbers in [sharing[id(place[1]), place[1].feet[place[2]].label]]
+            FoundPocket(number, *place, self.unseen, joined=tuple(n for n in sharing[key] if n != number))
+            for number, (place, key) in enumerate(zip(places, keys, strict=True), start=1)
         )
 
     @property
