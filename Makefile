@@ -17,7 +17,7 @@ pip := $(quietly) $(python) -m pip install --verbose --disable-pip-version-check
 sources := $(shell find cpp cmake python -not -path '*/__pycache__*' -not -name '*.pyc')
 package_files := CMakeLists.txt pyproject.toml README.md LICENSE third_party_notes.md
 test_sources := $(shell find tests/cpp)
-cpp_files = $(shell find cpp tests/cpp $(wildcard bench) -name '*.hpp' -o -name '*.cpp')
+cpp_files = $(shell find cpp tests/cpp $(wildcard bench docs) -name '*.hpp' -o -name '*.cpp')
 python_files := python tests/python $(wildcard bench docs)
 
 # Requirements are written once, in pyproject.toml: $(call required,build) prints those of the build, of the package
@@ -36,15 +36,19 @@ demo: setup ## Set everything up and inspect a virtual layup; the report is left
 	.venv/bin/debulk demo -o out
 
 .PHONY: test
-test: $(stamps)/tests ## Set everything up and run all tests and checks
+test: $(stamps)/tests $(stamps)/docs ## Set everything up and run all tests and checks
 	ctest --test-dir build/test --output-on-failure -j 2
 	$(python) -m pytest -q tests/python
 	$(python) -m pytest -q --doctest-modules --pyargs debulk
+	cmake/test_cpp_package.sh build/test
+	$(pages)
 	$(lint)
 
 .PHONY: lint
 lint: $(stamps)/tools $(stamps)/package ## Check style and types
 	$(lint)
+
+pages = $(python) -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/docs
 
 define lint
 .venv/bin/ruff check --quiet $(python_files)
@@ -69,7 +73,7 @@ asan: $(stamps)/system ## Run the C++ tests under the address and undefined-beha
 
 .PHONY: docs
 docs: $(stamps)/package $(stamps)/docs ## Build the pages of docs/ into build/docs
-	$(python) -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/docs
+	$(pages)
 	@echo 'debulk: the pages are in build/docs/index.html'
 
 .PHONY: wheel

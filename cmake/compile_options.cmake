@@ -4,14 +4,19 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
 endif()
 
 add_library(debulk_options INTERFACE)
-target_include_directories(debulk_options INTERFACE ${PROJECT_SOURCE_DIR}/cpp)
-target_compile_options(debulk_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
+target_include_directories(debulk_options INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/cpp> $<INSTALL_INTERFACE:include>)
+target_compile_features(debulk_options INTERFACE cxx_std_17)
+target_compile_options(debulk_options INTERFACE $<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wshadow;-Wnon-virtual-dtor>)
 
 # One wheel for every x86-64-v2 PC. No fused multiply-add and no fast-math: the same input gives the same bits.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  target_compile_options(debulk_options INTERFACE -march=x86-64-v2)
+  set(debulk_bits_options -march=x86-64-v2)
+  # A program built for wider vectors must align Eigen's types as these libraries do, or memory taken on one side of the
+  # border and freed on the other crashes.
+  target_compile_definitions(debulk_options INTERFACE $<INSTALL_INTERFACE:EIGEN_MAX_ALIGN_BYTES=16>)
 endif()
-target_compile_options(debulk_options INTERFACE -ffp-contract=off)
+list(APPEND debulk_bits_options -ffp-contract=off)
+target_compile_options(debulk_options INTERFACE $<BUILD_INTERFACE:${debulk_bits_options}>)
 
 # For sources with wide loops (core/simd_dispatch.inl): what lets the compiler use wide instructions there; none of it changes a
 # bit of the results.

@@ -7,6 +7,8 @@ function(debulk_room name)
   foreach(room ${ARG_USES})
     target_link_libraries(debulk_${name} PUBLIC debulk_${room})
   endforeach()
+  set_target_properties(debulk_${name} PROPERTIES EXPORT_NAME ${name})
+  install(TARGETS debulk_${name} EXPORT debulk ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cpp)
 endfunction()
 
 # One test executable a room.

@@ -14,7 +14,7 @@ copyright = "the authors of debulk, Apache-2.0"
 
 # MathJax comes from its package: pages are read on machines without the net.
 extensions = ["myst_parser", "sphinx-mathjax-offline", "sphinx.ext.mathjax", "recipe_reference"]
-exclude_patterns = ["extensions"]
+exclude_patterns = ["extensions", "examples"]
 nitpicky = True
 
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]

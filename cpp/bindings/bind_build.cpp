@@ -30,11 +30,11 @@ std::map<std::string, std::string> versions() {
           {"NLopt", joined(major, minor, patch)},
           {"pybind11", joined(PYBIND11_VERSION_MAJOR, PYBIND11_VERSION_MINOR, PYBIND11_VERSION_PATCH)},
 #if defined(__clang__)
-          {"compiler", "Clang " __clang_version__}
+          {"compiler", "Clang " __clang_version__},
 #else
-          {"compiler", "GCC " __VERSION__}
+          {"compiler", "GCC " __VERSION__},
 #endif
-  };
+          {"compiler options", DEBULK_COMPILER_OPTIONS}};
 }
 
 // What the wide loops may choose from; the package itself asks for no more than x86-64-v2.

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import InputError
-from debulk.page.map import colours
+from debulk.page.scales import colours
 from debulk.pocket import inside_outline
 from debulk.report import Report
 from debulk.results.report import PocketReport

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
+import runpy
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from debulk.recipe import Recipe
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ("*.hpp", "*.cpp", "*.inl", "*.py", "*.pyi", "*.txt", "*.cmake", "*.sh")
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
+EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 FOLDERS = ("cpp", "python", "tests", "bench", "cmake")
 
 FENCE = re.compile(r"^ *(```|~~~).*?^ *\1 *$", re.MULTILINE | re.DOTALL)
@@ -138,6 +140,13 @@ def test_every_name_on_a_page_is_one_of_the_project() -> None:
 def test_the_examples_on_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     exec(compile(example(page), str(page), "exec"), {"__name__": "page"})
+
+
+@pytest.mark.parametrize("program", EXAMPLES, ids=lambda program: program.stem)
+def test_an_example_runs_as_it_stands_and_is_on_the_page(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    runpy.run_path(str(program), run_name="__main__")
+    assert capsys.readouterr().out
+    assert f"examples/{program.name}" in (ROOT / "docs" / "examples.md").read_text()
 
 
 def test_the_exit_codes_on_the_page_are_those_of_the_command_line() -> None:

@@ -1,8 +1,9 @@
 """The command line.
 
 Exit codes of `inspect`: 0 cease, 1 crease, 2 bad input, 3 invalid scan, 4 undecided. The other commands end with 0 or
-2, `demo` with 3 where its scan cannot be judged, `replay` with 1 where a solve is not certified, `repeat` with 1 where
-a figure differs. Of all: 70 is a fault of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
+2, `demo` with 3 where its scan cannot be judged, `compare` with 1 where an outcome was wrong, `replay` with 1 where a
+solve is not certified, `repeat` with 1 where a figure differs. Of all: 70 is a fault of debulk's, 130 an interrupt, 141
+a pipe that nobody reads.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from debulk import InputError, __version__
-from debulk.cli import scanning
+from debulk.cli import pages, scanning
 from debulk.cli import tools as cli_tools
 from debulk.cli.support import EXIT_CODES, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
 from debulk.report import Report
@@ -181,6 +182,7 @@ def recipe() -> None:
 
 
 for command in (
+    pages.page,
     cli_tools.compare,
     cli_tools.repeat,
     cli_tools.view,

@@ -28,7 +28,11 @@ def compare(
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,
 ) -> None:
-    """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate."""
+    """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate.
+
+    The exit code is 1 where an outcome was wrong: CEASE was predicted of a pocket and CREASE measured, or the reverse;
+    0 where none was, also where a side left some undecided; 2 for bad input.
+    """
     with outcome():
         from debulk import files
         from debulk.inspection.calls import compare as held_against
@@ -54,6 +58,7 @@ def compare(
         for path in output or []:
             found.save(path)
             print(f"written: {path}")
+        raise typer.Exit(1 if found.wrong else 0)
 
 
 def repeat(

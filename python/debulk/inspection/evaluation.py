@@ -27,10 +27,11 @@ log = logging.getLogger("debulk")
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A pocket's part of the report, and what was left out for it."""
+    """A pocket's part of the report, what was left out for it, and what of it a deadline cut off; empty: nothing."""
 
     report: PocketReport
     left_out: tuple[LeftOut, ...] = ()
+    late: str = ""
 
 
 def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, begun: float) -> list[Evaluation]:
@@ -53,13 +54,13 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
     """
     seen = _seen(found)
     if stop.now():
-        return _not_evaluated(seen, _too_late(found))
+        return _late(found, seen)
     if not found.foot.closed:
         return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.beside(found)))
     try:
         return _evaluate(found, seen, ply, stop, pool)
     except _core.Stopped:
-        return _not_evaluated(seen, _too_late(found))
+        return _late(found, seen)
     except Exception as error:
         log.exception("pocket %d could not be evaluated", found.number)
         what = " ".join(str(error).split())
@@ -107,7 +108,8 @@ def _evaluate(
         by_rule = _refused(found, settled.solution.explanation)
     by_rule = _with_joined(by_rule, found)
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, _debulked_figures(laid, settled))
-    return Evaluation(report, left_out.of_pocket(laid.sheet, settled))
+    cut = "the certified minimum" if late and not settled.cut else ""
+    return Evaluation(report, left_out.of_pocket(laid.sheet, settled), cut)
 
 
 def _report(
@@ -179,8 +181,9 @@ def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
     return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason))
 
 
-def _too_late(found: FoundPocket) -> verdict.Judgement:
-    return verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
+def _late(found: FoundPocket, seen: PocketReport) -> Evaluation:
+    judged = verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
+    return replace(_not_evaluated(seen, judged), late="net and minimum")
 
 
 def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judgement:

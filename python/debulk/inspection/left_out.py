@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from debulk import sheet
 from debulk.inspection import unseen
 from debulk.inspection.found import Found
@@ -9,7 +11,7 @@ from debulk.inspection.starts import Settled
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement
 
-__all__ = ["merged", "of_pocket", "of_scan", "of_unsolved"]
+__all__ = ["merged", "of_late", "of_pocket", "of_scan", "of_stages", "of_unsolved"]
 
 _TERMS = {
     "friction": LeftOut(
@@ -42,6 +44,28 @@ def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
             what=f"the minimum of pocket {number}, its picture and the paper's figures",
             why='solve.when is "needed", and the excess length decides',
             bound=f"every minimum keeps the excess length: {judged.reason}",
+        ),
+    )
+
+
+def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:
+    """Name what the deadline left no time for, from numbers of pockets and what each lacks: one entry for each lack."""
+    entries = []
+    for what in dict.fromkeys(lack for _, lack in cut):
+        numbers = [str(number) for number, lack in cut if lack == what]
+        whose = f"pocket{'s' * (len(numbers) > 1)} {', '.join(numbers)}"
+        why, bound = "the deadline passed", "none: what becomes of it is not known"
+        entries.append(LeftOut(what=f"{what} of {whose}", why=why, bound=bound))
+    return tuple(entries)
+
+
+def of_stages(stage: str) -> tuple[LeftOut, ...]:
+    """Name what a deadline left out that passed before any pocket was known, during this stage."""
+    return (
+        LeftOut(
+            what=f"the rest of the inspection from the stage {stage} on: pockets, coverage and verdict",
+            why="the deadline passed",
+            bound="none: nothing is known of the ply",
         ),
     )
 

@@ -45,6 +45,7 @@ def report(
         judged = Judgement(Verdict.INVALID, placed.doubt)
     entries = tolerances.left_out(bumps, ply.recipe) + left_out.of_scan(found, ply.outline is not None)
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
+    entries += left_out.of_late([(one.report.id, one.late) for one in evaluations if one.late])
     reason = judged.reason + (f"; {found.doubt}" if found.doubt else "")
     log.info("%s: %s", judged.verdict.value, reason)
     return Report(
@@ -87,6 +88,7 @@ def too_late(ply: PlyOnMold, stage: str, timings_ms: dict[str, float]) -> Report
         reason=f"the deadline passed during the stage {stage}, before any pocket was known",
         pockets=(),
         timings_ms=timings_ms,
+        left_out=left_out.of_stages(stage),
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
     )

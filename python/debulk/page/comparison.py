@@ -5,12 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from debulk.page.charts import Row, bar_chart
-from debulk.page.map import Area, nice, ply_map
+from debulk.page.map import Area, ply_map
+from debulk.page.map_ridges import Ridge, ridge_path
+from debulk.page.measured_ridges import measured_ridges
 from debulk.page.render import render
+from debulk.page.scales import nice
+from debulk.results.report_text import number
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
-    from debulk.results.comparison import ComparisonData
+    from debulk.results.comparison import ComparisonData, PocketComparison
 
 _SIZE = 360.0  # of the scatter plot
 _LEFT, _BOTTOM, _TOP = 44.0, 40.0, 22.0
@@ -43,11 +47,14 @@ def page(comparison: ComparisonData) -> str:
         map=ply_map(
             comparison.height_map,
             comparison.ply_outline_mm,
-            [Area(p.id, p.measured.value, p.outline_mm) for p in pockets],
+            [Area(p.id, p.measured.value, p.outline_mm, _says(p)) for p in pockets],
             max([*peaks, 2 * comparison.max_peak_mm]),
+            ridges=[ridge for p in pockets if (ridge := _ridge(p))],
+            measured=measured_ridges(comparison.height_map, [p.outline_mm for p in pockets], comparison.max_peak_mm),
         ),
         counts=[(v, n) for v in columns if (n := sum(p.measured is v for p in pockets))],
         verdict_of={p.id: p.measured for p in pockets},
+        pockets=sorted(pockets, key=lambda p: ({False: 0, None: 1, True: 2}[p.hit], -p.measured.severity, p.id)),
         rows=rows,
         columns=columns,
         outcomes=outcomes,
@@ -75,6 +82,20 @@ def page(comparison: ComparisonData) -> str:
         ],
         scatter=_scatter(comparison),
     )
+
+
+def _ridge(pocket: PocketComparison) -> Ridge | None:
+    if not pocket.predicted_ridges_mm or pocket.predicted_place_mm is None:
+        return None
+    place = pocket.predicted_place_mm
+    height = number(pocket.predicted_ridge_mm, 2)
+    title = f"predicted ridge of pocket {pocket.id}, {height} mm high, its place known to ±{place:.1f} mm"
+    return Ridge(ridge_path(pocket.predicted_ridges_mm), 2 * place, title, pocket.predicted is Verdict.CEASE)
+
+
+def _says(pocket: PocketComparison) -> str:
+    measured = "" if pocket.measured_peak_mm is None else f", {number(pocket.measured_peak_mm, 2)} mm"
+    return f"pocket {pocket.id}: {pocket.predicted.name} predicted, {pocket.measured.name} measured{measured}"
 
 
 def _scatter(comparison: ComparisonData) -> Scatter | None:

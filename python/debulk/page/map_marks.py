@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _HATCHES = 7  # lines across a hole
 
-__all__ = ["Spot", "Tick", "bumps", "fibres", "holes", "ticks", "wrinkles"]
+__all__ = ["Spot", "Tick", "bumps", "fibres", "hatch", "holes", "ticks", "wrinkles"]
 
 
 class Spot(NamedTuple):
@@ -38,6 +38,18 @@ def ticks(low: float, high: float, step: float, sign: int) -> list[Tick]:
     """Return the multiples of `step` from `low` to `high`, mold frame; `sign` is -1 where the map counts down."""
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [Tick(sign * k * step, f"{k * step:g}".replace("-", "−")) for k in range(first, last + 1)]
+
+
+def hatch(box: tuple[float, float, float, float], apart: float) -> str:
+    """Return slanting lines over a box of x, y, width and height; under the heights they show where these are blank."""
+    x, y, width, height = box
+    parts = []
+    for k in range(1, math.floor((width + height) / apart) + 1):
+        # From the upper or right side to the left or lower one, along x + y = k times the distance.
+        c = k * apart
+        a, b = min(c, width), min(c, height)
+        parts.append(f"M{x + a:.1f} {y + c - a:.1f}L{x + c - b:.1f} {y + b:.1f}")
+    return "".join(parts)
 
 
 def holes(unseen: Sequence[UnseenHole]) -> list[Spot]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.page.map import colours
+from debulk.page.scales import colours
 
 if TYPE_CHECKING:
     from debulk.results.report import PocketNet, PocketReport

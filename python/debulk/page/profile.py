@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.page.map import nice
 from debulk.page.net import HEIGHT, WIDTH, initial_gap
+from debulk.page.scales import nice
 
 if TYPE_CHECKING:
     from debulk.results.report import PocketNet, PocketReport

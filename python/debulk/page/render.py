@@ -1,18 +1,20 @@
-"""Fills in the pages' templates: all text escaped, one script that turns the nets, nothing from a network."""
+"""Fills in the pages' templates: all text escaped, one script, nothing from a network."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from debulk.page import net
-from debulk.page.map import colours
+from debulk.page.scales import colours
 from debulk.results.report_text import number
 from debulk.verdict import Verdict
 
 _TEMPLATES = Path(__file__).with_name("templates")
+_SCRIPTS = ("turn.js", "map.js", "table.js")
 
 
 class Look(NamedTuple):
@@ -43,19 +45,24 @@ def render(template: str, **values: Any) -> str:
     )
     environment.filters["number"] = number
     environment.filters["signed"] = signed
-    script = (_TEMPLATES / "turn.js").read_text(encoding="utf-8")
+    environment.filters["place"] = place
+    environment.filters["together"] = together
+    script = "\n".join((_TEMPLATES / name).read_text(encoding="utf-8") for name in _SCRIPTS)
     # The browser runs the script with this hash and no other, whatever a name in the report may smuggle in.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     shared = {
+        "running": "",
         "looks": LOOKS,
         "margin": margin,
         "colours": colours(8),
         "palette": colours(net.COLOURS),
+        "ramp": colours(256),
+        "stops": colours(12),
         "script": script,
         "script_hash": f"sha256-{digest}",
         "net_size": (net.WIDTH, net.HEIGHT),
     }
-    return environment.get_template(template).render(**shared, **values)
+    return environment.get_template(template).render(shared | values)
 
 
 def margin(value: float | None, limit: float | None) -> float | None:
@@ -66,3 +73,13 @@ def margin(value: float | None, limit: float | None) -> float | None:
 def signed(value: float, digits: int) -> str:
     """Return a figure with its sign, as it is set in print."""
     return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
+
+
+def place(xy: tuple[float, float]) -> str:
+    """Return x and y in whole mm, as they are set in print, kept on one line."""
+    return ",\u00a0".join(number(value, 0).replace("-", "−") for value in xy)
+
+
+def together(text: str) -> str:
+    """Keep the places in a sentence, such as (-295, 2), each on one line."""
+    return re.sub(r"\((-?\d+), (-?\d+)\)", lambda m: f"({place((float(m[1]), float(m[2])))})", text)

@@ -7,17 +7,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from debulk.page import net as page_net
 from debulk.page import profile as page_profile
 from debulk.page.charts import Bar, Chart, Row, bar_chart
-from debulk.page.map import Area, ply_map
+from debulk.page.heights import MAX_PNG_BYTES
+from debulk.page.map import Area, PlyMap, ply_map
+from debulk.page.map_ridges import ridges
+from debulk.page.pockets import deciding_ridge, says, worst_first
 from debulk.page.render import render
-from debulk.page.trace import trace_lists
+from debulk.page.trace import headline, trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
+from debulk.results.smoothing import smoothing, smoothing_line
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.results.report import ReportData
 
-# With the picture of the heights, and 2 kB of text a pocket, the page stays below 5 MB.
-_MAX_STILL_BYTES = 1_600_000  # of all drawings
+# With the picture of the heights, and 3 kB of text a pocket, the page stays below 5 MB.
+_MAX_STILL_BYTES = 1_450_000  # of all drawings
 _MAX_DATA_BYTES = 700_000  # of what the script draws
 
 
@@ -40,30 +44,34 @@ def page(report: ReportData) -> str:
     """
     limits = report.recipe.get("verdict", {})
     floor = _floor(report)
-    areas = [Area(p.id, p.verdict.value, p.outline_mm) for p in report.pockets]
+    pockets = worst_first(report.pockets)
     return render(
         "report.html.j2",
         report=report,
+        running=headline(report),
+        pockets=pockets,
+        deciding_ridge=deciding_ridge,
         counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
-        map=ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report),
+        map=report_map(report),
         advice=advice(report),
         deciding=deciding(report),
         level_line=level_line(report.level) if report.level else "",
         hole_line=hole_line,
+        smoothing={p.id: smoothing_line(way) for p in report.creasing if (way := smoothing(p, report.ply_outline_mm))},
         verdict_of={p.id: p.verdict for p in report.pockets},
         drawings=_drawings(report),
         limits=limits,
         charts=[
             bar_chart(
                 "Ridge by the excess length, mm",
-                [Row(p.id, p.verdict, p.excess.height_mm, p.excess.range_mm) for p in report.pockets if p.excess],
+                [Row(p.id, p.verdict, p.excess.height_mm, p.excess.range_mm) for p in pockets if p.excess],
                 limits.get("max_ridge_mm"),
                 2,
                 "thin line: uncertainty",
             ),
             bar_chart(
                 "Predicted RMS of the gaps, mm",
-                [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in report.pockets],
+                [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in pockets],
                 limits.get("max_rms_mm"),
                 3,
                 "thin line: range over the starts" + (f"; {floor.why}" if floor else ""),
@@ -71,7 +79,7 @@ def page(report: ReportData) -> str:
             ),
             bar_chart(
                 "Predicted ridge height, mm",
-                [Row(p.id, p.verdict, p.ridge_height_mm, p.ridge_range_mm) for p in report.pockets],
+                [Row(p.id, p.verdict, p.ridge_height_mm, p.ridge_range_mm) for p in pockets],
                 limits.get("max_ridge_mm"),
                 2,
                 "thin line: range over the starts",
@@ -82,6 +90,15 @@ def page(report: ReportData) -> str:
         recipe=_recipe(report),
         trace=trace_lists(report),
     )
+
+
+def report_map(report: ReportData, png_bytes: int = MAX_PNG_BYTES) -> PlyMap | None:
+    """Draw the heights of a report with all that is known of its pockets; None: there is nothing to draw."""
+    if report.height_map is None and not report.pockets:
+        return None
+    areas = [Area(p.id, p.verdict.value, p.outline_mm, says(p)) for p in report.pockets]
+    found = ridges(report.pockets)
+    return ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report, found, png_bytes=png_bytes)
 
 
 class Floor(NamedTuple):
@@ -118,10 +135,9 @@ def _top(report: ReportData) -> float | None:
 
 def _drawings(report: ReportData) -> dict[int, Drawings]:
     """Draw the pockets, the worst first, until the page would grow too large: then without stills, then not at all."""
-    severity = {Verdict.CREASE: 0, Verdict.UNDECIDED: 1, Verdict.INVALID: 2, Verdict.CEASE: 3}
     stills, data = _MAX_STILL_BYTES, _MAX_DATA_BYTES
     made = {}
-    for pocket in sorted(report.pockets, key=lambda p: (severity[p.verdict], p.id)):
+    for pocket in worst_first(report.pockets):
         if pocket.net is None or (stills < 0 and data < 0):
             continue
         profile = page_profile.profile(pocket, report.recipe)

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from debulk.results.report import ReportData
     from debulk.results.trace import ArrayTrace, Trace
 
-__all__ = ["trace_lists"]
+__all__ = ["context_text", "headline", "trace_lists"]
 
 _Entries = list[tuple[str, str]]
 
@@ -39,6 +39,32 @@ def trace_lists(report: ReportData) -> list[tuple[str, _Entries]]:
         ("host", list(trace.host.items())),
     ]
     return [(title, entries) for title, entries in lists if entries]
+
+
+def headline(report: ReportData) -> str:
+    """Return what stands at the head of each printed sheet: part, ply and the like, the time, and the verdict.
+
+    Examples
+    --------
+    >>> from debulk.report import Report, Verdict
+    >>> from debulk.results.trace import Trace
+    >>> trace = Trace(time_utc="2026-03-01T12:00:00.250Z", context={"part": "A-17", "ply": 3})
+    >>> headline(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=(), trace=trace))
+    'part A-17 · ply 3 · 2026-03-01 12:00:00 UTC · CEASE'
+    """
+    trace = report.trace
+    context = {} if trace is None else trace.context
+    named = [f"{name} {_text(value)}" for name, value in context.items()]
+    if not named:
+        named = [f"{name} {value}" for name, value in report.source.items()]
+    when = [] if trace is None else [f"{trace.time_utc[:10]} {trace.time_utc[11:19]} UTC"]
+    return " · ".join([*named, *when, report.verdict.name])
+
+
+def context_text(report: ReportData, name: str) -> str:
+    """Return what the caller of the inspection said of the part, the ply and the like; empty: nothing."""
+    context = report.trace.context if report.trace else {}
+    return _text(context[name]) if name in context else ""
 
 
 def _text(value: Any) -> str:

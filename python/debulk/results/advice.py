@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from debulk.verdict import Verdict
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from debulk.results.level import Level
     from debulk.results.report import PocketReport, ReportData, UnseenHole, Wrinkle
 
-__all__ = ["advice", "deciding", "hole_line", "level_line", "level_off", "wrinkle_line"]
+__all__ = ["advice", "deciding", "hole_line", "is_off", "level_line", "level_off", "wrinkle_line"]
 
 _MOST = 12  # places named in one line
 
@@ -33,11 +33,15 @@ def advice(report: ReportData) -> list[str]:
     creasing, undecided, unjudged = (
         [p for p in report.pockets if p.verdict is v] for v in (Verdict.CREASE, Verdict.UNDECIDED, Verdict.INVALID)
     )
+    late = [p for p in undecided if _late(p.reason)]
+    undecided = [p for p in undecided if not _late(p.reason)]
     if creasing:
         lines.append(f"smooth the ply at {_places(creasing)}, then scan again")
     lines += [f"smooth {wrinkle_line(wrinkle)}, then scan again" for wrinkle in report.wrinkles]
     if undecided:
         lines.append(f"not decided at {_places(undecided)}: smooth there too, or do what its reason says")
+    if late or _late(report.reason):
+        lines.append("give the inspection more time, and inspect the same scan again: the deadline passed")
     if unjudged:
         lines.append(f"not judged at {_places(unjudged)}: do what its reason says, then scan again")
     for hole in report.unseen:
@@ -48,16 +52,27 @@ def advice(report: ReportData) -> list[str]:
         return lines or ["change nothing"]
     # A coverage too low, or a bump that was cut off, stands in the layup's reason alone.
     covered = [p.verdict for p in report.pockets] + [hole.at_best for hole in report.unseen if hole.at_best]
-    if not lines or (report.verdict not in covered and not report.wrinkles):
+    said = report.wrinkles or _late(report.reason)
+    if not lines or (report.verdict not in covered and not said):
         lines.insert(0, "mend what the reason above names, then scan again")
     return lines
 
 
+def _late(reason: str) -> bool:
+    """Tell whether a pocket or a layup is undecided because the time was up: its reason says so first."""
+    return reason.startswith("the deadline passed")
+
+
 def level_off(report: ReportData) -> bool:
+    """Tell whether the level keeps the report from any verdict."""
+    return report.verdict is Verdict.INVALID and report.level is not None and is_off(report.level, report.recipe)
+
+
+def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:
     """Tell whether the ply between the pockets lies further from its thickness than the recipe allows."""
-    level, allowed = report.level, report.recipe.get("level", {})
+    allowed = recipe.get("level", {})
     tol_mm, share = allowed.get("tol_mm"), allowed.get("largest_share")
-    if report.verdict is not Verdict.INVALID or level is None or tol_mm is None or share is None:
+    if tol_mm is None or share is None:
         return False
     return bool(abs(level.laid_mm - level.thickness_mm) > tol_mm or level.low_share + level.high_share > share)
 

@@ -32,6 +32,9 @@ class PocketComparison(Record):
         Lowest and highest over the solver's starts.
     predicted_ridge_range_mm
         Lowest and highest over the solver's starts.
+    predicted_ridges_mm, predicted_place_mm
+        (M, 2) lines of the predicted ridges, mold XY, a single point where a ridge has no neighbour; how far off they
+        may be on either side, the spacing of the net. Empty and None where the report has no minimum.
     predicted_ridge_mm, measured_peak_mm
         Highest ridge of the prediction; largest height inside the outline after a median over 5 by 5 cells, which
         lowers a ridge less than about four cells wide.
@@ -51,6 +54,8 @@ class PocketComparison(Record):
     measured_rms_mm: float | None = None
     predicted_ridge_mm: float | None = None
     predicted_ridge_range_mm: tuple[float, float] | None = None
+    predicted_ridges_mm: tuple[PointsXY, ...] = ()
+    predicted_place_mm: float | None = None
     measured_peak_mm: float | None = None
     noise_mm: float | None = None
     measured_share: float = 1.0
@@ -109,6 +114,11 @@ class ComparisonData(Versioned):
         pairs = [(p.predicted_rms_mm, p.measured_rms_mm) for p in self.pockets if p.measured is not Verdict.INVALID]
         sides = [(a <= self.max_rms_mm, b <= self.max_rms_mm) for a, b in pairs if a is not None and b is not None]
         return agreement(sum(a == b for a, b in sides), len(sides))
+
+    @property
+    def wrong(self) -> tuple[PocketComparison, ...]:
+        """The pockets of which CEASE was predicted and CREASE measured, or the reverse, in the report's order."""
+        return tuple(p for p in self.pockets if p.hit is False)
 
     def outcomes(self) -> dict[tuple[Verdict, Verdict], int]:
         """Count the pockets by (predicted, measured)."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from debulk._core import InputError
+from debulk.results.advice import hole_line, is_off, level_line, wrinkle_line
 from debulk.verdict import Criteria, Verdict, judge
 
 if TYPE_CHECKING:
@@ -20,8 +21,9 @@ _REMEDY = "was the file edited? Inspect the scan again"
 def check_fits(report: ReportData) -> None:
     """Refuse a report that is better than what it rests on.
 
-    A layup's verdict is at least as severe as each pocket's; CEASE needs the coverage, and of each pocket a certificate
-    and figures within the recipe's limits. What is more severe than its figures may have reasons that are no figures.
+    A layup's verdict is at least as severe as each pocket's, and as each hole allows; CEASE needs the coverage, the
+    level, no wrinkle, and of each pocket a certificate and figures within the recipe's limits. What is more severe than
+    its figures may have reasons that are no figures.
 
     Raises
     ------
@@ -36,6 +38,7 @@ def check_fits(report: ReportData) -> None:
     worst = max(report.pockets, key=lambda pocket: pocket.verdict, default=None)
     if worst is not None and report.verdict < worst.verdict:
         raise InputError(f"verdict: {report.verdict} does not fit pocket {worst.id}, {worst.verdict}; {_REMEDY}")
+    _check_beside_pockets(report)
     seen = report.coverage
     if report.verdict is Verdict.CEASE and (seen is None or not seen >= limits.min_coverage):
         share = "unknown" if seen is None else f"{seen:.4g}"
@@ -43,6 +46,18 @@ def check_fits(report: ReportData) -> None:
             f"verdict: {report.verdict} does not fit coverage, which is {share}, at least {limits.min_coverage:g} "
             f"is needed; {_REMEDY}"
         )
+
+
+def _check_beside_pockets(report: ReportData) -> None:
+    for hole in report.unseen:
+        if hole.at_best is not None and report.verdict < hole.at_best:
+            raise InputError(f"verdict: {report.verdict} does not fit {hole_line(hole)}, {hole.at_best}; {_REMEDY}")
+    if report.verdict is not Verdict.CEASE:
+        return
+    if report.wrinkles:
+        raise InputError(f"verdict: {report.verdict} does not fit {wrinkle_line(report.wrinkles[0])}; {_REMEDY}")
+    if report.level is not None and is_off(report.level, report.recipe):
+        raise InputError(f"verdict: {report.verdict} does not fit the level: {level_line(report.level)}; {_REMEDY}")
 
 
 def _check_complete(pockets: Sequence[PocketReport]) -> None:

@@ -58,7 +58,7 @@ class Trace(Record):
     context
         What the caller wants to be kept: number of the part and the ply, batch, operator, and the like.
     versions
-        Of debulk, Python, NumPy, the compiler and the libraries that the core was built with.
+        Of debulk, Python, NumPy, the libraries that the core was built with, the compiler and its options.
     host
         Name and processor of the machine, its system, the instructions that the core chose, and the threads used.
     """

@@ -111,6 +111,18 @@ def test_measured_figures_agree_with_the_truth(comparison, debulked):
             assert p.measured is Verdict.CEASE
 
 
+def test_predicted_ridges_stand_where_the_net_folds(comparison, before):
+    assert any(p.predicted_ridges_mm for p in comparison.pockets)
+    for p, known in zip(comparison.pockets, before.pockets, strict=True):
+        assert bool(p.predicted_ridges_mm) == bool(known.ridge_height_mm)
+        if p.predicted_ridges_mm:
+            points = np.concatenate(p.predicted_ridges_mm)
+            away = np.hypot(*(points[:, None] - known.debulked_mm[None, :, :2]).transpose(2, 0, 1))
+            assert away.min(axis=1).max() == 0.0
+            highest = known.debulked_mm[np.argmax(known.post_processed_gap_mm), :2]
+            assert np.hypot(*(points - highest).T).min() == 0.0
+
+
 def test_the_function_does_what_the_method_does(comparison, before, layup, debulked):
     other = compare(before, debulked.scan, layup.reference, mold_from_scanner=layup.mold_from_scanner)
     assert other.table() == comparison.table()
@@ -162,6 +174,9 @@ def test_save_and_load(comparison, tmp_path):
     for a, b in zip(loaded.pockets, comparison.pockets, strict=True):
         assert a.measured_rms_mm == b.measured_rms_mm
         assert np.array_equal(a.outline_mm, b.outline_mm)
+        assert len(a.predicted_ridges_mm) == len(b.predicted_ridges_mm)
+        assert all(map(np.array_equal, a.predicted_ridges_mm, b.predicted_ridges_mm))
+        assert a.predicted_place_mm == b.predicted_place_mm
     assert json.loads((tmp_path / "c.json").read_text())["format"] == "debulk comparison"
 
     comparison.save(tmp_path / "c.csv")

@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 from debulk import Cancelled, Grid, InputError, Inspector, Recipe, Report, Verdict, inspect, pocket, scenes
+from debulk.inspection import left_out
+from debulk.inspection.cycle import Cycle
+from debulk.inspection.evaluation import evaluate
+from debulk.results.advice import advice
 
 
 @pytest.fixture(scope="module")
@@ -141,6 +145,18 @@ def test_a_passed_deadline_is_undecided_never_cease(layup, inspector):
     for p in report.pockets:
         assert p.verdict in (Verdict.UNDECIDED, Verdict.INVALID)
         assert "deadline" in p.reason or p.verdict is Verdict.INVALID
+    assert "the deadline passed" in [entry.why for entry in report.left_out]
+    assert any(line.startswith("give the inspection more time") for line in advice(report))
+
+
+def test_what_the_deadline_left_out_is_named_for_each_pocket(layup, inspector):
+    cycle = Cycle()
+    cycle.stop.set_deadline(1e-9)
+    for one in inspector.find(layup.scan).pockets[:3]:
+        assert evaluate(one, inspector.ply, cycle.stop).late == "net and minimum"
+    named = left_out.of_late([(1, "net"), (2, "minimum"), (5, "net")])
+    assert [entry.what for entry in named] == ["net of pockets 1, 5", "minimum of pocket 2"]
+    assert {entry.why for entry in named} == {"the deadline passed"}
 
 
 def test_cancel_ends_the_inspection_and_leaves_no_thread(layup, inspector):

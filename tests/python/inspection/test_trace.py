@@ -47,6 +47,7 @@ def test_all_that_went_in_is_named(layup, tmp_path):
     assert trace.versions["debulk"] == debulk.__version__
     assert trace.versions["numpy"] == np.__version__
     assert {"compiler", "Python"} <= set(trace.versions)
+    assert "-ffp-contract=off" in trace.versions["compiler options"]
     assert {"name", "system", "instructions", "threads used"} <= set(trace.host)
 
 

@@ -1,163 +1,21 @@
-"""The page in a real browser, which no other test asks: it draws, it turns, it fits, and nothing complains.
+"""The page in a real browser, which no other test asks: it draws, it turns, it fits, and nothing complains."""
 
-Chromium is driven by its DevTools protocol over two pipes: JSON, each message ended by a zero byte. Where it is not
-installed (Debian: apt-get install chromium) these tests are skipped; .ci/run installs it.
-"""
-
-import base64
 import dataclasses
-import itertools
-import json
-import os
 import re
-import select
-import shutil
-import subprocess
-import time
 
-import cv2
 import numpy as np
 import pytest
 
 from debulk import Grid
 from debulk.comparison import Comparison
+from debulk.page import stack
 from debulk.report import Report
 from debulk.results.comparison import PocketComparison
+from debulk.results.report import LeftOut
+from debulk.results.ridge_lines import ridge_lines
 from debulk.verdict import Verdict
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-FLAGS = (
-    "--headless=new",
-    "--remote-debugging-pipe",
-    "--no-sandbox",  # as root it starts only so
-    "--disable-gpu",
-    "--disable-dev-shm-usage",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-quic",
-    "--hide-scrollbars",
-)
-PATIENCE_S = 60.0
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt-get install chromium")
-
 HOSTILE = "</script><img src=x onerror='window.hacked=1'><script>window.hacked=1</script>\"'`${window.hacked=1}"
-
-
-class Browser:
-    """One Chromium, one page, and everything that it complained of."""
-
-    def __init__(self, folder):
-        ours_in, theirs_out = os.pipe()
-        theirs_in, ours_out = os.pipe()
-
-        def wire():  # the protocol's descriptors are 3 and 4; copies first, for one pipe may sit on the other's number
-            a, b = os.dup(theirs_in), os.dup(theirs_out)
-            os.dup2(a, 3)
-            os.dup2(b, 4)
-
-        self.process = subprocess.Popen(
-            [CHROMIUM, *FLAGS, f"--user-data-dir={folder}", "about:blank"],
-            preexec_fn=wire, close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-        os.close(theirs_in)
-        os.close(theirs_out)
-        self.inbox, self.outbox, self.rest = ours_in, ours_out, b""
-        self.numbers, self.session, self.complaints, self.events = itertools.count(1), None, [], []
-        target = self("Target.createTarget", url="about:blank")["targetId"]
-        self.session = self("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Log", "Network"):
-            self(f"{domain}.enable")
-
-    def __call__(self, method, **parameters):
-        number = next(self.numbers)
-        message = {"id": number, "method": method, "params": parameters}
-        if self.session is not None:
-            message["sessionId"] = self.session
-        os.write(self.outbox, json.dumps(message).encode() + b"\0")
-        while True:
-            answer = self._read()
-            if answer.get("id") == number:
-                assert "error" not in answer, (method, answer["error"])
-                return answer["result"]
-            self._note(answer)
-
-    def _read(self):
-        end = time.monotonic() + PATIENCE_S
-        while b"\0" not in self.rest:
-            ready, _, _ = select.select([self.inbox], [], [], max(0.0, end - time.monotonic()))
-            assert ready, "Chromium does not answer"
-            data = os.read(self.inbox, 1 << 20)
-            assert data, "Chromium has ended"
-            self.rest += data
-        message, _, self.rest = self.rest.partition(b"\0")
-        return json.loads(message)
-
-    def _note(self, event):
-        self.events.append(event.get("method"))
-        what = event.get("params", {})
-        match event.get("method"):
-            case "Runtime.exceptionThrown" | "Log.entryAdded":
-                self.complaints.append(what)
-            case "Runtime.consoleAPICalled" if what["type"] in ("error", "warning", "assert"):
-                self.complaints.append(what)
-            case "Network.requestWillBeSent" if not what["request"]["url"].startswith(("file:", "data:")):
-                self.complaints.append(what["request"]["url"])
-
-    def open(self, path, width=1200, height=900, scale=1, dark=False, script=True, phone=False):
-        self.complaints.clear()
-        self("Emulation.setScriptExecutionDisabled", value=not script)
-        self("Emulation.setEmulatedMedia", features=[
-            {"name": "prefers-color-scheme", "value": "dark" if dark else "light"},
-        ])  # fmt: skip
-        self("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=phone)
-        self("Emulation.setTouchEmulationEnabled", enabled=phone)
-        self.events.clear()
-        self("Page.navigate", url=path.as_uri())
-        while "Page.loadEventFired" not in self.events:
-            self._note(self._read())
-
-    def run(self, script):
-        """Value of an expression in the page."""
-        out = self("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
-        assert "exceptionDetails" not in out, out
-        return out["result"].get("value")
-
-    def settle(self):
-        """Wait until two frames have been drawn."""
-        self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
-
-    def picture(self, whole=False, clip=None):
-        more = {"captureBeyondViewport": True} if whole or clip else {}
-        if whole:
-            size = self("Page.getLayoutMetrics")["cssContentSize"]
-            clip = {"x": 0, "y": 0, "width": size["width"], "height": min(size["height"], 16000), "scale": 1}
-        if clip:
-            more["clip"] = clip
-        data = base64.b64decode(self("Page.captureScreenshot", format="png", **more)["data"])
-        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-
-    def pdf(self):
-        return base64.b64decode(self("Page.printToPDF", printBackground=False, preferCSSPageSize=True)["data"])
-
-    def close(self):
-        self.session = None
-        try:
-            self("Browser.close")
-            self.process.wait(10)
-        except (AssertionError, OSError, subprocess.TimeoutExpired):
-            self.process.kill()
-            self.process.wait(10)
-        os.close(self.inbox)
-        os.close(self.outbox)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    opened = Browser(tmp_path_factory.mktemp("chromium"))
-    yield opened
-    opened.close()
 
 
 @pytest.fixture(scope="module")
@@ -175,9 +33,17 @@ def pages(report, tmp_path_factory):
         version=HOSTILE,
         recipe={**report.recipe, HOSTILE: {HOSTILE: HOSTILE}},
         timings_ms={HOSTILE: 1.0},
+        left_out=(LeftOut(what=HOSTILE, why=HOSTILE, bound=HOSTILE, place_mm=(300.0, 300.0)),),
+        trace=dataclasses.replace(report.trace, context={"part": HOSTILE, HOSTILE: HOSTILE}),
         pockets=tuple(dataclasses.replace(p, reason=HOSTILE) for p in report.pockets),
     )
     hostile.save(folder / "hostile.html")
+    layups = [
+        stack.Layup(hostile, HOSTILE, "report.html"),
+        *(stack.Layup(Report(verdict=v, reason="", pockets=()), f"{v}.json") for v in Verdict),
+        stack.Layup(report, "report.json", "report.html"),
+    ]
+    (folder / "stack.html").write_text(stack.page(layups), encoding="utf-8")
     many = tuple(dataclasses.replace(report.pockets[k % 5], id=k + 1) for k in range(100))
     dataclasses.replace(report, pockets=many).save(folder / "many.html")
     compared = [
@@ -193,6 +59,8 @@ def pages(report, tmp_path_factory):
             predicted_ridge_mm=p.ridge_height_mm,
             measured_peak_mm=0.4 + 0.1 * p.id,
             noise_mm=0.05,
+            predicted_ridges_mm=ridge_lines(p),
+            predicted_place_mm=p.spacing_mm,
         )
         for p in report.pockets
     ]
@@ -208,7 +76,7 @@ def pages(report, tmp_path_factory):
 
 @pytest.mark.parametrize("width", [360, 1200])
 @pytest.mark.parametrize(
-    "name", ["report", "hostile", "many", "comparison", "empty_comparison", *(f"empty_{v}" for v in Verdict)]
+    "name", ["report", "hostile", "many", "comparison", "empty_comparison", "stack", *(f"empty_{v}" for v in Verdict)]
 )
 def test_nothing_complains_and_nothing_sticks_out(browser, pages, name, width):
     browser.open(pages / f"{name}.html", width=width, phone=width < 500, dark=width < 500)
@@ -226,7 +94,7 @@ def test_every_drawing_shows(browser, pages, dark, script):
     browser.open(pages / "report.html", dark=dark)
     where = "svg => { const r = svg.getBoundingClientRect(); return [r.x, r.y + scrollY, r.width, r.height]; }"
     boxes = browser.run(
-        f"Array.from(document.querySelectorAll('.map > svg, .net:not(.coarse *), .section-plot'), {where})"
+        f"Array.from(document.querySelectorAll('.map-view > svg, .net:not(.coarse *), .section-plot'), {where})"
     )
     assert len(boxes) == 1 + 6 * 3
     if not script:
@@ -272,22 +140,12 @@ def numbers(markup):
     return [(tag, re.findall(r'(?:class|fill)="([^"]*)"', rest), re.findall(r"-?\d+\.\d", rest)) for tag, rest in marks]
 
 
-def press(browser, key):
-    for kind in ("keyDown", "keyUp"):
-        browser("Input.dispatchKeyEvent", type=kind, key=key, text=key if kind == "keyDown" and len(key) == 1 else "")
-    browser.settle()
-
-
-def mouse(browser, kind, x, y, **more):
-    browser("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, **more)
-
-
 def test_the_script_draws_what_the_still_picture_shows(browser, pages):
     browser.open(pages / "report.html")
     net_box(browser, 2)
     still = markups(browser, 2)
     browser.run("document.querySelector('#pocket-2 .net').focus()")
-    press(browser, "Home")
+    browser.press("Home")
     drawn = markups(browser, 2)
     assert drawn != still  # closing tags: it is the script's
     for a, b in zip(map(numbers, still), map(numbers, drawn), strict=True):
@@ -304,17 +162,17 @@ def test_the_mouse_turns_both_nets_of_a_pocket_and_no_other(browser, pages):
     x, y, width, height = net_box(browser, 2)
     x, y = x + width / 2, y + height / 2
     seen, others, before = browser.picture(), markups(browser, 3), markups(browser, 2)
-    mouse(browser, "mousePressed", x, y, clickCount=1)
+    browser.mouse("mousePressed", x, y, clickCount=1)
     for k in range(1, 6):
-        mouse(browser, "mouseMoved", x + 20 * k, y + 6 * k)
-    mouse(browser, "mouseReleased", x + 100, y + 30, clickCount=1)
+        browser.mouse("mouseMoved", x + 20 * k, y + 6 * k)
+    browser.mouse("mouseReleased", x + 100, y + 30, clickCount=1)
     browser.settle()
     after = markups(browser, 2)
     assert all(a != b for a, b in zip(before, after, strict=True))
     assert np.mean(np.any(seen != browser.picture(), axis=2)) > 0.01
     assert markups(browser, 3) == others
     # Nothing turns when the button is up.
-    mouse(browser, "mouseMoved", x, y)
+    browser.mouse("mouseMoved", x, y)
     browser.settle()
     assert markups(browser, 2) == after
     assert browser.complaints == []
@@ -341,16 +199,16 @@ def test_keys_and_buttons_turn_and_bring_back(browser, pages):
     browser.open(pages / "report.html")
     net_box(browser, 1)
     browser.run("document.querySelector('#pocket-1 .net').focus()")
-    press(browser, "Home")
+    browser.press("Home")
     start = markups(browser, 1)
     for key in ("ArrowLeft", "ArrowUp", "+", "-", "ArrowRight", "ArrowDown"):
         last = markups(browser, 1)
-        press(browser, key)
+        browser.press(key)
         assert markups(browser, 1) != last
     assert markups(browser, 1) == start
     for _ in range(40):
-        press(browser, "ArrowDown")
-    press(browser, "Home")
+        browser.press("ArrowDown")
+    browser.press("Home")
     assert markups(browser, 1) == start
     caption = "document.querySelector('#pocket-1 .heights').textContent"
     said = browser.run(caption)
@@ -387,3 +245,23 @@ def test_it_prints(browser, pages):
     browser.open(pages / "report.html")
     pages_of_pdf = browser.pdf()
     assert pages_of_pdf.startswith(b"%PDF") and len(pages_of_pdf) > 50_000
+
+
+def test_on_paper_the_key_stands_beside_the_map_and_no_row_is_hidden(browser, pages):
+    browser.open(pages / "report.html", width=700)
+    browser.run("document.querySelector('.filter .cease').click()")
+    browser("Emulation.setEmulatedMedia", media="print")
+    browser.settle()
+    where = "(r => [r.x, r.y, r.right])(document.querySelector('{}').getBoundingClientRect())"
+    _, map_top, map_right = browser.run(where.format(".map-view > svg"))
+    key_left, key_top, _ = browser.run(where.format(".map-key"))
+    assert key_left >= map_right and abs(key_top - map_top) < 20
+    hidden = "Array.from(document.querySelectorAll('.sortable tbody tr')).filter(row => !row.checkVisibility()).length"
+    assert browser.run(hidden) == 0
+    for gone in (".readout", ".filter", ".buttons", ".table-tools"):
+        assert browser.run(f"document.querySelector('{gone}').checkVisibility()") is False
+    # A header group is repeated on every sheet, in Chromium only where it may not be broken.
+    style = "(s => [s.display, s.breakInside])(getComputedStyle(document.querySelector('.running')))"
+    assert browser.run(style) == ["table-header-group", "avoid"]
+    assert browser.run("document.querySelector('.running').textContent.trim()").endswith("UTC · INVALID")
+    browser("Emulation.setEmulatedMedia", media="")

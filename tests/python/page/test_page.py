@@ -4,7 +4,6 @@ import hashlib
 import itertools
 import json
 import re
-from html.parser import HTMLParser
 
 import cv2
 import numpy as np
@@ -12,48 +11,17 @@ import pytest
 
 from debulk import Grid
 from debulk.page.charts import Row, bar_chart
-from debulk.page.map import _label_box, _labels, _overlap, colours, ply_map
+from debulk.page.map import ply_map
+from debulk.page.map_labels import label_box, labels, overlap
 from debulk.page.net import HEIGHT, WIDTH, net_views
 from debulk.page.profile import profile
 from debulk.page.render import margin
 from debulk.page.report import _drawings, page
+from debulk.page.scales import colours
 from debulk.report import Report
 from debulk.results.report import LeftOut, UnseenHole
 from debulk.verdict import Verdict
-
-VOID = {"meta", "br", "image", "path", "circle", "rect", "link", "img", "hr", "input", "use"}
-
-
-class Reader(HTMLParser):
-    """Collects elements, and fails where they do not nest."""
-
-    def __init__(self):
-        super().__init__()
-        self.open, self.elements, self.text = [], [], []
-
-    def handle_starttag(self, tag, attrs):
-        self.elements.append((tag, dict(attrs)))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        self.elements.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag):
-        if tag not in VOID:
-            assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if not self.open or self.open[-1] not in ("style", "script"):
-            self.text.append(data)
-
-
-def read(html):
-    reader = Reader()
-    reader.feed(html)
-    reader.close()
-    assert reader.open == []
-    return reader
+from html_reader import read
 
 
 @pytest.fixture(scope="module")
@@ -169,11 +137,11 @@ def test_a_cropped_picture_keeps_its_place(report):
 def test_labels_keep_off_their_neighbours():
     square = np.array([[0, 0], [8, 0], [8, 8], [0, 8]], dtype=float)
     crowd = [square + np.array(shift) for shift in ((0, 0), (12, 0), (24, 0), (500, 300), (12, 30))]
-    places = _labels(crowd, 10.0, np.array([-40.0, -40.0]), np.array([510.0, 310.0]))
-    boxes = [_label_box(x, -y + 3.5, anchor, 10.0) for x, y, anchor in places]
+    places = labels(crowd, 10.0, np.array([-40.0, -40.0]), np.array([510.0, 310.0]))
+    boxes = [label_box(x, -y + 3.5, anchor, 10.0) for x, y, anchor in places]
     squares = [np.concatenate([s.min(axis=0), s.max(axis=0)]) for s in crowd]
     for k, box in enumerate(boxes):
-        assert all(_overlap(box, other) == 0 for other in squares + boxes[:k])
+        assert all(overlap(box, other) == 0 for other in squares + boxes[:k])
         assert (box[:2] >= -40).all() and (box[2:] <= [510, 310]).all()
 
 

@@ -92,3 +92,14 @@ def test_a_standing_wrinkle_is_to_be_smoothed(report):
     )  # fmt: skip
     creased = dataclasses.replace(report, verdict=Verdict.CREASE, pockets=(), wrinkles=(wrinkle,))
     assert advice(creased) == ["smooth the wrinkle of 60 mm from (10, 20) to (70, 20) mm, then scan again"]
+
+
+def test_what_a_deadline_cut_wants_time_and_no_hands(report):
+    late = "the deadline passed before the solution was certified"
+    cut = dataclasses.replace(report.pockets[3], reason=late)
+    lines = advice(dataclasses.replace(report, verdict=Verdict.UNDECIDED, reason="1 of 1 undecided", pockets=(cut,)))
+    assert lines == ["give the inspection more time, and inspect the same scan again: the deadline passed"]
+    both = dataclasses.replace(report, verdict=Verdict.UNDECIDED, pockets=(cut, report.pockets[3]))
+    assert [line.split()[0] for line in advice(both)] == ["not", "give"]
+    whole = Report(verdict=Verdict.UNDECIDED, reason="the deadline passed during the stage place", pockets=())
+    assert advice(whole) == lines

@@ -7,6 +7,16 @@ import pytest
 import debulk
 from debulk import InputError, Report, Verdict
 
+WRINKLE = {
+    "start_mm": [0, 0], "end_mm": [200, 0], "length_mm": 200.0, "height_mm": 8.0, "width_mm": 2.0,
+    "excess_length_mm": 14.0, "ridge_height_mm": 7.0,
+}  # fmt: skip
+HOLE = {
+    "centre_mm": [5, 5], "extent_mm": [20, 20], "area_mm2": 300.0, "thickness_mm": 15.0, "rim_height_mm": 2.0,
+    "of": "scan",
+    "at_ply_edge": False,
+    "at_best": "invalid",
+}  # fmt: skip
 LENIENT = {"max_rms_mm": 5.0, "max_ridge_mm": 9.0}
 
 
@@ -94,6 +104,13 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
         (lambda t: t["pockets"][2].update(measured_share=0.5), "pockets[2].verdict: cease does not fit"),
         (lambda t: t["pockets"][2].update(measured_share=7), "pockets[2].coverage: expected a share from 0 to 1"),
         (lambda t: t["pockets"][2].update(verdict="crease"), "verdict: cease does not fit pocket 3, crease"),
+        (lambda t: t.update(wrinkles=[WRINKLE]), "verdict: cease does not fit the wrinkle of 200 mm from (0, 0)"),
+        (
+            lambda t: t.update(unseen=[HOLE]),
+            "verdict: cease does not fit a hole in the scan of 3 cm² at (5, 5) mm, invalid",
+        ),
+        (lambda t: t["level"].update(laid_mm=0.7), "verdict: cease does not fit the level: the ply between"),
+        (lambda t: t["level"].update(high_share=0.2), "verdict: cease does not fit the level: the ply between"),
     ],
 )
 def test_a_good_layup_needs_its_evidence(ceases, tmp_path, edit, part):

@@ -1,0 +1,106 @@
+"""The heights of the map as a small picture."""
+
+from __future__ import annotations
+
+import base64
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.page.scales import HeightScale
+
+if TYPE_CHECKING:
+    from debulk.grid import Grid
+
+__all__ = ["MAX_PNG_BYTES", "Picture", "picture"]
+
+_MAX_PIXELS = 1400  # width and height
+MAX_PNG_BYTES = 1_350_000
+
+
+class Picture(NamedTuple):
+    """A PNG in base64, north up, transparent where nothing is known, and where it lies in the mold frame, mm."""
+
+    png: str
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    scale: HeightScale
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Place on the map: x to the right, y down, width and height, mm."""
+        width, height = (float(length) for length in self.high - self.low)
+        return float(self.low[0]), -float(self.high[1]), width, height
+
+
+def picture(
+    grid: Grid,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    top_mm: float | None,
+    *,
+    keep_all: bool,
+    png_bytes: int,
+) -> Picture | None:
+    """Draw the heights in a window, or all of them; None where the window is off the map.
+
+    Parameters
+    ----------
+    grid
+        Heights.
+    low, high
+        (2,) corners of the window, mold XY.
+    top_mm
+        Height of the last colour; None: the highest that was seen but for a thousandth of the map.
+    keep_all
+        Whether all of the grid is drawn, whatever the window.
+    png_bytes
+        The picture is made coarser until it is no larger.
+    """
+    cropped = _crop(grid, low, high, keep_all=keep_all)
+    if cropped is None:
+        return None
+    values, first = cropped
+    corner = first - 0.5 * grid.spacing_mm
+    if top_mm is None or not math.isfinite(top_mm):
+        seen = values[np.isfinite(values)]
+        top_mm = float(np.quantile(seen, 0.999)) if seen.size else 1.0
+    scale = HeightScale.up_to(top_mm)
+    return Picture(
+        _png(values, scale, png_bytes), corner, corner + grid.spacing_mm * np.array(values.shape[::-1]), scale
+    )
+
+
+def _crop(
+    grid: Grid, low: NDArray[np.float64], high: NDArray[np.float64], *, keep_all: bool
+) -> tuple[NDArray[np.float32], NDArray[np.float64]] | None:
+    """Cut the window out of the height map; with it the position of its first cell."""
+    values = np.asarray(grid.values, dtype=np.float32)
+    if keep_all:
+        return values, np.asarray(grid.origin_mm, dtype=np.float64)
+    ny, nx = values.shape
+    i0, j0 = np.clip(np.floor((low - grid.origin_mm) / grid.spacing_mm).astype(int), 0, [nx, ny])
+    i1, j1 = np.clip(np.ceil((high - grid.origin_mm) / grid.spacing_mm).astype(int) + 1, 0, [nx, ny])
+    if i1 <= i0 or j1 <= j0:
+        return None
+    return values[j0:j1, i0:i1], grid.origin_mm + grid.spacing_mm * np.array([i0, j0])
+
+
+def _png(values: NDArray[np.float32], scale: HeightScale, most_bytes: int) -> str:
+    seen = np.isfinite(values)
+    shown = np.where(seen, values, 0).astype(np.float32)[::-1]
+    weight = seen.astype(np.float32)[::-1]
+    finer = min(1.0, _MAX_PIXELS / max(values.shape))
+    while True:
+        size = tuple(max(1, round(length * finer)) for length in values.shape[::-1])
+        share = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
+        mean = cv2.resize(shown, size, interpolation=cv2.INTER_AREA) / np.maximum(share, 1e-6)
+        drawn = cv2.cvtColor(cv2.applyColorMap(scale.levels(mean), cv2.COLORMAP_CIVIDIS), cv2.COLOR_BGR2BGRA)
+        drawn[share < 0.5] = 0
+        data = cv2.imencode(".png", drawn, [cv2.IMWRITE_PNG_COMPRESSION, 6])[1].tobytes()
+        if len(data) <= most_bytes:
+            return base64.b64encode(data).decode("ascii")
+        finer *= 0.8

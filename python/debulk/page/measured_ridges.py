@@ -1,0 +1,40 @@
+"""Where a debulked ply stands above the limit inside the pockets' outlines: the ridges that a second scan shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from debulk.grid import Grid
+
+__all__ = ["measured_ridges"]
+
+_MAX_CORNERS = 20_000  # of all ridges as drawn
+
+
+def measured_ridges(heights: Grid | None, outlines: Sequence[NDArray[np.float64]], above_mm: float) -> str:
+    """Return an SVG path round what stands higher than this inside the outlines, y up; empty: nothing does."""
+    if heights is None or heights.values.ndim != 2:
+        return ""
+    inside = np.zeros(heights.values.shape, dtype=np.uint8)
+    cells = [np.round((outline - heights.origin_mm) / heights.spacing_mm).astype(np.int32) for outline in outlines]
+    for corners in cells:
+        if len(corners):
+            cv2.fillPoly(inside, [corners.reshape(-1, 1, 2)], 1)
+    with np.errstate(invalid="ignore"):
+        high = (inside > 0) & (heights.values > above_mm)
+    rings, _ = cv2.findContours(high.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
+    parts: list[str] = []
+    left = _MAX_CORNERS
+    for ring in sorted(rings, key=len, reverse=True):
+        left -= len(ring)
+        if left < 0:
+            break
+        points = heights.origin_mm + heights.spacing_mm * ring.reshape(-1, 2)
+        parts.append("M" + "L".join(f"{x:.1f} {-y:.1f}" for x, y in points.tolist()) + "Z")
+    return "".join(parts)

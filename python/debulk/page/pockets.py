@@ -1,0 +1,48 @@
+"""The order in which a page names pockets, and the ridge by which each is judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
+
+from debulk.results.report_text import number
+
+if TYPE_CHECKING:
+    from debulk.results.report import PocketReport
+
+__all__ = ["DecidingRidge", "deciding_ridge", "says", "worst_first"]
+
+
+class DecidingRidge(NamedTuple):
+    """Height of the ridge, and the range in which it may lie; `spread` is empty where that is a single figure."""
+
+    height_mm: float
+    spread: str
+
+
+def deciding_ridge(pocket: PocketReport) -> DecidingRidge | None:
+    """Return the ridge of the criterion that decided, or of the one that is known; None: of neither."""
+    height, span = pocket.ridge_height_mm, pocket.ridge_range_mm
+    if pocket.excess is not None and (pocket.decided_by == "excess" or height is None):
+        height, span = pocket.excess.height_mm, pocket.excess.range_mm
+    if height is None:
+        return None
+    low, high = (number(value, 2) for value in span or (height, height))
+    return DecidingRidge(height, "" if low == high else f"({low} to {high})")
+
+
+def worst_first(pockets: Iterable[PocketReport]) -> list[PocketReport]:
+    """Sort pockets by verdict, the gravest first, and those of one verdict by their ridges, the highest first."""
+
+    def place(pocket: PocketReport) -> tuple[int, float, int]:
+        ridge = deciding_ridge(pocket)
+        return -pocket.verdict.severity, -(ridge.height_mm if ridge else 0.0), pocket.id
+
+    return sorted(pockets, key=place)
+
+
+def says(pocket: PocketReport) -> str:
+    """Name a pocket beside the cursor on the map."""
+    ridge = deciding_ridge(pocket)
+    known = "" if ridge is None else f", ridge {number(ridge.height_mm, 2)} mm"
+    return f"pocket {pocket.id}: {pocket.verdict.name}{known}"

@@ -1,0 +1,116 @@
+"""The layups of a stack as one HTML page: which ply is bad, and then ply by ply."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from debulk.page.map import PlyMap
+from debulk.page.pockets import deciding_ridge, worst_first
+from debulk.page.render import render
+from debulk.page.report import report_map
+from debulk.page.trace import context_text
+from debulk.results.advice import advice, deciding
+from debulk.results.report_text import number
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.results.report import PocketReport, ReportData
+
+__all__ = ["Layup", "page"]
+
+_MAX_PNG_BYTES = 2_400_000  # of all maps: with base64 and text the page of some ten plies stays below 5 MB
+
+
+class Layup(NamedTuple):
+    """A report, the name of its file, and where its own page lies; `link` is empty where there is none."""
+
+    report: ReportData
+    name: str
+    link: str = ""
+
+
+class Ply(NamedTuple):
+    """A section of the page."""
+
+    number: int
+    title: str
+    layup: Layup
+    time: str
+    map: PlyMap | None
+    pockets: list[PocketReport]
+    advice: list[str]
+    deciding: list[tuple[Verdict, list[int]]]
+
+    @property
+    def counts(self) -> list[tuple[Verdict, int]]:
+        """Pockets of each verdict that there is."""
+        return [(v, n) for v in Verdict if (n := sum(p.verdict is v for p in self.pockets))]
+
+    @property
+    def verdict_of(self) -> dict[int, Verdict]:
+        """Verdicts by the pockets' numbers."""
+        return {p.id: p.verdict for p in self.pockets}
+
+
+def page(layups: Sequence[Layup]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    layups
+        At least one, in the order of the stack; where all their contexts have a number as "ply", in the order of that.
+
+    Examples
+    --------
+    >>> from debulk.report import Report, Verdict
+    >>> names = {"first.json": Verdict.CEASE, "second.json": Verdict.CREASE}
+    >>> html = page([Layup(Report(verdict=v, reason="", pockets=()), name) for name, v in names.items()])
+    >>> html.index("second.json") < html.index("first.json")
+    True
+    """
+    numbers = {id(layup): _ply_number(layup) for layup in layups}
+    ordered = list(layups) if None in numbers.values() else sorted(layups, key=lambda one: numbers[id(one)] or 0.0)
+    share = max(_MAX_PNG_BYTES // len(ordered), 40_000)
+    plies = [_ply(k, layup, share) for k, layup in enumerate(ordered, start=1)]
+    worst = sorted(plies, key=lambda ply: (-ply.layup.report.verdict.severity, ply.number))
+    verdict = worst[0].layup.report.verdict
+    counts = [(v, n) for v in Verdict if (n := sum(ply.layup.report.verdict is v for ply in plies))]
+    parts = list(dict.fromkeys(text for layup in ordered if (text := context_text(layup.report, "part"))))
+    times = sorted(ply.time for ply in plies if ply.time)
+    when = [] if not times else [times[0] if times[0] == times[-1] else f"{times[0]} to {times[-1]}"]
+    named = [f"part {', '.join(parts)}"] if parts else []
+    count = f"{len(plies)} {'ply' if len(plies) == 1 else 'plies'}"
+    return render(
+        "stack.html.j2",
+        running=" · ".join([*named, count, *when, verdict.name]),
+        verdict=verdict,
+        plies=plies,
+        worst=worst,
+        counts=counts,
+        part_names=", ".join(parts),
+        deciding_ridge=deciding_ridge,
+    )
+
+
+def _ply_number(layup: Layup) -> float | None:
+    try:
+        return float(context_text(layup.report, "ply"))
+    except ValueError:
+        return None
+
+
+def _ply(place: int, layup: Layup, png_bytes: int) -> Ply:
+    report = layup.report
+    name = context_text(report, "ply")
+    time = report.trace.time_utc if report.trace else ""
+    return Ply(
+        place,
+        f"Ply {name}" if name else f"Layup {number(place, 0)}",
+        layup,
+        f"{time[:10]} {time[11:19]} UTC" if time else "",
+        report_map(report, png_bytes),
+        worst_first(report.pockets),
+        advice(report),
+        deciding(report),
+    )

@@ -1,0 +1,104 @@
+"""What the map is made of: its colours, its marks, its frame."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from debulk import Grid
+from debulk.page import map_frame, map_marks
+from debulk.page.map_ridges import ridge_path, ridges
+from debulk.page.measured_ridges import measured_ridges
+from debulk.page.report import report_map
+from debulk.page.scales import HeightScale
+from debulk.results.trace import Trace
+from debulk.verdict import Verdict
+
+
+def numbers(path):
+    return np.array(re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", path), float)
+
+
+@pytest.mark.parametrize("top", [0.05, 0.4, 3.0, 15.0, 80.0])
+def test_the_key_says_the_height_of_each_colour(top):
+    scale = HeightScale.up_to(top)
+    for at, text in scale.ticks():
+        level = int(scale.levels(np.float32([float(text)]))[0])
+        assert level == pytest.approx(255 * at / 100, abs=1.5)
+    places = [at for at, _ in scale.ticks()]
+    assert places[0] == 0 and places[-1] == pytest.approx(100) and np.diff(places).min() > 6
+
+
+def test_a_ridge_at_its_limit_stands_out_beside_a_pocket_of_15_mm():
+    scale = HeightScale.up_to(15.0)
+    laid, ridge = scale.levels(np.float32([0.3, 0.6])).astype(int)
+    assert ridge - laid > 10
+    assert scale.levels(np.float32([-1.0, 99.0])).tolist() == [0, 255]
+
+
+def test_the_hatch_covers_its_box_and_nothing_else():
+    ends = numbers(map_marks.hatch((10.0, -60.0, 100.0, 40.0), 7.0))
+    assert ends[:, 0].min() >= 10 and ends[:, 0].max() <= 110
+    assert ends[:, 1].min() >= -60 and ends[:, 1].max() <= -20
+    assert np.abs(np.diff(ends.reshape(-1, 2, 2), axis=1).sum(axis=2)).max() < 0.11  # all at 45 degrees
+    distance = np.diff((ends[::2] - [10, -60]).sum(axis=1))
+    assert distance == pytest.approx(np.full(len(distance), 7.0), abs=0.11) and len(distance) == 140 // 7 - 1
+
+
+def test_the_origin_is_drawn_where_it_lies_and_said_to_be_off_the_map():
+    inside = map_frame.frame(np.array([-100.0, -100]), np.array([300.0, 200]), 10)
+    assert inside.at_origin and (inside.x, inside.y) == (0, 0)
+    off = map_frame.frame(np.array([50.0, -100]), np.array([300.0, 200]), 10)
+    assert not off.at_origin and 50 < off.x < 80 and 70 < off.y < 100
+
+
+def test_fibre_directions_stand_in_the_corner_without_pockets(report):
+    asked = dataclasses.replace(report, trace=Trace(time_utc="", fibre_angles_deg=np.array([30.0, -45.0])))
+    low, high = np.zeros(2), np.array([1200.0, 900.0])
+    pockets = [np.array([[100.0, 100], [200, 100], [200, 200]]), np.array([[1000.0, 700], [1100, 700], [1100, 800]])]
+    drawn = map_frame.rose(asked, [*pockets, np.array([[150.0, 700], [200, 800], [100, 750]])], low, high, 30)
+    assert drawn.x > 900 and drawn.y > -200  # lower right
+    ends = numbers(drawn.path).reshape(-1, 2, 2)
+    ways = np.degrees(np.arctan2(-(ends[:, 1, 1] - ends[:, 0, 1]), ends[:, 1, 0] - ends[:, 0, 0]))
+    assert ways == pytest.approx([30, -45], abs=1)
+    assert [text for _, _, text in drawn.texts] == ["30°", "−45°"]
+    assert map_frame.rose(report, pockets, low, high, 30) is None  # its angles are a map
+
+
+def test_ridges_lie_over_their_peaks_in_a_band_of_the_spacing(report):
+    found = {int(re.search(r"pocket (\d+)", r.title)[1]): r for r in ridges(report.pockets)}
+    assert 6 not in found  # never solved
+    pocket = report.pocket(3)
+    ridge = found[3]
+    assert ridge.band_mm == pytest.approx(2 * pocket.spacing_mm) and not ridge.low
+    assert f"{pocket.ridge_height_mm:.2f} mm" in ridge.title
+    peaks = pocket.debulked_mm[pocket.post_processed_gap_mm > 0.27, :2]
+    ends = numbers(ridge.path) * [1, -1]
+    away = np.hypot(*(ends[:, None] - peaks[None]).transpose(2, 0, 1)).min(axis=1)
+    assert away.max() < 0.1 and len(ends) >= len(peaks)
+    assert found[1].low == (report.pocket(1).verdict is Verdict.CEASE)
+
+
+def test_lines_and_single_points_are_drawn():
+    line, point = np.array([[1.0, 2], [3, 4], [5, 0]]), np.array([[7.0, 8]])
+    assert ridge_path([line, point]) == "M1.0 -2.0L3.0 -4.0L5.0 -0.0M7.0 -8.0h0"
+
+
+def test_measured_ridges_are_what_stands_above_the_limit_inside_the_outlines():
+    values = np.full((60, 80), 0.25, np.float32)
+    values[20:23, 10:40] = 1.2  # a ridge in the outline
+    values[50, 60:70] = 1.2  # one that is in none
+    values[30, 20] = np.nan
+    grid = Grid(values, np.array([100.0, 200.0]), 2.0)
+    outline = np.array([[110.0, 220], [190, 220], [190, 280], [110, 280]])
+    ends = numbers(measured_ridges(grid, [outline], 0.6))
+    assert ends[:, 0].min() == 120 and ends[:, 0].max() == 178
+    assert sorted(set(-ends[:, 1])) == [240, 244]
+    assert measured_ridges(grid, [outline], 1.3) == "" == measured_ridges(None, [outline], 0.6)
+
+
+def test_the_cursor_is_told_pocket_verdict_and_ridge(report):
+    says = {mark.id: mark.says for mark in report_map(report).marks}
+    assert says[3] == f"pocket 3: CREASE, ridge {report.pocket(3).ridge_height_mm:.2f} mm"
+    assert says[6] == "pocket 6: INVALID"
