@@ -24,8 +24,8 @@ struct FootOptions {
 // between which the ply does not come down share one foot.
 struct Foot {
   std::int32_t label = 0;  // of its points in FootMap::labels: the smallest id of the pockets that share it
-  Polygon outline;  // counter-clockwise, mold XY, mm
-  double area = 0;  // mm2
+  Polygon outline;         // counter-clockwise, mold XY, mm
+  double area = 0;         // mm2
   Box box;
   bool closed = false;            // nowhere cut by unknown heights or the border of the grid (the ply's edge is allowed)
   bool touches_ply_edge = false;  // runs along the ply's outline

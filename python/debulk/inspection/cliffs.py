@@ -1,4 +1,4 @@
-"""The mold's own edges: behind a cliff the reference is another thing's, and must not be fitted as one surface with it."""
+"""The mold's own edges: what lies behind a cliff is another thing, not to be fitted as one surface with the mold."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ Floats = NDArray[np.float64]
 
 _LEAST_MM = 6.0  # of a cliff's height
 _STEEP = 2.0  # no mold that a ply is draped over falls by more than this, to places that the camera sees
-# Round a cliff what lies below is left out so far. The fit reaches from one side to the other over its window of 12 mm, and
-# its spline swings beside a jump the more, the shorter the way is on which that is made up for.
+# Round a cliff what lies below is left out so far. The fit reaches from one side to the other over its window of 12 mm,
+# and its spline swings beside a jump the more, the shorter the way is on which that is made up for.
 _REACH_MM = 48.0
 
 

@@ -196,7 +196,7 @@ def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judge
 
 
 def _refused(found: FoundPocket, why: str) -> verdict.Judgement:
-    """Judge what no net says anything of: of a bump below the tolerances the bound is known still, but decides nothing."""
+    """Judge what no net says anything of; of a bump below the tolerances that it may crease is all that is known."""
     if not found.promoted:
         return verdict.judge(certified=False, refused=why)
     return verdict.Judgement(verdict.Verdict.UNDECIDED, f"{found.promoted}; not evaluated: {why}")

@@ -202,7 +202,7 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
             f"its net is free at an edge of the ply {away_mm:.0f} mm away, and a ply slips by some {slip_mm:g} mm: "
             f"{round_it}"
         )
-    # A net at the edge may let such a fibre bow sideways to where the ply is free; whether friction lets it is not known.
+    # A net at the edge may let such a fibre bow sideways to where the ply is free; whether friction does is not known.
     held_mm = excess.of_held_fibres(laid, ply)
     limits = ply.recipe.verdict
     if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > limits.max_ridge_mm - limits.ridge_margin_mm:

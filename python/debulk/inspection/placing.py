@@ -43,29 +43,25 @@ _HANGING = 3.0  # so many times as much below as above: what stands up was taken
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """What came of the checks: the level, None where there is too little to read it from, and why it is none.
-
-    `loose_share` is the share of the ply between the pockets that stands up as a loose border where that was needed to
-    accept the level.
-    """
+    """What came of the checks: the level, None where there is too little to read it from, and why it is none."""
 
     level: Level | None
     doubt: str = ""
-    loose_share: float = 0.0
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the reader of the report should know."""
-        out = []
-        if self.level is not None and self.level.removed_offset_mm:
-            removed = self.level.removed_offset_mm
+        out: list[str] = []
+        if self.level is None:
+            return ()
+        if removed := self.level.removed_offset_mm:
             out.append(
                 f"the scan lay {abs(removed):.3f} mm too {'high' if removed > 0 else 'low'}; that was estimated "
                 "between the pockets and taken out (level.remove_offset_mm)"
             )
-        if self.loose_share:
+        if loose := self.level.loose_share:
             out.append(
-                f"the ply's border stands loose: {100 * self.loose_share:.0f} % of the ply between the pockets, from "
+                f"the ply's border stands loose: {100 * loose:.0f} % of the ply between the pockets, from "
                 "its edge inwards, does not lie on the mold; what stands up in it is judged or listed as elsewhere"
             )
         return tuple(out)
@@ -203,7 +199,7 @@ class Placing:
         if doubt and swapped and level.laid_mm > -cut:
             doubt = swapped_reason(hanging, cut)
         needed = level.low_share + level.high_share > recipe.level.largest_share
-        return Placed(level, doubt, loose if needed and not doubt else 0.0)
+        return Placed(replace(level, loose_share=loose) if needed and not doubt else level, doubt)
 
     def _loose_share(self, found: Deviation, blocks: Blocks) -> float:
         """Share of the squares that stand up in one piece from the ply's edge inwards; 0 where anything else is wrong.

@@ -91,8 +91,6 @@ def prepare(
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
     _, low, high = _core.cloud.bounds(points, threads)
     check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
-    heights = without_cliffs(
-        surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop), ply_outline
-    )
+    heights = without_cliffs(surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop), ply_outline)
     fitted = surface.fit_reference(heights, threads=threads, stop=stop)
     return Prepared(fitted, heights, spacing, image, thinned(seen).points, fingerprint.of_cloud(own))

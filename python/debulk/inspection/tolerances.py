@@ -119,10 +119,8 @@ def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
     return wanted
 
 
-def _hills(
-    whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
-) -> Iterator[Dropped]:
-    """What stands half the cut's height without reaching it, off the pockets' feet."""
+def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions, stop: _core.Stop) -> Iterator[Dropped]:
+    """Find what stands half the cut's height without reaching it, off the pockets' feet."""
     wanted.cut_height_mm = feet.hill_mm
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
     if not (np.nan_to_num(heights.values) >= feet.hill_mm)[feet.labels.values == 0].any():
@@ -134,9 +132,7 @@ def _hills(
         known.add(int(lower.labels.values[j, i]))
     for one in lower.pockets:
         if one.id not in known:
-            yield Dropped(
-                "height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share
-            )
+            yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
 
 
 def _weigh(
@@ -173,7 +169,7 @@ def _weigh(
         narrow = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
         one = replace(one, doubt=f"{figures}, but {narrow}")
         figures, over_ridge = one.doubt, True
-    # The excess rule knows no RMS; spread over the few fibres of a bump it would exceed its limit at a third of the ridge's.
+    # The excess rule knows no RMS; of the few nodes of a bump that would exceed its limit at a third of the ridge's.
     over_rms = ply.recipe.verdict.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
     return replace(bump, found=_judged(one, dropped, figures)) if over_ridge or over_rms else bump
 
@@ -189,7 +185,8 @@ def _lost(one: FoundPocket) -> float:
     24 mm; this has 4.1, 2.5, 1.8, 1.5, 1.2 and 1.1.
     """
     area, perimeter = one.foot.area_mm2, _perimeter_mm(one.foot.outline_mm)
-    wide_mm = 2 * area / perimeter * (1 + 4 * math.pi * area / perimeter**2)  # of a disc its diameter, of a strip its width
+    # Of a disc its diameter, of a strip its width.
+    wide_mm = 2 * area / perimeter * (1 + 4 * math.pi * area / perimeter**2)
     return 1 + 33 * (_FILTER_CELLS * one.segmentation.heights.spacing_mm / wide_mm) ** 4
 
 
@@ -233,7 +230,7 @@ def _looked_at_again(
             return None
         lower = options.feet(ply.recipe)
         lower.noise_mm = feet.noise_mm  # of the whole scan: a window is too small to tell
-        # Over the window of a pocket a bump 10 mm wide would lose half of its excess: as wide as its area over its perimeter.
+        # Over the window of a pocket a bump 10 mm wide would lose half of its excess.
         bump = again.pockets[index]
         lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / _perimeter_mm(bump.outline_mm))
         again.pockets[index] = replace(

@@ -164,7 +164,7 @@ def _bridged(hole: pocket.UnseenHole, found: Found, recipe: Recipe) -> bool:
 
     Below half the cut its rim is no pocket's, and no thin hole can hide one that would show there.
     """
-    for whole, feet in found.parts:
+    for whole, _ in found.parts:
         heights = whole.heights
         begin, end = np.rint((hole.box - heights.origin_mm) / heights.spacing_mm).astype(int)
         if (begin < 0).any() or (end >= heights.values.shape[::-1]).any():

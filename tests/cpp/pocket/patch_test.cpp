@@ -131,7 +131,8 @@ TEST(Feet, ToleranceRisesWithTheNoise) {
 
 TEST(Feet, AreOneWhereThePlyDoesNotComeDownBetweenNeighbours) {
   const Bell left{{50, 60}, 8, 40, 40}, right{{115.5, 60}, 8, 40, 40}, far{{230, 60}, 8, 40, 40};
-  const auto heights = sum(sum(sampled_bells({left}, 283, 121, 1.0, kT), sampled_bells({right}, 283, 121, 1.0)), sampled_bells({far}, 283, 121, 1.0));
+  const auto heights =
+      sum(sum(sampled_bells({left}, 283, 121, 1.0, kT), sampled_bells({right}, 283, 121, 1.0)), sampled_bells({far}, 283, 121, 1.0));
   const Segmentation s = segment(heights, {});
   ASSERT_EQ(s.pockets.size(), 3u);  // the saddle between the first two stands 1.62 mm above the reference
   const FootMap feet = find_feet(s, {});

@@ -88,7 +88,7 @@ def test_what_the_filters_lower_is_not_passed(wide_mm, high_mm):
 
 
 def test_the_rms_promotes_no_bump_where_the_excess_decides():
-    """25 mm wide, 2.4 mm high: 0.56 mm too long makes a ridge of 0.41 mm, but spread over few nodes an RMS above 0.3."""
+    """25 mm wide, 2.4 mm high: 0.56 mm too long makes a ridge of 0.41 mm, though an RMS above 0.3 on few nodes."""
     inspector = laid_ply.inspector()
     scan = laid_ply.scan(laid_ply.bell(50, 30, 25, 2.4))
     (bump,) = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
