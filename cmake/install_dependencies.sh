@@ -59,6 +59,10 @@ if [ ${#missing[@]} -gt 0 ]; then
     # sudo may have to ask for a password: before its output goes into the log.
     [ ${#as_root[@]} -eq 0 ] || "${as_root[@]}" true
     quietly "${as_root[@]}" apt-get update -q
+    # "Need to get 118 MB of archives." is what decides how long it takes.
+    need=$(LC_ALL=C apt-get install --assume-no --no-install-recommends "${missing[@]}" 2>&1 |
+        sed -n 's/^Need to get \(.*\) of archives.*/\1/p' || true)
+    say "downloading ${need:-the packages}, then unpacking: about two minutes on a fast line"
     quietly "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends \
         -o APT::Keep-Downloaded-Packages=false "${missing[@]}"
 fi
@@ -71,7 +75,12 @@ if [ "$headers_missing" = yes ]; then
     [ "$(id -u)" -ne 0 ] || chown _apt "$downloads" # apt run by root drops to the user _apt for downloads
     download() { (cd "$downloads" && apt-get download -q "${headers_only[@]}"); }
     download >>"$log" 2>&1 || { quietly "${as_root[@]}" apt-get update -q && download >>"$log" 2>&1; } ||
-        { tail -n 20 "$log" >&2; say "the headers could not be downloaded; the whole log: $log" >&2; exit 1; }
+        {
+            tail -n 20 "$log" >&2
+            say "the headers could not be downloaded. Where apt's lists are old, an administrator has to run" >&2
+            say "apt-get update first; then run make again. The whole log: $log" >&2
+            exit 1
+        }
     for package in "$downloads"/*.deb; do
         dpkg -x "$package" "$prefix"
     done

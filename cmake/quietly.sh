@@ -10,16 +10,23 @@ mkdir -p "$(dirname "$log")"
 printf '\n$ %s\n' "$*" >>"$log"
 began=$(wc -l <"$log")
 
-# Ninja's "[12/143] ..." moves on one line of the terminal; elsewhere nothing is shown.
+# Ninja's "[12/143] ..." and what pip collects move on one line of the terminal; elsewhere each quarter of the build is told.
 progress() {
-    if [ ! -t 2 ]; then
-        cat >/dev/null
-        return
-    fi
+    local line quarter last=0
     while IFS= read -r line; do
-        [[ $line =~ \[([0-9]+)/([0-9]+)\] ]] && printf '\r  [%s/%s] ' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" >&2
+        if [[ $line =~ \[([0-9]+)/([0-9]+)\] ]]; then
+            quarter=$((4 * BASH_REMATCH[1] / BASH_REMATCH[2]))
+            if [ -t 2 ]; then
+                printf '\r\033[K  [%s/%s] ' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" >&2
+            elif [ "$quarter" -gt "$last" ]; then
+                printf '  [%s/%s]\n' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" >&2
+            fi
+            last=$quarter
+        elif [ -t 2 ] && [[ $line =~ ^\ *(Collecting|Downloading|Installing\ collected)\ ([A-Za-z0-9._-]*) ]]; then
+            printf '\r\033[K  %s %s ' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" >&2
+        fi
     done
-    printf '\r\033[K' >&2
+    [ ! -t 2 ] || printf '\r\033[K' >&2
 }
 
 status=0

@@ -9,6 +9,7 @@
 #include "bindings/seen.hpp"
 #include "debulk/pocket/unseen.hpp"
 #include "debulk/region/region_front.hpp"
+#include "debulk/region/standing_wrinkles.hpp"
 
 namespace debulk {
 namespace {
@@ -109,6 +110,40 @@ void bind_region(py::module_ m) {
         const RegionFront::Times& t = front.times();
         return std::array<double, 6>{t.sample, t.coarse, t.windows, t.filter, t.segment, t.feet};
       });
+
+  py::class_<WrinkleOptions>(m, "WrinkleOptions")
+      .def(py::init<>())
+      .def_readwrite("widest_mm", &WrinkleOptions::widest_mm)
+      .def_readwrite("links", &WrinkleOptions::links)
+      .def_readwrite("most", &WrinkleOptions::most);
+
+  py::class_<WrinkleFinder>(m, "WrinkleFinder")
+      .def(py::init([](std::shared_ptr<Reference> reference, const SeenArray& seen, const Array<double>& pose,
+                       const Array<double>& ply_outline, int threads) {
+             const Eigen::Matrix4d motion = pose_of(pose);
+             const Polygon outline = points<2>(ply_outline, "ply_outline");
+             const std::optional<Grid<float>> fitted_to = seen_grid(seen);
+             const py::gil_scoped_release release;
+             return std::make_unique<WrinkleFinder>(std::move(reference), *fitted_to, motion, outline, threads);
+           }),
+           py::arg("reference"), py::arg("seen"), py::arg("mold_from_scanner"), py::arg("ply_outline"), py::arg("threads"))
+      // Each wrinkle's crest with its height and its width; and whether the search gave up.
+      .def(
+          "find",
+          [](const WrinkleFinder& finder, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, double pitch_mm,
+             const WrinkleOptions& options, const Stop& stop) {
+            const CloudView cloud = cloud_view(scan, "scan");
+            const std::uint8_t* masked = mask_of(mask, cloud);
+            StandingWrinkles found;
+            {
+              const py::gil_scoped_release release;
+              found = finder.find(cloud, masked, pitch_mm, options, stop);
+            }
+            py::list wrinkles;
+            for (const StandingWrinkle& one : found.wrinkles) wrinkles.append(py::make_tuple(to_array(one.along), one.height, one.width));
+            return py::make_tuple(wrinkles, found.gave_up);
+          },
+          py::arg("scan"), py::arg("mask").none(true), py::arg("pitch_mm"), py::arg("options"), py::arg("stop"));
 }
 
 }  // namespace debulk

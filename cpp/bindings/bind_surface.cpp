@@ -62,12 +62,12 @@ HeightMapOptions options(double spacing, double hole_diameter, double jump_ratio
 
 // A height map against either kind of reference, as (heights, measured, origin, spacing).
 template <class Base>
-py::tuple map_heights(const CloudArray& scan, const Base& reference, const HeightMapOptions& opts, int threads) {
+py::tuple map_heights(const CloudArray& scan, const Base& reference, const HeightMapOptions& opts, int threads, const Stop& stop) {
   const CloudView cloud = cloud_view(scan, "scan");
   HeightMap map;
   {
     py::gil_scoped_release release;
-    map = height_map(cloud, reference, opts, threads);
+    map = height_map(cloud, reference, opts, threads, stop);
   }
   const Eigen::Vector2d origin = map.heights.origin;
   const double spacing = map.heights.spacing;
@@ -214,16 +214,18 @@ void bind_surface(py::module_ m) {
 
   m.def(
       "height_map",
-      [](const CloudArray& scan, const Reference& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
-        return map_heights(scan, reference, options(spacing, hole_diameter, jump_ratio), threads);
-      },
-      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"));
+      [](const CloudArray& scan, const Reference& reference, double spacing, double hole_diameter, double jump_ratio, int threads,
+         const Stop& stop) { return map_heights(scan, reference, options(spacing, hole_diameter, jump_ratio), threads, stop); },
+      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"),
+      py::arg("stop"));
   m.def(
       "height_map",
-      [](const CloudArray& scan, const CloudArray& reference, double spacing, double hole_diameter, double jump_ratio, int threads) {
-        return map_heights(scan, cloud_view(reference, "reference"), options(spacing, hole_diameter, jump_ratio), threads);
+      [](const CloudArray& scan, const CloudArray& reference, double spacing, double hole_diameter, double jump_ratio, int threads,
+         const Stop& stop) {
+        return map_heights(scan, cloud_view(reference, "reference"), options(spacing, hole_diameter, jump_ratio), threads, stop);
       },
-      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"));
+      py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"),
+      py::arg("stop"));
 
   m.def(
       "median",

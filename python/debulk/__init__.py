@@ -9,7 +9,21 @@ from debulk._core import InputError
 from debulk.grid import Grid
 
 if TYPE_CHECKING:
-    from debulk import cloud, files, net, pocket, ridge, scanner, scenes, section, sheet, solve, surface, verdict
+    from debulk import (
+        cloud,
+        files,
+        net,
+        pocket,
+        recipe,
+        ridge,
+        scanner,
+        scenes,
+        section,
+        sheet,
+        solve,
+        surface,
+        verdict,
+    )
     from debulk.comparison import Comparison
     from debulk.inspection.calls import compare, inspect
     from debulk.inspection.inspector import Cancelled, Inspector
@@ -35,6 +49,7 @@ __all__ = [
     "inspect",
     "net",
     "pocket",
+    "recipe",
     "repeat",
     "ridge",
     "scanner",

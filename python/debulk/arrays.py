@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
+from debulk.arguments import of_type
 
-__all__ = ["corners", "numbers", "outline", "pair", "points_xy", "positive", "rigid", "whole"]
+__all__ = ["came", "corners", "numbers", "outline", "pair", "points_xy", "positive", "rigid", "whole"]
 
 Floats = NDArray[np.float64]
 LARGEST_MM = 1e5
@@ -54,10 +55,10 @@ def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected
     except ValueError:  # lists of different lengths
         raise InputError(f"{name}: expected {expected}, but got {type(value).__name__}") from None
     if array.dtype.kind not in "fiu":
-        raise InputError(f"{name}: expected {expected}, but got {_shown(value, array)}")
+        raise InputError(f"{name}: expected {expected}, but got {came(value, array)}")
     fits = array.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, array.shape, strict=True))
     if not fits:
-        raise InputError(f"{name}: expected {expected}, but got shape {array.shape}")
+        raise InputError(f"{name}: expected {expected}, but got {came(value, array)}")
     floats = array.astype(np.float64, copy=False)
     if nan and np.isinf(floats).any():
         raise InputError(f"{name}: expected {expected}, none infinite, but got infinity")
@@ -189,5 +190,13 @@ def _side(a: Floats, b: Floats, p: Floats) -> Floats:
     return np.asarray(along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0])
 
 
-def _shown(value: Any, array: NDArray[Any]) -> str:
-    return type(value).__name__ if array.dtype.kind in "OUS" else str(array.dtype)
+def came(value: Any, array: NDArray[Any]) -> str:
+    """Say what came where an array of numbers was expected: its shape, its type, or what it is instead of an array."""
+    if array.ndim == 0:
+        return str(value) if array.dtype.kind in "fiu" else of_type(value)
+    if array.dtype.kind not in "fiu":
+        return f"{of_type(value)} of {_CONTENTS.get(array.dtype.kind, str(array.dtype))}"
+    return f"shape {array.shape}"
+
+
+_CONTENTS = {"O": "objects", "U": "text", "S": "bytes", "b": "bool"}

@@ -7,12 +7,14 @@ without a copy where the array is C-contiguous float32, and never change their i
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
+from debulk.arguments import typed
 
 _OUTLIERS = _core.cloud.OutlierOptions()  # each default stands once, in cpp/debulk/cloud/outliers.hpp
 
@@ -66,6 +68,7 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
     return cloud
 
 
+@typed
 def transform(
     points: ArrayLike, matrix: ArrayLike, *, threads: int = 0, stop: _core.Stop | None = None
 ) -> NDArray[np.float32]:
@@ -106,6 +109,7 @@ def transform(
     return moved
 
 
+@typed
 def remove_outliers(
     points: ArrayLike,
     neighbours: int = _OUTLIERS.neighbours,
@@ -165,6 +169,7 @@ def remove_outliers(
     return keep.view(np.bool_)
 
 
+@typed
 def median_pitch(points: ArrayLike, *, threads: int = 0, stop: _core.Stop | None = None) -> float:
     """How far apart the points of a cloud are, mm.
 
@@ -180,15 +185,22 @@ def median_pitch(points: ArrayLike, *, threads: int = 0, stop: _core.Stop | None
     return float(_core.cloud.median_pitch(as_cloud(points, "points"), threads, stop or _core.Stop()))
 
 
+_CLOUD = "an (H, W, 3) or (N, 3) array of points"
+
+
 def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     """Bring points into the form that the package computes on, like `checked`, but look at shape and type only."""
     if isinstance(points, np.ma.MaskedArray):  # what is masked was not seen
         if points.dtype.kind != "f":
             raise InputError(f"{name}: expected float32 or float64 coordinates, but got {points.dtype}")
         points = points.filled(np.nan)
-    array: NDArray[Any] = np.asarray(points)
+    try:
+        array: NDArray[Any] = np.asarray(points)
+    except ValueError:  # lists of different lengths
+        raise InputError(f"{name}: expected {_CLOUD}, but got rows of different lengths") from None
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
-        raise InputError(f"{name}: expected an (H, W, 3) or (N, 3) array of points, but got shape {array.shape}")
+        remedy = "; debulk.files.load_cloud() reads one" if isinstance(points, (str, PathLike)) else ""
+        raise InputError(f"{name}: expected {_CLOUD}, but got {arrays.came(points, array)}{remedy}")
     if array.dtype not in (np.float32, np.float64):
         raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}")
     with np.errstate(over="ignore"):

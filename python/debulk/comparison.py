@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from os import PathLike
 
+from debulk.arguments import typed
 from debulk.results import codec, comparison_text, saving
 from debulk.results.agreement import Agreement, agreement
 from debulk.results.comparison import FORMAT, ComparisonData, PocketComparison
@@ -35,6 +36,12 @@ class Comparison(ComparisonData):
     def __repr__(self) -> str:
         return f"Comparison({len(self.pockets)} pockets, {self.agreement})"
 
+    def _repr_html_(self) -> str:
+        from debulk.results.notebook import comparison_html
+
+        return comparison_html(self)
+
+    @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the comparison.
 
@@ -59,6 +66,7 @@ class Comparison(ComparisonData):
         saving.save(path, {".json": json, ".csv": csv, ".html": html})
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str]) -> Comparison:
         """Read a comparison that :meth:`save` wrote as .json.
 

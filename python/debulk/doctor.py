@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import importlib.metadata
+import json
 import os
 import platform
-import shutil
-import sys
-import textwrap
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, cloud, net, sheet, solve, surface
+from debulk.results.report_text import fold
 
-__all__ = ["DoctorReport", "Licence", "SelfTest", "doctor", "main", "memory_bandwidth", "self_test"]
+__all__ = ["DoctorReport", "Licence", "SelfTest", "doctor", "memory_bandwidth", "self_test"]
 
 _PACKAGES = ("numpy", "pydantic", "opencv-python-headless", "typer", "rich", "jinja2")
 _EXTRAS = ("open3d-cpu", "open3d")
@@ -94,8 +94,8 @@ class DoctorReport:
         """Whether every part of the self-test went well."""
         return all(test.passed for test in self.tests)
 
-    def text(self) -> str:
-        """Everything as plain text, a fact a line."""
+    def text(self, width: int | None = None) -> str:
+        """Everything as plain text, a fact a line, folded where a width is given."""
         memory = "unknown" if self.memory_gb is None else f"{self.memory_gb:.1f} GB"
         lines = ["versions", *(f"  {name:<22} {version}" for name, version in self.versions.items())]
         lines += ["machine"]
@@ -116,7 +116,11 @@ class DoctorReport:
             lines += [f"  their texts: {self.licence_folder}"]
         lines += [f"self-test: {'passed' if self.passed else 'FAILED'}"]
         lines += [f"  {'ok    ' if test.passed else 'FAILED'} {test.name}: {test.detail}" for test in self.tests]
-        return "\n".join(lines)
+        return "\n".join(fold(line, width) for line in lines)
+
+    def json(self) -> str:
+        """Everything as JSON, an object a class, with whether the self-test passed."""
+        return json.dumps({"passed": self.passed, **dataclasses.asdict(self)}, default=str, indent=1)
 
     def __str__(self) -> str:
         return self.text()
@@ -147,17 +151,6 @@ def doctor() -> DoctorReport:
         licence_folder=folder,
         tests=self_test(),
     )
-
-
-def main() -> int:
-    """Print the report; 0 if the self-test passed, else 70, a fault of debulk's or of its installation."""
-    report = doctor()
-    text = report.text()
-    if sys.stdout.isatty():
-        width = shutil.get_terminal_size().columns
-        text = "\n".join(textwrap.fill(line, width, subsequent_indent=" " * 6) for line in text.split("\n"))
-    sys.stdout.write(text + "\n")
-    return 0 if report.passed else 70
 
 
 def memory_bandwidth(size: int = _BANDWIDTH_BYTES, repeats: int = 4) -> float:

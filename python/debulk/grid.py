@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from debulk._core import InputError
+from debulk.arguments import of_type
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +36,14 @@ class Grid:
     values: NDArray[Any]
     origin_mm: NDArray[np.float64]
     spacing_mm: float
+
+    def __post_init__(self) -> None:
+        if getattr(self.values, "ndim", 0) < 2:
+            raise InputError(f"values: expected an (ny, nx) or (ny, nx, k) array, but got {of_type(self.values)}")
+        if np.shape(self.origin_mm) != (2,):
+            raise InputError(f"origin_mm: expected two numbers in mm, but got {of_type(self.origin_mm)}")
+        if not isinstance(self.spacing_mm, Real):
+            raise InputError(f"spacing_mm: expected a number in mm, but got {of_type(self.spacing_mm)}")
 
     @property
     def x_mm(self) -> NDArray[np.float64]:

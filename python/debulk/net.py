@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
+from debulk.arguments import of_type, typed
 
 if TYPE_CHECKING:
     from debulk.surface import Reference
@@ -65,6 +66,7 @@ class Net:
     _core: Any = field(repr=False)
 
 
+@typed
 def fibre_net(
     surface: Reference,
     reference: Reference,
@@ -238,11 +240,12 @@ class Drape:
         """
         xy = np.asarray(xy_mm, dtype=np.float64)
         if xy.ndim == 0 or xy.shape[-1] != 2:
-            raise _core.InputError(f"xy_mm: expected an (..., 2) array, but got shape {xy.shape}")
+            raise _core.InputError(f"xy_mm: expected an (..., 2) array, but got {arrays.came(xy_mm, xy)}")
         radians: Floats = self._core.fibre_angles(xy.reshape(-1, 2))
         return np.degrees(radians).reshape(xy.shape)
 
 
+@typed
 def drape(
     surface: Reference,
     seed_mm: ArrayLike,
@@ -301,7 +304,7 @@ def drape(
 
 def _checked(surface: Reference, argument: str) -> Any:
     if not isinstance(surface, _core.surface.Reference):
-        raise _core.InputError(f"{argument}: expected a debulk.surface.Reference, but got a {type(surface).__name__}")
+        raise _core.InputError(f"{argument}: expected a debulk.surface.Reference, but got {of_type(surface)}")
     return surface
 
 

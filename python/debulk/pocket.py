@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
+from debulk.arguments import of_type, typed
 from debulk.grid import Grid
 from debulk.surface import HeightMap, Reference
 
@@ -121,6 +122,7 @@ class Segmentation:
     _core: Any = field(repr=False)
 
 
+@typed
 def segment(
     height_map: Grid,
     cut_height_mm: float = _SEGMENT.cut_height_mm,
@@ -200,7 +202,7 @@ def segment_with(
 ) -> Segmentation:
     """Do the same with compiled options, but for the blur, which the height map knows."""
     if not isinstance(height_map, Grid):
-        raise _core.InputError(f"height_map: expected a debulk.Grid, but got a {type(height_map).__name__}")
+        raise _core.InputError(f"height_map: expected a debulk.Grid, but got {of_type(height_map)}")
     known = height_map if isinstance(height_map, HeightMap) else None
     before = None if known is None else known.before_median
     options.blur_mm2 = 0.0 if known is None else known.blur_mm2
@@ -301,6 +303,7 @@ class Feet:
     _core: Any = field(repr=False)
 
 
+@typed
 def feet(
     segmentation: Segmentation,
     *,
@@ -405,6 +408,7 @@ class Patch:
     within: Grid
 
 
+@typed
 def patch(
     segmentation: Segmentation,
     feet: Feet,

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from os import PathLike
+from typing import TYPE_CHECKING
 
+from debulk.arguments import typed
 from debulk.results import codec, report_text, saving
 from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT, LeftOut, PocketNet, PocketReport, ReportData, SolveReport
 from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
 
 __all__ = ["LeftOut", "PocketNet", "PocketReport", "Report", "SolveReport", "Verdict"]
 
@@ -34,6 +40,55 @@ class Report(ReportData):
     def __repr__(self) -> str:
         return f"Report({self.verdict.name}, {len(self.pockets)} pockets)"
 
+    def _repr_html_(self) -> str:
+        from debulk.results.notebook import report_html
+
+        return report_html(self)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the pockets as a table of pandas; needs the extra "pandas".
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each pocket, its number being the index; columns as in the .csv, units in their names. What a
+            pocket does not have is NaN, or None where the column holds words.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed: names the command that installs it.
+        """
+        from debulk.results.frame import to_dataframe
+
+        return to_dataframe(self)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the height map with the pockets over it; needs the extra "plot" (Matplotlib).
+
+        Pockets have their verdict's colour, their number, the height of the ridge that their verdict comes from where
+        there is one, and a white line where the section across the worst ridge of the minimum runs.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw into. None: those of a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Mold frame, mm; ``report.plot().figure.savefig("map.png")`` keeps the picture.
+
+        Raises
+        ------
+        InputError
+            If Matplotlib is not installed: names the command that installs it.
+        """
+        from debulk.results.plotting import plot
+
+        return plot(self, ax)
+
+    @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the report.
 
@@ -58,6 +113,7 @@ class Report(ReportData):
         saving.save(path, {".json": json, ".csv": csv, ".html": html})
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str]) -> Report:
         """Read a report that :meth:`save` wrote as .json.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arguments import typed
 
 if TYPE_CHECKING:
     from debulk.surface import Reference
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["PostProcessed", "RidgeSection", "largest_fibre_excess", "post_process", "ridge_height"]
 
 
+@typed
 def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: float) -> float:
     """Height of a ridge from the ply length that it has to hold.
 
@@ -121,6 +123,7 @@ class PostProcessed:
     excess_length_mm: float
 
 
+@typed
 def post_process(
     nodes_mm: ArrayLike,
     neighbours: ArrayLike,

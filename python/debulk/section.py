@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arguments import typed
 
 _DEFAULTS = _core.section.SectionOptions()  # each default stands once, in cpp/debulk/section/fold.hpp
 
@@ -102,6 +103,7 @@ class Fold:
     natural_length_mm: float
 
 
+@typed
 def fold(
     excess_length_mm: float,
     span_mm: float,
@@ -234,6 +236,7 @@ def fold(
     )
 
 
+@typed
 def elastic_height(excess_length_mm: float, recipe: Recipe | None = None) -> float:
     """Height of the elastic fold on a flat mold that `fold` finds, from a table: microseconds instead of milliseconds.
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
+from debulk import _core, arrays
+from debulk.arguments import typed
 
 if TYPE_CHECKING:
     from debulk.net import Net
@@ -68,6 +69,7 @@ class Sheet:
     True
     """
 
+    @typed
     def __init__(
         self,
         nodes_mm: ArrayLike,
@@ -82,12 +84,13 @@ class Sheet:
         from debulk.recipe.options import ply
 
         self._ply = ply(recipe or Recipe())
-        self._neighbours = np.array(neighbours, dtype=np.int32)
-        self._kinds = np.array(kinds, dtype=np.int32)
+        nodes = arrays.numbers(nodes_mm, "nodes_mm", (None, 3), "an (N, 3) array of nodes in mm")
+        self._neighbours = _whole(neighbours, "neighbours", (None, 4), "an (N, 4) array of numbers of nodes")
+        self._kinds = _whole(kinds, "kinds", (None,), "an (N,) array of 0, 1 and 2")
         self._spacing_mm, self._area_mm2 = float(spacing_mm), float(area_mm2)
         self._reference = reference
         self._core = _core.sheet.Sheet(
-            np.asarray(nodes_mm, dtype=np.float64),
+            nodes,
             self._neighbours,
             self._kinds,
             spacing_mm,
@@ -209,4 +212,8 @@ class Sheet:
 
 
 def _points(x: ArrayLike) -> Floats:
-    return np.asarray(x, dtype=np.float64)
+    return arrays.numbers(x, "x", (None, 3), "an (N, 3) array of nodes in mm", nan=True)
+
+
+def _whole(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected: str) -> NDArray[np.int32]:
+    return arrays.numbers(value, name, shape, expected).astype(np.int32)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arguments import typed
 
 if TYPE_CHECKING:
     from debulk.sheet import Sheet
@@ -129,6 +130,7 @@ def methods() -> list[str]:
     return _core.solve.method_names()
 
 
+@typed
 def minimise(
     sheet: Sheet,
     method: str = _DEFAULTS.method,
@@ -257,6 +259,7 @@ def rank(certified: Solution) -> tuple[bool, float]:
     return certified.certificate.compliant, certified.energy_mj
 
 
+@typed
 def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> Certificate:
     """Judge a configuration from its nodes alone.
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
+from debulk.arguments import typed
 from debulk.cloud import as_cloud
 from debulk.grid import Grid
 
@@ -54,11 +55,12 @@ class Reference(_core.surface.Reference):
     [[0.05, 0.0]]
     """
 
+    @typed
     def __init__(self, heights_mm: ArrayLike, origin_mm: ArrayLike, spacing_mm: float) -> None:
         heights = np.asarray(heights_mm)
         if heights.ndim != 2 or heights.dtype.kind not in "fiu":
             raise InputError(
-                f"heights_mm: expected an (ny, nx) array of numbers, but got {heights.dtype}, shape {heights.shape}"
+                f"heights_mm: expected an (ny, nx) array of numbers, but got {arrays.came(heights_mm, heights)}"
             )
         super().__init__(heights.astype(np.float64), arrays.pair(origin_mm, "origin_mm"), float(spacing_mm))
 
@@ -106,6 +108,7 @@ class HeightMap(Grid):
     blur_mm2: float = 0.0
 
 
+@typed
 def height_map(
     scan: ArrayLike,
     reference_cloud: ArrayLike | _core.surface.Reference,
@@ -114,6 +117,7 @@ def height_map(
     hole_diameter_mm: float = 20.0,
     jump_ratio: float = 6.0,
     threads: int = 0,
+    stop: _core.Stop | None = None,
 ) -> HeightMap:
     """Heights of a scan above a reference, compared at equal x and y.
 
@@ -135,6 +139,8 @@ def height_map(
         A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
     threads
         0: as many as the process may use. The result does not depend on it.
+    stop
+        Raised from another thread, ends the computation with a RuntimeError.
 
     Returns
     -------
@@ -165,11 +171,18 @@ def height_map(
         reference = as_cloud(reference, "reference_cloud")
     spacing = 0.0 if spacing_mm is None else arrays.positive(spacing_mm, "spacing_mm")
     values, measured, origin, step = _core.surface.height_map(
-        as_cloud(scan, "scan"), reference, spacing, float(hole_diameter_mm), float(jump_ratio), threads
+        as_cloud(scan, "scan"),
+        reference,
+        spacing,
+        float(hole_diameter_mm),
+        float(jump_ratio),
+        threads,
+        stop or _core.Stop(),
     )
     return HeightMap(values, origin, step, measured.view(np.bool_))
 
 
+@typed
 def grid_heights(
     points: ArrayLike,
     origin_mm: ArrayLike | None = None,
@@ -234,6 +247,7 @@ def grid_heights(
     return Grid(values, origin, spacing)
 
 
+@typed
 def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
     """Median filter over windows of 3 by 3 or 5 by 5, over the values that are there; NaN stays NaN.
 
@@ -261,6 +275,7 @@ def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
     return replace(grid, values=_core.surface.median(_heights(grid, "grid"), int(size), threads))
 
 
+@typed
 def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) -> GridT:
     """Take out spikes that are no ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median.
 
@@ -284,6 +299,7 @@ def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) 
     return replace(grid, values=_core.surface.without_spikes(_heights(grid, "grid"), tolerance, threads))
 
 
+@typed
 def fit_reference(
     heights: Grid,
     spacing_mm: float = _FIT.node_spacing_mm,

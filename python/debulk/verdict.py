@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from debulk import _core
+from debulk.arguments import check_fields, typed
 
 __all__ = ["Criteria", "Judgement", "RidgeBounds", "Verdict", "excess_bounds", "judge", "judge_layup", "natural_length"]
 
@@ -108,6 +109,7 @@ class Criteria:
     excess_margin_mm: float = _DEFAULTS.excess_margin_mm
 
     def __post_init__(self) -> None:
+        check_fields(self)
         self._compiled().check()
 
     def _compiled(self) -> _core.verdict.Criteria:
@@ -136,6 +138,7 @@ class Judgement:
     decided_by: str = field(default="", repr=False)
 
 
+@typed
 def judge(
     *,
     certified: bool,
@@ -233,6 +236,7 @@ def judge(
     return _judgement(_core.verdict.judge(evidence, (criteria or Criteria())._compiled()))
 
 
+@typed
 def judge_layup(
     pockets: Iterable[tuple[int, Judgement]], coverage: float, criteria: Criteria | None = None
 ) -> Judgement:
@@ -286,6 +290,7 @@ class RidgeBounds:
     elastic_mm: float
 
 
+@typed
 def excess_bounds(
     excess_length_mm: float, *, thickness_mm: float, bulk_factor: float, modulus_mpa: float, pressure_mpa: float
 ) -> RidgeBounds:
@@ -322,6 +327,7 @@ def excess_bounds(
     return RidgeBounds(bounds.least_mm, bounds.geometric_mm, bounds.elastic_mm)
 
 
+@typed
 def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float) -> float:
     """Length that bending stiffness and pressure make between them, (E t³ / 12 P)^(1/3), mm.
 

@@ -9,8 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
-from debulk import Verdict
+from debulk import Report, Verdict
+from debulk.cli import app
 from debulk.cli.support import EXIT_CODES
 from debulk.recipe import Recipe
 
@@ -147,6 +149,22 @@ def test_an_example_runs_as_it_stands_and_is_on_the_page(program: Path, capsys: 
     runpy.run_path(str(program), run_name="__main__")
     assert capsys.readouterr().out
     assert f"examples/{program.name}" in (ROOT / "docs" / "examples.md").read_text()
+
+
+def test_the_example_of_the_readme_runs_on_what_the_demo_leaves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "README.md").read_text()
+    command = re.search(r"`debulk (demo [^`]*)`", text)
+    assert command is not None
+    assert CliRunner().invoke(app, [*command[1].split(), "--pixels", "640x480", "-q"]).exit_code == 0
+    names: dict[str, object] = {"__name__": "page"}
+    exec(compile(example(ROOT / "README.md"), "README.md", "exec"), names)
+    report = names["report"]
+    assert isinstance(report, Report) and report.verdict is Verdict.CREASE
+    assert capsys.readouterr().out.count("\n") == 1 + len(report.pockets)
+    assert Path("layup.html").stat().st_size > 100_000
 
 
 def test_the_exit_codes_on_the_page_are_those_of_the_command_line() -> None:

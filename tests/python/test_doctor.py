@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import debulk
 from debulk import _core, solve
-from debulk.doctor import DoctorReport, doctor, main, memory_bandwidth, self_test
+from debulk.cli import app
+from debulk.doctor import DoctorReport, doctor, memory_bandwidth, self_test
 
 
 @pytest.fixture(scope="module")
@@ -40,21 +42,24 @@ def test_the_self_test_carries_its_certificate_and_is_the_same_again(found):
     assert "certified" in found.tests[0].detail
 
 
-def test_text(found, capsys):
-    assert main() == 0
-    out = capsys.readouterr().out
+def test_text(found):
+    out = found.text()
     for words in ("debulk ", "self-test: passed", "GB/s", "MPL-2.0", "bits"):
         assert words in out
-    assert found.text().count("\n") > 20
+    assert out.count("\n") > 20
+    folded = found.text(80)
+    assert folded.split() == out.split()  # no path is broken
+    assert all(len(line) <= 80 or "/" in line for line in folded.splitlines())
 
 
-def test_a_fault_is_told_not_thrown(monkeypatch, capsys):
+def test_a_fault_is_told_not_thrown(monkeypatch):
     def broken(*_args, **_more):
         raise RuntimeError("no such library")
 
     monkeypatch.setattr(solve, "minimise", broken)
-    assert main() == 70
-    assert "FAILED net, sheet, solver: RuntimeError: no such library" in capsys.readouterr().out
+    done = CliRunner().invoke(app, ["doctor"])
+    assert done.exit_code == 70
+    assert "FAILED net, sheet, solver: RuntimeError: no such library" in done.stdout
 
 
 def test_bandwidth_of_a_small_array():

@@ -154,7 +154,7 @@ def test_bad_input_is_named(ply: Reference, mold: Reference, change: dict[str, o
 
 def test_bad_surfaces_are_named(mold: Reference) -> None:
     heights = np.zeros((9, 9))
-    with pytest.raises(debulk.InputError, match=r"^surface: expected a debulk.surface.Reference, but got a ndarray"):
+    with pytest.raises(debulk.InputError, match=r"^surface: expected a debulk.surface.Reference, but got an array"):
         fibre_net(heights, mold, (0, 0), (0, 90))  # type: ignore[arg-type]
     with pytest.raises(debulk.InputError, match=r"^reference: "):
         fibre_net(mold, heights, (0, 0), (0, 90))  # type: ignore[arg-type]

@@ -160,7 +160,7 @@ def test_names_a_wrong_option(name: str, value: Any) -> None:
 
 
 def test_names_a_wrong_height_map() -> None:
-    with pytest.raises(debulk.InputError, match=r"height_map: expected a debulk\.Grid, but got a ndarray"):
+    with pytest.raises(debulk.InputError, match=r"height_map: expected a debulk\.Grid, but got an array"):
         pocket.segment(np.zeros((5, 5)))  # type: ignore[arg-type]
     with pytest.raises(debulk.InputError, match="height_map"):
         pocket.segment(Grid(np.zeros((5, 5, 2), np.float32), ORIGIN, 1.0))

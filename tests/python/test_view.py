@@ -1,5 +1,6 @@
 """What is drawn is tested without Open3D; that it can be drawn, only where the extra is installed."""
 
+import dataclasses
 import importlib.util
 import subprocess
 import sys
@@ -18,11 +19,13 @@ def test_all_pockets(report):
     made = shapes(report, magnify=10.0)
     values = report.height_map.values
     edges = sum(len(p.outline_mm) + (0 if p.net is None else 2 * len(p.net.edges)) for p in report.pockets)
-    assert made.segments.shape == (edges, 2)
-    assert made.segment_rgb.shape == (edges, 3)
-    assert made.segments.min() == 0
-    assert made.segments.max() == len(made.corners) - 1
-    assert made.corners[:, 2].max() == pytest.approx(10 * max(p.initial_gap_mm.max() for p in report.pockets if p.net))
+    assert made.lines.segments.shape == (edges, 2)
+    assert made.lines.rgb.shape == (edges, 3)
+    assert made.lines.segments.min() == 0
+    assert made.lines.segments.max() == len(made.lines.corners) - 1
+    assert made.lines.corners[:, 2].max() == pytest.approx(
+        10 * max(p.initial_gap_mm.max() for p in report.pockets if p.net)
+    )
     assert len(made.points) == len(made.point_rgb) <= 400_000
     assert 0 <= made.point_rgb.min() <= made.point_rgb.max() <= 1
     # Where a net is drawn the map is not, and only there: pocket 6 has none.
@@ -31,9 +34,9 @@ def test_all_pockets(report):
 
 def test_the_magnification_that_is_chosen_fits_the_picture(report):
     made = shapes(report)
-    width = np.ptp(np.concatenate([made.points, made.corners])[:, :2], axis=0).max()
+    width = np.ptp(np.concatenate([made.points, made.lines.corners])[:, :2], axis=0).max()
     assert made.magnify > 1
-    assert made.corners[:, 2].max() <= 0.3 * width
+    assert made.lines.corners[:, 2].max() <= 0.3 * width
 
 
 def test_without_a_screen_a_window_is_refused(report, monkeypatch):
@@ -54,11 +57,35 @@ def test_one_pocket_keeps_its_lengths(report):
     p = report.pockets[1]
     made = shapes(report, pocket=2, magnify=1.0)
     first = len(p.outline_mm)
-    a, b = (made.corners[made.segments[first : first + len(p.net.edges), k]] for k in (0, 1))
+    a, b = (made.lines.corners[made.lines.segments[first : first + len(p.net.edges), k]] for k in (0, 1))
     i, j = p.net.edges.T
     assert np.allclose((a - b)[:, :2], (p.net.nodes_mm[i] - p.net.nodes_mm[j])[:, :2])
-    assert np.allclose(made.corners[first : first + len(p.net.nodes_mm), 2], p.initial_gap_mm)
+    assert np.allclose(made.lines.corners[first : first + len(p.net.nodes_mm), 2], p.initial_gap_mm)
     assert (np.abs(made.points[:, :2] - p.outline_mm.mean(axis=0)) < 300).all()
+
+
+def test_every_pocket_has_its_number_above_it_and_the_scales_are_true(report):
+    made = shapes(report, magnify=4.0)
+    heights = made.labels.corners[made.labels.segments]
+    for pocket in report.pockets:
+        x, y = pocket.centroid_mm
+        near = (abs(heights[:, :, 0] - x) < 40).all(axis=1) & (abs(heights[:, :, 1] - y) < 1).all(axis=1)
+        strokes = sum({"1": 2, "7": 3, "4": 4, "0": 6, "6": 6, "8": 7}.get(digit, 5) for digit in str(pocket.id))
+        assert near.sum() == strokes + 1  # and the pin
+        assert heights[near][:, :, 2].min() == pytest.approx(4.0 * pocket.peak_mm)
+    longest = np.abs(heights[:, 1] - heights[:, 0]).max(axis=0)
+    assert longest[0] == 200.0 and longest[2] / 4.0 == pytest.approx(10.0)  # the ply is 1140 mm long, a pocket 15 high
+
+
+def test_single_points_that_stray_are_not_drawn(report):
+    values = report.height_map.values.copy()
+    values[10:12, 10:12] = 80.0
+    values[-5, -5] = -60.0
+    stray = dataclasses.replace(report, height_map=dataclasses.replace(report.height_map, values=values))
+    stray = dataclasses.replace(stray, ply_outline_mm=None)
+    made = shapes(stray, magnify=1.0)
+    assert made.points[:, 2].max() <= max(p.peak_mm for p in report.pockets)
+    assert made.points[:, 2].min() > -1.0
 
 
 @pytest.mark.parametrize(("more", "words"), [({"pocket": 99}, "pocket"), ({"magnify": 0.0}, "magnify")])

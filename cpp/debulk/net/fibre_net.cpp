@@ -252,7 +252,7 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
 
   if (stop.now()) throw Stopped("the laying of a net was stopped");
   const PocketMesher mesher(ply, mold, shape, options);
-  const double area = surface_area(ply, shape.outline, shape.ply_outline);
+  const double area = shape.area ? *shape.area : surface_area(ply, shape.outline, shape.ply_outline);
   const double sine = std::max(std::abs(std::sin(shape.angles[1] - shape.angles[0])), 0.1);
   const double estimate = estimated_spacing(area, polygon_perimeter(shape.outline), sine, options.node_target);
   PocketNet net = options.spacing ? mesher.net(*options.spacing, stop) : net_with_about(mesher, options.node_target, estimate, stop);

@@ -21,6 +21,7 @@ struct PocketShape {
   std::vector<Eigen::Vector2d> outline;      // the perimeter
   std::vector<Eigen::Vector2d> ply_outline;  // empty: the ply's edge is unknown and no node is free
   std::vector<Eigen::Vector2d> rms_outline;  // decides Net::inside; empty: `outline` does
+  std::optional<double> area;                // mm2, of the surface inside the outlines where that is known already
 };
 
 // As many nodes at least are to lie inside the outline at the cut: fewer do not show how a pocket closes.

@@ -74,6 +74,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);
   if (!options.finer_too || !out.held_all_round()) return out;
   net.spacing = out.net.spacing / 2;
+  shape.area = out.area;
   try {
     PocketNet finer = fibre_net(surface, reference, shape, net, stop);
     if (finer.open_ends.empty() && finer.held_all_round()) out.finer = std::move(finer.net);

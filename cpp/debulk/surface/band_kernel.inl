@@ -8,10 +8,10 @@ DEBULK_INLINE Doubles load(const double* from) {
   return v;
 }
 
-// L D Lᵀ and the forward substitution for `count` columns of a band, of which band[j * stride + d] is A(j + d, j): zero
-// behind the width, and the stride at least 8 beyond it.
-void factor(double* band, int width, int stride, double* b, int count) {
-  for (int j = 0; j < count; ++j) {
+// L D Lᵀ and the forward substitution for the columns from `first` to before `end`, all before being done, of a band with
+// `count` of them, of which band[j * stride + d] is A(j + d, j): zero behind the width, and the stride at least 8 beyond it.
+void factor(double* band, int width, int stride, double* b, int count, int first, int end) {
+  for (int j = first; j < end; ++j) {
     const double* from = band + static_cast<long>(j) * stride;
     const double inverse = 1 / from[0];
     const int last = std::min(width, count - 1 - j);

@@ -82,7 +82,7 @@ void HoleFilling::run(Grid<float>& heights, const FillOptions& options, Grid<std
     HolePatch& patch = patches_[static_cast<std::size_t>(begin / share)];
     for (auto h = static_cast<std::size_t>(begin); h < static_cast<std::size_t>(end); ++h) {
       float* out = fillings_.data() + (holes_[h].cells - cells_.data());
-      if (!small.fill(heights, holes_[h], out)) patch.fill(heights, holes_[h], out);
+      if (!small.fill(heights, holes_[h], out)) patch.fill(heights, holes_[h], out, stop);
     }
   });
   for (std::size_t k = 0; k < cells_.size(); ++k) heights.at(cells_[k].i, cells_[k].j) = fillings_[k];  // only now: rings are measured

@@ -27,9 +27,11 @@ struct HeightMap {
 
 // Height of a scan above a reference, both in the mold frame, compared at equal x and y: both clouds are laid on one
 // grid, so that the sideways shift of raised points in the camera's view (parallax) plays no part. The grid covers what
-// the two boxes have in common. Outliers must have been removed (set to NaN) before: a flying pixel would be a spike.
-HeightMap height_map(const CloudView& scan, const CloudView& reference, const HeightMapOptions& options = {}, int threads = 0);
+// the two boxes have in common. Outliers must have been removed (set to NaN) before: a flying pixel would be a spike. Throws Stopped.
+HeightMap height_map(const CloudView& scan, const CloudView& reference, const HeightMapOptions& options = {}, int threads = 0,
+                     const Stop& stop = Stop());
 // Above a smooth reference, inside its grid.
-HeightMap height_map(const CloudView& scan, const Reference& reference, const HeightMapOptions& options = {}, int threads = 0);
+HeightMap height_map(const CloudView& scan, const Reference& reference, const HeightMapOptions& options = {}, int threads = 0,
+                     const Stop& stop = Stop());
 
 }  // namespace debulk

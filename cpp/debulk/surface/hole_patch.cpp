@@ -27,9 +27,15 @@ void grow(std::vector<std::uint8_t>& marks, std::vector<std::uint8_t>& scratch, 
 #include "debulk/core/simd_dispatch.inl"
 
 // Solves A x = b for a positive definite A, see band_kernel.inl; overwrites both.
-void solve_band(std::vector<double>& band, int width, int stride, std::vector<double>& b) {
+void solve_band(std::vector<double>& band, int width, int stride, std::vector<double>& b, const Stop& stop) {
   const int count = static_cast<int>(b.size());
-  DEBULK_ON(best_isa(), factor(band.data(), width, stride, b.data(), count));
+  constexpr long most = 20'000'000;  // products between two looks at the stop: some milliseconds
+  const int columns = static_cast<int>(std::max(1L, most / std::max(1L, static_cast<long>(width) * width)));
+  for (int first = 0; first < count; first += columns) {
+    if (stop.now()) throw Stopped("the filling of a hole was stopped");
+    const int end = std::min(count, first + columns);
+    DEBULK_ON(best_isa(), factor(band.data(), width, stride, b.data(), count, first, end));
+  }
   for (int j = count - 1; j >= 0; --j) {
     const double* from = &band[static_cast<std::size_t>(j) * static_cast<std::size_t>(stride)];
     double sum = b[static_cast<std::size_t>(j)];
@@ -69,7 +75,7 @@ int HolePatch::depth() {
 
 // The five-point Laplace equation for what the trend leaves at the rim, into rest_. The region is a whole component, so all of
 // its missing neighbours are its own cells.
-void HolePatch::harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend) {
+void HolePatch::harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend, const Stop& stop) {
   int width = 0;
   for (int k = 0; k < hole.count; ++k)
     for (int s = 0; s < 2; ++s) width = std::max(width, number_[at({hole.cells[k].i + around[s].i, hole.cells[k].j + around[s].j})] - k);
@@ -86,15 +92,15 @@ void HolePatch::harmonic(const Grid<float>& heights, const Hole& hole, const Rin
       if (other < 0) rest_[static_cast<std::size_t>(k)] += heights.at(b.i, b.j) - trend(b.i, b.j);
     }
   }
-  solve_band(band_, width, stride, rest_);
+  solve_band(band_, width, stride, rest_, stop);
 }
 
-void HolePatch::fill(const Grid<float>& heights, const Hole& hole, float* out) {
+void HolePatch::fill(const Grid<float>& heights, const Hole& hole, float* out, const Stop& stop) {
   surround(heights, hole);
   inside_.clear();
   for (int k = 0; k < hole.count; ++k) inside_.push_back({static_cast<double>(hole.cells[k].i), static_cast<double>(hole.cells[k].j), 0});
   const RingFit trend(ring_, inside_, hole.width() <= 3 ? 2 : 4);
-  harmonic(heights, hole, trend);
+  harmonic(heights, hole, trend, stop);
   for (std::size_t k = 0; k < inside_.size(); ++k) out[k] = static_cast<float>(trend(inside_[k].x, inside_[k].y) + rest_[k]);
 }
 

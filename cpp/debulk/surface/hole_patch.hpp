@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/core/stop.hpp"
 #include "debulk/surface/ring_fit.hpp"
 
 namespace debulk {
@@ -23,14 +24,14 @@ struct Hole {
 // Fills one hole after the other (see fill_holes.hpp), in memory that it keeps.
 class HolePatch {
  public:
-  // Writes one height a cell. Not a hole at the grid's border.
-  void fill(const Grid<float>& heights, const Hole& hole, float* out);
+  // Writes one height a cell. Not a hole at the grid's border. Throws Stopped.
+  void fill(const Grid<float>& heights, const Hole& hole, float* out, const Stop& stop = Stop());
 
  private:
   std::size_t at(const Cell& c) const { return static_cast<std::size_t>(c.j - top_) * nx_ + (c.i - left_); }
   void surround(const Grid<float>& heights, const Hole& hole);
   int depth();
-  void harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend);
+  void harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend, const Stop& stop);
 
   int left_ = 0, top_ = 0, nx_ = 0;                      // of the hole with its surroundings
   std::vector<int> number_;                              // of the hole's cells, else -1

@@ -47,3 +47,22 @@ class RegionFront(metaclass=_Bound):
     def times(self) -> tuple[float, float, float, float, float, float]: ...
     @property
     def windows(self) -> list[tuple[int, int, int, int]]: ...
+
+class WrinkleOptions(metaclass=_Bound):
+    widest_mm: float
+    links: int
+    most: int
+    def __init__(self) -> None: ...
+
+class WrinkleFinder(metaclass=_Bound):
+    def __init__(
+        self,
+        reference: Reference,
+        seen: tuple[ArrayLike, ArrayLike, float],
+        mold_from_scanner: ArrayLike,
+        ply_outline: ArrayLike,
+        threads: int,
+    ) -> None: ...
+    def find(
+        self, scan: ArrayLike, mask: ArrayLike | None, pitch_mm: float, options: WrinkleOptions, stop: Stop
+    ) -> tuple[list[tuple[_Floats, float, float]], bool]: ...

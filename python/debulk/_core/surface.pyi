@@ -78,11 +78,23 @@ def grid_heights(
 ) -> _Singles: ...
 @overload
 def height_map(
-    scan: ArrayLike, reference: Reference, spacing_mm: float, hole_diameter_mm: float, jump_ratio: float, threads: int
+    scan: ArrayLike,
+    reference: Reference,
+    spacing_mm: float,
+    hole_diameter_mm: float,
+    jump_ratio: float,
+    threads: int,
+    stop: Stop,
 ) -> tuple[_Singles, _Bytes, _Floats, float]: ...
 @overload
 def height_map(
-    scan: ArrayLike, reference: ArrayLike, spacing_mm: float, hole_diameter_mm: float, jump_ratio: float, threads: int
+    scan: ArrayLike,
+    reference: ArrayLike,
+    spacing_mm: float,
+    hole_diameter_mm: float,
+    jump_ratio: float,
+    threads: int,
+    stop: Stop,
 ) -> tuple[_Singles, _Bytes, _Floats, float]: ...
 def extent(surface: Reference) -> _Floats: ...
 def median(values: ArrayLike, size: int, threads: int) -> _Singles: ...

@@ -1,6 +1,6 @@
 """The command line.
 
-Exit codes of `inspect`: 0 cease, 1 crease, 2 bad input, 3 invalid scan, 4 undecided. The other commands end with 0 or
+Exit codes of `inspect`: 0 CEASE, 1 CREASE, 2 bad input, 3 INVALID, 4 UNDECIDED. The other commands end with 0 or
 2, `demo` with 3 where its scan cannot be judged, `compare` with 1 where an outcome was wrong, `replay` with 1 where a
 solve is not certified, `repeat` with 1 where a figure differs. Of all: 70 is a fault of debulk's, 130 an interrupt, 141
 a pipe that nobody reads.
@@ -18,21 +18,21 @@ import typer
 from debulk import InputError, __version__
 from debulk.cli import pages, scanning
 from debulk.cli import tools as cli_tools
-from debulk.cli.support import EXIT_CODES, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
+from debulk.cli.examples import epilog
+from debulk.cli.loudness import print_json, with_loudness
+from debulk.cli.support import EXIT_CODES, JSON, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
 from debulk.report import Report
+from debulk.results import codec
+from debulk.results.report import FORMAT
 from debulk.results.saving import check_report_path
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-_EXIT_CODES = (
-    "Exit codes: 0 cease, 1 crease, 2 bad input, 3 invalid scan, 4 undecided; 70 a fault of debulk's, 130 interrupted."
-)
-
 app = typer.Typer(
     help="Will it crease or cease? Predicts which air pockets under a draped prepreg ply survive vacuum debulking.",
-    epilog=_EXIT_CODES,
+    epilog=epilog(""),
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -41,7 +41,8 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line."""
-    app()
+    cli_tools.answer_shells()
+    app(prog_name="debulk")
 
 
 @app.callback(invoke_without_command=True)
@@ -53,7 +54,8 @@ def _options(
         raise typer.Exit
 
 
-@app.command(epilog=_EXIT_CODES)
+@app.command(epilog=epilog("inspect"))
+@with_loudness
 def inspect(
     scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
@@ -76,6 +78,7 @@ def inspect(
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,
+    as_json: JSON = False,
 ) -> None:
     """Inspect a scan: find its air pockets and predict which of them survive debulking."""
     with outcome():
@@ -115,11 +118,12 @@ def inspect(
             )
             report = inspector.inspect(scan_cloud, deadline_s=deadline, progress=progress, context=kept)
         report = dataclasses.replace(report, source={"scan": scan.name, "reference": reference.name, **report.source})
-        _leave(report, outputs)
+        _leave(report, outputs, as_json)
         raise typer.Exit(EXIT_CODES[report.verdict])
 
 
-@app.command()
+@app.command(epilog=epilog("demo"))
+@with_loudness
 def demo(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")] = Path("debulk-demo"),
     seed: Annotated[int, typer.Option(min=0, help="Of the virtual layup.")] = 0,
@@ -166,13 +170,13 @@ def demo(
             + (", from fringe images" if fringes else "")
         }
         report = dataclasses.replace(report, source=source | report.source)
-        _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")])
         if keep_files:
             _keep_files(output, scene, recipe)
+        _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")])
         raise typer.Exit(EXIT_CODES[Verdict.INVALID] if report.verdict is Verdict.INVALID else 0)
 
 
-@app.command()
+@app.command(epilog=epilog("recipe"))
 def recipe() -> None:
     """Print the default recipe, every setting with a comment."""
     with outcome():
@@ -190,23 +194,24 @@ for command in (
     cli_tools.replay,
     cli_tools.doctor,
 ):
-    app.command()(command)
+    app.command(epilog=epilog(command.__name__))(with_loudness(command))
+app.command(epilog=epilog("completion"))(cli_tools.completion)
 app.add_typer(scanning.app, name="scan")
 
 
-def _leave(report: Report, outputs: list[Path]) -> None:
-    """Write the files, then print the table: whoever reads that may leave early."""
+def _leave(report: Report, outputs: list[Path], as_json: bool = False) -> None:
+    """Write the files, then print: whoever reads that may leave early. The verdict comes first and last."""
     for path in outputs:
         report.save(path)
-    _print_table(report)
+    if as_json:
+        print_json(codec.dumps(report, FORMAT))
+        return
+    from debulk.results.report_text import headline, table
+
+    show(lambda width: table(report, width))
     for path in outputs:
         print(f"written: {path}")
-
-
-def _print_table(report: Report) -> None:
-    from debulk.results.report_text import table
-
-    show(lambda width: table(report, width), report.verdict)
+    show(lambda width: headline(report, width))
 
 
 def _keep_files(folder: Path, scene: Any, recipe: Recipe) -> None:

@@ -21,8 +21,6 @@ def page(
 
     The plies stand in the order of their numbers where each report has one (debulk inspect --context ply=3), otherwise
     in the order given. Where a report's own page lies beside it under the same name, it is linked.
-
-    Example: debulk page ply*.json -o stack.html
     """
     with outcome():
         if output.suffix.lower() != ".html":

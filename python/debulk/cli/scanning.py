@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from typer.core import TyperGroup
 
 from debulk import InputError
+from debulk.cli.examples import epilog
+from debulk.cli.loudness import with_loudness
 from debulk.cli.support import Progress, check_writable, outcome, shown_progress
 
 if TYPE_CHECKING:
@@ -39,10 +41,12 @@ app = typer.Typer(
     cls=_ScanGroup,
     no_args_is_help=True,
     help="From the fringe images of two cameras to a cloud: debulk scan LEFT RIGHT --calibration c.json -o scan.pcd.",
+    epilog=epilog("scan"),
 )
 
 
-@app.command()
+@app.command(epilog=epilog("scan images"))
+@with_loudness
 def images(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images, in the order of their names.")],
     right: Annotated[Path, typer.Argument(help="Likewise, of the right camera.")],
@@ -89,7 +93,8 @@ def images(
             print(f"written: {path}")
 
 
-@app.command()
+@app.command(epilog=epilog("scan patterns"))
+@with_loudness
 def patterns(
     folder: Annotated[Path, typer.Argument(help="For the images, made if need be.")],
     pixels: Annotated[str, typer.Option(help="Width x height of the projector.")] = "1920x1080",
@@ -114,7 +119,8 @@ def patterns(
         print(f"written: {len(made)} patterns of {width} x {height} pixels in {folder}")
 
 
-@app.command()
+@app.command(epilog=epilog("scan calibrate"))
+@with_loudness
 def calibrate(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of the board.")],
     right: Annotated[Path, typer.Argument(help="The right camera's, of the same places, in the same order.")],

@@ -9,13 +9,14 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import typer
 from numpy.typing import NDArray
 
 from debulk import InputError
+from debulk.cli.loudness import loudness
 from debulk.verdict import Verdict
 
 EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.INVALID: 3, Verdict.UNDECIDED: 4}
@@ -24,6 +25,8 @@ BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
 POSE_HELP = (
     "4x4 matrix, x_mold = T x_scanner, as text; or the word identity, where the files are in the mold's frame already."
 )
+
+JSON = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")]
 
 Progress = Callable[[str, float], None]
 
@@ -35,14 +38,14 @@ def outcome() -> Iterator[None]:
         yield
         sys.stdout.flush()
     except InputError as error:
-        print("debulk:", "; ".join(line.strip() for line in str(error).splitlines()), file=sys.stderr)
+        print("debulk:", _one_line(str(error)), file=sys.stderr)
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt:
         print("debulk: interrupted", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
     except BrokenPipeError:  # whoever read our output has left
         with contextlib.suppress(OSError):  # so that Python does not complain when it flushes at its end
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            os.dup2(os.open(os.devnull, os.O_WRONLY), loudness().stdout.fileno())
         raise typer.Exit(NO_READER) from None
     except (typer.Exit, typer.Abort):
         raise
@@ -52,6 +55,12 @@ def outcome() -> Iterator[None]:
         raise typer.Exit(FAULT) from None
 
 
+def _one_line(message: str) -> str:
+    """Join the lines of a message: entries by semicolons, after a colon by a blank."""
+    first, *rest = (line.strip() for line in message.splitlines())
+    return f"{first} {'; '.join(rest)}" if first.endswith(":") else "; ".join([first, *rest])
+
+
 @contextmanager
 def shown_progress() -> Iterator[Progress]:
     """Show stages and how far they are on a terminal's stderr; elsewhere nothing."""
@@ -59,14 +68,15 @@ def shown_progress() -> Iterator[Progress]:
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
-    console = Console(stderr=True)
+    console, said = Console(stderr=True), loudness()
     columns = (
         TextColumn("{task.description:<20}"),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
     )
-    with Bars(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
+    hidden = said.quiet or said.verbose or not console.is_terminal  # a log line would break the bar
+    with Bars(*columns, console=console, transient=True, disable=hidden) as bars:
         task = bars.add_task("", total=1.0)
 
         def report_progress(stage: str, fraction: float) -> None:
@@ -75,26 +85,24 @@ def shown_progress() -> Iterator[Progress]:
         yield report_progress
 
 
-def show(text: Callable[[int | None], str], verdict: Verdict | None = None) -> None:
-    """Print a table, fitted to a terminal's width and coloured; the verdict comes last. Elsewhere: a pocket a line."""
+def show(text: Callable[[int], str]) -> None:
+    """Print a text folded to a terminal's width, verdicts in colour; elsewhere plain, to a page's width."""
     from rich.console import Console
     from rich.text import Text
 
     console = Console(highlight=False)
     if not console.is_terminal:
-        print(text(None))
+        print(text(_WIDTH))
         return
     styles = {v.name: f"bold {style}" for v, style in _STYLES.items()}
-    lines = [Text(line) for line in text(console.width).splitlines()]  # Text: a reason's brackets are no markup
-    for line in lines:
+    for line in text(console.width).splitlines():
+        styled = Text(line)  # a reason's brackets are no markup
         for name, style in styles.items():
-            line.highlight_words([name], style)
-    if verdict is not None:
-        lines.append(lines.pop(0))  # where the eye is when the command has ended
-    for line in lines:
-        console.print(line)
+            styled.highlight_words([name], style)
+        console.print(styled, soft_wrap=True)
 
 
+_WIDTH = 100
 _STYLES = {Verdict.CEASE: "green", Verdict.CREASE: "red", Verdict.UNDECIDED: "yellow", Verdict.INVALID: "magenta"}
 
 

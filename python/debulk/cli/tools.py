@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from debulk import InputError
-from debulk.cli.support import POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
+from debulk.cli.loudness import print_json
+from debulk.cli.support import FAULT, JSON, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
 
 
 def compare(
@@ -27,6 +29,7 @@ def compare(
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,
+    as_json: JSON = False,
 ) -> None:
     """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate.
 
@@ -38,6 +41,8 @@ def compare(
         from debulk.inspection.calls import compare as held_against
         from debulk.recipe import Recipe
         from debulk.report import Report
+        from debulk.results import codec
+        from debulk.results.comparison import FORMAT
         from debulk.results.comparison_text import table
         from debulk.results.saving import check_report_path
 
@@ -54,10 +59,13 @@ def compare(
             progress("comparing", 0.0)
             found = held_against(before, *clouds, settings, transform, hidden)
             progress("comparing", 1.0)
-        show(lambda width: table(found, width))
         for path in output or []:
             found.save(path)
-            print(f"written: {path}")
+        if as_json:
+            print_json(codec.dumps(found, FORMAT))
+        else:
+            show(lambda width: table(found, width))
+            print("".join(f"written: {path}\n" for path in output or []), end="")
         raise typer.Exit(1 if found.wrong else 0)
 
 
@@ -136,9 +144,36 @@ def replay(
         raise typer.Exit(main([str(path) for path in file]))
 
 
-def doctor() -> None:
+def doctor(as_json: JSON = False) -> None:
     """Show versions, machine and licences, and try a self-test with its certificate."""
     with outcome():
-        from debulk.doctor import main
+        from debulk.doctor import doctor as examined
 
-        raise typer.Exit(main())
+        found = examined()
+        if as_json:
+            print_json(found.json())
+        else:
+            show(found.text)
+        raise typer.Exit(0 if found.passed else FAULT)
+
+
+def completion(shell: Annotated[Literal["bash", "zsh"], typer.Argument(help="Whose script to print.")]) -> None:
+    """Print the script by which a shell completes commands, options and files when Tab is pressed.
+
+    For bash, put the first example below into ~/.bashrc; for zsh, the second one's file into a folder of $fpath.
+    """
+    with outcome():
+        from typer.completion import get_completion_script  # type: ignore[attr-defined]  # not in any __all__
+
+        print(get_completion_script(prog_name="debulk", complete_var=_COMPLETE, shell=shell).strip())
+
+
+_COMPLETE = "_DEBULK_COMPLETE"
+
+
+def answer_shells() -> None:
+    """Let Typer answer a shell that asks, by this variable, what may come next."""
+    if _COMPLETE in os.environ:
+        from typer.completion import completion_init  # type: ignore[attr-defined]
+
+        completion_init()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import time
 from collections.abc import Callable
 from functools import partial
 from os import PathLike
@@ -14,11 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import arrays
 from debulk._core import InputError
+from debulk.arguments import of_type, typed
 from debulk.files import mask, npy, pcd, ply, text
 from debulk.files.kinds import TEXT, check_kind
 from debulk.files.replacing import replacing
 from debulk.files.source import Points, Source, open_source
 
+log = logging.getLogger("debulk")
 Unit = Literal["mm", "m"]
 _MM_PER_UNIT = {"mm": 1.0, "m": 1000.0}
 _READERS: dict[str, Callable[[Source, float], Points]] = {
@@ -36,6 +40,7 @@ _FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan share a plac
 _MAX_TEXT_BYTES = 1 << 24
 
 
+@typed
 def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float32]:
     """Read a point cloud.
 
@@ -74,13 +79,16 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     extension = path.suffix.lower()
     if extension not in _READERS:
         raise InputError(f"{path}: expected a file ending in {', '.join(_READERS)}, got {extension or 'no ending'!r}")
+    began = time.perf_counter()
     with open_source(path) as source:
         check_kind(source, extension)
         points = _READERS[extension](source, factor)
         _check_plausible(source, points, unit)
+    log.debug("reading %s: %.1f ms", path, 1e3 * (time.perf_counter() - began))
     return points.values
 
 
+@typed
 def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     """Write a point cloud, in mm, as float32; shape and NaN are kept.
 
@@ -102,13 +110,15 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     if path.suffix.lower() not in _WRITERS:
         raise InputError(f"{path}: expected a file ending in {', '.join(_WRITERS)}")
     if values.dtype.kind != "f" or values.ndim not in (2, 3) or values.shape[-1] != 3 or values.size == 0:
-        raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, got {values.shape} {values.dtype}")
+        got = f"{values.dtype}, shape {values.shape}" if values.ndim else of_type(points)
+        raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, but got {got}")
     if values.ndim == 3 and path.suffix.lower() in TEXT:
         raise InputError(f"{path}: text has no rows of an image; give points.reshape(-1, 3), or another ending")
     with replacing(path) as temporary:
         _WRITERS[path.suffix.lower()](temporary, np.ascontiguousarray(values, dtype=np.float32))
 
 
+@typed
 def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float64]:
     """Read a rigid transform, x_mold = T x_scanner: four lines of four numbers.
 
@@ -137,6 +147,7 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
     return pose
 
 
+@typed
 def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float64]:
     """Read the ply's outline: a line "x,y" for each corner, in order, in the mold frame.
 
@@ -166,6 +177,7 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
     return arrays.outline(outline, str(path))
 
 
+@typed
 def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
     """Read a mask of the scanner's image, drawn over what is not the ply: clamps, tools.
 
@@ -204,7 +216,7 @@ def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
 
 
 def _factor(unit: str) -> float:
-    if unit not in _MM_PER_UNIT:
+    if not isinstance(unit, str) or unit not in _MM_PER_UNIT:
         raise InputError(f'unit: expected "mm" or "m", got {unit!r}')
     return _MM_PER_UNIT[unit]
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.grid import Grid
-from debulk.inspection.comparing import checked
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.net import Drape
 from debulk.report import Report
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["compare", "inspect"]
 
 
+@typed
 def inspect(
     scan: ArrayLike,
     reference: ArrayLike,
@@ -47,6 +48,7 @@ def inspect(
     return inspector.inspect(scan, deadline_s, progress, context)
 
 
+@typed
 def compare(
     report: Report,
     debulked_scan: ArrayLike,
@@ -91,7 +93,6 @@ def compare(
     >>> comparison.pockets[0].measured_rms_mm < 0.3
     True
     """
-    checked(report)
     if recipe is None and report.recipe:
         from debulk.recipe import Recipe
 

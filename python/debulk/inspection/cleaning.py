@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,15 +14,50 @@ from debulk._core import InputError
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["check_mask", "cleaned", "masked", "owned"]
+__all__ = ["check_mask", "cleaned", "masked", "owned", "pieces", "taken"]
 
 Cloud = NDArray[np.float32]
+_PIECE = 1 << 19  # points, a few milliseconds: so soon a raised stop is heeded
 
 
-def owned(points: ArrayLike, name: str) -> Cloud:
+def pieces(points: ArrayLike, name: str, stop: _core.Stop | None = None) -> Iterator[Cloud]:
+    """Yield a cloud as `as_cloud` makes it, some rows at a time; views of it where it has that form already.
+
+    Raises
+    ------
+    Stopped
+        Before a piece, once the stop is raised.
+    """
+    array = points if isinstance(points, np.ndarray) else np.asarray(points)
+    if array.ndim not in (2, 3) or array.shape[-1] != 3:
+        yield cloud.as_cloud(array, name)  # says what is wrong
+    rows = max(1, 3 * _PIECE * len(array) // max(1, array.size))
+    for first in range(0, max(1, len(array)), rows):
+        if stop is not None and stop.now():
+            raise _core.Stopped("the taking of a cloud was stopped")
+        yield cloud.as_cloud(array[first : first + rows], name)
+
+
+def taken(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
+    """Do what `as_cloud` does, and heed the stop: to copy a cloud of another type takes a while."""
+    plain = isinstance(points, np.ndarray) and not isinstance(points, np.ma.MaskedArray)
+    if plain and np.asarray(points).dtype == np.float32 and np.asarray(points).flags.c_contiguous:
+        return cloud.as_cloud(points, name)
+    return _gathered(points, name, stop)
+
+
+def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     """Copy a cloud: its owner may write into its memory while it is worked on."""
-    given = cloud.as_cloud(points, name)
-    return given.copy() if np.may_share_memory(given, np.asarray(points)) else given
+    return _gathered(points, name, stop)
+
+
+def _gathered(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
+    out = np.empty(np.shape(points), dtype=np.float32)
+    filled = 0
+    for piece in pieces(points, name, stop):
+        out[filled : filled + len(piece)] = piece
+        filled += len(piece)
+    return out
 
 
 def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str) -> Cloud:

@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from debulk import pocket, surface
+from debulk import _core, pocket, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison, PocketComparison
 from debulk.grid import Grid
@@ -31,7 +31,6 @@ _PEAK_NOISE = 1.2  # the largest of many values after that median stands so many
 
 def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
     """Compare a report with the measured heights of the debulked ply above the reference; NaN = not measured."""
-    checked(report)
     limits = recipe.verdict
     cells, threads = recipe.clean.median_cells, recipe.run.threads
     filtered = heights if cells == 1 else surface.median(heights, cells, threads=threads)
@@ -77,12 +76,13 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
 
 def check_place(
     report: Report,
-    debulked_scan: ArrayLike,
+    debulked_scan: NDArray[np.float32],
     heights: Grid,
     prepared: Prepared,
     mold_from_scanner: Floats | None,
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
+    stop: _core.Stop,
 ) -> None:
     """Refuse a scan that does not show the report's ply, consolidated, where the report has it.
 
@@ -93,7 +93,7 @@ def check_place(
     """
     consolidated_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
     placing = Placing(prepared, mold_from_scanner, report.ply_outline_mm, mask, recipe, consolidated_mm)
-    _, sample = placing.look(debulked_scan)
+    _, sample = placing.look(debulked_scan, stop)
     feet = [p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm for p in report.pockets]
     placed = placing.gross(sample) or placing.judge_between(sample, feet, heights)
     if placed.doubt:
@@ -132,9 +132,3 @@ def _noise(inside: NDArray[np.bool_], heights: surface.HeightMap) -> float:
     window = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
     noise = pocket.height_noise(Grid(heights.values[window], heights.origin_mm, heights.spacing_mm))
     return noise if math.isfinite(noise) else 0.0
-
-
-def checked(report: Report) -> None:
-    """Refuse what is not a report."""
-    if not isinstance(report, Report):
-        raise InputError(f"report: expected a debulk.Report, but got a {type(report).__name__}")

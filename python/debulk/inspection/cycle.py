@@ -1,4 +1,4 @@
-"""The clock of one inspection: its deadline, the time of each stage, its progress; and how its threads are ended."""
+"""The clock of one inspection: its deadline, the time of each stage, its progress; and how Ctrl-C reaches it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from typing import TypeVar
 
 from debulk import _core
 from debulk._core import InputError
+from debulk.stopping import stopping
 
-__all__ = ["Cancelled", "Cycle", "Progress", "stopping", "watched"]
+__all__ = ["Cancelled", "Cycle", "Progress", "watched"]
 
 log = logging.getLogger("debulk")
 Progress = Callable[[str, float], None]
@@ -79,15 +80,3 @@ def watched(stop: _core.Stop, work: Callable[[], Result]) -> Result:
     """Do the work in another thread, so that Ctrl-C reaches this one while the work is in the core."""
     with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
         return pool.submit(work).result()
-
-
-@contextmanager
-def stopping(stop: _core.Stop) -> Iterator[None]:
-    """Raise the stop when the body ends by what no computation throws: the threads that it waits for end soon then."""
-    try:
-        yield
-    except (InputError, _core.Stopped):
-        raise
-    except BaseException:
-        stop.cancel()
-        raise

@@ -14,11 +14,12 @@ import numpy as np
 
 from debulk import _core, ridge, solve, verdict
 from debulk.inspection import dumps, left_out, starts, unseen
-from debulk.inspection.cycle import Cycle, stopping
+from debulk.inspection.cycle import Cycle
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
+from debulk.stopping import stopping
 
 __all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged"]
 

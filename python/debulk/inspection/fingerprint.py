@@ -6,38 +6,33 @@ import hashlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, cloud
+from debulk import _core
 from debulk._core import InputError
+from debulk.inspection.cleaning import pieces
 from debulk.results.trace import ArrayTrace
 
 __all__ = ["beside", "of_cloud", "of_mask"]
 
-_BLOCK = 1 << 23  # bytes, a few milliseconds: so soon a cancelled inspection ends
-
 
 def of_cloud(points: ArrayLike, stop: _core.Stop | None = None, name: str = "points") -> ArrayTrace:
     """Fingerprint a cloud as it is read: float32, mm. Without the hash where the stop was raised meanwhile."""
-    return _of(cloud.as_cloud(points, name), "<f4", stop)
+    digest = hashlib.sha256()
+    try:
+        for piece in pieces(points, name, stop):
+            digest.update(piece.astype("<f4", copy=False).reshape(-1).view(np.uint8).data)  # releases the GIL
+    except _core.Stopped:
+        return ArrayTrace(shape=np.shape(points))
+    return ArrayTrace(shape=np.shape(points), sha256=digest.hexdigest())
 
 
 def of_mask(mask: NDArray[np.bool_]) -> ArrayTrace:
     """Fingerprint a mask, one byte per pixel."""
-    return _of(mask, "u1", None)
-
-
-def _of(array: NDArray[Any], dtype: str, stop: _core.Stop | None) -> ArrayTrace:
-    plain = np.ascontiguousarray(array, dtype=dtype)
-    data, digest = plain.reshape(-1).view(np.uint8), hashlib.sha256()
-    for first in range(0, data.size, _BLOCK):
-        if stop is not None and stop.now():
-            return ArrayTrace(shape=array.shape)
-        digest.update(data[first : first + _BLOCK].data)  # releases the GIL
-    return ArrayTrace(shape=array.shape, sha256=digest.hexdigest())
+    plain = np.ascontiguousarray(mask, dtype="u1")
+    return ArrayTrace(shape=mask.shape, sha256=hashlib.sha256(plain.reshape(-1).data).hexdigest())
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from debulk.grid import Grid
+from debulk.net import Net
 from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen
 from debulk.results.report import LeftOut
 
@@ -31,6 +32,8 @@ class FoundPocket:
         Why it may crease though its net does not; empty: nothing speaks for it.
     joined
         Numbers of the other pockets whose feet are one with this one's: its net spans them too.
+    net
+        Laid on it already, to bound its excess; None: not yet.
     """
 
     number: int
@@ -41,6 +44,7 @@ class FoundPocket:
     promoted: str = ""
     doubt: str = ""
     joined: tuple[int, ...] = ()
+    net: Net | None = None
 
     @property
     def pocket(self) -> Pocket:

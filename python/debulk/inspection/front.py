@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
+from debulk.arguments import of_type
 from debulk.cloud import as_cloud
 from debulk.inspection.camera import PinholeImage
 from debulk.surface import HeightMap, Reference
@@ -76,7 +77,7 @@ class FrontEnd:
         seen: tuple[NDArray[np.float32], NDArray[np.float64], float] | None = None,
     ) -> None:
         if not isinstance(reference, _core.surface.Reference):
-            raise InputError(f"reference: expected a debulk.surface.Reference, but got a {type(reference).__name__}")
+            raise InputError(f"reference: expected a debulk.surface.Reference, but got {of_type(reference)}")
         pose = np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64)
         everything = [[-1e9, -1e9], [1e9, 1e9]]
         box = arrays.numbers(everything if box_mm is None else box_mm, "box_mm", (2, 2), "an array of shape (2, 2)")

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import arrays
 from debulk._core import InputError
+from debulk.arguments import of_type
 
 __all__ = ["camera_parameters", "image_mask", "kept", "outline", "pose"]
 
@@ -51,5 +52,6 @@ def image_mask(value: ArrayLike | None) -> NDArray[np.bool_] | None:
         raise InputError("mask: expected a plain (H, W) array of bool, but got a masked array")
     array = np.asarray(value)
     if array.ndim != 2 or array.dtype != np.bool_:
-        raise InputError(f"mask: expected an (H, W) array of bool, but got {array.dtype}, shape {array.shape}")
+        got = f"{array.dtype}, shape {array.shape}" if array.ndim else of_type(value)
+        raise InputError(f"mask: expected an (H, W) array of bool, but got {got}")
     return kept(array)

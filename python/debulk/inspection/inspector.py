@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -15,12 +14,12 @@ from numpy.typing import ArrayLike
 
 from debulk import _core, surface
 from debulk._core import InputError
-from debulk.cloud import as_cloud
+from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
-from debulk.inspection.cleaning import cleaned, masked, owned
-from debulk.inspection.comparing import check_place, checked, compared
+from debulk.inspection.cleaning import cleaned, masked, owned, taken
+from debulk.inspection.comparing import check_place, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all, not_judged
@@ -35,6 +34,7 @@ from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.inspection.wrinkles import WrinkleSearch
 from debulk.net import Drape
 from debulk.report import Report
+from debulk.stopping import Running
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -94,6 +94,7 @@ class Inspector:
     <Verdict.CREASE: 'crease'>
     """
 
+    @typed
     def __init__(
         self,
         recipe: Recipe | None,
@@ -125,17 +126,17 @@ class Inspector:
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
         self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
-        self._wrinkles = WrinkleSearch(self.reference, reference.seen, self.mold_from_scanner, self.ply_outline, recipe)
+        self._wrinkles = WrinkleSearch(reference, self.mold_from_scanner, self.ply_outline, recipe)
         self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
         self._tracing = Tracing(self)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
-        self._lock = threading.Lock()  # of the stops
-        self._running: set[_core.Stop] = set()
+        self._running = Running()
 
     def __repr__(self) -> str:
         edge = "unknown outline" if self.ply_outline is None else f"outline of {len(self.ply_outline)} corners"
         return f"Inspector({edge}, heights every {self.grid_spacing_mm:.4g} mm, {self.recipe!r})"
 
+    @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
 
@@ -150,6 +151,7 @@ class Inspector:
         inspector_file.write(self, path)
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
         """Read an inspector that `save` wrote; its reports are equal to the saved one's, to the last bit.
 
@@ -177,6 +179,7 @@ class Inspector:
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
 
+    @typed
     def inspect(
         self,
         scan: ArrayLike,
@@ -218,7 +221,7 @@ class Inspector:
         kept, began = checked_context(context), now_utc()
         cycle = Cycle(deadline_s, progress)
         with (
-            self._cancellable(cycle.stop),
+            self._running.holding(cycle.stop),
             fingerprint.beside(scan, cycle.stop, self.recipe.run.hash_scan) as scanned,
         ):
             try:
@@ -232,16 +235,16 @@ class Inspector:
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Walk through the steps of the field."""
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
-            scan, sample = self._placing.look(scan)
+            points, sample = self._placing.look(taken(scan, "scan", cycle.stop), cycle.stop)
             placed = self._placing.gross(sample)
         if placed is not None:
             return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
         with cycle.stage("height map", 0.0):  # clean, grid, find
-            found = watched(cycle.stop, lambda: self.find(scan, cycle.stop))
+            found = watched(cycle.stop, lambda: self.find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
         with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
             placed = self._placing.judge(sample, found)
-            standing = self._wrinkles.find(as_cloud(scan, "scan"), self.mask)
+            standing = watched(cycle.stop, lambda: self._wrinkles.find(points, self.mask, cycle.stop))
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
             pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.doubt:
@@ -279,6 +282,7 @@ class Inspector:
             return found
         return replace(found, masked=masked_holes(found, self.mask, self.prepared, self.mold_from_scanner))
 
+    @typed
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
         """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
 
@@ -296,32 +300,25 @@ class Inspector:
         Cancelled
             After `cancel`.
         """
-        checked(report)
         stop = _core.Stop()
         try:
-            with self._cancellable(stop):
-                points = masked(owned(debulked_scan, "debulked_scan"), self.mask, "debulked_scan")
-                points = cleaned(points, self.mold_from_scanner, self.recipe, stop)
+            with self._running.holding(stop):
+                given = owned(debulked_scan, "debulked_scan", stop)
+                points = cleaned(masked(given, self.mask, "debulked_scan"), self.mold_from_scanner, self.recipe, stop)
                 heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
-                    points, self.reference, self.grid_spacing_mm, hole_diameter_mm=0.0, threads=self.recipe.run.threads
+                    points,
+                    self.reference,
+                    self.grid_spacing_mm,
+                    hole_diameter_mm=0.0,
+                    threads=self.recipe.run.threads,
+                    stop=stop,
                 )
+                place = self.prepared, self.mold_from_scanner, self.mask, self.recipe
+                check_place(report, given, heights, *place, stop)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
-        check_place(report, debulked_scan, heights, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
         return compared(report, heights, self.recipe)
 
     def cancel(self) -> None:
         """Stop the inspections that run, from any thread: they raise `Cancelled`, within an iteration of the solver."""
-        with self._lock:
-            for stop in self._running:
-                stop.cancel()
-
-    @contextmanager
-    def _cancellable(self, stop: _core.Stop) -> Iterator[None]:
-        with self._lock:
-            self._running.add(stop)
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._running.discard(stop)
+        self._running.cancel()

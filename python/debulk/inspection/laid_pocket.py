@@ -214,7 +214,9 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
 
 
 def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> net.Net:
-    """Lay the net of a pocket on its patch."""
+    """Lay the net of a pocket on its patch, if it is not laid already."""
+    if found.net is not None:
+        return found.net
     check_solves(ply.recipe, found.foot.area_mm2)
     return net.from_core(
         _core.net.lay_pocket(

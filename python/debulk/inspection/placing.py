@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from debulk import _core, pocket
 from debulk.grid import Grid
@@ -108,14 +108,14 @@ class Placing:
         self._outline = None if ply_outline is None else Outline(ply_outline)
         self._zones = PlyZones(prepared.reference, ply_outline, low, high)
 
-    def look(self, scan: ArrayLike) -> tuple[ArrayLike, Sample]:
+    def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
         """Take the sample that all checks are made on; and the scan, without its offset if the recipe allows that."""
         sample = sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
         offset_mm = self._offset(sample)
         if not offset_mm:
             return scan, sample
         along_rays = self._prepared.image is not None and np.ndim(scan) == 3
-        return raised(scan, self._pose, -offset_mm, along_rays=along_rays), sample.lowered(offset_mm)
+        return raised(scan, self._pose, -offset_mm, along_rays=along_rays, stop=stop), sample.lowered(offset_mm)
 
     def gross(self, sample: Sample) -> Placed | None:
         """Judge what no pocket can be the cause of, so that none need be looked for; None: nothing of that kind."""

@@ -70,7 +70,7 @@ def prepare(
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
     threads = recipe.run.threads
-    own = owned(reference, "reference")
+    own = owned(reference, "reference", stop)
     seen = masked(own, mask, "reference")
     image = None
     if seen.ndim == 3:

@@ -148,7 +148,7 @@ def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...
     outside = LeftOut(
         what=f"{100 * max(0.0, 1 - figures.image_share):.0f} % of the scan, outside {figures.windows} regions of "
         "interest",
-        why=f"a coarse pass over every {_ordinal(figures.rows)} row and every {_ordinal(figures.columns)} column of "
+        why=f"a coarse pass over {_every(figures.rows)} row and {_every(figures.columns)} column of "
         f"pixels saw nothing there that stands {figures.flag_mm:g} mm high or more",
         bound=f"a pocket in it would be less than 2 pixels ({2 * pixel_mm:.2g} mm) wide wherever it crosses "
         f"such a row or column, or lie between them: {(figures.rows - 1) * pixel_mm:.2g} by "
@@ -165,8 +165,8 @@ def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...
     return outside, sampled
 
 
-def _ordinal(number: int) -> str:
+def _every(number: int) -> str:
     if number == 1:
-        return ""
+        return "every"
     ending = "th" if number % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
-    return f"{number}{ending}"
+    return f"every {number}{ending}"

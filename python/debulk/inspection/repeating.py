@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.inspection import fingerprint, inputs
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.report import Report
@@ -47,6 +48,7 @@ class Repetition:
         return not self.differences
 
 
+@typed
 def repeat(
     report: Report,
     scan: ArrayLike,

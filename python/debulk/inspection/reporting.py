@@ -13,8 +13,8 @@ from debulk.inspection.laid_pocket import criteria
 from debulk.inspection.placing import Placed
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.tolerances import Bump
+from debulk.inspection.wrinkles import Standing
 from debulk.report import Report
-from debulk.results.report import Wrinkle
 from debulk.verdict import Judgement, Verdict, judge_layup
 
 __all__ = ["out_of_place", "report", "too_late"]
@@ -26,7 +26,7 @@ def report(
     found: Found,
     placed: Placed,
     bumps: Sequence[Bump],
-    standing: Sequence[Wrinkle],
+    standing: Standing,
     evaluations: Sequence[Evaluation],
     ply: PlyOnMold,
     timings_ms: dict[str, float],
@@ -44,6 +44,7 @@ def report(
     if placed.doubt and telling and not found.doubt:
         judged = Judgement(Verdict.INVALID, placed.doubt)
     entries = tolerances.left_out(bumps, ply.recipe) + left_out.of_scan(found, ply.outline is not None)
+    entries += standing.left_out
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
     entries += left_out.of_late([(one.report.id, one.late) for one in evaluations if one.late])
     reason = judged.reason + (f"; {found.doubt}" if found.doubt else "")
@@ -56,7 +57,7 @@ def report(
         left_out=left_out.merged(entries),
         coverage=seen,
         unseen=unseen.holes(found, pockets, ply.recipe),
-        wrinkles=tuple(standing),
+        wrinkles=standing.wrinkles,
         level=placed.level,
         warnings=placed.warnings,
         height_map=found.overview,

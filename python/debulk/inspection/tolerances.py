@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
 from debulk.inspection import excess
-from debulk.inspection.cycle import stopping
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.pocket import Dropped, Feet, Segmentation
 from debulk.recipe import Recipe, options
 from debulk.results.report import LeftOut
+from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
 
 __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
@@ -95,7 +95,7 @@ def left_out(bumps: Sequence[Bump], recipe: Recipe) -> tuple[LeftOut, ...]:
     return tuple(
         LeftOut(
             what=bump_name(bump.dropped),
-            why=f"no pocket: below the tolerance of {bump.dropped.reason}; {bump.why}",
+            why=f"no pocket: below the tolerance on {bump.dropped.reason}; {bump.why}",
             bound=f"stands {bump.dropped.peak_mm:.2f} mm above the reference; limits {wanted.area_tol_mm2 / 100:g} cm² "
             f"at the cut and {wanted.cut_height_mm + wanted.peak_tol_mm:g} mm",
             place_mm=(float(bump.dropped.centroid_mm[0]), float(bump.dropped.centroid_mm[1])),
@@ -157,6 +157,7 @@ def _weigh(
             return Bump(dropped, why, found=_judged(one, dropped, why))
     except _core.Stopped:
         return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
+    one = replace(one, net=laid)
     excess_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
     limits = criteria(ply.recipe)
@@ -175,7 +176,7 @@ def _weigh(
 
 
 def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
-    return replace(one, promoted=f"below the tolerance of {dropped.reason}, but {why}")
+    return replace(one, promoted=f"below the tolerance on {dropped.reason}, but {why}")
 
 
 def _lost(one: FoundPocket) -> float:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from debulk import __version__, _core
 from debulk._core import InputError
+from debulk.arguments import of_type
 from debulk.grid import Grid
 from debulk.inspection import fingerprint
 from debulk.results.trace import ArrayTrace, Trace
@@ -65,7 +66,7 @@ def checked_context(context: Mapping[str, Any] | None) -> dict[str, Any]:
     if context is None:
         return {}
     if not isinstance(context, Mapping):
-        raise InputError(f"context: expected a dictionary of names and values, but got a {type(context).__name__}")
+        raise InputError(f"context: expected a dictionary of names and values, but got {of_type(context)}")
     copy: dict[str, Any] = _plain(context, "context")
     return copy
 
@@ -83,7 +84,7 @@ def _plain(value: Any, name: str) -> Any:
     finite = not isinstance(value, float) or math.isfinite(value)
     if value is None or (isinstance(value, (str, bool, int, float)) and finite):
         return value
-    what = f"{value}" if isinstance(value, float) else f"a {type(value).__name__}"
+    what = of_type(value)
     raise InputError(
         f"{name}: expected text, a finite number, true or false, None, or a list or dictionary of these, but got {what}"
     )

@@ -128,9 +128,10 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
         if not hole.filled
     ]
     if found.unseen.smaller:
+        count = found.unseen.smaller
         entries.append(
             LeftOut(
-                what=f"{found.unseen.smaller} smaller holes and thin strips",
+                what=f"{count} smaller {'hole or thin strip' if count == 1 else 'holes and thin strips'}",
                 why="nothing was seen there",
                 bound=f"{found.unseen.smaller_area / 100:.2g} cm² in all",
             )

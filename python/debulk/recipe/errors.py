@@ -86,6 +86,7 @@ _KINDS = {
     "model_type": "a table of settings",
     "model_attributes_type": "a table of settings",
     "string_type": "text",
+    "invalid_key": "names that are text",
 }
 
 

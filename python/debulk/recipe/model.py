@@ -5,6 +5,7 @@ Import it where it is needed, not with the package: pydantic takes a tenth of a 
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Mapping
 from os import PathLike
@@ -15,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from debulk import _core
 from debulk._core import InputError
+from debulk.arguments import of_type, typed
 from debulk.recipe.errors import Wrong, impossible, message, wrong_values
 
 # The defaults of the compiled rooms' options: each stands once, in C++. What the recipe chooses otherwise stands below.
@@ -22,6 +24,7 @@ _FRONT, _SEGMENT, _FEET = _core.surface.FrontEndOptions(), _core.pocket.SegmentO
 _NET, _PLY, _MINIMISE = _core.net.LayPocketOptions(), _core.sheet.PlyMaterial(), _core.sheet.MinimiseOptions()
 _CRITERIA = _core.verdict.Criteria()
 
+Table = Mapping[str, Any]
 _MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is something else
 
 
@@ -43,6 +46,30 @@ class Section(BaseModel):
 
         # Tells pydantic that nested sections need not go through this __init__, so that the outermost sees all errors.
         __init__.__pydantic_base_init__ = True
+
+        @classmethod
+        def model_validate(cls, obj: Any, **_: Any) -> Self:
+            """Make one of a table of values, with this package's own errors."""
+            if isinstance(obj, cls):
+                return obj
+            if not isinstance(obj, Mapping):
+                raise InputError(f"obj: expected a table of settings, but got {of_type(obj)}")
+            return cls(**obj)
+
+        @classmethod
+        def model_validate_json(cls, json_data: str | bytes, **_: Any) -> Self:
+            """Do the same from JSON."""
+            try:
+                values = json.loads(json_data)
+            except (ValueError, TypeError) as error:
+                raise InputError(f"json_data: not JSON: {error}") from None
+            return cls.model_validate(values)
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            raise InputError(f"{name}: a recipe does not change; make another by model_copy(update={{...}})")
+
+        def __delattr__(self, name: str) -> None:
+            self.__setattr__(name, None)
 
     @field_validator("*", mode="before")
     @classmethod
@@ -72,6 +99,8 @@ class Section(BaseModel):
         """
         if not update:
             return super().model_copy(deep=deep)
+        if not isinstance(update, Mapping):
+            raise InputError(f"update: expected a table of settings, but got {of_type(update)}")
         values: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
         for name, value in update.items():
             old = values.get(name)
@@ -367,7 +396,25 @@ class Recipe(Section):
     verdict: VerdictLimits = Field(default_factory=lambda: VerdictLimits())
     run: Run = Field(default_factory=lambda: Run())
 
-    if not TYPE_CHECKING:
+    if TYPE_CHECKING:  # pydantic takes a table for a section, which type checkers would not know
+
+        def __init__(
+            self,
+            *,
+            material: Material | Table = ...,
+            loads: Loads | Table = ...,
+            segmentation: Segmentation | Table = ...,
+            clean: Clean | Table = ...,
+            level: Level | Table = ...,
+            patch: Patch | Table = ...,
+            net: Net | Table = ...,
+            solve: Solve | Table = ...,
+            ridge: Ridge | Table = ...,
+            verdict: VerdictLimits | Table = ...,
+            run: Run | Table = ...,
+        ) -> None: ...
+
+    else:
 
         def __init__(self, **values: Any) -> None:
             """Check all values, each alone and against the others."""
@@ -400,6 +447,7 @@ class Recipe(Section):
         return f"Recipe({', '.join(f'{name}={table!r}' for name, table in changed.items() if table)})"
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str]) -> Self:
         """Read a recipe from a TOML file; what it does not name keeps its default.
 

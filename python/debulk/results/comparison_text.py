@@ -6,7 +6,7 @@ import csv
 import io
 from typing import TYPE_CHECKING
 
-from debulk.results.report_text import cell, columns, number
+from debulk.results.report_text import cell, columns, fold, number
 
 if TYPE_CHECKING:
     from debulk.results.comparison import ComparisonData
@@ -37,14 +37,14 @@ def table(comparison: ComparisonData, width: int | None = None) -> str:
         )
         for p in comparison.pockets
     ]
-    lines = columns([_HEADINGS, *rows], _TEXT_COLUMNS, width, len(_HEADINGS) - 1) if rows else ["no pocket to compare"]
-    lines += [
+    lines = [
         f"{predicted.name} predicted, {measured.name} measured: {count}"
         for (predicted, measured), count in sorted(comparison.outcomes().items())
     ]
     lines += [f"verdicts: {comparison.agreement}", f"by RMS alone: {comparison.rms_agreement}"]
     lines += [f"warning: {warning}" for warning in comparison.warnings]
-    return "\n".join(lines)
+    table = columns([_HEADINGS, *rows], _TEXT_COLUMNS, width, len(_HEADINGS) - 1) if rows else ["no pocket to compare"]
+    return "\n".join(table + [fold(line, width) for line in lines])
 
 
 def csv_text(comparison: ComparisonData) -> str:

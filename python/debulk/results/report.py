@@ -265,6 +265,11 @@ class PocketReport(Record):
     def __repr__(self) -> str:
         return f"PocketReport({self.id}, {self.verdict.name}: {self.reason})"
 
+    def _repr_html_(self) -> str:
+        from debulk.results.notebook import pocket_html
+
+        return pocket_html(self)
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.net is not None:

@@ -18,6 +18,7 @@ HEADINGS = (
     "reason", "time ms",
 )  # fmt: skip
 _TEXT_COLUMNS = {10, 11, 12}
+_SPARE = tuple(HEADINGS.index(name) for name in ("nodes", "time ms", "Δ mm", "paper", "RMS mm", "peak mm"))
 
 
 class Figures(NamedTuple):
@@ -66,50 +67,81 @@ def figures(pocket: PocketReport) -> Figures:
     )
 
 
+def headline(report: ReportData, width: int | None = None) -> str:
+    """Return the verdict and its reason."""
+    return fold(f"{report.verdict.name}: {report.reason}", width)
+
+
 def table(report: ReportData, width: int | None = None) -> str:
     """Return the verdict and a line for each pocket; in a width that has no room for the reasons, these below."""
-    lines = [f"{report.verdict.name}: {report.reason}", *(f"do: {line}" for line in advice(report))]
-    if report.pockets:
-        rows = [HEADINGS, *(tuple(figures(pocket)) for pocket in report.pockets)]
-        lines += columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"))
-    lines += [f"pocket {p.id} is judged: {p.promoted}" for p in report.pockets if p.promoted]
+    lines = [f"do: {line}" for line in advice(report)]
+    after = [f"pocket {p.id} is judged: {p.promoted}" for p in report.pockets if p.promoted]
     if report.level is not None:
-        lines.append(f"level: {level_line(report.level)}")
+        after.append(f"level: {level_line(report.level)}")
     for hole in report.unseen:
         worst = f", so the layup is {hole.at_best.name} at best" if hole.at_best else ""
-        lines.append(f"unseen: {hole_line(hole)}{worst}")
-    lines += [f"warning: {warning}" for warning in report.warnings]
+        after.append(f"unseen: {hole_line(hole)}{worst}")
+    after += [f"warning: {warning}" for warning in report.warnings]
     for entry in report.left_out:
-        lines.append(f"left out: {entry.what}: {entry.why}" + (f" ({entry.bound})" if entry.bound else ""))
+        after.append(f"left out: {entry.what}: {entry.why}" + (f" ({entry.bound})" if entry.bound else ""))
     if report.timings_ms:
-        lines.append("times: " + ", ".join(f"{stage} {ms:.0f} ms" for stage, ms in report.timings_ms.items()))
-    return "\n".join(lines)
+        after.append("times: " + ", ".join(f"{stage} {ms:.0f} ms" for stage, ms in report.timings_ms.items()))
+    rows = [HEADINGS, *(tuple(figures(pocket)) for pocket in report.pockets)] if report.pockets else []
+    return "\n".join(
+        [
+            headline(report, width),
+            *(fold(line, width) for line in lines),
+            *(columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"), _SPARE) if rows else []),
+            *(fold(line, width) for line in after),
+        ]
+    )
+
+
+def fold(line: str, width: int | None) -> str:
+    """Fold a line to a width, where one is given; what follows is indented, and no word is broken."""
+    if width is None:
+        return line
+    return textwrap.fill(line, width, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)
 
 
 def columns(
-    rows: Sequence[tuple[str, ...]], text: set[int], width: int | None = None, reason: int | None = None
+    rows: Sequence[tuple[str, ...]],
+    text: set[int],
+    width: int | None = None,
+    reason: int | None = None,
+    spare: Sequence[int] = (),
 ) -> list[str]:
     """Lay out rows in columns; those whose numbers are in `text` start on the left.
 
-    Where that is wider than `width`, the column `reason` is folded below its row.
+    Where that is wider than `width`, the column `reason` is folded below its row, and as many of the columns `spare`
+    are left out, the first ones first, as is needed.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    folded = reason is not None and width is not None and sum(widths) + 2 * len(widths) - 2 > width
+    left_out: set[int] = set()
+
+    def room() -> int:
+        kept = [w for k, w in enumerate(widths) if k not in left_out]
+        return sum(kept) + 2 * len(kept) - 2
+
+    if width is not None:
+        for k in () if reason is None else (reason, *spare):
+            if room() > width:
+                left_out.add(k)
     lines = []
     for number, row in enumerate(rows):
         cells = [
             c.ljust(w) if k in text else c.rjust(w)
             for k, (c, w) in enumerate(zip(row, widths, strict=True))
-            if not (folded and k == reason)
+            if k not in left_out
         ]
         lines.append("  ".join(cells).rstrip())
-        if folded and number and reason is not None and width is not None:
+        if number and reason in left_out and reason is not None and width is not None:
             indent = " " * (widths[0] + 2)
             lines += textwrap.wrap(row[reason], width, initial_indent=indent, subsequent_indent=indent)
     return lines
 
 
-_CSV = (
+CSV_COLUMNS = (
     "id", "verdict", "reason", "decided_by", "paper_verdict", "x_mm", "y_mm", "area_mm2", "peak_mm", "volume_mm3",
     "measured_share",
     "touches_ply_edge", "spacing_mm", "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm",
@@ -123,13 +155,14 @@ def csv_text(report: ReportData) -> str:
     """Return a line for each pocket, units in the header; an empty cell where a pocket has no such figure."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_CSV)
+    writer.writerow(CSV_COLUMNS)
     for pocket in report.pockets:
-        writer.writerow([cell(_figure(pocket, name)) for name in _CSV])
+        writer.writerow([cell(figure(pocket, name)) for name in CSV_COLUMNS])
     return text.getvalue()
 
 
-def _figure(pocket: PocketReport, name: str) -> Any:
+def figure(pocket: PocketReport, name: str) -> Any:
+    """Return a figure by the name of its column; None where the pocket has no such figure."""
     if name.startswith("excess_ridge"):
         excess = pocket.excess
         if excess is None:

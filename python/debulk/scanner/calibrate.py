@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arguments import of_type
 from debulk.scanner.board import Board
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.inputs import InputError
@@ -150,9 +151,8 @@ def _images(images: Sequence[Any], name: str) -> list[NDArray[np.uint8]]:
     for k, image in enumerate(images):
         array = np.asarray(image)
         if array.ndim != 2 or array.dtype != np.uint8:
-            raise InputError(
-                f"{name}, image {k + 1}: expected an (H, W) array of uint8, but got {array.dtype} {array.shape}"
-            )
+            got = f"{array.dtype} {array.shape}" if array.ndim else of_type(image)
+            raise InputError(f"{name}, image {k + 1}: expected an (H, W) array of uint8, but got {got}")
         out.append(np.ascontiguousarray(array))
     return out
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from debulk.arguments import typed
 from debulk.scanner.inputs import InputError, checked_pixels
 
 F32 = NDArray[np.float32]
@@ -89,6 +90,7 @@ class Calibration:
         self.spoiling = dict(spoiling or {})
         self.error_px = float(error_px)
 
+    @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the calibration as JSON, for `load`."""
         data = {
@@ -108,6 +110,7 @@ class Calibration:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
     @classmethod
+    @typed
     def load(cls, path: str | PathLike[str]) -> Calibration:
         """Read a calibration that `save` wrote; raises a debulk.InputError that names the file."""
         try:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
+from debulk.arguments import of_type
 
 InputError = _core.InputError
 Image = NDArray[np.uint8] | NDArray[np.uint16]
@@ -114,6 +115,6 @@ def _image(image: Any, name: str) -> Image:
 
 
 def _what(value: object) -> str:
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) and value.ndim:
         return f"shape {value.shape} of {value.dtype}"
-    return f"{type(value).__name__} of {len(value)}" if isinstance(value, list | tuple) else f"a {type(value).__name__}"
+    return f"{type(value).__name__} of {len(value)}" if isinstance(value, list | tuple) else of_type(value)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from debulk import arrays
 from debulk.scanner.inputs import InputError
 from debulk.scanner.triangulate import Scan
 
@@ -89,7 +90,7 @@ def register(
     points = _points(scan.points_mm if isinstance(scan, Scan) else scan, "scan")
     first = np.eye(4) if start is None else np.asarray(start, dtype=np.float64)
     if first.shape != (4, 4):
-        raise InputError(f"start: expected a (4, 4) matrix, but got shape {first.shape}")
+        raise InputError(f"start: expected a (4, 4) matrix, but got {arrays.came(start, first)}")
     return _by_shape(points, _points(mold, "mold"), first, most_mm)
 
 

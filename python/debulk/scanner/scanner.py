@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arguments import typed
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, decode_into
 from debulk.scanner.faults import refuse_faults
 from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, triangulate_into
+from debulk.stopping import Running, stopping
 
 F32 = NDArray[np.float32]
 Progress = Callable[[str, float], None]
@@ -63,6 +64,7 @@ class Scanner:
     (240, 320, 3)
     """
 
+    @typed
     def __init__(
         self,
         calibration: Calibration,
@@ -74,10 +76,6 @@ class Scanner:
         details: bool = False,
         threads: int = 0,
     ) -> None:
-        if not isinstance(calibration, Calibration):
-            raise InputError(
-                f"calibration: expected a debulk.scanner.Calibration, but got a {type(calibration).__name__}"
-            )
         self.calibration = calibration
         self.periods = checked_periods(periods)
         self.steps = checked_steps(steps, self.periods)
@@ -94,8 +92,7 @@ class Scanner:
         for _ in range(2):
             maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in names}
             self._maps.append(maps | {"exposure": np.empty(shape, np.uint8)})
-        self._lock = threading.Lock()
-        self._running: set[_core.Stop] = set()
+        self._running = Running()
         self._busy = threading.Lock()
 
     def scan(
@@ -141,9 +138,9 @@ class Scanner:
                 raise InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
             stop.set_deadline(deadline_s)
         report = progress or (lambda stage, done: None)
-        with self._busy, self._cancellable(stop):
+        with self._busy, self._running.holding(stop):
             try:
-                with ThreadPoolExecutor(1, "debulk") as pool, _stopping(stop):
+                with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
                     return self._scan(left_images, right_images, out, report, stop, pool)
             except _core.Stopped:
                 if stop.cancelled:
@@ -152,9 +149,7 @@ class Scanner:
 
     def cancel(self) -> None:
         """End the scan that runs, from any thread: it raises `ScanCancelled` after some milliseconds."""
-        with self._lock:
-            for stop in self._running:
-                stop.cancel()
+        self._running.cancel()
 
     def _scan(
         self,
@@ -193,25 +188,3 @@ class Scanner:
         scan = pool.submit(triangulate_into, *work).result()
         report("triangulating", 1.0)
         return scan
-
-    @contextmanager
-    def _cancellable(self, stop: _core.Stop) -> Iterator[None]:
-        with self._lock:
-            self._running.add(stop)
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._running.discard(stop)
-
-
-@contextmanager
-def _stopping(stop: _core.Stop) -> Iterator[None]:
-    """Raise the stop when the body ends by what no computation throws: the thread that it waits for ends soon then."""
-    try:
-        yield
-    except (InputError, _core.Stopped):
-        raise
-    except BaseException:
-        stop.cancel()
-        raise

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arguments import typed
 from debulk.scanner.calibration import Calibration, Rectified
 from debulk.scanner.decode import Phase
 from debulk.scanner.epipolar import Epipolar, judge_rows
@@ -75,6 +76,7 @@ def match(left: Phase | ArrayLike, right: Phase | ArrayLike, *, threads: int = 0
     return disparity, sigma
 
 
+@typed
 def triangulate(
     left: Phase | ArrayLike,
     right: Phase | ArrayLike,

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.scanner import Calibration, fringe_patterns
 from debulk.scenes.fringe_light import AMBIENT, Texture, light_lines, reflectance
 from debulk.scenes.fringe_rig import Rig, View, depths, rig
@@ -55,6 +56,7 @@ class FringeImages:
     truth: FringeTruth = field(repr=False)
 
 
+@typed
 def fringe_images(
     layup: Layup,
     pixels: tuple[int, int] = (1280, 960),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.scenes import mold
 from debulk.scenes.bump import Bump
 from debulk.scenes.camera import aim
@@ -109,6 +110,7 @@ class Layup:
         return debulk(self.truth.pockets, self.truth.decoys, self._scanner, self.truth.thickness_mm, bulk_factor)
 
 
+@typed
 def layup(
     seed: int = 0,
     pixels: tuple[int, int] = (1280, 960),

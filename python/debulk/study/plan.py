@@ -41,7 +41,7 @@ class Plan:
             node_targets=(50, 100),
             tolerances=(1e-4, 1e-8),
             starts=(1, 3),
-            most_starts=(4, 16),
+            most_starts=(Recipe().solve.most_starts, 16),  # the table of layups shows the recipe's rule
             stiffnesses=(1e4, 1e8),
             method_tolerances=(1e-6, 1e-8),
             gradient_tolerances=(1e-4,),

@@ -119,5 +119,22 @@ TEST(FillHoles, CopesWithHolesWithinHolesAndThinRings) {
   EXPECT_THROW(fill_holes(grid, {-1.0}), InputError);
 }
 
+// One large hole is a system of many thousand unknowns: a second's work.
+TEST(FillHoles, HeedsAStopWithinOneHole) {
+  constexpr int side = 160;
+  Grid<float> grid(side + 8, side + 8, {0, 0}, 1.0, 1.0f);
+  std::vector<Cell> cells;
+  for (int j = 4; j < side + 4; ++j)
+    for (int i = 4; i < side + 4; ++i) grid.at(i, j) = nanf, cells.push_back({i, j});
+  const Hole hole{cells.data(), static_cast<int>(cells.size()), 4, side + 3, 4, side + 3};
+  std::vector<float> out(cells.size());
+  HolePatch patch;
+  patch.fill(grid, hole, out.data());
+  EXPECT_NEAR(out[out.size() / 2], 1, 1e-4);
+  const Stop stop;
+  stop.cancel();
+  EXPECT_THROW(patch.fill(grid, hole, out.data(), stop), Stopped);
+}
+
 }  // namespace
 }  // namespace debulk

@@ -18,7 +18,7 @@ def test_a_small_steep_bump_is_judged_and_creases(regions):
     assert report.verdict is Verdict.CREASE
     (bump,) = report.pockets
     assert bump.area_mm2 < 200
-    assert bump.promoted.startswith("below the tolerance of area, but")
+    assert bump.promoted.startswith("below the tolerance on area, but")
     assert np.linalg.norm(bump.outline_mm.mean(axis=0) - (50, 30)) < 1.0
 
 
@@ -76,7 +76,7 @@ def test_a_wide_hollow_below_the_cut_is_named():
     """300 mm wide, bridged 1.5 mm high: it never comes to the cut, and is listed with its bound."""
     report = laid_ply.inspector().inspect(laid_ply.scan(laid_ply.bell(50, 30, 300, 1.5)))
     (entry,) = [entry for entry in report.left_out if entry.what.startswith("bump of")]
-    assert "below the tolerance of height" in entry.why
+    assert "below the tolerance on height" in entry.why
     assert "at (50, 30) mm" in entry.what
 
 

@@ -83,7 +83,7 @@ def test_a_hash_ends_with_the_inspection():
 @pytest.mark.parametrize(
     ("context", "part"),
     [
-        ("A-17", "context: expected a dictionary of names and values, but got a str"),
+        ("A-17", "context: expected a dictionary of names and values, but got 'A-17'"),
         ({3: "x"}, "context: expected names that are text, but got 3"),
         ({"a": {"b": float("nan")}}, "context.a.b: expected text, a finite number"),
         ({"a": [1, object()]}, "context.a[1]: expected text, a finite number"),

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import laid_ply
+from debulk import _core, pocket
+from debulk.inspection import wrinkles
 from debulk.verdict import Verdict
 
 
@@ -26,7 +28,7 @@ def _ridge(wide_mm, high_mm, long_mm, turned_deg):
 @pytest.mark.parametrize(("wide_mm", "high_mm"), [(3, 8), (6, 3)])
 def test_a_wrinkle_is_found_with_its_place_and_height(wide_mm, high_mm, turned_deg):
     scan = laid_ply.scan(_ridge(wide_mm, high_mm, 200, turned_deg), noise_mm=0.05)
-    found = laid_ply.inspector()._wrinkles.find(scan, None)
+    found = laid_ply.inspector()._wrinkles.find(scan, None).wrinkles
     assert found
     turn = np.radians(turned_deg)
     for wrinkle in found:
@@ -62,4 +64,77 @@ def test_noise_flying_pixels_highlights_and_pockets_are_no_wrinkles():
         streak = (np.abs(along) < 40) & (np.abs(across) < rng.uniform(1, 4))
         off = np.where(streak[..., None], rng.normal(0, 5, depth.shape), off)
     noisy = (scan * (1 + off / depth)).astype(np.float32)
-    assert laid_ply.inspector()._wrinkles.find(noisy, None) == ()
+    assert laid_ply.inspector()._wrinkles.find(noisy, None).wrinkles == ()
+
+
+# --- where none can be looked for, and where not all can be found ---
+
+
+def _says(standing, what, why):
+    (entry,) = standing.left_out
+    return what in entry.what and why in entry.why and bool(entry.bound)
+
+
+def test_what_is_no_image_or_too_coarse_is_left_out_with_a_bound():
+    search, scan = laid_ply.inspector()._wrinkles, laid_ply.scan(_ridge(3, 8, 200, 0))
+    assert search.find(scan, None).wrinkles
+    for points, why in (
+        (np.ascontiguousarray(scan.reshape(-1, 3)), "no image"),
+        (np.ascontiguousarray(scan[::5, ::5]), "apart"),
+        (np.full_like(scan, np.nan), "pitch"),
+    ):
+        standing = search.find(points, None)
+        assert _says(standing, "wrinkles that stand already", why)
+        assert standing.wrinkles == ()
+        assert standing.doubt is None
+
+
+def test_the_width_that_the_pixels_resolve_is_named_where_it_is_coarse():
+    search = laid_ply.inspector()._wrinkles
+    coarse = laid_ply.scan(_ridge(3, 8, 200, 0))  # pixels of about 1 mm
+    assert _says(search.find(coarse, None), "narrower than 3", "pixels wide")
+    assert search.find(0.5 * coarse, None).left_out == ()
+
+
+def test_a_scan_that_stands_out_everywhere_is_spoiled_unless_it_does_off_the_ply(monkeypatch):
+    monkeypatch.setattr(wrinkles._SEARCH, "most", 2000)
+    ridge = _ridge(3, 8, 200, 20)
+    scan = laid_ply.scan(ridge)
+    rows, columns = np.nonzero(np.isfinite(scan[..., 2]))
+    off = np.zeros(scan.shape[:2], dtype=bool)
+    off[rows, columns] = ~pocket.inside(laid_ply.layup().ply_outline, _in_mold(scan)[rows, columns, :2])
+    wild = np.random.default_rng(2).normal(0, 3, scan.shape[:2]).astype(np.float32)
+    around, on_it = scan.copy(), scan.copy()
+    around[..., 2] += np.where(off, wild, 0)
+    on_it[..., 2] += np.where(off, 0, wild)
+    search = laid_ply.inspector()._wrinkles
+    assert search.find(around, None).doubt is None
+    assert search.find(around, None).wrinkles
+    spoiled = search.find(on_it, None)
+    assert _says(spoiled, "wrinkles that stand already", "spoiled")
+    judged = wrinkles.doubts(spoiled, laid_ply.inspector().recipe)
+    assert judged[-1].verdict is Verdict.INVALID
+    assert "scan again" in judged[-1].reason
+
+
+def _in_mold(scan):
+    pose = laid_ply.layup().mold_from_scanner
+    return scan @ pose[:3, :3].T + pose[:3, 3]
+
+
+def test_the_search_heeds_a_stop_and_a_deadline_leaves_a_doubt():
+    search, scan = laid_ply.inspector()._wrinkles, laid_ply.scan(_ridge(3, 8, 200, 0))
+    late = _core.Stop()
+    late.set_deadline(1e-9)
+    standing = search.find(scan, None, late)
+    assert standing.doubt.verdict is Verdict.UNDECIDED
+    assert _says(standing, "wrinkles that stand already", "deadline")
+    cancelled = _core.Stop()
+    cancelled.cancel()
+    with pytest.raises(_core.Stopped):
+        search.find(scan, None, cancelled)
+
+
+def test_a_report_lists_what_was_not_searched():
+    report = laid_ply.inspector().inspect(laid_ply.scan(laid_ply.bell(50, 30, 60, 8)))
+    assert any("standing wrinkles narrower than" in entry.what for entry in report.left_out)

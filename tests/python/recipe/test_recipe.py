@@ -1,5 +1,6 @@
 import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -157,7 +158,7 @@ def test_numpy_numbers_are_numbers():
 
 
 def test_a_recipe_does_not_change():
-    with pytest.raises(ValueError, match="frozen"):
+    with pytest.raises(ValueError, match="thickness_mm: a recipe does not change"):
         Recipe().material.thickness_mm = 1.0
 
 
@@ -224,3 +225,23 @@ def test_its_repr_shows_what_is_no_default_and_gives_it_back():
     assert repr(Recipe()) == "Recipe()"
     assert len(repr(recipe)) < 120
     assert eval(repr(recipe)) == recipe
+
+
+def test_type_checkers_know_every_section(tmp_path):
+    """The signature that they read is written by hand: a section that it lacks would be an error at the call."""
+    api = pytest.importorskip("mypy.api")
+    sections = [f"Recipe({name}={{}})\nRecipe({name}=Recipe().{name})" for name in Recipe.model_fields]
+    wrong = ["Recipe(material=3)", "Recipe(materiel={})", "Recipe({})"]
+    lines = "\n".join(["from debulk import Recipe", *sections, *wrong]).splitlines()
+    (tmp_path / "call.py").write_text("\n".join(lines) + "\n")
+    cache = Path(__file__).parents[3] / ".mypy_cache" / "calls"
+    options = [
+        "--config-file=",
+        "--strict",
+        "--follow-imports=silent",
+        "--ignore-missing-imports",
+        f"--cache-dir={cache}",
+    ]
+    said, failed, _ = api.run([*options, str(tmp_path / "call.py")])
+    found = {int(number) for number in re.findall(r"call\.py:(\d+): error", said)}
+    assert found == set(range(len(lines) - len(wrong) + 1, len(lines) + 1)), said + failed

@@ -163,6 +163,8 @@ def test_the_printed_tables_say_what_the_csv_files_hold(printed):
         assert f"\n{title}" in text
     assert max(len(line) for line in text.splitlines()) < 200
     lines = [line.split() for line in text.splitlines()]
+    counted = [line for line in lines if line[:1] == ["all"]]
+    assert len(counted) == 1 and int(counted[0][1]) > 0  # no table is empty
     shown = 0
     for line in read(folder / "settings.csv"):
         if line["sweep"] == "nodes":

@@ -1,0 +1,116 @@
+"""Checks of the plain arguments of public functions, by their annotations: an error names the argument and its type."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import inspect
+import numbers
+from collections.abc import Callable, Mapping
+from os import PathLike
+from typing import Any, ParamSpec, TypeVar
+
+from debulk._core import InputError
+
+__all__ = ["check_fields", "of_type", "typed"]
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+# What an annotation asks for, in words, and whether a value is that.
+_FILE = (str, PathLike)
+_KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "float": ("a number", lambda value: isinstance(value, numbers.Real) or _plain(value, "fiu")),
+    "int": ("a whole number", lambda value: isinstance(value, numbers.Integral) or _plain(value, "iu")),
+    "str": ("text", lambda value: isinstance(value, str)),
+    "str | PathLike[str]": ("the name of a file", lambda value: isinstance(value, _FILE) and value != ""),
+    "Progress": ("a function of the stage and the share that is done", callable),
+}
+# Classes of ours by their names, for what is not imported yet cannot have been passed; and where to get one.
+_CLASSES = {
+    "Recipe": ("debulk.Recipe", "debulk.Recipe.load() reads one"),
+    "Report": ("debulk.Report", "debulk.Report.load() reads one"),
+    "Calibration": ("debulk.scanner.Calibration", "debulk.scanner.Calibration.load() reads one"),
+    "Layup": ("debulk.scenes.Layup", "debulk.scenes.layup() makes one"),
+    "Sheet": ("debulk.sheet.Sheet", "debulk.sheet.Sheet() makes one"),
+}
+_TEXTS = ("Literal[", "Paths")  # which words are allowed is said where they are used
+
+
+def typed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """Check the arguments of a function that are annotated as numbers, text, files or classes of ours.
+
+    Others are left alone: arrays are looked at where they are used. Keywords that the function does not know are a
+    `TypeError`, as ever.
+
+    Examples
+    --------
+    >>> @typed
+    ... def area(width_mm: float, height_mm: float | None = None) -> float:
+    ...     return width_mm * (height_mm or width_mm)
+    >>> area(2)
+    4
+    >>> area("2")
+    Traceback (most recent call last):
+    ...
+    debulk._core.InputError: width_mm: expected a number, but got '2'
+    """
+    wanted = _wanted(function.__annotations__)
+    order = list(inspect.signature(function).parameters)
+
+    @functools.wraps(function)
+    def call(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+        _check(dict(zip(order, args, strict=False)), wanted)
+        _check(kwargs, wanted)
+        return function(*args, **kwargs)
+
+    return call
+
+
+def check_fields(record: Any) -> None:
+    """Do the same for the fields of a dataclass."""
+    annotations = {field.name: field.type for field in dataclasses.fields(record)}
+    _check({name: getattr(record, name) for name in annotations}, _wanted(annotations))
+
+
+def of_type(value: Any) -> str:
+    """Say what came instead: text, a number or None as it is written, else the type."""
+    if value is None or isinstance(value, (str, int, float, PathLike)):
+        text = repr(str(value) if isinstance(value, PathLike) else value)
+        return text if len(text) <= 60 else f"{text[:57]}..."
+    name = type(value).__name__.replace("ndarray", "array")
+    return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
+
+
+def _wanted(annotations: Mapping[str, Any]) -> dict[str, tuple[str, bool]]:
+    """Return the kind of every argument that is checked, and whether it may be None."""
+    found = {}
+    for name, annotation in annotations.items():
+        kind = str(annotation).removesuffix(" | None")
+        may_be_none = kind != str(annotation)
+        kind = "str" if kind.startswith(_TEXTS) else kind
+        if name != "return" and (kind in _KINDS or kind in _CLASSES):
+            found[name] = kind, may_be_none
+    return found
+
+
+def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) -> None:
+    for name, (kind, may_be_none) in wanted.items():
+        if name not in values or (may_be_none and values[name] is None):
+            continue
+        value = values[name]
+        if kind in _KINDS:
+            expected, fits = _KINDS[kind]
+            right = fits(value)
+        else:
+            names = {base.__name__ for base in type(value).__mro__}  # a namespace stands for one in an experiment
+            expected, right = f"a {_CLASSES[kind][0]}", bool(names & {kind, "SimpleNamespace"})
+        if not right:
+            remedy = f"; {_CLASSES[kind][1]}" if kind in _CLASSES else ""
+            or_none = " or None" if may_be_none else ""
+            raise InputError(f"{name}: expected {expected}{or_none}, but got {of_type(value)}{remedy}")
+
+
+def _plain(value: Any, kinds: str) -> bool:
+    """Tell whether a value is an array without dimensions, of numbers."""
+    return getattr(value, "ndim", None) == 0 and value.dtype.kind in kinds

@@ -1,0 +1,58 @@
+"""What stands below every --help: examples, and the exit codes."""
+
+from __future__ import annotations
+
+EXAMPLES = {
+    "": (
+        "debulk demo -o out",
+        "debulk inspect scan.pcd --reference ref.pcd --pose pose.txt -o layup.html",
+        "debulk inspect --help",
+    ),
+    "inspect": (
+        "debulk inspect scan.pcd --reference ref.pcd --pose pose.txt -o layup.html",
+        "debulk inspect scan.ply --reference ref.ply --pose identity --angles=-45,45",
+        "debulk inspect s.npy --reference r.npy --pose p.txt --json > layup.json",
+    ),
+    "demo": ("debulk demo", "debulk demo -o out --seed 3 --keep-files"),
+    "page": ("debulk page layup.json -o layup.html", "debulk page ply1.json ply2.json -o stack.html"),
+    "recipe": ("debulk recipe > cell.toml",),
+    "compare": (
+        "debulk compare layup.json debulked.pcd --reference ref.pcd --pose pose.txt",
+        "debulk compare layup.json after.pcd --reference ref.pcd --pose p.txt -o after.html",
+    ),
+    "repeat": ("debulk repeat layup.json --scan scan.pcd --reference ref.pcd",),
+    "view": ("debulk view layup.json", "debulk view layup.json --pocket 2 --png pocket.png"),
+    "study": ("debulk study solver --quick -o study",),
+    "replay": ("debulk replay dumps/20261122T081500_pocket_2.json",),
+    "doctor": ("debulk doctor", "debulk doctor --json"),
+    "completion": ('eval "$(debulk completion bash)"', "debulk completion zsh > ~/.zfunc/_debulk"),
+    "scan": ("debulk scan left/ right/ --calibration cell.json -o scan.pcd", "debulk scan patterns patterns/"),
+    "scan images": (
+        "debulk scan left/ right/ --calibration cell.json -o scan.pcd",
+        "debulk scan left/ right/ --calibration cell.json -o s.npy --picture s.png",
+    ),
+    "scan patterns": ("debulk scan patterns patterns/ --pixels 1920x1080 --periods 50,51",),
+    "scan calibrate": (
+        "debulk scan calibrate left/ right/ --squares 10x7 --square-mm 25 -o cell.json",
+        "debulk scan calibrate l/ r/ --squares 9x6 --square-mm 30 --charuco --marker-mm 22 -o c.json",
+    ),
+}
+"""By command; each is tried by a test."""
+
+_VERDICTS = "0 CEASE, 1 CREASE, 2 bad input, 3 INVALID, 4 UNDECIDED"
+_CODES = {
+    "": f"of inspect: {_VERDICTS}; of the others 0 or 2 unless their --help says more",
+    "inspect": _VERDICTS,
+    "demo": "0 done, whatever the verdict, 2 bad input, 3 INVALID",
+    "compare": "0 no outcome was wrong, 1 one was, 2 bad input",
+    "repeat": "0 all figures the same, 1 one differs, 2 bad input",
+    "replay": "0 all solves certified, 1 one is not, 2 bad input",
+}
+
+
+def epilog(command: str) -> str:
+    """Return the examples and exit codes of a command, each in a paragraph."""
+    codes = _CODES.get(command, "0 done, 2 bad input")
+    return "\n\n".join(
+        ["Examples:", *EXAMPLES[command], f"Exit codes: {codes}; 70 a fault of debulk's, 130 interrupted."]
+    )

@@ -1,0 +1,34 @@
+"""A report as a table of pandas (the extra "pandas"), which is imported here and nowhere else."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from debulk.results.extras import imported
+from debulk.results.report_text import CSV_COLUMNS, figure
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    import pandas
+
+    from debulk.results.report import PocketReport, ReportData
+
+__all__ = ["to_dataframe"]
+
+_WORDS = {"verdict", "reason", "decided_by", "paper_verdict", "solver", "status", "touches_ply_edge", "certified"}
+
+
+def to_dataframe(report: ReportData) -> pandas.DataFrame:
+    """Return a row for each pocket, with its number as the index and the columns of the .csv."""
+    pandas = imported("pandas", "pandas", "to_dataframe")
+    rows = [{name: _value(pocket, name) for name in CSV_COLUMNS} for pocket in report.pockets]
+    return pandas.DataFrame(rows, columns=list(CSV_COLUMNS)).set_index("id")
+
+
+def _value(pocket: PocketReport, name: str) -> Any:
+    """Return a figure, NaN where a pocket has none; a word, None where it has none."""
+    value = figure(pocket, name)
+    if isinstance(value, Verdict):
+        return value.name
+    return math.nan if value is None and name not in _WORDS else value

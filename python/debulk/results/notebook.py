@@ -1,0 +1,89 @@
+"""Reports as notebooks show them: small pieces of HTML that need nothing else, light or dark."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+from debulk.results.advice import advice
+from debulk.results.report_text import HEADINGS, figures, number
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.results.comparison import ComparisonData
+    from debulk.results.report import PocketReport, ReportData
+
+__all__ = ["VERDICT_COLOURS", "comparison_html", "pocket_html", "report_html"]
+
+# Okabe and Ito's colours, which the colour-blind tell apart.
+VERDICT_COLOURS = {
+    Verdict.CEASE: "#009e73",
+    Verdict.UNDECIDED: "#e69f00",
+    Verdict.CREASE: "#d55e00",
+    Verdict.INVALID: "#808080",
+}
+_SHOWN = ("#", "x mm", "y mm", "area cm²", "peak mm", "by ΔL mm", "RMS mm", "ridge mm", "verdict", "reason")
+
+
+def report_html(report: ReportData) -> str:
+    """Return the verdict, what to do, and a row for each pocket."""
+    columns = [HEADINGS.index(name) for name in _SHOWN]
+    rows = [[figures(pocket)[k] for k in columns] for pocket in report.pockets]
+    deeds = "".join(f"<div>do: {escape(line)}</div>" for line in advice(report))
+    table = _table(_SHOWN, rows, [pocket.verdict for pocket in report.pockets]) if rows else ""
+    return f"<div>{_headline(report.verdict, report.reason)}{deeds}{table}</div>"
+
+
+def pocket_html(pocket: PocketReport) -> str:
+    """Return the verdict of a pocket, and its figures."""
+    shown = [(name, value) for name, value in zip(HEADINGS, figures(pocket), strict=True) if name != "reason"]
+    headline = _headline(pocket.verdict, f"pocket {pocket.id}: {pocket.reason}")
+    return (
+        f"<div>{headline}{_table([name for name, _ in shown], [[value for _, value in shown]], [pocket.verdict])}</div>"
+    )
+
+
+def comparison_html(comparison: ComparisonData) -> str:
+    """Return the hit rate, and a row for each pocket."""
+    names = ("#", "RMS mm", "measured RMS mm", "ridge mm", "measured peak mm", "predicted", "verdict", "reason")
+    rows = [
+        [
+            str(p.id),
+            number(p.predicted_rms_mm, 3),
+            number(p.measured_rms_mm, 3),
+            number(p.predicted_ridge_mm, 2),
+            number(p.measured_peak_mm, 2),
+            p.predicted.name,
+            p.measured.name,
+            p.reason,
+        ]
+        for p in comparison.pockets
+    ]
+    table = _table(names, rows, [p.measured for p in comparison.pockets]) if rows else ""
+    return f"<div><div>{escape(str(comparison.agreement))}</div>{table}</div>"
+
+
+def _headline(verdict: Verdict, reason: str) -> str:
+    return f"<div>{_coloured(verdict, verdict.name)} {escape(reason)}</div>"
+
+
+def _coloured(verdict: Verdict, text: str) -> str:
+    """Return the text in bold behind a square in the verdict's colour: coloured letters are hard to read."""
+    return f'<b><span style="color:{VERDICT_COLOURS[verdict]}">&#9632;</span>&nbsp;{escape(text)}</b>'
+
+
+def _table(names: Iterable[str], rows: Sequence[Sequence[str]], verdicts: Sequence[Verdict]) -> str:
+    """Return a table; figures stand on the right, and the column "verdict" in its colour."""
+    names = list(names)
+    lines = ["".join(f"<th>{escape(name)}</th>" for name in names)]
+    for row, verdict in zip(rows, verdicts, strict=True):
+        lines.append("".join(_cell(name, value, verdict) for name, value in zip(names, row, strict=True)))
+    return "<table>" + "".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
+
+
+def _cell(name: str, value: str, verdict: Verdict) -> str:
+    if name == "verdict":
+        return f"<td>{_coloured(verdict, value)}</td>"
+    side = "left" if name == "reason" else "right"
+    return f'<td style="text-align:{side}">{escape(value)}</td>'

@@ -1,0 +1,215 @@
+"""What `view` draws, as points and lines in space, without Open3D."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import InputError
+from debulk.page.scales import colours
+from debulk.pocket import inside_outline
+from debulk.report import Report
+from debulk.results.notebook import VERDICT_COLOURS
+from debulk.results.report import PocketReport
+from debulk.view.strokes import strokes
+
+__all__ = ["Lines", "Shapes", "shapes"]
+
+Floats = NDArray[np.float64]
+Rgb = tuple[float, float, float]
+_MAX_POINTS = 400_000
+_MAGNIFICATIONS = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
+_HIGH = 0.3  # heights that are chosen here stay below this share of the width
+_ABOVE_MM = 0.3  # outlines are drawn so much above the cut height, clear of the ply
+_BEFORE_RGB = (0.34, 0.71, 0.91)
+_STRAY = 99.9  # percentile of the heights above which single ones are no ply's, unless a pocket is as high
+_LETTERS = 0.026  # height of a pocket's number over the width of all that is drawn
+_PIN = 0.7  # length of the pin below a number, in heights of the number
+_DARK: Rgb = (0.1, 0.1, 0.1)
+_NUMBER_RGB: Rgb = (0.8, 0.47, 0.65)  # reads on the map, on white, and before the nets of all verdicts
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Line segments in colour.
+
+    Attributes
+    ----------
+    corners, segments, rgb
+        (M, 3), (K, 2), (K, 3).
+    """
+
+    corners: Floats
+    segments: NDArray[np.int32]
+    rgb: Floats
+
+    @classmethod
+    def joined(cls, parts: Sequence[tuple[Floats, NDArray[np.int32], Rgb]]) -> Lines:
+        """Put parts together that each have one colour."""
+        firsts = np.cumsum([0, *(len(corners) for corners, _, _ in parts)])
+        return cls(
+            corners=np.concatenate([np.empty((0, 3)), *(corners for corners, _, _ in parts)]),
+            segments=np.concatenate(
+                [np.empty((0, 2), np.int32), *(s + first for (_, s, _), first in zip(parts, firsts, strict=False))]
+            ).astype(np.int32),
+            rgb=np.concatenate([np.empty((0, 3)), *(np.tile(rgb, (len(s), 1)) for _, s, rgb in parts)]),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """What is drawn, mm, heights above the reference, magnified.
+
+    Attributes
+    ----------
+    magnify
+        How many times larger heights are drawn than lengths.
+    points, point_rgb
+        (N, 3) the height map, lighter the higher; left out where a net is drawn.
+    lines
+        Outlines in the verdict's colour, nets before debulking in light blue, and after it.
+    labels
+        The pockets' numbers above them, and a scale for lengths and one for heights.
+    """
+
+    magnify: float
+    points: Floats
+    point_rgb: Floats
+    lines: Lines
+    labels: Lines
+
+
+def shapes(report: Report, pocket: int | None = None, magnify: float | None = None) -> Shapes:
+    """Make what `view` draws.
+
+    Parameters
+    ----------
+    report, pocket, magnify
+        As for `view`.
+
+    Raises
+    ------
+    InputError
+        No such pocket, a magnification that is not positive, or a report with nothing to draw.
+    """
+    if magnify is not None and not (np.isfinite(magnify) and magnify > 0):
+        raise InputError(f"magnify: expected a positive factor, but got {magnify!r}")
+    chosen = [p for p in report.pockets if pocket in (None, p.id)]
+    if pocket is not None and not chosen:
+        raise InputError(f"pocket: expected one of 1 to {len(report.pockets)}, but got {pocket!r}")
+    points = _map_points(report, None if pocket is None else chosen[0])
+    if len(points) == 0 and not chosen:
+        raise InputError("report: expected a height map or a pocket to draw, but it has neither")
+    cut = float(report.recipe.get("segmentation", {}).get("cut_height_mm", 2.0))
+    parts = [part for p in chosen for part in _pocket_parts(p, cut + _ABOVE_MM)]
+    lines = Lines.joined(parts)
+    everything = np.concatenate([points, lines.corners])
+    top = max(float(everything[:, 2].max()), 1.0)
+    width = float(np.ptp(everything[:, :2], axis=0).max())
+    if magnify is None:
+        magnify = max([f for f in _MAGNIFICATIONS if f * top <= _HIGH * width], default=1.0)
+    scale = np.array([1.0, 1.0, magnify])
+    labels = [_number(p, magnify, _LETTERS * width) for p in chosen if len(p.outline_mm)]
+    labels += _scales(everything, top, magnify)
+    return Shapes(
+        magnify=magnify,
+        points=points * scale,
+        point_rgb=_rgb(points[:, 2] / top),
+        lines=Lines(lines.corners * scale, lines.segments, lines.rgb),
+        labels=Lines.joined(labels),
+    )
+
+
+def _components(colour: str) -> tuple[float, float, float]:
+    """Red, green and blue from 0 to 1 of a colour like #0072b2."""
+    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    return red, green, blue
+
+
+def _rgb(share: Floats) -> Floats:
+    """Cividis, as on the page."""
+    table = np.array([_components(colour) for colour in colours(64)])
+    return np.asarray(table[np.clip(share * 64, 0, 63).astype(int)], dtype=np.float64)
+
+
+def _map_points(report: Report, pocket: PocketReport | None) -> Floats:
+    """Points of the height map, round the pocket if one is chosen, no more than can be drawn."""
+    grid = report.height_map
+    if grid is None:
+        return np.empty((0, 3))
+    known = np.isfinite(grid.values)
+    if report.ply_outline_mm is not None:
+        known &= inside_outline(report.ply_outline_mm, grid)
+    for p in report.pockets:  # the net before debulking is drawn instead, and with it what lies below
+        if p.net is not None and (pocket is None or p is pocket):
+            known &= ~inside_outline(p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm, grid)
+    x, y = np.meshgrid(grid.x_mm, grid.y_mm)
+    points = np.column_stack([x[known], y[known], grid.values[known].astype(np.float64)])
+    if pocket is not None:
+        low, high = pocket.outline_mm.min(axis=0) - 20.0, pocket.outline_mm.max(axis=0) + 20.0
+        points = points[((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1)]
+    if len(points):
+        peak = max((p.peak_mm for p in report.pockets), default=0.0)
+        low_mm, high_mm = np.percentile(points[:, 2], [100 - _STRAY, _STRAY])
+        points = points[(points[:, 2] >= low_mm) & (points[:, 2] <= max(high_mm, peak))]
+    return points[:: max(1, -(-len(points) // _MAX_POINTS))]
+
+
+def _pocket_parts(
+    pocket: PocketReport, outline_height_mm: float
+) -> list[tuple[Floats, NDArray[np.int32], tuple[float, float, float]]]:
+    """Corners, segments and colour of a pocket's outline and nets."""
+    count = len(pocket.outline_mm)
+    ring = np.column_stack([np.arange(count), np.roll(np.arange(count), -1)]).astype(np.int32)
+    rgb = _components(VERDICT_COLOURS[pocket.verdict])
+    parts = [(np.column_stack([pocket.outline_mm, np.full(count, outline_height_mm)]), ring, rgb)]
+    if pocket.net is not None:
+        for nodes, gap, colour in (
+            (pocket.net.nodes_mm, pocket.initial_gap_mm, _BEFORE_RGB),
+            (pocket.debulked_mm, pocket.debulked_gap_mm, rgb),
+        ):
+            if nodes is not None and gap is not None:
+                parts.append((np.column_stack([nodes[:, :2], gap]), pocket.net.edges, colour))
+    return parts
+
+
+def _number(pocket: PocketReport, magnify: float, height: float) -> tuple[Floats, NDArray[np.int32], Rgb]:
+    """Write a pocket's number on a pin above its highest point, upright."""
+    x, y = pocket.centroid_mm or pocket.outline_mm.mean(axis=0)
+    corners, segments = strokes(str(pocket.id))
+    peak = magnify * max(pocket.peak_mm, 0.0)
+    across = corners[:, 0] - 0.5 * (corners[:, 0].min() + corners[:, 0].max())
+    placed = np.column_stack(
+        [x + height * across, np.full(len(corners), y), peak + height * (_PIN + 0.2 + corners[:, 1])]
+    )
+    pin = np.array([[x, y, peak], [x, y, peak + height * _PIN]])
+    ends = np.array([[0, 1]], np.int32) + len(placed)
+    return np.vstack([placed, pin]), np.vstack([segments, ends]), _NUMBER_RGB
+
+
+def _scales(drawn: Floats, top_mm: float, magnify: float) -> list[tuple[Floats, NDArray[np.int32], Rgb]]:
+    """Draw a bar of a round length in front of the ply, and an upright one of a round height at its end."""
+    (x, y), (right, back) = drawn[:, :2].min(axis=0), drawn[:, :2].max(axis=0)
+    width = max(right - x, back - y, 1.0)
+    letters, front = 1.2 * _LETTERS * width, y - 0.05 * width
+    length, height = _round(0.25 * width), _round(top_mm)
+    bars = np.array([[x, front, 0.0], [x + length, front, 0.0], [x, front, magnify * height]])
+    parts = [(bars, np.array([[0, 1], [0, 2]], np.int32), _DARK)]
+    for text, at_x, at_z in ((f"{length:g} mm", x + length + letters, 0.0), (f"{height:g} mm", None, magnify * height)):
+        corners, segments = strokes(text)
+        if at_x is None:  # on the left of the upright bar
+            at_x = x - letters * (corners[:, 0].max() + 0.5)
+        placed = np.column_stack(
+            [at_x + letters * corners[:, 0], np.full(len(corners), front), at_z + letters * corners[:, 1]]
+        )
+        parts.append((placed, segments, _DARK))
+    return parts
+
+
+def _round(length: float) -> float:
+    """Return the largest of 1, 2, 5, 10, ... that is not longer."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(max(f * power for f in (1, 2, 5) if f * power <= length * (1 + 1e-9)))

@@ -1,0 +1,102 @@
+"""Clouds are taken piece by piece: the same points as in one go, and a raised stop is heeded between two pieces."""
+
+import numpy as np
+import pytest
+
+from debulk import InputError, _core, cloud
+from debulk.inspection import cleaning, fingerprint
+from debulk.inspection.offset import raised
+from debulk.stopping import Running, stopping
+
+RNG = np.random.default_rng(4)
+IMAGE = RNG.normal(size=(70, 50, 3)) * 100
+
+
+@pytest.fixture(autouse=True)
+def small_pieces(monkeypatch):
+    monkeypatch.setattr(cleaning, "_PIECE", 300)  # a few rows
+
+
+class Patience(_core.Stop):
+    """A stop that is raised when it was looked at so often."""
+
+    def __init__(self, looks):
+        super().__init__()
+        self.looks = looks
+
+    def now(self):
+        self.looks -= 1
+        return self.looks < 0
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        IMAGE,
+        IMAGE.astype(np.float32),
+        IMAGE[::2, ::3],
+        IMAGE.reshape(-1, 3),
+        np.ma.masked_array(IMAGE, np.abs(IMAGE) > 100),
+        IMAGE.tolist(),
+        np.empty((0, 3)),
+    ],
+    ids=["float64", "float32", "strided", "points", "masked", "list", "none"],
+)
+def test_pieces_make_the_cloud_that_one_go_makes(given):
+    whole = cloud.as_cloud(given)
+    for taken in (cleaning.taken(given, "scan", _core.Stop()), cleaning.owned(given, "scan", _core.Stop())):
+        assert taken.dtype == np.float32
+        np.testing.assert_array_equal(taken, whole)
+    assert fingerprint.of_cloud(given) == fingerprint.of_cloud(whole)
+
+
+def test_a_plain_scan_is_borrowed_and_a_copy_is_a_copy():
+    plain = IMAGE.astype(np.float32)
+    assert np.shares_memory(cleaning.taken(plain, "scan", _core.Stop()), plain)
+    assert not np.shares_memory(cleaning.owned(plain, "scan", _core.Stop()), plain)
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((900, 2)), np.zeros(9), np.zeros((9, 3), int)])
+def test_what_is_no_cloud_is_refused_in_the_same_words(wrong):
+    with pytest.raises(InputError) as one_go:
+        cloud.as_cloud(wrong, "scan")
+    with pytest.raises(InputError) as by_pieces:
+        cleaning.taken(wrong, "scan", _core.Stop())
+    assert str(by_pieces.value) == str(one_go.value)
+
+
+def test_a_stop_is_heeded_between_two_pieces():
+    plain = IMAGE.astype(np.float32)
+    for looks in (0, 1, 5):
+        with pytest.raises(_core.Stopped):
+            cleaning.taken(IMAGE, "scan", Patience(looks))
+        with pytest.raises(_core.Stopped):
+            cleaning.owned(plain, "scan", Patience(looks))
+        with pytest.raises(_core.Stopped):
+            raised(plain, None, 1.0, along_rays=False, stop=Patience(looks))
+        assert fingerprint.of_cloud(plain, Patience(looks)).sha256 is None
+
+
+def test_a_scan_is_raised_by_pieces():
+    plain = IMAGE.astype(np.float32)
+    np.testing.assert_allclose(raised(plain, None, 1.5, along_rays=False), plain + np.float32([0, 0, 1.5]))
+
+
+def test_running_calls_are_stopped_and_no_other():
+    running, one, other, later = Running(), _core.Stop(), _core.Stop(), _core.Stop()
+    with running.holding(one):
+        with running.holding(other):
+            pass
+        running.cancel()
+        with running.holding(later):
+            pass
+    running.cancel()
+    assert [stop.cancelled for stop in (one, other, later)] == [True, False, False]
+
+
+@pytest.mark.parametrize(("error", "raises_it"), [(KeyboardInterrupt, True), (OSError, True), (InputError, False)])
+def test_what_no_computation_throws_ends_the_threads_that_compute(error, raises_it):
+    stop = _core.Stop()
+    with pytest.raises(error), stopping(stop):
+        raise error
+    assert stop.cancelled is raises_it
