@@ -28,4 +28,3 @@ def test_what_stands_up_at_a_cliff_is_no_pocket(known_outline):
     for one in report.pockets:
         assert one.peak_mm < highest + 1
         assert np.linalg.norm(tops - one.outline_mm.mean(axis=0), axis=1).min() < 20
-
