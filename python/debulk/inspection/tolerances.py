@@ -77,7 +77,7 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     dropped.sort(key=lambda one: -one[0].area_mm2)
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
-        bumps = tuple(pool.map(lambda one: _weigh(*one, found, ply, stop), dropped))
+        bumps = tuple(pool.map(lambda one: _weigh(one[0], one[1], one[2], one[3], found, ply, stop), dropped))
     if unlooked and not any(bump.late for bump in bumps):
         bumps += (Bump(Dropped("height", 0.0, 0.0, np.zeros(2)), "the deadline passed before it was found", late=True),)
     return bumps
