@@ -1,7 +1,8 @@
 """What each criterion knows of a pocket before, or by, the default net: python bench/referee/figures.py.
 
-The excess of the laid net (whole fibres, sliding windows, at the default spacing and at half of it), and today's solve:
-RMS and ridge over the recipe's starts with the verdict. One row a pocket goes to figures.csv.
+The excess of the laid net (whole fibres, sliding windows, at the default spacing and at half of it), and the paper's
+solve, with its lumping of the loads: RMS and ridge over the recipe's starts with the verdict. One row a pocket goes to
+figures.csv.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import numpy as np
 from pockets import LIMIT_EXCESS_MM, Pocket, all_pockets
 from tables import Table, build
 
-from debulk import _core, ridge, section, sheet, solve, verdict
+from debulk import _core, net, ridge, section, sheet, solve, verdict
 from debulk.inspection import starts
 from debulk.inspection.laid_pocket import criteria
 from debulk.recipe import Recipe
@@ -37,12 +38,8 @@ def elastic_height(excess_mm: float) -> float:
     return found.height_mm if found.certified else float("nan")
 
 
-def run(pocket: Pocket) -> dict[str, object]:
-    """One row."""
-    recipe = Recipe()
-    laid = pocket.lay()
-    half = pocket.lay(laid.spacing_mm / 2)
-    ply = sheet.Sheet.of_net(laid, pocket.reference, recipe)
+def settled(pocket: Pocket, laid: net.Net, recipe: Recipe) -> starts.Settled:
+    """What all starts that the recipe asks for come to."""
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         return ridge.post_process(
@@ -55,7 +52,16 @@ def run(pocket: Pocket) -> dict[str, object]:
             touch_mm=recipe.ridge.touch_mm,
         )
 
-    found = starts.settle(ply, recipe, post_process, _core.Stop())
+    ply = sheet.Sheet.of_net(laid, pocket.reference, recipe)
+    return starts.settle(ply, recipe, post_process, _core.Stop())
+
+
+def run(pocket: Pocket) -> dict[str, object]:
+    """One row."""
+    recipe = Recipe(loads={"lumping": "paper"})
+    laid = pocket.lay()
+    half = pocket.lay(laid.spacing_mm / 2)
+    found = settled(pocket, laid, recipe)
     judged = verdict.judge(
         certified=found.solution.certified,
         rms_mm=found.best.rms_mm,

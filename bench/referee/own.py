@@ -1,9 +1,9 @@
 """Own nets, far finer than the default: python bench/referee/own.py [--starts 3] [--names A B ...].
 
-Spacing 1 mm, more for large pockets, never above 1.5 mm (the lattice pins folds between 1.5 and 3.5 mm). Nodal loads
-are those of the mesh, P times a cell: the sheet shares its area among all nodes, so it is told N cells. A free node's
-friction stands for the ply between it and the ply's edge: the coefficient is raised by d / spacing, d the mean way
-there. Every start is perturbed: from the laid net itself a smooth, symmetric pocket keeps its symmetry, and ends with
+Spacing 1 mm, more for large pockets, never above 1.5 mm (the lattice pins folds between 1.5 and 3.5 mm). Loads and
+friction are those of the net's own areas, the recipe's default. Rows whose column `loads` says "P dx^2 a node" are from
+before that default: there every node had a whole cell, and every free node's friction the mean way to the ply's edge.
+Every start is perturbed: from the laid net itself a smooth, symmetric pocket keeps its symmetry, and ends with
 four equal folds of higher energy. A row a solve goes to own.csv; only certified ones count.
 """
 
@@ -12,16 +12,13 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import asdict, fields
-from types import SimpleNamespace
 
 import excess
-import numpy as np
 from folds import Fold, worst_fold
 from pockets import Pocket, all_pockets, spread
 from tables import Table, build
 
 from debulk import net, sheet, solve
-from debulk.pocket import distance_to_outline
 from debulk.recipe import Recipe
 
 NODES = 1700  # at most so many, while the spacing is below 1.5 mm
@@ -43,32 +40,11 @@ def spacing_for(pocket: Pocket) -> float:
     return next((d for d in SPACINGS_MM if pocket.foot_area_mm2 / d**2 < NODES), SPACINGS_MM[-1])
 
 
-def fine_sheet(
-    laid: net.Net, pocket: Pocket, young: float = 1.0, friction: float | None = None
-) -> tuple[sheet.Sheet, str]:
-    """The sheet with loads of the mesh, and what they are in words; E times `young`."""
-    recipe = Recipe()
-    material = SimpleNamespace(**recipe.material.model_dump())
-    material.young_mpa *= young
-    if friction is not None:
-        material.friction = friction
-    words = "P dx^2 a node (area_mm2 = N dx^2)"
-    free = laid.kinds == 2
-    if free.any() and len(pocket.ply_outline_mm):
-        way = float(np.mean(distance_to_outline(pocket.ply_outline_mm, laid.nodes_mm[free, :2])))
-        material.friction *= max(way, laid.spacing_mm) / laid.spacing_mm
-        words += f", friction mu P dx d, d {way:.1f} mm"
-    count = len(laid.nodes_mm)
-    ply = sheet.Sheet(
-        laid.nodes_mm,
-        laid.neighbours,
-        laid.kinds,
-        laid.spacing_mm,
-        count * laid.spacing_mm**2,
-        pocket.reference,
-        SimpleNamespace(material=material, loads=recipe.loads),  # type: ignore[arg-type]
-    )
-    return ply, words
+def fine_sheet(laid: net.Net, pocket: Pocket, young: float = 1.0, friction: float | None = None) -> sheet.Sheet:
+    """The sheet; E times `young`."""
+    material = Recipe().material
+    changed = {"young_mpa": young * material.young_mpa, "friction": material.friction if friction is None else friction}
+    return sheet.Sheet.of_net(laid, pocket.reference, Recipe(material=changed))
 
 
 def run(
@@ -77,7 +53,7 @@ def run(
     """One solve: a row."""
     spacing = spacing_for(pocket)
     laid = pocket.lay(spacing)
-    ply, words = fine_sheet(laid, pocket, young, friction)
+    ply = fine_sheet(laid, pocket, young, friction)
     began = time.process_time()
     found = solve.minimise(ply, starts=start + 1, first_start=start, seed=12, deadline_s=deadline_s)
     cpu = time.process_time() - began
@@ -99,7 +75,7 @@ def run(
         "fibre_excess_mm": excess.largest(laid, pocket.reference),
         "iterations": found.iterations,
         "cpu_s": cpu,
-        "loads": words,
+        "loads": ply.ply["lumping"],
         "build": build(),
     }
 

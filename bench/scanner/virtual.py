@@ -24,13 +24,23 @@ def order_errors(phase, truth):
 
 
 def inspected(layup, reference, scan, pose, camera):
+    """The report, and the verdicts and ridges of the pockets found at each bump of the truth; pockets come first."""
     report = Inspector(None, reference, layup.ply_outline, (0, 90), mold_from_scanner=pose, camera=camera).inspect(scan)
-    found = {}
+    bumps = (*layup.truth.pockets, *layup.truth.decoys)
+    found = [[] for _ in bumps]
     for pocket in report.pockets:
-        centre = pocket.outline_mm.mean(axis=0)
-        away = [np.hypot(*(centre - bump.centre_mm)) for bump in layup.truth.pockets]
-        found[int(np.argmin(away))] = pocket
+        away = [np.hypot(*(pocket.outline_mm.mean(axis=0) - bump.centre_mm)) for bump in bumps]
+        found[int(np.argmin(away))].append(pocket)
     return report, found
+
+
+def said(pockets):
+    if not pockets:
+        return "not found"
+    return " and ".join(
+        p.verdict.name + (f" (ridge {p.ridge_height_mm:.3f} mm)" if p.ridge_height_mm is not None else "")
+        for p in pockets
+    )
 
 
 def study(seed, pixels, lines, totals, keep):
@@ -87,15 +97,12 @@ def study(seed, pixels, lines, totals, keep):
     report, found = inspected(layup, reference, scan.points_mm, pose, camera)
     true_report, true_found = inspected(layup, true_reference, true_scan, pose, camera)
     same = 0
-    for k in range(len(layup.truth.pockets)):
-        a, b = (f[k].verdict.name if k in f else "not found" for f in (found, true_found))
-        same += a == b
-        if a != b:
-            ridge = [
-                f"{f[k].ridge_height_mm:.3f} mm" if k in f and f[k].ridge_height_mm is not None else "-"
-                for f in (found, true_found)
-            ]
-            lines.append(f"  pocket {k + 1}: {a} (ridge {ridge[0]}), from the true cloud {b} (ridge {ridge[1]})")
+    for k, (mine, true) in enumerate(zip(found, true_found, strict=True)):
+        agree = [p.verdict for p in mine] == [p.verdict for p in true]
+        pocket = k < len(layup.truth.pockets)
+        same += agree and pocket
+        if not agree:
+            lines.append(f"  {'pocket' if pocket else 'decoy'} {k + 1}: {said(mine)}, from the true cloud {said(true)}")
     lines.append(
         f"  {len(report.pockets)} pockets, {len(true_report.pockets)} from the true cloud; {same} of "
         f"{len(layup.truth.pockets)} verdicts the "

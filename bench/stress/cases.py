@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from debulk import net, sheet, surface
+from debulk.recipe import Recipe
 
 MOLDS = ("plane", "cylinder", "concave cylinder", "sphere", "concave sphere", "saddle", "step")
 EDGES = ("held", "half free", "all free")
@@ -114,7 +115,8 @@ def recipe(case: Case) -> SimpleNamespace:
         density_kg_m3=1048.0,
         friction=case.friction,
     )
-    return SimpleNamespace(material=material, loads=SimpleNamespace(pressure_mpa=case.pressure_mpa, gravity_m_s2=9.81))
+    loads = SimpleNamespace(pressure_mpa=case.pressure_mpa, gravity_m_s2=9.81, lumping=Recipe().loads.lumping)
+    return SimpleNamespace(material=material, loads=loads)
 
 
 def one_at_a_time() -> Iterator[tuple[str, Case]]:

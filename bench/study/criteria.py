@@ -1,7 +1,8 @@
 """What the criterion decides and costs: python bench/study/criteria.py [--layups 110 119]. Writes criteria.txt.
 
 Every virtual layup is inspected by the excess, by the excess without the solves that it does not need, and as the paper
-does. CPU time is that of all threads of the process, for the whole cycle.
+does, with loads of the net's own areas and with the paper's. CPU time is that of all threads of the process, for the
+whole cycle.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ RULES = {
     "excess": Recipe(),
     "excess, solve.when needed": Recipe(solve={"when": "needed"}),
     "paper": Recipe(verdict={"criterion": "paper"}),
+    "paper, with its lumping": Recipe(verdict={"criterion": "paper"}, loads={"lumping": "paper"}),
 }
 
 

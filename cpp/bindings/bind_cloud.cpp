@@ -1,11 +1,15 @@
 #include <array>
+#include <cstdint>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/cloud/outliers.hpp"
 #include "debulk/cloud/pinhole.hpp"
+#include "debulk/cloud/pinhole_outliers.hpp"
 #include "debulk/cloud/pitch.hpp"
 #include "debulk/cloud/transform.hpp"
 
@@ -49,18 +53,36 @@ void bind_cloud(py::module_ m) {
 
   m.def(
       "remove_outliers",
-      [](const CloudArray& points, const OutlierOptions& options, int threads, const Stop& stop) {
+      [](const CloudArray& points, const OutlierOptions& options, int threads, const Stop& stop,
+         const std::optional<std::array<double, 3>>& camera) {
         const CloudView cloud = cloud_view(points, "points");
-        Outliers found;
+        std::vector<std::uint8_t> keep;
         {
           py::gil_scoped_release release;
-          found = remove_outliers(cloud, options, threads, stop);
+          PinholeOutliers image;
+          if (camera && image.run(cloud, {(*camera)[0], (*camera)[1], (*camera)[2]}, options, nullptr, threads, stop))
+            keep = image.keep();
+          else
+            keep = remove_outliers(cloud, options, threads, stop).keep;
         }
         std::vector<py::ssize_t> mask_shape = shape(points);
         mask_shape.pop_back();
-        return to_array(std::move(found.keep), mask_shape);
+        return to_array(std::move(keep), mask_shape);
       },
-      py::arg("points"), py::arg("options"), py::arg("threads"), py::arg("stop"));
+      py::arg("points"), py::arg("options"), py::arg("threads"), py::arg("stop"), py::arg("camera") = py::none());
+
+  m.def(
+      "move_kept",
+      [](py::array_t<float, py::array::c_style>& points, const Array<std::uint8_t>& keep, const Array<double>& matrix, int threads,
+         const Stop& stop) {
+        const CloudView cloud = cloud_view(points, "points");
+        require(static_cast<std::size_t>(keep.size()) == cloud.size(), "keep", "one value per point", shape_of(keep));
+        const Eigen::Matrix4d motion = pose_of(matrix);
+        float* xyz = points.mutable_data();
+        py::gil_scoped_release release;
+        move_kept(xyz, keep.data(), cloud.size(), motion, threads, stop);
+      },
+      py::arg("points").noconvert(), py::arg("keep"), py::arg("matrix"), py::arg("threads"), py::arg("stop"));
 
   m.def(
       "median_pitch",

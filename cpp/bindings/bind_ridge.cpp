@@ -71,6 +71,12 @@ void bind_ridge(py::module_ m) {
       .def_readonly("ridge_height_mm", &PostProcessed::ridge_height)
       .def_readonly("ridge_length_mm", &PostProcessed::ridge_length)
       .def_readonly("bridge_height_mm", &PostProcessed::bridge_height)
+      .def_property_readonly(
+          "is_drawn_in",
+          [](const PostProcessed& p) { return to_array(std::vector<std::uint8_t>(p.drawn_in), {py::ssize_t(p.drawn_in.size())}); })
+      .def_readonly("drawn_in_height_mm", &PostProcessed::drawn_in_height)
+      .def_property_readonly("drawn_in_tension_n_per_mm", [](const PostProcessed& p) { return p.drawn_in_pull.tension; })
+      .def_property_readonly("drawn_in_hold_n_per_mm", [](const PostProcessed& p) { return p.drawn_in_pull.most; })
       .def_readonly("rms_mm", &PostProcessed::rms)
       .def_readonly("excess_length_mm", &PostProcessed::excess_length);
 
@@ -87,11 +93,12 @@ void bind_ridge(py::module_ m) {
         py::arg("options"));
   m.def(
       "post_process",
-      [](const Minimum& minimum, const PocketNet& laid, const Surface& surface, const RidgeOptions& options) {
+      [](const Minimum& minimum, const PocketNet& laid, const Surface& surface, const RidgeOptions& options, const PlyMaterial& ply) {
         const py::gil_scoped_release release;
-        return post_process(minimum.nodes, laid.net.neighbours, laid.net.inside, surface, options);
+        return post_process(minimum.nodes, laid.net.neighbours, laid.net.inside, surface, options,
+                            bridge_hold(laid, minimum.tensions_n, ply.friction, ply.pressure_mpa));
       },
-      py::arg("minimum"), py::arg("net"), py::arg("surface"), py::arg("options"));
+      py::arg("minimum"), py::arg("net"), py::arg("surface"), py::arg("options"), py::arg("ply"));
   m.def("largest_fibre_excess", &largest_excess_of_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("surface"));
 }
 

@@ -5,6 +5,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/scanner/decode.hpp"
+#include "debulk/scanner/lens_blur.hpp"
 #include "debulk/scanner/neighbours.hpp"
 #include "debulk/scanner/sensor_noise.hpp"
 #include "debulk/scanner/stereo.hpp"
@@ -151,6 +152,28 @@ void bind_scanner(py::module_ m) {
       py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"),
       py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"), py::arg("threads"),
       py::arg("widest"), py::arg("stop"));
+
+  m.def(
+      "take_out_blur",
+      [](const Plane& phase, const py::object& modulation, const py::object& exposure, const std::vector<float>& brightness,
+         double variance_px2, int threads, int widest, const Stop& stop) {
+        require(phase.ndim() == 2, "phase", "an (H, W) array", shape_of(phase));
+        const py::ssize_t height = phase.shape(0), width = phase.shape(1);
+        FringeLight light;
+        light.modulation = target<float>(modulation, {height, width}, "modulation");
+        light.exposure = target<std::uint8_t>(exposure, {height, width}, "exposure");
+        require(light.modulation && light.exposure && !brightness.empty() && brightness.size() < light.gain.size(), "modulation, exposure",
+                "maps and the brightness of each exposure", brightness.size());
+        for (std::size_t e = 0; e < brightness.size(); ++e) light.gain[e] = 1.0f / brightness[e];
+        light.width = static_cast<int>(width), light.height = static_cast<int>(height);
+        float* phases = target<float>(phase, {height, width}, "phase");
+        py::gil_scoped_release release;
+        const double variance = variance_px2 < 0 ? estimate_blur(phases, light, threads, stop) : variance_px2;
+        take_out_blur(phases, light, variance, threads, stop, widest_isa(widest));
+        return variance;
+      },
+      py::arg("phase").noconvert(), py::arg("modulation"), py::arg("exposure"), py::arg("brightness"), py::arg("variance_px2"),
+      py::arg("threads"), py::arg("widest"), py::arg("stop"), "Returns the variance: the given one, or the estimate for a negative one.");
 
   m.def(
       "match",

@@ -59,6 +59,12 @@ void bind_minimiser(py::module_ m) {
       .def_property_readonly("explanation", [](const Minimum& s) { return explanation(s.status); })
       .def_readonly("certificate", &Minimum::certificate)
       .def_property_readonly("certified", &Minimum::certified)
+      .def_property_readonly("tensions_n",
+                             [](const Minimum& s) {
+                               std::vector<double> tensions = s.tensions_n;
+                               const auto count = static_cast<py::ssize_t>(tensions.size());
+                               return to_array(std::move(tensions), {count});
+                             })
       .def_readonly("energy_mj", &Minimum::energy_mj)
       .def_readonly("iterations", &Minimum::iterations)
       .def_readonly("evaluations", &Minimum::evaluations);
@@ -97,15 +103,23 @@ void bind_sheet(py::module_ m) {
       .def_readwrite("density_kg_m3", &PlyMaterial::density_kg_m3)
       .def_readwrite("friction", &PlyMaterial::friction)
       .def_readwrite("pressure_mpa", &PlyMaterial::pressure_mpa)
-      .def_readwrite("gravity_m_s2", &PlyMaterial::gravity_m_s2);
+      .def_readwrite("gravity_m_s2", &PlyMaterial::gravity_m_s2)
+      .def_property(
+          "lumping", [](const PlyMaterial& p) { return p.lumping == Lumping::paper ? "paper" : "consistent"; },
+          [](PlyMaterial& p, const std::string& name) {
+            require(name == "consistent" || name == "paper", "lumping", "\"consistent\" or \"paper\"", "\"" + name + "\"");
+            p.lumping = name == "paper" ? Lumping::paper : Lumping::consistent;
+          });
 
   py::class_<Sheet, std::shared_ptr<Sheet>>(m, "Sheet")
       .def(py::init([](const Array<double>& nodes, const Array<int>& neighbours, const Array<int>& kinds, double spacing, double area,
-                       std::shared_ptr<Surface> reference, const PlyMaterial& ply) {
-             return std::make_shared<Sheet>(net_of(nodes, neighbours, kinds, spacing), area, ply, std::move(reference));
+                       std::shared_ptr<Surface> reference, const PlyMaterial& ply, const std::vector<double>& to_edge) {
+             Net net = net_of(nodes, neighbours, kinds, spacing);
+             net.to_edge = to_edge;
+             return std::make_shared<Sheet>(std::move(net), area, ply, std::move(reference));
            }),
            py::arg("nodes_mm"), py::arg("neighbours"), py::arg("kinds"), py::arg("spacing_mm"), py::arg("area_mm2"), py::arg("reference"),
-           py::arg("ply"))
+           py::arg("ply"), py::arg("edge_mm"))
       .def(py::init([](const PocketNet& laid, std::shared_ptr<Surface> reference, const PlyMaterial& ply) {
              return std::make_shared<Sheet>(laid.net, laid.area, ply, std::move(reference));
            }),
@@ -141,6 +155,12 @@ void bind_sheet(py::module_ m) {
           py::arg("x"))
       .def_property_readonly("start", [](const Sheet& s) { return to_array<3>(s.start()); })
       .def_property_readonly("nodal_force_n", &Sheet::nodal_force_n)
+      .def_property_readonly("edge_mm",
+                             [](const Sheet& s) {
+                               std::vector<double> ways = s.net().to_edge;
+                               const auto count = static_cast<py::ssize_t>(ways.size());
+                               return to_array(std::move(ways), {count});
+                             })
       .def_property_readonly("left_out", &Sheet::left_out);
 
   bind_minimiser(m);

@@ -11,6 +11,7 @@
 #include "debulk/surface/front_end.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/median.hpp"
+#include "debulk/surface/misfit.hpp"
 
 namespace debulk {
 namespace {
@@ -275,6 +276,20 @@ void bind_surface(py::module_ m) {
         return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"), py::arg("stop"));
+
+  m.def(
+      "misfits",
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const Reference& fit, int threads,
+         const Stop& stop) {
+        const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
+        Grid<std::uint8_t> out;
+        {
+          py::gil_scoped_release release;
+          out = misfits(heights, fit, threads, stop);
+        }
+        return grid_values(std::move(out));
+      },
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("reference"), py::arg("threads"), py::arg("stop"));
 
   m.def("extent", &extent, py::arg("surface"));
   bind_front_end(m);

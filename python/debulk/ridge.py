@@ -98,6 +98,9 @@ class PostProcessed:
         (N,) bool, the peaks of the ridges.
     is_bridge
         (N,) bool, nodes where the ply is too short to reach the mold; they keep the gap of the minimum.
+    is_drawn_in
+        (N,) bool, nodes where the model bridges, but pulls harder than the friction out to the ply's edge can hold:
+        there the ply is drawn in, and lies on the mold. Where tensions or edge are not known, none.
     sections
         Of the ridges, from the largest gap of the minimum down.
     ridge_height_mm
@@ -106,8 +109,11 @@ class PostProcessed:
         Of the longest connected ridge line, mm; 0 without one.
     bridge_height_mm
         Of the highest bridging node, mm; 0 without one.
+    drawn_in_height_mm, drawn_in_tension_n_per_mm, drawn_in_hold_n_per_mm
+        Of the highest node that is drawn in, as the model has it: its height, the pull of its fibre, and what friction
+        holds; 0 without one.
     rms_mm
-        Root mean square of `gap_mm` over the nodes inside the perimeter, mm.
+        Root mean square of `gap_mm` over the nodes inside the perimeter that are not drawn in, mm.
     excess_length_mm
         `largest_fibre_excess` of the net, mm.
     """
@@ -115,10 +121,14 @@ class PostProcessed:
     gap_mm: NDArray[np.float64]
     is_ridge: NDArray[np.bool_]
     is_bridge: NDArray[np.bool_]
+    is_drawn_in: NDArray[np.bool_]
     sections: tuple[RidgeSection, ...]
     ridge_height_mm: float
     ridge_length_mm: float
     bridge_height_mm: float
+    drawn_in_height_mm: float
+    drawn_in_tension_n_per_mm: float
+    drawn_in_hold_n_per_mm: float
     rms_mm: float
     excess_length_mm: float
 
@@ -202,10 +212,14 @@ def from_core(out: _core.ridge.PostProcessed) -> PostProcessed:
         gap_mm=out.gap_mm,
         is_ridge=out.is_ridge.astype(np.bool_),
         is_bridge=out.is_bridge.astype(np.bool_),
+        is_drawn_in=out.is_drawn_in.astype(np.bool_),
         sections=sections,
         ridge_height_mm=out.ridge_height_mm,
         ridge_length_mm=out.ridge_length_mm,
         bridge_height_mm=out.bridge_height_mm,
+        drawn_in_height_mm=out.drawn_in_height_mm,
+        drawn_in_tension_n_per_mm=out.drawn_in_tension_n_per_mm,
+        drawn_in_hold_n_per_mm=out.drawn_in_hold_n_per_mm,
         rms_mm=out.rms_mm,
         excess_length_mm=out.excess_length_mm,
     )

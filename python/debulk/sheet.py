@@ -20,7 +20,9 @@ Floats = NDArray[np.float64]
 
 __all__ = ["Sheet"]
 
-_PLY_NAMES = ("thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "pressure_mpa", "gravity_m_s2")
+_PLY_NAMES = (
+    "thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "pressure_mpa", "gravity_m_s2", "lumping",
+)  # fmt: skip
 
 
 class Sheet:
@@ -40,11 +42,14 @@ class Sheet:
     spacing_mm
         Length of every segment, mm.
     area_mm2
-        Area of the ply inside the perimeter, shared evenly by the N nodes, mm².
+        Area of the ply inside the perimeter, mm². Loads of the paper's lumping share it out evenly to the N nodes, and
+        so do those of a net without a cell, a single fibre; else a node's share is a quarter of each adjoining cell.
     reference
         The surface below the ply.
     recipe
         Its sections `material` and `loads` are used. Default: ``Recipe()``.
+    edge_mm
+        (N,) way from each node to the ply's edge, mm, for the friction of free nodes. Default: half a spacing.
 
     Raises
     ------
@@ -79,6 +84,7 @@ class Sheet:
         area_mm2: float,
         reference: Reference,
         recipe: Recipe | None = None,
+        edge_mm: ArrayLike | None = None,
     ) -> None:
         from debulk.recipe import Recipe
         from debulk.recipe.options import ply
@@ -97,6 +103,7 @@ class Sheet:
             area_mm2,
             reference,
             self._ply,
+            [] if edge_mm is None else np.asarray(edge_mm, dtype=np.float64).tolist(),
         )
 
     @classmethod
@@ -167,9 +174,15 @@ class Sheet:
         return self._reference
 
     @property
-    def ply(self) -> dict[str, float]:
+    def ply(self) -> dict[str, float | str]:
         """Material and loads, by the names that `Recipe.material` and `Recipe.loads` give them."""
         return {name: getattr(self._ply, name) for name in _PLY_NAMES}
+
+    @property
+    def edge_mm(self) -> Floats | None:
+        """(N,) way from each node to the ply's edge, mm; None where it is not known."""
+        ways = self._core.edge_mm
+        return ways if len(ways) else None
 
     @cached_property
     def _minimiser(self) -> _core.sheet.Minimiser:
@@ -178,7 +191,7 @@ class Sheet:
 
     @property
     def nodal_force_n(self) -> float:
-        """Vacuum force on a node, P A / N, in N."""
+        """Vacuum force on the node with the largest share of the ply, N: what residual forces are compared with."""
         return self._core.nodal_force_n
 
     @property

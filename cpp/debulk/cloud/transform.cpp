@@ -1,5 +1,6 @@
 #include "debulk/cloud/transform.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include <Eigen/LU>
@@ -23,24 +24,35 @@ void check_rigid(const Eigen::Matrix4d& matrix) {
   require(determinant > 0, "matrix", "a rotation, determinant +1", "a mirror, determinant " + std::to_string(determinant));
 }
 
+// Moves the points for which stays(k) holds from one place to another, which may be the same.
+template <class Stays>
+void move(const float* from, float* to, std::size_t count, const Eigen::Matrix4d& matrix, int threads, const Stop& stop,
+          const Stays& stays) {
+  check_rigid(matrix);
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  const Eigen::Vector3d shift = matrix.topRightCorner<3, 1>();
+  parallel_for(static_cast<long>(count), 1 << 16, threads, stop, [&](long begin, long end) {
+    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) {
+      const Eigen::Vector3f point = Eigen::Map<const Eigen::Vector3f>(from + 3 * k);
+      Eigen::Map<Eigen::Vector3f> moved(to + 3 * k);
+      if (stays(k) && std::isfinite(point.sum()))
+        moved = (rotation * point.cast<double>() + shift).cast<float>();
+      else
+        moved.setConstant(std::numeric_limits<float>::quiet_NaN());
+    }
+  });
+}
+
 }  // namespace
 
 std::vector<float> transform(const CloudView& cloud, const Eigen::Matrix4d& matrix, int threads, const Stop& stop) {
-  check_rigid(matrix);
   std::vector<float> out(3 * cloud.size());
-  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
-  const Eigen::Vector3d shift = matrix.topRightCorner<3, 1>();
-  parallel_for(static_cast<long>(cloud.size()), 1 << 16, threads, stop, [&](long begin, long end) {
-    for (long i = begin; i < end; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      Eigen::Map<Eigen::Vector3f> to(&out[3 * at]);
-      if (cloud.seen(at))
-        to = (rotation * Eigen::Map<const Eigen::Vector3f>(cloud.point(at)).cast<double>() + shift).cast<float>();
-      else
-        to.setConstant(std::numeric_limits<float>::quiet_NaN());
-    }
-  });
+  move(cloud.xyz, out.data(), cloud.size(), matrix, threads, stop, [](std::size_t) { return true; });
   return out;
+}
+
+void move_kept(float* xyz, const std::uint8_t* keep, std::size_t count, const Eigen::Matrix4d& matrix, int threads, const Stop& stop) {
+  move(xyz, xyz, count, matrix, threads, stop, [keep](std::size_t k) { return keep[k] != 0; });
 }
 
 }  // namespace debulk

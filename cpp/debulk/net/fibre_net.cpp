@@ -8,6 +8,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/net/area.hpp"
+#include "debulk/net/edge_ways.hpp"
 #include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
@@ -258,6 +259,10 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
   PocketNet net = options.spacing ? mesher.net(*options.spacing, stop) : net_with_about(mesher, options.node_target, estimate, stop);
   if (!options.spacing && !shape.rms_outline.empty()) net = with_enough_inside(mesher, std::move(net), options.node_target, stop);
   net.area = area;
+  if (!shape.ply_outline.empty()) {
+    net.net.to_edge = ways_to_edge(net.net, shape.ply_outline);
+    net.hold_ways = ways_along_fibres(net.net, shape.ply_outline);
+  }
   return net;
 }
 

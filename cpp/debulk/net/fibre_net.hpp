@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct PocketNet {
   Net net;
   double area = 0.0;           // mm^2 of ply surface inside the perimeter (and the ply)
   std::vector<int> open_ends;  // inner nodes away from the ply's edge that miss a fibre neighbour: the rim is not closed there
+  std::vector<std::array<double, 2>> hold_ways;  // ways_along_fibres(); empty where the ply's edge is not known
   // Of lay_pocket() alone: the net at half the spacing on the same surface, empty where it was not asked for, a node is free, or
   // its rim does not close; and the scan's noise in the height of a node, mm, one standard deviation.
   Net finer;

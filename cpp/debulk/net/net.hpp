@@ -25,6 +25,7 @@ struct Net {
   std::vector<NodeKind> kinds;         // one per node
   std::vector<std::uint8_t> inside;    // one per node: 1 inside the pocket's perimeter (the RMS set)
   double spacing = 0.0;                // mm
+  std::vector<double> to_edge;         // mm in XY from each node to the ply's edge; empty where the edge is not known
 
   // Steps (i, j) along the first and the second fibre from the node at the centre, which is (0, 0).
   std::vector<std::array<int, 2>> lattice;  // one per node where the net was laid by lay_net; else empty

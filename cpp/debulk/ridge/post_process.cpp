@@ -54,16 +54,34 @@ std::vector<int> claim(const FibreSection& section, std::vector<std::uint8_t>& c
   return marked;
 }
 
-// Relative to `scale`, so that gaps that are all equal to it give it back to the bit.
-double rms_inside(const std::vector<double>& gaps, const std::vector<std::uint8_t>& inside, double scale) {
+// Over the nodes inside that are not `without`. Relative to `scale`, so that gaps that are all equal to it give it back to the
+// bit; `scale` itself where there are none.
+double rms_inside(const std::vector<double>& gaps, const std::vector<std::uint8_t>& inside, const std::vector<std::uint8_t>& without,
+                  double scale) {
   double sum = 0;
   long count = 0;
   for (std::size_t i = 0; i < gaps.size(); ++i)
-    if (inside[i]) {
+    if (inside[i] && !without[i]) {
       sum += (gaps[i] / scale) * (gaps[i] / scale);
       ++count;
     }
-  return scale * std::sqrt(sum / static_cast<double>(count));
+  return count > 0 ? scale * std::sqrt(sum / static_cast<double>(count)) : scale;
+}
+
+// The section that bridges: the tautest, or one that holds. None where no fibre is too short.
+struct Bridge {
+  const FibreSection* section = nullptr;
+  Pull pull;
+};
+Bridge bridge_of(const DebulkedNet& net, const std::vector<FibreSection>& sections, const BridgeHold& hold) {
+  Bridge out;
+  for (auto section = sections.rbegin(); section != sections.rend(); ++section) {
+    if (section->excess_per_length() >= -kTautStrain) continue;
+    const Pull pull = hold.most.empty() ? Pull() : pull_of(net, *section, hold);
+    if (out.section == nullptr || !pull.drawn_in) out = {&*section, pull};
+    if (!pull.drawn_in) break;
+  }
+  return out;
 }
 
 }  // namespace
@@ -75,7 +93,8 @@ void RidgeOptions::check() const {
 }
 
 PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
-                           const std::vector<std::uint8_t>& inside, const Surface& surface, const RidgeOptions& options) {
+                           const std::vector<std::uint8_t>& inside, const Surface& surface, const RidgeOptions& options,
+                           const BridgeHold& hold) {
   options.check();
   check_input(nodes, neighbours, inside);
 
@@ -92,6 +111,7 @@ PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std:
   out.gaps.assign(nodes.size(), base);
   out.is_ridge.assign(nodes.size(), 0);
   out.is_bridge.assign(nodes.size(), 0);
+  out.drawn_in.assign(nodes.size(), 0);
   std::vector<std::uint8_t> claimed(nodes.size(), 0);
 
   for (const int peak : from_the_highest(gaps, touch)) {
@@ -106,8 +126,16 @@ PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std:
       out.gaps[peak] = height;
       out.ridge_height = std::max(out.ridge_height, height);
       out.sections.push_back({sections.front(), height, 0.0});
-    } else if (sections.back().excess_per_length() < -kTautStrain) {
-      for (const int n : claim(sections.back(), claimed)) {
+    } else if (const Bridge bridge = bridge_of(net, sections, hold); bridge.section != nullptr) {
+      if (bridge.pull.drawn_in && gaps[peak] + base > out.drawn_in_height) {
+        out.drawn_in_height = gaps[peak] + base;
+        out.drawn_in_pull = bridge.pull;
+      }
+      for (const int n : claim(*bridge.section, claimed)) {
+        if (bridge.pull.drawn_in) {
+          out.drawn_in[n] = 1;
+          continue;
+        }
         out.is_bridge[n] = 1;
         out.gaps[n] = gaps[n] + base;
         out.bridge_height = std::max(out.bridge_height, out.gaps[n]);
@@ -116,7 +144,7 @@ PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std:
   }
 
   out.ridge_length = measure_ridge_lines(net, out.sections);
-  out.rms = rms_inside(out.gaps, inside, base);
+  out.rms = rms_inside(out.gaps, inside, out.drawn_in, base);
   out.excess_length = largest_fibre_excess(nodes, neighbours, surface);
   return out;
 }

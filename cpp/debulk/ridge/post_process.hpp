@@ -7,6 +7,7 @@
 
 #include "debulk/core/nominal_ply.hpp"
 #include "debulk/net/net.hpp"
+#include "debulk/ridge/bridge_hold.hpp"
 #include "debulk/ridge/ridge_line.hpp"
 #include "debulk/surface/surface.hpp"
 
@@ -32,7 +33,10 @@ struct PostProcessed {
   double ridge_height = 0.0;            // mm, of the highest ridge; 0: none
   double ridge_length = 0.0;            // mm, of the longest connected ridge; 0: none
   double bridge_height = 0.0;           // mm, of the highest bridging node; 0: none
-  double rms = 0.0;                     // mm, of `gaps` over the nodes inside the perimeter
+  std::vector<std::uint8_t> drawn_in;   // one per node: 1 where it would bridge, and the ply is drawn in instead
+  double drawn_in_height = 0.0;         // mm, at which the highest of these stands in the model; 0: none
+  Pull drawn_in_pull;                   // of the section through it
+  double rms = 0.0;                     // mm, of `gaps` over the nodes inside the perimeter that are not drawn in
   double excess_length = 0.0;           // mm, largest_fibre_excess()
 };
 
@@ -46,8 +50,11 @@ struct PostProcessed {
 //    The ends are not claimed, they may be tops across. Each node is adjusted once.
 //  - A top without a ridge, but with a fibre shorter than its mold (the ply bridges a hollow), cannot be pressed down: the nodes
 //    of that section keep their gap. (The crest of a ridge across a hollow is such a fibre too; there the ridge comes first.)
+//  - Unless friction cannot hold it (pull_of(); not known: it holds), in this and in the other fibre if that is too short as well:
+//    then the ply is drawn in and comes down. Its nodes lie on the mold, but what the model says of them is not counted in the RMS.
 // At last every node that is not a ridge is offset by t / beta.
 PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
-                           const std::vector<std::uint8_t>& inside, const Surface& surface, const RidgeOptions& options = {});
+                           const std::vector<std::uint8_t>& inside, const Surface& surface, const RidgeOptions& options = {},
+                           const BridgeHold& hold = {});
 
 }  // namespace debulk

@@ -89,13 +89,22 @@ MatchCounts RowMatcher::match(const RectifiedRow& left, int left_width, float le
       continue;
     }
     // The partner, asked for its own phase, must come back to this pixel.
-    const int j = static_cast<int>(x), nearest = static_cast<int>(x + 0.5);
+    const int nearest = static_cast<int>(x + 0.5);
     const double back = x < 0 ? -1.0 : left_.find(right.phase[at(nearest)]);
     if (!(back >= 0)) {
       ++(x < 0 || back < 0 ? counts.ambiguous : counts.unmatched);
       continue;
     }
-    const double slope = slope_at(right.phase, right_width, j, right_edge);
+    // A place on a pixel belongs to the segment before it where none begins there; the mean of two places to none if they lie
+    // on both sides of a gap.
+    int j = static_cast<int>(x);
+    const auto surface = [&](int k) { return k + 1 < right_width && std::abs(right.phase[at(k + 1)] - right.phase[at(k)]) <= right_edge; };
+    if (j > 0 && x == j && !surface(j)) --j;
+    const double slope = surface(j) ? slope_at(right.phase, right_width, j, right_edge) : 0;
+    if (!(slope > 0)) {
+      ++counts.ambiguous;
+      continue;
+    }
     const double own = i + 1 < left_width ? std::abs(left.phase[at(i + 1)] - phase) : none;
     const double stretch = own > 0.25 * slope && own < 4 * slope ? slope / own : 1;
     if (std::abs(back - i - (nearest - x) * stretch) > most_shift) {

@@ -26,9 +26,12 @@ class Stationarity {
  public:
   Stationarity(const Sheet& sheet, const Points& x) : sheet_(sheet), x_(x), place_(x.size(), -1) {
     for (std::size_t k = 0; k < sheet.movable().size(); ++k) place_[static_cast<std::size_t>(sheet.movable()[k])] = static_cast<int>(k);
-    for (const auto& segment : sheet.segments())
-      if (place_[static_cast<std::size_t>(segment[0])] >= 0 || place_[static_cast<std::size_t>(segment[1])] >= 0)
-        segments_.push_back(segment);
+    for (std::size_t k = 0; k < sheet.segments().size(); ++k) {
+      const auto& segment = sheet.segments()[k];
+      if (place_[static_cast<std::size_t>(segment[0])] < 0 && place_[static_cast<std::size_t>(segment[1])] < 0) continue;
+      segments_.push_back(segment);
+      numbers_.push_back(k);
+    }
     for (const int node : sheet.movable()) {
       const SurfaceSample mold = sheet.mold().sample(x[static_cast<std::size_t>(node)].head<2>());
       if (x[static_cast<std::size_t>(node)].z() - mold.height <= kTouching_mm)
@@ -83,6 +86,13 @@ class Stationarity {
     return fit;
   }
 
+  // Of all segments, N: the energy falls by its tension where a segment is let out.
+  std::vector<double> tensions_n(const Eigen::VectorXd& multipliers) const {
+    std::vector<double> out(sheet_.segments().size(), 0.0);
+    for (int k = 0; k < lengths(); ++k) out[numbers_[static_cast<std::size_t>(k)]] = -sheet_.force_unit_n() * multipliers[k];
+    return out;
+  }
+
   // Hessian of the Lagrangian over movable coordinates, times Delta over the force unit.
   Sparse hessian(const Eigen::VectorXd& multipliers) const {
     BlockMatrix blocks = sheet_.movable_hessian();
@@ -133,7 +143,8 @@ class Stationarity {
   const Sheet& sheet_;
   const Points& x_;
   std::vector<int> place_;
-  std::vector<std::array<int, 2>> segments_;
+  std::vector<std::array<int, 2>> segments_;  // with a movable end
+  std::vector<std::size_t> numbers_;          // of those in Sheet::segments()
   std::vector<Contact> contacts_;
   Eigen::VectorXd gradient_;
 };
@@ -226,6 +237,7 @@ void judge_derivatives(const Sheet& sheet, const Points& x, double stiffness, co
   if (stop.now()) throw Stopped("before the derivatives");
   const Stationarity at(sheet, x);
   const Multipliers fit = at.fit(certificate.compliant, stiffness, stop);
+  judged.tensions_n = at.tensions_n(fit.x);
   certificate.kkt_error = fit.residual.lpNorm<Eigen::Infinity>();
   certificate.strict_kkt_error = certificate.kkt_error * (sheet.force_unit_n() / sheet.strict_force_n());
   if (!(certificate.kkt_error <= Certificate::kkt_limit)) return;  // curvature means nothing where a slope is left

@@ -12,7 +12,9 @@ namespace debulk {
 struct Judged {
   Certificate certificate;
   bool complete = true;  // false: stopped before the residual and the curvature were known; kkt_error is then not a number
-  Points descent;        // where curvature is negative: a direction of it, largest component 1; else empty
+  // N, of each of Sheet::segments(): pull positive, 0 between fixed nodes. Empty where they are not known.
+  std::vector<double> tensions_n;
+  Points descent;  // where curvature is negative: a direction of it, largest component 1; else empty
 };
 
 // stop: when raised, what is not known yet is left out.

@@ -1,32 +1,34 @@
 #pragma once
 
 #include <cmath>
+#include <utility>
 
 #include "debulk/sheet/term.hpp"
 
 namespace debulk {
 
-// Paper eq. (7) on free boundary nodes: mu P A / N times the distance moved, rounded at the start so that it has
-// derivatives there: sqrt(delta^2 + eps^2) - eps with eps = 1e-3 Delta (docs/model.md, section 3).
+// Paper eq. (7) on free boundary nodes: mu P a times the distance moved, a the area that grips there (lumping.hpp), rounded at the
+// start so that it has derivatives there: sqrt(delta^2 + eps^2) - eps with eps = 1e-3 Delta (docs/model.md, section 3).
 class Friction : public Term {
  public:
-  Friction(double force_n, double spacing_mm, std::vector<int> nodes, const Points& start)
-      : force_(force_n), rounding_(1e-3 * spacing_mm), nodes_(std::move(nodes)), start_(start) {}
+  // forces_n: of each of the nodes.
+  Friction(std::vector<double> forces_n, double spacing_mm, std::vector<int> nodes, const Points& start)
+      : forces_(std::move(forces_n)), rounding_(1e-3 * spacing_mm), nodes_(std::move(nodes)), start_(start) {}
 
   double value(const Points& x) const override {
     double sum = 0;
-    for (const int node : nodes_) {
-      const auto i = static_cast<std::size_t>(node);
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      const auto i = static_cast<std::size_t>(nodes_[k]);
       const double moved_squared = (x[i] - start_[i]).squaredNorm();
-      sum += moved_squared / (std::sqrt(moved_squared + rounding_ * rounding_) + rounding_);
+      sum += forces_[k] * moved_squared / (std::sqrt(moved_squared + rounding_ * rounding_) + rounding_);
     }
-    return force_ * sum;
+    return sum;
   }
   double add_gradient(const Points& x, Points& gradient) const override {
-    for (const int node : nodes_) {
-      const auto i = static_cast<std::size_t>(node);
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      const auto i = static_cast<std::size_t>(nodes_[k]);
       const Eigen::Vector3d moved = x[i] - start_[i];
-      gradient[i] += force_ / std::sqrt(moved.squaredNorm() + rounding_ * rounding_) * moved;
+      gradient[i] += forces_[k] / std::sqrt(moved.squaredNorm() + rounding_ * rounding_) * moved;
     }
     return value(x);
   }
@@ -36,7 +38,7 @@ class Friction : public Term {
       const auto i = static_cast<std::size_t>(node);
       const Eigen::Vector3d moved = x[i] - start_[i];
       const double length = std::sqrt(moved.squaredNorm() + rounding_ * rounding_);
-      const Eigen::Matrix3d block = force_ / length * (Eigen::Matrix3d::Identity() - moved * moved.transpose() / (length * length));
+      const Eigen::Matrix3d block = forces_[k] / length * (Eigen::Matrix3d::Identity() - moved * moved.transpose() / (length * length));
       hessian.add(places[k], node, node, block);
     }
   }
@@ -47,8 +49,8 @@ class Friction : public Term {
   }
 
  private:
-  double force_;     // mu P A / N, N
-  double rounding_;  // eps, mm
+  std::vector<double> forces_;  // N
+  double rounding_;             // eps, mm
   std::vector<int> nodes_;
   Points start_;
 };

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -67,6 +68,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
     const Judged judged = certify(sheet, minimum.nodes, solve.stiffness, solve.stop);
     if (!judged.complete) minimum.status = solve.stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline;
     minimum.certificate = judged.certificate;
+    minimum.tensions_n = judged.tensions_n;
     minimum.energy_mj = sheet.energy(minimum.nodes);
     // A compliance lets a method converge where the fibres are too short for what is asked of them.
     const bool feasible = minimum.certificate.length_error <= Certificate::compliant_length_limit &&
@@ -86,25 +88,22 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
 }
 
 // Whether something holds the ply as a whole. Fixed nodes do. Without any, it slides as it lies, all nodes moved by the same
-// (x, y) on the mold: load times the mean descent, against the grip of the free nodes, mu P A / N times the way. It is held
+// (x, y) on the mold: load times the mean descent, against the grip of the free nodes times the way. It is held
 // where it lies, or comes to rest within its own size (Newton's method with steps of at most a spacing), or slides off.
 bool held(const Sheet& sheet) {
   const Points& nodes = sheet.start();
-  const auto count = static_cast<double>(nodes.size());
   if (sheet.movable().size() < nodes.size()) return true;
-  double free = 0;
-  for (const NodeKind kind : sheet.net().kinds) free += kind == NodeKind::free;
-  const double load = sheet.nodal_force_n() + sheet.nodal_weight_n(), spacing = sheet.net().spacing;
-  const double grip = load > 0 ? sheet.ply().friction * sheet.nodal_force_n() / load * free / count : 0.0;  // a node and load
+  const double load = std::accumulate(sheet.loads_n().begin(), sheet.loads_n().end(), 0.0), spacing = sheet.net().spacing;
   if (load <= 0) return true;
+  const double grip = sheet.grip_n() / load;
   Eigen::Vector2d slid = Eigen::Vector2d::Zero();
   for (int step = 0; step < 300 && slid.norm() < sheet.size_mm(); ++step) {
     Eigen::Vector2d slope = Eigen::Vector2d::Zero();
     Eigen::Matrix2d curvature = Eigen::Matrix2d::Zero();
-    for (const Eigen::Vector3d& node : nodes) {
-      const SurfaceSample mold = sheet.mold().sample(node.head<2>() + slid);
-      slope += mold.gradient / count;
-      curvature += mold.hessian / count;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const SurfaceSample mold = sheet.mold().sample(nodes[i].head<2>() + slid);
+      slope += sheet.loads_n()[i] / load * mold.gradient;
+      curvature += sheet.loads_n()[i] / load * mold.hessian;
     }
     const double way = slid.norm(), resting = grip * std::sqrt(1 + slope.squaredNorm());
     if (slope.norm() <= std::max(step == 0 ? resting : 0.0, kLevel)) return true;

@@ -29,6 +29,7 @@ struct Minimum {
   Points nodes;
   SolveStatus status = SolveStatus::numerical_failure;
   Certificate certificate;
+  std::vector<double> tensions_n;  // Judged::tensions_n
   double energy_mj = 0.0;
   int iterations = 0;  // over all retries
   int evaluations = 0;

@@ -4,6 +4,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/nominal_ply.hpp"
+#include "debulk/sheet/lumping.hpp"
 
 namespace debulk {
 
@@ -16,6 +17,7 @@ struct PlyMaterial {
   double friction = 0.4;                      // of free boundary nodes
   double pressure_mpa = kNominalPressureMpa;  // vacuum, along -z
   double gravity_m_s2 = 9.81;
+  Lumping lumping = Lumping::consistent;  // of what acts on areas
 
   double bending_mj() const { return young_mpa * std::pow(thickness_mm, 3) / 12; }  // c = E t^3 / 12, N mm
 

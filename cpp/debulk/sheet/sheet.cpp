@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 
 #include "debulk/core/error.hpp"
 #include "debulk/sheet/bending.hpp"
@@ -24,6 +25,11 @@ std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted
   return out;
 }
 
+std::vector<double> scaled(double factor, std::vector<double> values) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
 }  // namespace
 
 Sheet::Sheet(Net net, double area_mm2, const PlyMaterial& ply, std::shared_ptr<const Surface> mold)
@@ -33,21 +39,24 @@ Sheet::Sheet(Net net, double area_mm2, const PlyMaterial& ply, std::shared_ptr<c
   require(std::isfinite(area_mm2) && area_mm2 > 0, "area_mm2", "a positive area in mm2", area_mm2);
   require(mold_ != nullptr, "reference", "a surface", "none");
 
-  const double share_mm2 = area_mm2 / static_cast<double>(net_.nodes.size());  // A / N
-  nodal_force_ = ply_.pressure_mpa * share_mm2;
-  nodal_weight_ = share_mm2 * ply_.thickness_mm * ply_.density_kg_m3 * 1e-9 * ply_.gravity_m_s2;
+  const std::vector<double> areas = nodal_areas(net_, ply_.lumping, area_mm2);
+  const double weight_mpa = ply_.thickness_mm * ply_.density_kg_m3 * 1e-9 * ply_.gravity_m_s2;
+  const double largest_mm2 = *std::max_element(areas.begin(), areas.end());
+  nodal_force_ = ply_.pressure_mpa * largest_mm2;
+  loads_ = scaled(ply_.pressure_mpa + weight_mpa, areas);
   segments_ = debulk::segments(net_.neighbours);
   movable_ = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind != NodeKind::fixed; });
   const std::vector<int> free = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind == NodeKind::free; });
 
   add_term("bending", ply_.bending_mj(), std::make_shared<Bending>(ply_.bending_mj(), net_.neighbours));
   add_term("shear", ply_.shear_mpa, std::make_shared<Shear>(ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours));
-  const double grip = free.empty() ? 0.0 : ply_.friction * nodal_force_;
-  add_term("friction", grip, std::make_shared<Friction>(grip, net_.spacing, free, net_.nodes));
-  add_term("gravity", nodal_weight_, std::make_shared<Load>(nodal_weight_, net_.nodes));
-  add_term("vacuum", nodal_force_, std::make_shared<Load>(nodal_force_, net_.nodes));
+  const std::vector<double> grips = scaled(ply_.friction * ply_.pressure_mpa, gripping_areas(net_, free, ply_.lumping, area_mm2));
+  grip_ = std::accumulate(grips.begin(), grips.end(), 0.0);
+  add_term("friction", grip_, std::make_shared<Friction>(grips, net_.spacing, free, net_.nodes));
+  add_term("gravity", weight_mpa, std::make_shared<Load>(scaled(weight_mpa, areas), net_.nodes));
+  add_term("vacuum", nodal_force_, std::make_shared<Load>(scaled(ply_.pressure_mpa, areas), net_.nodes));
 
-  strict_force_ = std::max(nodal_force_, nodal_weight_);
+  strict_force_ = std::max(nodal_force_, weight_mpa * largest_mm2);
   double spring = 0;
   for (const NamedTerm& t : terms_) spring = std::max(spring, t.term->largest_force(net_.nodes));
   force_unit_ = std::max(strict_force_, kElasticShare * spring);
@@ -94,6 +103,8 @@ void Sheet::check_net() const {
   require(net_.kinds.size() == net_.nodes.size(), "kinds", "one per node", net_.kinds.size());
   require(std::isfinite(net_.spacing) && net_.spacing > 0, "spacing_mm", "a positive length in mm", net_.spacing);
   check_points(net_.nodes);
+  require(net_.to_edge.empty() || net_.to_edge.size() == net_.nodes.size(), "edge_mm", "one way per node", net_.to_edge.size());
+  for (const double way : net_.to_edge) require(std::isfinite(way) && way >= 0, "edge_mm", "ways of 0 mm or more", way);
   constexpr std::array<Direction, 4> opposite = {west, east, south, north};
   for (int i = 0; i < count; ++i) {
     const auto kind = static_cast<int>(net_.kinds[static_cast<std::size_t>(i)]);

@@ -18,7 +18,8 @@ namespace debulk {
 // as a sum of the terms that this net and ply need; terms that are zero whatever the nodes do are left out.
 class Sheet {
  public:
-  // net: the initial configuration; its `inside` is not used. area_mm2: of the ply inside the perimeter.
+  // net: the initial configuration; its `inside` is not used. area_mm2: of the ply inside the perimeter, for a lumping that
+  // shares it out evenly.
   Sheet(Net net, double area_mm2, const PlyMaterial& ply, std::shared_ptr<const Surface> mold);
 
   // The same sheet and mold elsewhere: every node (and the mold) moved by the same vector.
@@ -42,10 +43,11 @@ class Sheet {
   const std::vector<int>& movable() const { return movable_; }  // node numbers, ascending
   const Surface& mold() const { return *mold_; }
   const PlyMaterial& ply() const { return ply_; }
-  double nodal_force_n() const { return nodal_force_; }    // P A / N; what forces are compared with
-  double nodal_weight_n() const { return nodal_weight_; }  // A t rho g / N
-  double size_mm() const;                                  // diagonal of the box round the initial net
-  // P A / N, or a node's weight where that is more (no vacuum).
+  double nodal_force_n() const { return nodal_force_; }          // the vacuum's on the node with most area; what forces are compared with
+  const std::vector<double>& loads_n() const { return loads_; }  // vacuum and weight of each node
+  double grip_n() const { return grip_; }                        // friction of all free nodes that slip
+  double size_mm() const;                                        // diagonal of the box round the initial net
+  // The vacuum's largest force on a node, or the largest weight of one where that is more (no vacuum).
   double strict_force_n() const { return strict_force_; }
   // The same, or 1 % of the largest force of a single spring (a corner's bending or shear) in the initial net, where that is
   // more: a stiff ply that hardly feels the vacuum. Residuals, tensions and stiffness are in this unit.
@@ -67,7 +69,8 @@ class Sheet {
   double area_;
   PlyMaterial ply_;
   std::shared_ptr<const Surface> mold_;
-  double nodal_force_, nodal_weight_, strict_force_, force_unit_;
+  double nodal_force_, grip_, strict_force_, force_unit_;
+  std::vector<double> loads_;
   std::vector<std::array<int, 2>> segments_;
   std::vector<int> movable_;
   std::vector<NamedTerm> terms_;

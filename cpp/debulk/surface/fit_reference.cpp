@@ -3,22 +3,30 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/surface/cliffs.hpp"
 #include "debulk/surface/fill_nodes.hpp"
+#include "debulk/surface/misfit.hpp"
+#include "debulk/surface/pooled.hpp"
 
 namespace debulk {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double noisier = 30.0;  // a node is left out if its variance is so many times that with a full window
+constexpr double bent_mm = 0.1;        // so far off, over several nodes, a fit in the least window does not follow the surface
+constexpr double bent_reach_mm = 8.0;  // from there to the nodes whose fits are to blame
+constexpr double noisier = 30.0;       // a node is left out if its variance is so many times that with a full window
 
-using Moments = std::array<double, 9>;  // sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z²
+// Sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z².
+using Moments = std::array<double, 9>;
 
 // Where the nodes lie: every `step` cells from `first_i`, `first_j`, from at or just before the grid's border to at or
 // just behind it.
@@ -33,98 +41,151 @@ struct Nodes {
   }
 };
 
-// The weights and coordinates of one axis of the window.
+// The weights of one axis of the window, times powers of the coordinate.
 struct Window {
   int reach;
-  std::vector<double> weight, x;  // [d + reach]
+  std::vector<std::array<double, 5>> powers;  // w x^a at [d + reach]
+  std::array<double, 5> all{};                // their sums
 
   explicit Window(int r) : reach(r) {
     for (int d = -r; d <= r; ++d) {
-      x.push_back(static_cast<double>(d) / (r + 1));
-      weight.push_back(std::pow(1 - x.back() * x.back(), 2));
+      const double x = static_cast<double>(d) / (r + 1);
+      double w = std::pow(1 - x * x, 2);
+      std::array<double, 5>& at = powers.emplace_back();
+      for (std::size_t a = 0; a < 5; ++a, w *= x) at[a] = w, all[a] += w;
     }
   }
+  const std::array<double, 5>& at(int d) const { return powers[static_cast<std::size_t>(d + reach)]; }
 };
 
-// Normal equations of the quadratic 1, x, y, x², xy, y².
+// Normal equations of the quadratic 1, x, y, x², xy, y², from the sums over rows.
 struct Quadratic {
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  static constexpr std::array<std::pair<std::size_t, std::size_t>, 6> powers{{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
+  using Normal = Eigen::Matrix<double, 6, 6>;
+  using Vector = Eigen::Matrix<double, 6, 1>;
+
+  std::array<std::array<double, 5>, 5> weights{};  // of w x^a y^b at [b][a], a + b <= 4
+  std::array<std::array<double, 3>, 3> heights{};  // of w x^a y^b z, a + b <= 2
   double squares = 0;
 
-  void add_row(const Moments& row, double y, double weight) {
-    static constexpr std::array<std::pair<int, int>, 6> powers{{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
-    const std::array<double, 5> yw{weight, weight * y, weight * y * y, weight * y * y * y, weight * y * y * y * y};
-    squares += weight * row[8];
-    for (int p = 0; p < 6; ++p) {
-      const auto [a, b] = powers[static_cast<std::size_t>(p)];
-      right[p] += yw[static_cast<std::size_t>(b)] * row[static_cast<std::size_t>(5 + a)];
-      for (int q = 0; q <= p; ++q) {
-        const auto [c, d] = powers[static_cast<std::size_t>(q)];
-        normal(p, q) += yw[static_cast<std::size_t>(b + d)] * row[static_cast<std::size_t>(a + c)];
-      }
-    }
+  void add_weights(const double* row, const std::array<double, 5>& y) {
+    for (std::size_t b = 0; b < 5; ++b)
+      for (std::size_t a = 0; a + b < 5; ++a) weights[b][a] += y[b] * row[a];
+  }
+  void add_heights(const Moments& row, const std::array<double, 5>& y) {
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t a = 0; a + b < 3; ++a) heights[b][a] += y[b] * row[5 + a];
+    squares += y[0] * row[8];
+  }
+  Normal normal() const {
+    Normal out;
+    for (std::size_t p = 0; p < 6; ++p)
+      for (std::size_t q = 0; q < 6; ++q)
+        out(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(q)) =
+            weights[powers[p].second + powers[q].second][powers[p].first + powers[q].first];
+    return out;
+  }
+  Vector right() const {
+    Vector out;
+    for (std::size_t p = 0; p < 6; ++p) out[static_cast<Eigen::Index>(p)] = heights[powers[p].second][powers[p].first];
+    return out;
   }
   struct Fit {
     double height = nan;  // at the middle
     double variance = 0;  // of that, in units of one height's
     double scatter2 = 0;  // variance of a height round the fit, mm²
   };
-  Fit fit() const {
-    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factors(normal);
-    if (factors.info() != Eigen::Success) return {};
-    const double variance = factors.solve(Eigen::Matrix<double, 6, 1>::Unit(0))[0];
-    const Eigen::Matrix<double, 6, 1> surface = factors.solve(right);
-    return {surface[0], variance, std::max(0.0, squares - surface.dot(right)) / normal(0, 0)};
+};
+
+// The factors of normal equations.
+struct Factors {
+  Eigen::LLT<Quadratic::Normal> solver;
+  double weight = 0, variance = 0;  // of a fit's height, in units of one height's; 0: the equations are singular
+
+  explicit Factors(const Quadratic::Normal& normal) : solver(normal), weight(normal(0, 0)) {
+    if (solver.info() == Eigen::Success) variance = solver.solve(Quadratic::Vector::Unit(0))[0];
+  }
+  Quadratic::Fit fit(const Quadratic& sums) const {
+    const Quadratic::Vector right = sums.right(), surface = solver.solve(right);
+    return {surface[0], variance, std::max(0.0, sums.squares - surface.dot(right)) / weight};
   }
 };
 
-Moments row_moments(const float* row, int nx, int middle, const Window& window) {
+Moments row_moments(const float* row, int nx, int middle, const Window& window, bool complete) {
   Moments m{};
+  if (complete) {  // the weights are even, so that the heights to the left and right go in pairs
+    std::copy(window.all.begin(), window.all.end(), m.begin());
+    const double z = row[middle];
+    double even = window.at(0)[0] * z, odd = 0, second = 0, squares = window.at(0)[0] * z * z;
+    for (int d = 1; d <= window.reach; ++d) {
+      const std::array<double, 5>& w = window.at(d);
+      const double left = row[middle - d], right = row[middle + d], sum = right + left;
+      even += w[0] * sum, odd += w[1] * (right - left), second += w[2] * sum, squares += w[0] * (left * left + right * right);
+    }
+    m[5] = even, m[6] = odd, m[7] = second, m[8] = squares;
+    return m;
+  }
   const int begin = std::max(0, middle - window.reach), end = std::min(nx - 1, middle + window.reach);
   for (int i = begin; i <= end; ++i) {
     if (std::isnan(row[i])) continue;
-    const auto k = static_cast<std::size_t>(i - middle + window.reach);
-    const double x = window.x[k], z = row[i];
-    double w = window.weight[k];
-    for (std::size_t a = 0; a < 5; ++a, w *= x) {
-      m[a] += w;
-      if (a < 3) m[5 + a] += w * z;
-      if (a == 0) m[8] += w * z * z;
-    }
+    const std::array<double, 5>& w = window.at(i - middle);
+    const double z = row[i];
+    for (std::size_t a = 0; a < 5; ++a) m[a] += w[a];
+    for (std::size_t a = 0; a < 3; ++a) m[5 + a] += w[a] * z;
+    m[8] += w[0] * z * z;
   }
   return m;
 }
 
-// The fits round the nodes; their height is NaN where there is too little to fit to.
-Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, int threads, const Stop& stop) {
-  std::vector<Moments> rows(static_cast<std::size_t>(heights.ny) * nodes.nx);
-  parallel_for(heights.ny, 16, threads, stop, [&](long begin, long end) {
-    for (long j = begin; j < end; ++j)
-      for (int i = 0; i < nodes.nx; ++i)
-        rows[static_cast<std::size_t>(j) * nodes.nx + i] =
-            row_moments(&heights.values[heights.index(0, static_cast<int>(j))], heights.nx, nodes.first_i + i * nodes.step, window);
-  });
-
+// The fits round the nodes that are wanted (all, if `wanted` is empty); their height is NaN where there is too little to fit to.
+Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, const Grid<std::uint8_t>& wanted,
+                               int threads, const Stop& stop) {
+  const int reach = window.reach;
+  const auto place = [&](int i, long j) {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(nodes.nx) + static_cast<std::size_t>(i);
+  };
   Quadratic full;
-  const std::vector<float> complete(window.weight.size(), 0.0f);
-  const Moments all = row_moments(complete.data(), static_cast<int>(complete.size()), window.reach, window);
-  for (std::size_t k = 0; k < window.weight.size(); ++k) full.add_row(all, window.x[k], window.weight[k]);
-  const double limit = noisier * full.fit().variance;
+  for (int d = -reach; d <= reach; ++d) full.add_weights(window.all.data(), window.at(d));
+  const Factors complete_factors(full.normal());
+  const double limit = noisier * complete_factors.variance;
 
   Grid<Quadratic::Fit> out(nodes.nx, nodes.ny, heights.position(nodes.first_i, nodes.first_j), nodes.step * heights.spacing);
+  std::vector<Moments> rows(static_cast<std::size_t>(heights.ny) * static_cast<std::size_t>(nodes.nx));
+  std::vector<std::uint8_t> complete(rows.size());
+  parallel_for(heights.ny, 16, threads, stop, [&](long begin, long end) {
+    std::vector<int> missing(static_cast<std::size_t>(heights.nx) + 1, 0);  // before each column
+    for (long j = begin; j < end; ++j) {
+      const float* row = &heights.values[heights.index(0, static_cast<int>(j))];
+      for (int i = 0; i < heights.nx; ++i)
+        missing[static_cast<std::size_t>(i) + 1] = missing[static_cast<std::size_t>(i)] + std::isnan(row[i]);
+      for (int i = 0; i < nodes.nx; ++i) {
+        const int middle = nodes.first_i + i * nodes.step;
+        complete[place(i, j)] = middle >= reach && middle + reach < heights.nx &&
+                                missing[static_cast<std::size_t>(middle + reach) + 1] == missing[static_cast<std::size_t>(middle - reach)];
+        rows[place(i, j)] = row_moments(row, heights.nx, middle, window, complete[place(i, j)] != 0);
+      }
+    }
+  });
   parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < nodes.nx; ++i) {
+        if (wanted.size() != 0 && wanted.at(i, j) == 0) continue;
         const int middle = nodes.first_j + j * nodes.step;
+        const int low = std::max(0, middle - reach), high = std::min(heights.ny - 1, middle + reach);
         Quadratic sums;
-        for (int y = std::max(0, middle - window.reach); y <= std::min(heights.ny - 1, middle + window.reach); ++y) {
-          const auto k = static_cast<std::size_t>(y - middle + window.reach);
-          sums.add_row(rows[static_cast<std::size_t>(y) * nodes.nx + i], window.x[k], window.weight[k]);
+        bool whole = high - low == 2 * reach;
+        for (int y = low; y <= high; ++y) {
+          sums.add_heights(rows[place(i, y)], window.at(y - middle));
+          whole = whole && complete[place(i, y)] != 0;
         }
         Quadratic::Fit& fit = out.at(i, j);
-        fit = sums.fit();
-        if (!(fit.variance > 0 && fit.variance <= limit)) fit.height = nan;
+        if (whole) {
+          fit = complete_factors.fit(sums);
+          continue;
+        }
+        for (int y = low; y <= high; ++y) sums.add_weights(rows[place(i, y)].data(), window.at(y - middle));
+        const Factors factors(sums.normal());
+        if (factors.variance > 0 && factors.variance <= limit) fit = factors.fit(sums);
       }
   });
   return out;
@@ -146,14 +207,22 @@ bool agree(const Grid<Quadratic::Fit>& narrow, const Grid<Quadratic::Fit>& wide,
   return 2 * count > (2 * reach + 1) * (2 * reach + 1) && squares <= 2 * noise && mean2 <= (squares - mean2) / 3;
 }
 
-// The nodes' heights, each from the widest window, of a few, that agrees with the next narrower one, as that does.
-Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, int threads, const Stop& stop) {
+// The nodes' heights, each from the widest window, of a few, that agrees with the next narrower one, as that does; at the
+// `bent` nodes from a window half as wide as the least.
+Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
+                         int threads, const Stop& stop) {
   std::vector<Grid<Quadratic::Fit>> fits;
-  for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), threads, stop));
+  for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), {}, threads, stop));
+  Grid<Quadratic::Fit> narrow;
+  if (bent.size() != 0) narrow = fit_nodes(heights, nodes, Window(std::max(2, reach / 2)), bent, threads, stop);
   Grid<double> out = fits.front().like<double>(nan);
   parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < nodes.nx; ++i) {
+        if (bent.size() != 0 && bent.at(i, j) != 0 && !std::isnan(narrow.at(i, j).height)) {
+          out.at(i, j) = narrow.at(i, j).height;
+          continue;
+        }
         const Quadratic::Fit& least = fits.front().at(i, j);
         std::size_t widest = 0;
         const auto around = [&](std::size_t k) { return std::max(2, 3 * (reach << k) / (2 * nodes.step)); };  // noise differs over this
@@ -166,27 +235,24 @@ Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int rea
   return out;
 }
 
-// The heights without those far off the fit: what a scanner's spikes, clamps and tools leave.
-Grid<float> without_strays(const Grid<float>& heights, const Reference& fit, double robust, int threads, const Stop& stop) {
-  Grid<float> off = heights.like<float>();
-  parallel_for(heights.ny, 16, threads, stop, [&](long begin, long end) {
-    for (int j = static_cast<int>(begin); j < end; ++j)
-      for (int i = 0; i < heights.nx; ++i)
-        off.at(i, j) = std::isnan(heights.at(i, j)) ? heights.at(i, j)
-                                                    : static_cast<float>(std::abs(heights.at(i, j) - fit.height(heights.position(i, j))));
-  });
+// The nodes near which a fit is off what was measured: the surface bends there within a window. Empty where there are none.
+Grid<std::uint8_t> bent_nodes(const Grid<float>& residual, const Grid<double>& nodes, int threads, const Stop& stop) {
+  const Grid<std::uint8_t> squares = misfit_squares(residual, bent_mm, threads, stop);
+  if (std::find(squares.values.begin(), squares.values.end(), 1) == squares.values.end()) return {};
+  return nodes_near(squares, nodes, bent_reach_mm);
+}
+
+// Takes out heights far off the fit: what a scanner's spikes, clamps and tools leave.
+void remove_strays(Grid<float>& heights, const Grid<float>& residual, double robust) {
   std::vector<float> sample;
-  for (std::size_t k = 0; k < off.size(); k += std::max<std::size_t>(1, off.size() / 200'000))
-    if (!std::isnan(off.values[k])) sample.push_back(off.values[k]);
-  if (sample.empty()) return heights;
+  for (std::size_t k = 0; k < residual.size(); k += std::max<std::size_t>(1, residual.size() / 200'000))
+    if (!std::isnan(residual.values[k])) sample.push_back(std::abs(residual.values[k]));
+  if (sample.empty()) return;
   const auto middle = sample.begin() + static_cast<long>(sample.size() / 2);
   std::nth_element(sample.begin(), middle, sample.end());
   const double limit = std::max(0.05, robust * 1.4826 * *middle);  // 0.05 mm: exact heights have no noise that a limit could follow from
-
-  Grid<float> out = heights;
-  for (std::size_t k = 0; k < out.size(); ++k)
-    if (off.values[k] > limit) out.values[k] = std::numeric_limits<float>::quiet_NaN();
-  return out;
+  for (std::size_t k = 0; k < heights.size(); ++k)
+    if (std::abs(residual.values[k]) > limit) heights.values[k] = std::numeric_limits<float>::quiet_NaN();
 }
 
 }  // namespace
@@ -205,9 +271,25 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
   require(std::isfinite(heights.spacing) && heights.spacing > 0, "heights", "a positive spacing in mm", heights.spacing);
   const Nodes nodes(heights, options.spacing);
   const int reach = std::max({2, nodes.step, static_cast<int>(std::lround(options.window / heights.spacing))});
-  const Reference first(fill_nodes(fit_heights(heights, nodes, reach, 0, threads, stop), stop));
-  const Grid<float> kept = without_strays(heights, first, options.robust, threads, stop);
-  return Reference(fill_nodes(fit_heights(kept, nodes, reach, options.doublings, threads, stop), stop));
+  Grid<float> kept = heights;
+  const Grid<std::uint8_t> below = hide_below_cliffs(kept, threads, stop);
+  Grid<std::uint8_t> bent;
+  const auto fitted = [&](int doublings) {
+    Grid<double> out = fit_heights(kept, nodes, reach, doublings, bent, threads, stop);
+    if (below.size() != 0) go_on_over_cliffs(out, below);
+    return Reference(fill_nodes(std::move(out), stop));
+  };
+  {
+    Reference first = fitted(0);
+    Grid<float> residual = residuals(kept, first, threads, stop);
+    bent = bent_nodes(residual, first.heights(), threads, stop);
+    if (bent.size() != 0) {
+      first = fitted(0);
+      residual = residuals(kept, first, threads, stop);
+    }
+    remove_strays(kept, residual, options.robust);
+  }
+  return fitted(options.doublings);
 }
 
 }  // namespace debulk

@@ -40,4 +40,14 @@ def match(
 def sensor_noise(
     images: Sequence[_Image], exposures: int, steps: int, saturated: float, threads: int, stop: Stop
 ) -> tuple[float, float]: ...
+def take_out_blur(
+    phase: NDArray[np.float32],
+    modulation: NDArray[np.float32],
+    exposure: NDArray[np.uint8],
+    brightness: Sequence[float],
+    variance_px2: float,
+    threads: int,
+    widest: int,
+    stop: Stop,
+) -> float: ...
 def unwrap_stages(periods: Sequence[int]) -> tuple[list[tuple[int, list[int]]], float]: ...

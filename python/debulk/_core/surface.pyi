@@ -67,6 +67,9 @@ def covering_grid(low_mm: ArrayLike, high_mm: ArrayLike, spacing_mm: float) -> t
 def fit_reference(
     values: ArrayLike, origin_mm: ArrayLike, spacing_mm: float, options: FitOptions, threads: int, stop: Stop
 ) -> tuple[_Floats, _Floats, float]: ...
+def misfits(
+    values: ArrayLike, origin_mm: ArrayLike, spacing_mm: float, reference: Reference, threads: int, stop: Stop
+) -> _Bytes: ...
 def grid_heights(
     points: ArrayLike,
     origin_mm: ArrayLike,

@@ -115,6 +115,7 @@ def inspect(
                 mold_from_scanner=transform,
                 camera=pinhole,
                 mask=hidden,
+                progress=progress,
             )
             report = inspector.inspect(scan_cloud, deadline_s=deadline, progress=progress, context=kept)
         report = dataclasses.replace(report, source={"scan": scan.name, "reference": reference.name, **report.source})
@@ -163,6 +164,7 @@ def demo(
                 fibre_angles_deg=(0, 90),
                 mold_from_scanner=scene.mold_from_scanner,
                 camera=scene.camera,
+                progress=progress,
             )
             report = inspector.inspect(scene.scan, progress=progress)
         source = {

@@ -1,4 +1,4 @@
-"""The commands of the scanner: ``debulk scan LEFT RIGHT``, ``scan patterns``, ``scan calibrate``."""
+"""The commands of the scanner: ``debulk scan LEFT RIGHT``, and after ``scan`` patterns, calibrate, projector."""
 
 from __future__ import annotations
 
@@ -157,6 +157,34 @@ def calibrate(
         print(f"written: {output}")
 
 
+@app.command()
+def projector(
+    left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of a surface with relief.")],
+    right: Annotated[Path, typer.Argument(help="Likewise, of the right camera.")],
+    calibration: Annotated[Path, typer.Option(help="From `debulk scan calibrate`.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Calibration with the projector, .json.")],
+    periods: PERIODS = "50,51",
+    steps: STEPS = 6,
+    bits: Annotated[int | None, typer.Option(help="Of the sensor; unset: 8, or 12 in 16.")] = None,
+) -> None:
+    """Learn the projector right after `calibrate`: later scans tell then when a camera was turned."""
+    with outcome():
+        if output.suffix.lower() != ".json":
+            raise InputError(f"{output}: expected a file ending in .json")
+        check_writable(output)
+        from debulk import scanner
+
+        numbers = _numbers(periods)
+        count = steps * len(numbers)
+        cameras = scanner.Calibration.load(calibration)
+        views = [(_stack(left, count), _stack(right, count))]
+        found = scanner.calibrate_projector(cameras, views, numbers, steps, bits=bits)
+        found.save(output)
+        if found.projector is not None:
+            print(f"depths by projector and cameras differ by {found.projector.error_mm:.2f} mm, their noise included")
+        print(f"written: {output}")
+
+
 def scanned(layup: Layup, pixels: tuple[int, int], progress: Progress) -> Layup:
     """Scan ply and bare mold with the virtual scanner, and put its clouds, pose and camera in place of the layup's."""
     from debulk.scanner import Scanner
@@ -192,6 +220,8 @@ def summary(scan: Scan, calibration: Calibration) -> str:
             else "the surface has too little texture to say whether a camera moved"
         )
         lines.append(said)
+    if np.isfinite(scan.projector_mm):
+        lines.append(f"cameras and projector agree within {scan.projector_mm:.2f} mm")
     f, cx, cy = scan.camera
     lines.append(f"camera of the cloud (f,cx,cy): {f:.4f},{cx:.4f},{cy:.4f}")
     return "\n".join(lines)

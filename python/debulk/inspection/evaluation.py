@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from debulk.inspection.laid_pocket import REFUSED, LaidPocket, criteria, lay_poc
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 from debulk.stopping import stopping
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
 
 __all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged"]
 
@@ -105,6 +108,7 @@ def _evaluate(
         laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion=criterion)
         for criterion in (None, "paper")
     )
+    by_rule = replace(by_rule, reason=by_rule.reason + _drawn_in(settled.best, laid.recipe))
     if found.promoted and settled.solution.status in REFUSED:
         by_rule = _refused(found, settled.solution.explanation)
     by_rule = _with_joined(by_rule, found)
@@ -230,7 +234,8 @@ def _debulked_figures(laid: LaidPocket, settled: starts.Settled) -> dict[str, An
         "ridge_length_mm": best.ridge_length_mm,
         "ridge_nodes": None if worst is None else np.array(worst.nodes, dtype=np.int32),
         "bridge_height_mm": best.bridge_height_mm,
-        "excess_length_mm": best.excess_length_mm,
+        **_drawn_in_figures(best),
+        "excess_length_mm": laid.held_excess_mm,
         "debulked_mm": solution.nodes_mm,
         "debulked_gap_mm": laid.sheet.gaps(solution.nodes_mm),
         "post_processed_gap_mm": best.gap_mm,
@@ -238,6 +243,28 @@ def _debulked_figures(laid: LaidPocket, settled: starts.Settled) -> dict[str, An
         "energy_terms_mj": laid.sheet.terms(solution.nodes_mm),
         "solve": _solve_report(laid, solution),
     }
+
+
+def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
+    if not best.is_drawn_in.any():
+        return {}
+    return {
+        "drawn_in_mm": best.drawn_in_height_mm,
+        "drawn_in_tension_n_per_mm": best.drawn_in_tension_n_per_mm,
+        "drawn_in_hold_n_per_mm": best.drawn_in_hold_n_per_mm,
+    }
+
+
+def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
+    """Say which bridge of the model is not counted, where it alone would have counted against the pocket."""
+    counts_from_mm = recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
+    if best.drawn_in_height_mm <= max(counts_from_mm, best.bridge_height_mm):
+        return ""
+    return (
+        f"; a bridge of {best.drawn_in_height_mm:.2f} mm is not counted: it pulls with "
+        f"{best.drawn_in_tension_n_per_mm:.3g} N/mm, friction holds {best.drawn_in_hold_n_per_mm:.3g} N/mm, and the "
+        "ply is drawn in"
+    )
 
 
 def _solve_report(laid: LaidPocket, solution: solve.Solution) -> SolveReport:

@@ -18,7 +18,7 @@ from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
-from debulk.inspection.cleaning import cleaned, masked, owned, taken
+from debulk.inspection.cleaning import clean, hide, owned, taken
 from debulk.inspection.comparing import check_place, compared
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
@@ -29,6 +29,7 @@ from debulk.inspection.found import Found
 from debulk.inspection.masked_holes import masked_holes
 from debulk.inspection.placing import Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.preparation import Preparation
 from debulk.inspection.prepared import Prepared, prepare
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.inspection.wrinkles import WrinkleSearch
@@ -73,6 +74,10 @@ class Inspector:
         of another shape than the reference) the general one, with the same decisions.
     mask
         (H, W) bool, True where the image shows a clamp or a tool: these points of an organised scan are not used.
+    progress
+        Called with the name of the stage and the share of the work that is done, from the calling thread, some twenty
+        times a second. To cancel the preparation, raise an exception from it, `Cancelled` for one: all threads of the
+        preparation are ended then, and the exception is raised.
 
     Raises
     ------
@@ -104,6 +109,7 @@ class Inspector:
         mold_from_scanner: ArrayLike | None = None,
         camera: tuple[float, float, float] | None = None,
         mask: ArrayLike | None = None,
+        progress: Progress | None = None,
     ) -> None:
         if recipe is None:
             from debulk.recipe import Recipe
@@ -117,17 +123,17 @@ class Inspector:
         self.mask = inputs.image_mask(mask)
 
         check_solves(recipe)
+        preparation = Preparation(progress)
         if not isinstance(reference, Prepared):
-            cloud, stop = reference, _core.Stop()
-            given = (self.mold_from_scanner, self.camera, self.mask, self.ply_outline, recipe)
-            reference = watched(stop, lambda: prepare(cloud, *given, stop))
+            reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe, preparation)
         self.prepared = reference
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
-        self._placing = Placing(reference, self.mold_from_scanner, self.ply_outline, self.mask, recipe)
-        self._wrinkles = WrinkleSearch(reference, self.mold_from_scanner, self.ply_outline, recipe)
-        self._finder = finder_for(reference, self.mold_from_scanner, self.ply_outline, recipe)
+        given = (self.mold_from_scanner, self.ply_outline)
+        self._placing = preparation.step("checks", 0.9, lambda: Placing(reference, *given, self.mask, recipe))
+        self._wrinkles = WrinkleSearch(reference, *given, recipe)
+        self._finder = preparation.step("regions", 0.96, lambda: finder_for(reference, *given, recipe))
         self._tracing = Tracing(self)
         self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
         self._running = Running()
@@ -303,8 +309,10 @@ class Inspector:
         stop = _core.Stop()
         try:
             with self._running.holding(stop):
-                given = owned(debulked_scan, "debulked_scan", stop)
-                points = cleaned(masked(given, self.mask, "debulked_scan"), self.mold_from_scanner, self.recipe, stop)
+                points = owned(debulked_scan, "debulked_scan", stop)
+                hide(points, self.mask, "debulked_scan")
+                image = self.prepared.image
+                clean(points, self.mold_from_scanner, None if image is None else image.camera, self.recipe, stop)
                 heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
                     points,
                     self.reference,
@@ -314,7 +322,7 @@ class Inspector:
                     stop=stop,
                 )
                 place = self.prepared, self.mold_from_scanner, self.mask, self.recipe
-                check_place(report, given, heights, *place, stop)
+                check_place(report, taken(debulked_scan, "debulked_scan", stop), heights, *place, stop)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
         return compared(report, heights, self.recipe)

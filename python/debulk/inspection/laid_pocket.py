@@ -58,6 +58,8 @@ class LaidPocket:
         Whether every node of the rim is held: only then the excess can decide.
     excess
         The ridge that the fibres' excess makes; None where it is not known.
+    held_excess_mm
+        Largest excess of a fibre that is held at both ends, at the net's spacing.
     doubt
         Why the pocket may crease though its net does not; empty where nothing speaks for it.
     recipe
@@ -71,6 +73,7 @@ class LaidPocket:
     closed_rim: bool
     inside_ply: bool
     excess: ExcessReport | None
+    held_excess_mm: float
     doubt: str
     recipe: Recipe
 
@@ -86,7 +89,8 @@ class LaidPocket:
     def post_process(self, solution: solve.Solution) -> ridge.PostProcessed:
         """Return the ridges that a solution stands for."""
         wanted = options.ridge(self.recipe)
-        return ridge.from_core(_core.ridge.post_process(solution._core, self.net._core, self.reference, wanted))
+        ply = options.ply(self.recipe)
+        return ridge.from_core(_core.ridge.post_process(solution._core, self.net._core, self.reference, wanted, ply))
 
     def judge(
         self,
@@ -180,6 +184,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         closed_rim=found.foot.closed and len(laid.open_ends) == 0,
         inside_ply=laid._core.held_all_round,
         excess=known,
+        held_excess_mm=_core.ridge.held_excess(laid._core.net, ply.reference).largest_mm,
         doubt=_doubt(found, laid, ply),
         recipe=ply.recipe,
     )

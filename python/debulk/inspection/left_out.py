@@ -78,7 +78,8 @@ def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:
             LeftOut(
                 what="free edges and friction",
                 why="the ply's outline is not known",
-                bound="a pocket at the ply's edge is judged as if held there: ridges come out higher, not lower",
+                bound="a pocket at the ply's edge is judged as if held there, and a bridge counts whatever its pull: "
+                "both come out higher, not lower",
             )
         )
     return (*entries, *unseen.left_out(found), *found.left_out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,9 +14,9 @@ from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.inspection import fingerprint, frame, resolution
 from debulk.inspection.camera import PinholeImage, fit_camera
-from debulk.inspection.cleaning import cleaned, masked, owned
-from debulk.inspection.cliffs import without_cliffs
+from debulk.inspection.cleaning import clean, hide, owned
 from debulk.inspection.effort import check_map
+from debulk.inspection.preparation import Preparation
 from debulk.inspection.thinning import pitch_of, thinned
 from debulk.results.trace import ArrayTrace
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Prepared", "prepare"]
 
+log = logging.getLogger("debulk")
 Floats = NDArray[np.float64]
 _LEAST_SPACING_MM = 0.5  # of the height map: a finer one shows no more of a pocket
 
@@ -35,7 +37,7 @@ class Prepared:
     Attributes
     ----------
     reference, seen
-        The smooth surface, and the heights that it was fitted to.
+        The smooth surface, and the heights that it was fitted to; NaN also where it does not follow them.
     grid_spacing_mm
         Of the height map.
     image
@@ -64,33 +66,73 @@ def prepare(
     mold_from_scanner: Floats | None,
     camera: Floats | None,
     mask: NDArray[np.bool_] | None,
-    ply_outline: Floats | None,
     recipe: Recipe,
-    stop: _core.Stop,
+    preparation: Preparation,
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
-    threads = recipe.run.threads
-    own = owned(reference, "reference", stop)
-    seen = masked(own, mask, "reference")
+    threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
+    heights, image, sample, trace = _gridded(reference, mold_from_scanner, camera, mask, recipe, preparation)
+    fitted = step("reference: fit", 0.65, lambda: surface.fit_reference(heights, threads=threads, stop=stop))
+    step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
+    return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace)
+
+
+def _gridded(
+    reference: ArrayLike,
+    mold_from_scanner: Floats | None,
+    camera: Floats | None,
+    mask: NDArray[np.bool_] | None,
+    recipe: Recipe,
+    preparation: Preparation,
+) -> tuple[Grid, PinholeImage | None, NDArray[np.float32], ArrayTrace]:
+    """Lay the cleaned cloud on a grid; with it its camera's image, a sample and the fingerprint of what was given.
+
+    One copy of the cloud is made, and all work is done in it.
+    """
+    threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
+    points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
+    trace = step("reference: fingerprint", 0.1, lambda: fingerprint.of_cloud(points, stop))
+    hide(points, mask, "reference")
     image = None
-    if seen.ndim == 3:
-        found = fit_camera(seen) if camera is None else camera
-        image = None if found is None else PinholeImage(*seen.shape[:2], *map(float, found))
+    if points.ndim == 3:
+        found = fit_camera(points) if camera is None else camera
+        image = None if found is None else PinholeImage(*points.shape[:2], *map(float, found))
     if image is not None and mold_from_scanner is None:
         raise frame.pose_needed()
-    points = cleaned(seen, mold_from_scanner, recipe, stop)
-    spacing = recipe.clean.grid_spacing_mm
+    of_scanner = thinned(points).points
+    pinhole = None if image is None else image.camera
+    step("reference: clean", 0.15, lambda: clean(points, mold_from_scanner, pinhole, recipe, stop))
+    spacing = _spacing_mm(points, recipe, stop)
+    heights = step(
+        "reference: grid",
+        0.3,
+        lambda: surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop),
+    )
+    return heights, image, of_scanner, trace
+
+
+def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:
+    """Take out, in place, the heights that the surface does not follow: the mold is not known there."""
+    off = surface.misfits(heights, fitted, threads=threads, stop=stop)
+    if off.any():
+        area_mm2 = float(np.count_nonzero(off)) * heights.spacing_mm**2
+        log.info("the smooth reference does not follow %.3g cm2 of what was measured", area_mm2 / 100)
+    heights.values[off] = np.nan
+
+
+def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -> float:
+    """Return the height map's spacing for a cloud in the mold's frame, once its frame, density and size are checked."""
+    threads = recipe.run.threads
     sample, each = thinned(points)
     in_mold = sample[np.isfinite(sample).all(axis=1)].astype(np.float64)
     if not len(in_mold):
         raise InputError("reference: expected a cloud, but of 30 000 places in it none holds a point")
     frame.check_cloud_frame(in_mold, pitch_of(in_mold[:, :2], each))
     resolution.check_reference(in_mold[:, :2], each, recipe)
-    pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
+    spacing = recipe.clean.grid_spacing_mm
     if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
+        pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
     _, low, high = _core.cloud.bounds(points, threads)
     check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
-    heights = without_cliffs(surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop), ply_outline)
-    fitted = surface.fit_reference(heights, threads=threads, stop=stop)
-    return Prepared(fitted, heights, spacing, image, thinned(seen).points, fingerprint.of_cloud(own))
+    return spacing

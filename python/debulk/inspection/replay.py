@@ -77,6 +77,7 @@ def dump(path: str | Path, sheet: Sheet, solution: Solution | None = None, **opt
         "kinds": sheet.kinds.tolist(),
         "spacing_mm": sheet.spacing_mm,
         "area_mm2": sheet.area_mm2,
+        "edge_mm": None if sheet.edge_mm is None else sheet.edge_mm.tolist(),
         "reference": {
             "heights_mm": heights[first[1] : last[1] + 1, first[0] : last[0] + 1].tolist(),
             "origin_mm": (origin + first * step).tolist(),
@@ -119,7 +120,8 @@ def _read(path: str | Path) -> dict[str, Any]:
 
 
 def _sheet(data: dict[str, Any]) -> Sheet:
-    grid, ply = data["reference"], SimpleNamespace(**data["ply"])
+    # Files from before there was a choice hold solves with the paper's lumping.
+    grid, ply = data["reference"], SimpleNamespace(**{"lumping": "paper", **data["ply"]})
     recipe: Recipe = SimpleNamespace(material=ply, loads=ply)  # type: ignore[assignment]
     return Sheet(
         data["nodes_mm"],
@@ -129,6 +131,7 @@ def _sheet(data: dict[str, Any]) -> Sheet:
         data["area_mm2"],
         Reference(np.array(grid["heights_mm"]), grid["origin_mm"], grid["spacing_mm"]),
         recipe,
+        data.get("edge_mm"),
     )
 
 

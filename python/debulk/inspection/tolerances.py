@@ -29,6 +29,8 @@ Floats = NDArray[np.float64]
 _LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
 _FILTER_CELLS = 5  # over which single spikes are removed, and with them the tops of what is hardly wider
 _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
+_FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
+_MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,9 +228,9 @@ def _looked_at_again(
     wanted.cut_height_mm = cut_mm
     one = None
     for rows, columns in _windows(dropped, whole.heights):
-        heights = whole.heights
-        origin = heights.origin_mm + heights.spacing_mm * np.array([columns.start, rows.start])
-        window = Grid(np.ascontiguousarray(heights.values[rows, columns]), origin, heights.spacing_mm)
+        window = _window(whole.heights, rows, columns)
+        if one is None and _frayed(dropped, whole.labels.values[rows, columns], window, feet.noise_mm, wanted, stop):
+            return None
         again = pocket.segment_with(wanted, window, 1, stop)
         if not again.pockets:
             return None  # at the edge of the cut: what is left of it above is a speck
@@ -248,6 +250,33 @@ def _looked_at_again(
         if one.foot.closed:
             break
     return one
+
+
+def _frayed(
+    dropped: Dropped,
+    labels: NDArray[np.int32],
+    window: Grid,
+    noise_mm: float,
+    wanted: _core.pocket.SegmentOptions,
+    stop: _core.Stop,
+) -> bool:
+    """Whether no more than noise parts a bump from a pocket: the contour of a broad one frays where it is flat."""
+    cut_mm = wanted.cut_height_mm
+    wanted.cut_height_mm = dropped.peak_mm - min(_FRAYED * noise_mm, _MOST_FRAYED_MM)
+    try:
+        if not 0 < wanted.cut_height_mm < cut_mm:
+            return False
+        lower = pocket.segment_with(wanted, window, 1, stop)
+    finally:
+        wanted.cut_height_mm = cut_mm
+    i, j = np.rint((dropped.centroid_mm - window.origin_mm) / window.spacing_mm).astype(int)
+    number = lower.labels.values[j, i]
+    return bool(number > 0 and (labels[lower.labels.values == number] > 0).any())
+
+
+def _window(heights: Grid, rows: slice, columns: slice) -> Grid:
+    origin = heights.origin_mm + heights.spacing_mm * np.array([columns.start, rows.start])
+    return Grid(np.ascontiguousarray(heights.values[rows, columns]), origin, heights.spacing_mm)
 
 
 def _apart(candidate: pocket.Pocket, dropped: Dropped) -> float:

@@ -118,7 +118,7 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
             what=_name(hole),
             why="the mask hides it"
             if hidden
-            else "the reference is not known there"
+            else "the reference is not known there: nothing was seen, or a smooth surface cannot follow it"
             if hole.reference_share > 0.5
             else "nothing was seen there",
             bound=f"{hole.box[1][0] - hole.box[0][0]:.0f} by {hole.box[1][1] - hole.box[0][1]:.0f} mm, "

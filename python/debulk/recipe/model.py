@@ -135,6 +135,11 @@ class Loads(Section):
 
     pressure_mpa: float = Field(default=_PLY.pressure_mpa, gt=0, le=10, description="vacuum pressure P, along -z")
     gravity_m_s2: float = Field(default=_PLY.gravity_m_s2, ge=0, le=100, description="acceleration of gravity")
+    lumping: Literal["consistent", "paper"] = Field(
+        default=_PLY.lumping,  # type: ignore[arg-type]
+        description='of what acts on areas; "consistent": by cells of the net, friction out to the edge of the ply; '
+        '"paper": the area inside the perimeter over all nodes, which depends on the spacing',
+    )
 
 
 class Segmentation(Section):

@@ -95,6 +95,7 @@ def ply(recipe: Recipe) -> _core.sheet.PlyMaterial:
     options.friction = recipe.material.friction
     options.pressure_mpa = recipe.loads.pressure_mpa
     options.gravity_m_s2 = recipe.loads.gravity_m_s2
+    options.lumping = recipe.loads.lumping
     return options
 
 

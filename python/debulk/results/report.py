@@ -203,14 +203,20 @@ class PocketReport(Record):
         Of the net.
     rms_mm, rms_range_mm
         RMS of the post-processed gaps inside the outline; its lowest and highest value over all starts.
-    ridge_height_mm, ridge_length_mm, excess_length_mm
-        Of the worst ridge; the largest excess of a fibre's length over the mold's.
+    ridge_height_mm, ridge_length_mm
+        Of the worst ridge.
+    excess_length_mm
+        Largest excess over the mold of a fibre of the laid net that is held at both ends; 0 where none has any. What
+        slips in at the ply's edge is not in it.
     ridge_range_mm
         Lowest and highest ridge height over all starts.
     ridge_nodes
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
         Largest height at which the ply, too short to reach the mold, bridges a hollow.
+    drawn_in_mm, drawn_in_tension_n_per_mm, drawn_in_hold_n_per_mm
+        Largest height of a bridge of the model that is not counted, since the ply is drawn in there: the pull of its
+        fibre, and what the friction between it and the ply's edge can hold. None without one.
     net
         The net before debulking.
     initial_gap_mm
@@ -250,6 +256,9 @@ class PocketReport(Record):
     ridge_range_mm: tuple[float, float] | None = None
     ridge_nodes: Numbers | None = None
     bridge_height_mm: float | None = None
+    drawn_in_mm: float | None = None
+    drawn_in_tension_n_per_mm: float | None = None
+    drawn_in_hold_n_per_mm: float | None = None
     excess_length_mm: float | None = None
     net: PocketNet | None = None
     initial_gap_mm: Values | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk.arguments import typed
 from debulk.scanner.inputs import InputError, checked_pixels
+from debulk.scanner.projector import Projector
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -42,6 +44,8 @@ class Calibration:
         Names of images that were left out because they spoilt the fit, with the reason.
     error_px
         Root mean square reprojection error of all that were used.
+    projector
+        What `calibrate_projector` learnt of it; scans are held against it then.
 
     Raises
     ------
@@ -67,6 +71,7 @@ class Calibration:
         image_errors_px: Mapping[str, float] | None = None,
         spoiling: Mapping[str, str] | None = None,
         error_px: float = float("nan"),
+        projector: Projector | None = None,
     ) -> None:
         self.camera_matrices = _numbers("camera_matrices", camera_matrices, (2, 3, 3))
         self.distortions = _numbers("distortions", distortions, (2, None))
@@ -89,6 +94,13 @@ class Calibration:
         self.image_errors_px = dict(image_errors_px or {})
         self.spoiling = dict(spoiling or {})
         self.error_px = float(error_px)
+        self.projector = projector
+
+    def with_projector(self, projector: Projector | None) -> Calibration:
+        """Return the same cameras with another projector."""
+        other = copy.copy(self)
+        other.projector = projector
+        return other
 
     @typed
     def save(self, path: str | PathLike[str]) -> None:
@@ -103,6 +115,7 @@ class Calibration:
             "error_px": None if np.isnan(self.error_px) else self.error_px,
             "image_errors_px": self.image_errors_px,
             "spoiling": self.spoiling,
+            "projector": None if self.projector is None else self.projector.data(),
         }
         try:
             Path(path).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
@@ -123,12 +136,13 @@ class Calibration:
             raise InputError(f"{path}: expected a debulk scanner calibration of version {_VERSION}")
         try:
             names = ("camera_matrices", "distortions", "rotation", "translation_mm", "pixels")
-            error_px = data.get("error_px")
+            error_px, projector = data.get("error_px"), data.get("projector")
             return cls(
                 *(data[name] for name in names),
                 image_errors_px=data.get("image_errors_px"),
                 spoiling=data.get("spoiling"),
                 error_px=float("nan") if error_px is None else error_px,
+                projector=None if projector is None else Projector.from_data(projector),
             )
         except (InputError, KeyError) as error:
             raise InputError(f"{path}: {error}") from None

@@ -41,6 +41,10 @@ class Phase:
     """Of each exposure beside the shortest."""
     sensor_noise: tuple[float, float] = (1.0, 0.0)
     """Variance of a grey value: the first number + the second times the grey value."""
+    blur_px: float = 0.0
+    """Standard deviation of the lens's blur whose part in the phases was taken out."""
+    periods: tuple[int, ...] = ()
+    """Numbers of fringes over the field; the phase is that of the first."""
     counts: Mapping[str, int] = field(default_factory=dict)
     """Pixels that are ``lit``, of those ``doubtful`` (order not sure from the beat), of which
     ``repaired`` by the pixels beside; ``isolated`` (phase unlike those beside, and gone);
@@ -54,6 +58,7 @@ def decode(
     *,
     bits: int | None = None,
     sensor_noise: tuple[float, float] | None = None,
+    blur_px: float | None = None,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Phase:
@@ -78,6 +83,10 @@ def decode(
     sensor_noise
         Variance of a grey value, (a, b) for a + b · value, as measured for the camera. None: estimated from the images'
         highest harmonic, which holds no fringe.
+    blur_px
+        Standard deviation of the lens's blur, at most 1. Where the brightness changes across the fringes a blurred
+        phase is drawn towards the brighter side, by blur² ∇phase · ∇ln(modulation); that is taken out. None: estimated
+        from how the phase follows the texture. 0: left in.
     threads
         0: as many as the process may use. The result does not depend on it.
     stop
@@ -104,7 +113,7 @@ def decode(
     >>> bool(np.abs(phase.phase_rad[4] - 2 * np.pi * 50 * u).max() < 0.01)
     True
     """
-    numbers, count = checked_periods(periods), checked_steps(steps, periods)
+    numbers, count, blur = checked_periods(periods), checked_steps(steps, periods), checked_blur(blur_px)
     stack = checked_stack(images, count * len(numbers), bits=bits)
     refuse_faults(stack, numbers, count)
     shape = stack.shape
@@ -112,7 +121,14 @@ def decode(
         name: np.empty(shape, np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")
     }
     maps["exposure"] = np.empty(shape, np.uint8)
-    return decode_into(maps, stack, numbers, count, sensor_noise, threads, stop or _core.Stop())
+    return decode_into(maps, stack, numbers, count, sensor_noise, blur, threads, stop or _core.Stop())
+
+
+def checked_blur(blur_px: float | None) -> float | None:
+    """Check the standard deviation of a lens's blur."""
+    if blur_px is not None and not 0 <= blur_px <= 1:
+        raise InputError(f"blur_px: expected 0 to 1 pixel, or None for an estimate, but got {blur_px!r}")
+    return blur_px
 
 
 def decode_into(
@@ -121,6 +137,7 @@ def decode_into(
     periods: tuple[int, ...],
     steps: int,
     sensor_noise: tuple[float, float] | None,
+    blur_px: float | None,
     threads: int,
     stop: _core.Stop,
     widest: int = 4,
@@ -148,6 +165,9 @@ def decode_into(
         widest=widest,
         stop=stop,
     )
+    brightness = _brightness(stack)
+    light = maps["modulation"], maps["exposure"], brightness
+    variance = core.take_out_blur(maps["phase"], *light, -1.0 if blur_px is None else blur_px**2, threads, widest, stop)
     return Phase(
         maps["phase"],
         maps["noise"],
@@ -155,8 +175,10 @@ def decode_into(
         maps["exposure"],
         maps.get("offset"),
         maps.get("residual"),
-        _brightness(stack),
+        brightness,
         (float(sensor_noise[0]), float(sensor_noise[1])),
+        float(np.sqrt(variance)),
+        periods,
         counts,
     )
 

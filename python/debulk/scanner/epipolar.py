@@ -7,6 +7,7 @@ modulation of the left image is compared with that of the right one at the match
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,8 @@ F64 = NDArray[np.float64]
 
 MOST_ERROR = 4e-4
 """Of the image's width: half a pixel of 1280. Highlights that move between the cameras take as much with them."""
-_HALF = 12  # of a patch, pixels of an image 1280 wide or less; in proportion for wider ones
+_WIDE = 1280  # pixels across: of wider images every second, third ... pixel and row is taken
+_HALF = 12  # of a patch, pixels
 _REACH = 6  # rows up and down
 _GRID = 14, 10  # patches across and down
 _LEAST_CORRELATION = 0.7
@@ -46,7 +48,7 @@ class Epipolar:
 def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
     """Measure how the rows agree, and say what is wrong where they do not."""
     shifts, textured = row_shifts(points, left, right, rectified)
-    error = float(np.sqrt(np.mean(_even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
+    error = float(np.sqrt(np.mean(even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
     found = Epipolar(error, len(shifts))
     if textured < _LEAST_PATCHES:
         return found, ""
@@ -65,7 +67,7 @@ def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
     return found, ""
 
 
-def _even(shifts: F64) -> F64:
+def even(shifts: F64) -> F64:
     """Fit what a turned camera would make of (K, 3) shifts: linear over the image; outliers count less."""
     basis = np.column_stack([np.ones(len(shifts)), shifts[:, :2]])
     weight = np.ones(len(shifts))
@@ -85,11 +87,12 @@ def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
     """
     width, height = rectified.pixels
     shifts, textured = [], 0
-    half = _HALF * max(1280, width) // 1280
-    margin = half + _REACH + 1
+    step = max(1, width // _WIDE)
+    half = _HALF * step
+    margin = half + _REACH * step + 1
     for y in np.linspace(margin, height - 1 - margin, _GRID[1]).astype(int):
         for x in np.linspace(half, width - 1 - half, _GRID[0]).astype(int):
-            found = _patch(int(x), int(y), half, points, left, right, rectified)
+            found = _patch(int(x), int(y), step, points, left, right, rectified)
             if found is None:
                 continue
             textured += 1
@@ -99,35 +102,40 @@ def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
 
 
 def _patch(
-    x: int, y: int, half: int, points: F32, left: Phase, right: Phase, rectified: Rectified
+    x: int, y: int, step: int, points: F32, left: Phase, right: Phase, rectified: Rectified
 ) -> tuple[float, float] | None:
     """Best correlation and at which row; None without enough points or texture."""
-    rows, columns = slice(y - half, y + half + 1), slice(x - half, x + half + 1)
+    half = _HALF * step
+    rows, columns = slice(y - half, y + half + 1, step), slice(x - half, x + half + 1, step)
     depth = points[rows, columns, 2]
     seen = np.isfinite(depth)
-    if y < half or x < half or depth.shape != (2 * half + 1, 2 * half + 1) or seen.mean() < 0.9:
+    if y < half or x < half or depth.shape != (2 * _HALF + 1, 2 * _HALF + 1) or seen.mean() < 0.9:
         return None
     depth = np.where(seen, depth, np.median(depth[seen]))
     shift = rectified.right_cx - rectified.left_centre[0]
-    there = np.arange(columns.start, columns.stop) - (rectified.focal_px * rectified.baseline_mm / depth - shift)
+    there = np.arange(columns.start, columns.stop, step) - (rectified.focal_px * rectified.baseline_mm / depth - shift)
     left_x, left_y, right_x, right_y = rectified.maps
     reference = _sample(left, left_x[rows, columns], left_y[rows, columns])
-    if reference is None or _contrast(reference) < 0.02:
+    if reference is None:
+        return None
+    reference = _flat(reference)
+    if reference.std() < 0.02:
         return None
     wide = np.arange(-_REACH, _REACH + 1)
     scores = np.full(wide.size, -1.0)
     for k, dy in enumerate(wide):
-        at_y = np.arange(rows.start + dy, rows.stop + dy, dtype=np.float32)[:, None] + np.zeros_like(there, np.float32)
+        lines = np.arange(rows.start + dy * step, rows.stop + dy * step, step, dtype=np.float32)
+        at_y = lines[:, None] + np.zeros_like(there, np.float32)
         at_x = there.astype(np.float32)
         texture = _sample(right, _remap(right_x, at_x, at_y), _remap(right_y, at_x, at_y))
         if texture is not None:
-            scores[k] = _correlation(reference, texture)
+            scores[k] = _correlation(reference, _flat(texture))
     best = int(np.argmax(scores))
     if best in (0, wide.size - 1) or scores[best - 1] < -0.9 or scores[best + 1] < -0.9:
         return 0.0, 0.0
     before, here, after = scores[best - 1 : best + 2]
     bend = before - 2 * here + after
-    return float(here), float(wide[best] + (0.5 * (before - after) / bend if bend < 0 else 0.0))
+    return float(here), float(step * (wide[best] + (0.5 * (before - after) / bend if bend < 0 else 0.0)))
 
 
 def _remap(image: F32, x: F32, y: F32) -> F32:
@@ -165,18 +173,18 @@ def _sample(phase: Phase, x: F32, y: F32) -> F64 | None:
     return values if np.isfinite(values).all() else None
 
 
+@cache
+def _slopes() -> F64:
+    """Orthonormal columns that span a patch's mean and slopes."""
+    rows, columns = np.indices((2 * _HALF + 1, 2 * _HALF + 1))
+    return np.asarray(np.linalg.qr(np.stack([np.ones(rows.size), rows.ravel(), columns.ravel()], axis=1))[0])
+
+
 def _flat(values: F64) -> F64:
     """Without the light's own slope: only texture is left."""
-    rows, columns = np.indices(values.shape)
-    basis = np.stack([np.ones(values.size), rows.ravel(), columns.ravel()], axis=1)
-    fit, *_ = np.linalg.lstsq(basis, values.ravel(), rcond=None)
-    return np.asarray(values - (basis @ fit).reshape(values.shape))
-
-
-def _contrast(values: F64) -> float:
-    return float(_flat(values).std())
+    flat = values.ravel()
+    return np.asarray(flat - _slopes() @ (_slopes().T @ flat))
 
 
 def _correlation(a: F64, b: F64) -> float:
-    a, b = _flat(a), _flat(b)
     return float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum() + 1e-300))

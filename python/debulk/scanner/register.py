@@ -144,8 +144,13 @@ def _distances(motion: F64, measured: F64, wanted: F64) -> F64:
 def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registration:
     try:
         import open3d
-    except ImportError:
-        raise InputError("mold: registration by shape needs Open3D: pip install 'debulk[view]'") from None
+    except ImportError as error:
+        if error.name == "open3d":
+            raise InputError("mold: registration by shape needs Open3D: pip install 'debulk[view]'") from None
+        raise InputError(
+            f"mold: registration by shape needs Open3D, and it cannot be loaded ({error}); on Debian it needs libegl1, "
+            "libgl1 and libusb-1.0-0"
+        ) from None
 
     def cloud(values: F64) -> Any:
         whole = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(values))
@@ -153,10 +158,12 @@ def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registratio
 
     source, target = cloud(points), cloud(mold)
     target.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius=5 * _VOXEL_MM, max_nn=30))
-    plane = open3d.pipelines.registration.TransformationEstimationPointToPlane()
     criteria = open3d.pipelines.registration.ICPConvergenceCriteria(1e-9, 1e-9, 200)
     motion = start
     for reach in _REACHES_MM:
+        # A scan goes on beside the mold. Without this loss the points there pull a flat mold away within three steps.
+        robust = open3d.pipelines.registration.TukeyLoss(k=1 + 0.2 * reach)
+        plane = open3d.pipelines.registration.TransformationEstimationPointToPlane(robust)
         found = open3d.pipelines.registration.registration_icp(source, target, reach, motion, plane, criteria)
         motion = np.asarray(found.transformation)
     pairs = np.asarray(found.correspondence_set)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core
 from debulk.arguments import typed
 from debulk.scanner.calibration import Calibration
-from debulk.scanner.decode import Phase, decode_into
+from debulk.scanner.decode import Phase, checked_blur, decode_into
 from debulk.scanner.faults import refuse_faults
 from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, triangulate_into
@@ -40,11 +40,11 @@ class Scanner:
     ----------
     calibration
         Of the two cameras.
-    periods, steps, bits, sensor_noise
+    periods, steps, bits, sensor_noise, blur_px
         As in `debulk.scanner.decode`.
     details
-        Keep what a picture of the scan needs: order residual and mean grey value of each camera. They take 16 bytes for
-        each pixel of an image.
+        Keep what a picture of the scan needs: the left camera's order residual. It takes 4 bytes a pixel, beside 26 for
+        the phases of both cameras and 16 for where their rectified pixels lie.
     threads
         0: as many as the process may use. The result does not depend on it.
 
@@ -73,6 +73,7 @@ class Scanner:
         *,
         bits: int | None = None,
         sensor_noise: tuple[float, float] | None = None,
+        blur_px: float | None = None,
         details: bool = False,
         threads: int = 0,
     ) -> None:
@@ -81,15 +82,16 @@ class Scanner:
         self.steps = checked_steps(steps, self.periods)
         self.bits = bits
         self.sensor_noise = sensor_noise
+        self.blur_px = checked_blur(blur_px)
         self.threads = whole("threads", threads, 0, 1024)
         self.left: Phase | None = None
         """The left camera's phase of the last scan, in memory that the next one overwrites."""
         self.right: Phase | None = None
         calibration.rectified  # noqa: B018  prepared now, not in the first cycle
         shape = calibration.pixels[1], calibration.pixels[0]
-        names = ("phase", "noise", "modulation", *(("offset", "residual") if details else ()))
         self._maps: list[dict[str, Any]] = []
-        for _ in range(2):
+        for more in (("residual",) if details else (), ()):
+            names = ("phase", "noise", "modulation", *more)
             maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in names}
             self._maps.append(maps | {"exposure": np.empty(shape, np.uint8)})
         self._running = Running()
@@ -179,7 +181,7 @@ class Scanner:
         phases = []
         for k, (stack, maps) in enumerate(zip(stacks, self._maps, strict=True)):
             report(f"decoding {'left' if k == 0 else 'right'}", 0.1 + 0.3 * k)
-            given = maps, stack, self.periods, self.steps, self.sensor_noise, self.threads, stop
+            given = maps, stack, self.periods, self.steps, self.sensor_noise, self.blur_px, self.threads, stop
             phases.append(pool.submit(decode_into, *given).result())
         self.left, self.right = phases
         report("triangulating", 0.7)

@@ -15,6 +15,7 @@ from debulk.scanner.calibration import Calibration, Rectified
 from debulk.scanner.decode import Phase
 from debulk.scanner.epipolar import Epipolar, judge_rows
 from debulk.scanner.inputs import InputError
+from debulk.scanner.third_view import disagreement
 
 F32 = NDArray[np.float32]
 
@@ -36,11 +37,12 @@ class Scan:
     camera: tuple[float, float, float]
     """f, cx, cy in pixels."""
     counts: Mapping[str, int] = field(default_factory=dict)
-    """Pixels ``seen`` by the left camera, of those ``matched``, ``unmatched`` (hidden from the right one), "
-    "``ambiguous``
-    (the left-right check failed), ``behind`` the cameras."""
+    """Pixels ``seen`` by the left camera, of those ``matched``, ``unmatched`` (hidden from the right one),
+    ``ambiguous`` (the left-right check failed), ``behind`` the cameras."""
     epipolar: Epipolar | None = None
     """How well the rows of the two images agree; None where no images were given."""
+    projector_mm: float = float("nan")
+    """Depth by which cameras and projector disagree; NaN where the calibration holds no projector."""
 
 
 def match(left: Phase | ArrayLike, right: Phase | ArrayLike, *, threads: int = 0) -> tuple[F32, F32]:
@@ -111,7 +113,8 @@ def triangulate(
     ------
     debulk.InputError
         Phases of another shape than the calibration's; cameras that are exchanged, were moved since they were
-        calibrated (told from their modulation, so of two `Phase` only), or do not look at one scene.
+        calibrated (told from their modulation, and from the projector if the calibration holds it, so of two `Phase`
+        only), or do not look at one scene.
 
     Examples
     --------
@@ -173,7 +176,12 @@ def triangulate_into(
             "pixels find a partner in their row: images are exchanged, of different scans, or the fringes run "
             "along the rows"
         )
-    return Scan(points, uncertainty, rectified.camera, counts, epipolar)
+    projector_mm = float("nan")
+    if calibration.projector is not None and isinstance(left, Phase) and left.periods:
+        projector_mm, complaint = disagreement(points, left, rectified, calibration.projector)
+        if complaint:
+            raise InputError(f"left, right: {complaint}")
+    return Scan(points, uncertainty, rectified.camera, counts, epipolar, projector_mm)
 
 
 def _geometry(rectified: Rectified) -> list[float]:

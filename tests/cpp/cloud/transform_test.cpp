@@ -48,6 +48,23 @@ TEST(Transform, MovesEveryPointAndKeepsTheMissingMissing) {
   }
 }
 
+TEST(Transform, MovesWhatIsKeptInPlace) {
+  Cloud cloud = sheet(40, 30, 2);
+  cloud.point(3, 4)[1] = nan;
+  const std::vector<float> moved = transform(cloud.view(), pose(), 2);
+  std::vector<std::uint8_t> keep(cloud.view().size(), 1);
+  for (std::size_t i = 0; i < keep.size(); i += 7) keep[i] = 0;
+  const std::size_t count = cloud.view().size();
+  move_kept(cloud.point(0, 0), keep.data(), count, pose(), 3);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t a = 0; a < 3; ++a)
+      if (keep[i] != 0 && !std::isnan(moved[3 * i])) {
+        EXPECT_EQ(cloud.view().point(i)[a], moved[3 * i + a]);
+      } else {
+        EXPECT_TRUE(std::isnan(cloud.view().point(i)[a]));
+      }
+}
+
 TEST(Transform, RefusesWhatIsNotRigid) {
   EXPECT_EQ(complaint(pose()), "");
   Eigen::Matrix4d scaled = pose(), transposed = pose().transpose(), mirror = pose(), broken = pose();

@@ -73,6 +73,28 @@ TEST(Match, NeverAcrossAGap) {
   EXPECT_NEAR(m.disparity[93], 0.5, 1e-3);
 }
 
+TEST(Match, APlaceOnTheLastPixelBeforeAGapHasItsSigma) {
+  const Rows noise(width * height, 0.01f), left = rows([](double x) { return static_cast<float>(x / 8); });
+  const Rows right = rows([](double x) { return x == 90 || x == 100 ? nan : static_cast<float>(x / 8); });
+  const Matched m = matched(left, right, noise.data());
+  for (std::size_t i : {89u, 91u, 99u, 101u, 202u}) {
+    EXPECT_EQ(m.disparity[i], 0) << i;
+    EXPECT_NEAR(m.sigma[i], 0.08 * std::sqrt(2), 1e-3) << i;
+  }
+}
+
+TEST(Match, ThePlaceBetweenTwoSidesOfAGapIsNone) {
+  const Rows noise(width * height, 0.01f), left = rows([](double x) { return static_cast<float>(x / 8); });
+  // Behind the gap the row begins once more three pixels before: 11.75 stands on both sides of it.
+  const Rows right = rows([](double x) { return x == 95 || x == 96 ? nan : static_cast<float>((x < 95 ? x : x - 4) / 8); });
+  const Matched m = matched(left, right, noise.data());
+  for (int i = 0; i < width; ++i) {
+    const std::size_t k = static_cast<std::size_t>(i);
+    EXPECT_EQ(std::isnan(m.disparity[k]), std::isnan(m.sigma[k])) << i;
+  }
+  EXPECT_TRUE(std::isnan(m.disparity[93]));
+}
+
 TEST(Match, APhaseInTwoPlacesIsAmbiguous) {
   const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
   const Rows right = rows([](double x) { return static_cast<float>(0.1 * (x < 100 ? x : x - 50)); });  // 5 to 10 occur twice

@@ -72,7 +72,8 @@ TEST(Shear, OfAUniformlyShearedNet) {
 TEST(Sheet, SumsItsTermsWithTheirSigns) {
   Net net = test::flat_net(5, 5, 4.0);
   net.kinds[2] = NodeKind::free;
-  const PlyMaterial ply;
+  PlyMaterial ply;
+  ply.lumping = Lumping::paper;
   const double area = 250.0;
   const Sheet sheet(net, area, ply, std::make_shared<test::Plane>());
   Points x = net.nodes;

@@ -1,6 +1,7 @@
 // Every energy against finite differences, on random, sheared and nearly straight configurations.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "debulk/sheet/angle.hpp"
@@ -29,6 +30,13 @@ std::vector<Configuration> configurations(const Points& flat) {
           {"nearly straight", test::shaken(flat, 1e-7, 3)},
           {"bent a little", test::shaken(flat, 0.3, 4)},
           {"sharply folded", test::shaken(folded, 0.2, 5)}};
+}
+
+// No two forces alike.
+std::vector<double> uneven(int count) {
+  std::vector<double> out;
+  for (int k = 0; k < count; ++k) out.push_back(0.5 + std::fmod(0.618 * k, 1.0));
+  return out;
 }
 
 Points gradient_of(const Term& term, const Points& x) {
@@ -82,8 +90,8 @@ TEST(Derivatives, OfEveryTermAgreeWithFiniteDifferences) {
   std::vector<std::pair<std::string, std::unique_ptr<Term>>> terms;
   terms.emplace_back("bending", std::make_unique<Bending>(0.81, net.neighbours));
   terms.emplace_back("shear", std::make_unique<Shear>(40.0, kSpacing, 0.3, net.neighbours));
-  terms.emplace_back("load", std::make_unique<Load>(2.5, net.nodes));
-  terms.emplace_back("friction", std::make_unique<Friction>(1.0, kSpacing, std::vector<int>{0, 5, 15}, net.nodes));
+  terms.emplace_back("load", std::make_unique<Load>(uneven(16), net.nodes));
+  terms.emplace_back("friction", std::make_unique<Friction>(uneven(3), kSpacing, std::vector<int>{0, 5, 15}, net.nodes));
   for (auto& [name, term] : terms)
     for (const auto& [configuration, points] : configurations(net.nodes)) expect_derivatives(*term, points, name + ", " + configuration);
 }

@@ -117,7 +117,7 @@ TEST(Status, OfEveryKindIsReached) {
       {SolveStatus::iteration_limit, {iteration_limit()}},
       {SolveStatus::deadline, {deadline()}},
       {SolveStatus::cancelled, {cancelled()}},
-      {SolveStatus::infeasible, {infeasible("interior_point", 1.002), infeasible("ipopt", 1.05), infeasible("nlopt", 1.3)}},
+      {SolveStatus::infeasible, {infeasible("interior_point", 1.002), infeasible("ipopt", 1.05), infeasible("nlopt", 1.25)}},
       {SolveStatus::numerical_failure, {numerical_failure("interior_point"), numerical_failure("ipopt")}},
       {SolveStatus::too_few_movable_nodes, {too_few_movable_nodes()}},
       {SolveStatus::no_minimum, {no_minimum(false), no_minimum(true)}},

@@ -87,3 +87,16 @@ def test_a_calibration_without_a_board_is_refused(folders, tmp_path):
     assert code == 2
     assert "found it in 0 of 24" in output
     assert not (tmp_path / "c.json").exists()
+
+
+def test_the_projector_is_learnt_and_held_against(folders, tmp_path):
+    root, _ = folders
+    images = root / "left", root / "right"
+    code, output = run("scan", "projector", *images, "--calibration", root / "c.json", "-o", tmp_path / "p.json")
+    assert code == 0, output
+    assert "their noise included" in output
+    assert scanner.Calibration.load(tmp_path / "p.json").projector is not None
+    code, output = run("scan", *images, "--calibration", tmp_path / "p.json", "-o", tmp_path / "s.pcd")
+    assert code == 0, output
+    assert "cameras and projector agree within 0." in output
+    assert run("scan", "projector", *images, "--calibration", root / "c.json", "-o", tmp_path / "p.txt")[0] == 2

@@ -37,6 +37,23 @@ def test_a_wide_shallow_bump_stays_dropped_with_its_bound(regions):
     assert bump.excess_mm == pytest.approx(np.pi**2 * 2.8**2 / (4 * 80), rel=0.25)
 
 
+def _shelf(x, y):
+    """A broad pocket with a ledge that ends 0.007 mm below the cut, and an island on it that stands up by 0.014 mm."""
+    broad = laid_ply.bell(0, 0, 240, 5)(x, y)
+    ledge = 1.693 * np.clip((105 - np.abs(x)) / 10, 0, 1) * np.clip((40 - np.abs(y)) / 10, 0, 1)
+    return np.maximum(broad, ledge) + laid_ply.bell(83, 0, 24, 0.014)(x, y)
+
+
+@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
+def test_an_island_that_only_noise_parts_from_a_pocket_is_judged_with_it(regions):
+    one = laid_ply.inspector(regions)
+    found = one.find(laid_ply.scan(_shelf, noise_mm=0.03))
+    bumps = tolerances.weigh(found, one.ply, _core.Stop())
+    assert len(found.pockets) == 1
+    assert bumps
+    assert all("judged with that pocket" in bump.why for bump in bumps)
+
+
 def test_both_modes_bound_a_bump_alike():
     scan = laid_ply.scan(laid_ply.bell(-200, 100, 22, 5, 30))
     found = [

@@ -24,7 +24,7 @@ def test_the_defaults_are_the_papers_tables():
         "thickness_mm": 0.3, "young_mpa": 360.0, "shear_mpa": 40.0, "density_kg_m3": 1048.0, "friction": 0.4,
         "bulk_factor": 1.2,
     }  # fmt: skip
-    assert recipe.loads.model_dump() == {"pressure_mpa": 0.1, "gravity_m_s2": 9.81}
+    assert recipe.loads.model_dump() == {"pressure_mpa": 0.1, "gravity_m_s2": 9.81, "lumping": "consistent"}
     assert recipe.segmentation.model_dump() == {
         "cut_height_mm": 2.0, "area_tol_mm2": 200.0, "peak_tol_mm": 1.25, "regions": True,
     }  # fmt: skip
@@ -51,7 +51,7 @@ def test_every_setting_is_described_and_every_dimension_named():
         "node_target", "paths", "regions", "when", "criterion",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
-        "threads", "dump_folder", "hash_scan",
+        "threads", "dump_folder", "hash_scan", "lumping",
     }  # fmt: skip
     for section in Recipe.model_fields:
         for name, entry in type(getattr(Recipe(), section)).model_fields.items():

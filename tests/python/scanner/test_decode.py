@@ -81,7 +81,15 @@ def test_same_bits_on_any_threads_and_instructions(formula):
         from debulk import _core
 
         decode_into(
-            maps | {"exposure": np.empty((60, 640), np.uint8)}, stack, (50, 51), 6, None, threads, _core.Stop(), widest
+            maps | {"exposure": np.empty((60, 640), np.uint8)},
+            stack,
+            (50, 51),
+            6,
+            None,
+            0.6,
+            threads,
+            _core.Stop(),
+            widest,
         )
         return b"".join(map_.tobytes() for map_ in maps.values())
 

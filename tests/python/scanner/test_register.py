@@ -2,6 +2,7 @@
 
 import importlib.util
 
+import cv2
 import numpy as np
 import pytest
 
@@ -60,13 +61,28 @@ def test_without_open3d_the_remedy_is_named(markers):
 
 
 @pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="Open3D, the extra view, is not installed")
-def test_the_molds_shape_gives_the_motion():
+@pytest.mark.parametrize(("move_mm", "turn_deg"), [((8, -6, 5), 0.0), ((-20, 15, -12), 1.5)])
+def test_the_molds_shape_gives_the_motion(move_mm, turn_deg):
     scene = scenes.layup(seed=0, pixels=(640, 480), flying_share=0, dropout_share=0)
     x, y = np.meshgrid(np.arange(-600, 601, 3.0), np.arange(-450, 451, 3.0))
     mold = np.dstack([x, y, scene.truth.mold_height(np.dstack([x, y]))])
     off = np.eye(4)
-    off[:3, 3] = [8, -6, 5]
+    off[:3, :3] = cv2.Rodrigues(np.deg2rad(turn_deg) * np.array([0.5, 0.3, 0.8]))[0]
+    off[:3, 3] = move_mm
     found = register(scene.reference, mold=mold, start=off @ scene.mold_from_scanner)
-    assert found.mold_from_scanner == pytest.approx(scene.mold_from_scanner, abs=0.5)
+    there = [scene.reference.reshape(-1, 3) @ pose[:3, :3].T + pose[:3, 3]
+             for pose in (found.mold_from_scanner, scene.mold_from_scanner)]  # fmt: skip
+    assert np.nanmax(np.linalg.norm(there[0] - there[1], axis=1)) < 0.5
+    assert found.rms_mm < 0.2
+
+
+@pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="Open3D, the extra view, is not installed")
+def test_a_scan_that_does_not_fit_the_mold_is_refused():
+    scene = scenes.layup(seed=0, pixels=(640, 480), flying_share=0, dropout_share=0)
+    x, y = np.meshgrid(np.arange(-600, 601, 3.0), np.arange(-450, 451, 3.0))
+    mold = np.dstack([x, y, scene.truth.mold_height(np.dstack([x, y]))])
+    with pytest.raises(InputError, match="mold: expected a scan that covers"):
+        register(scene.reference, mold=mold)  # 2.4 m away
+    mold[..., 2] += 5 * np.sin(x / 60)
     with pytest.raises(InputError, match="mold: expected a scan that"):
-        register(scene.reference, mold=mold)
+        register(scene.reference, mold=mold, start=scene.mold_from_scanner)

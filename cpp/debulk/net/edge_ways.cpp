@@ -1,0 +1,61 @@
+#include "debulk/net/edge_ways.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "debulk/pocket/outline_search.hpp"
+
+namespace debulk {
+namespace {
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+// From a point inside the outline straight on until it is left; 0 from a point on it or outside.
+double way_out(const Polygon& outline, const Eigen::Vector2d& from, const Eigen::Vector2d& direction) {
+  double way = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    const Eigen::Vector2d corner = outline[k], side = outline[(k + 1) % outline.size()] - corner;
+    const double parallel = cross(direction, side);
+    if (parallel == 0) continue;
+    const double along = cross(corner - from, side) / parallel, share = cross(corner - from, direction) / parallel;
+    if (along >= 0 && share >= 0 && share <= 1) way = std::min(way, along);
+  }
+  return way < std::numeric_limits<double>::infinity() && inside(outline, from) ? way : 0.0;
+}
+
+}  // namespace
+
+std::vector<double> ways_to_edge(const Net& net, const Polygon& ply) {
+  const OutlineSearch outline(ply);
+  std::vector<double> out;
+  out.reserve(net.nodes.size());
+  for (const Eigen::Vector3d& node : net.nodes) out.push_back(outline.distance(node.head<2>()));
+  return out;
+}
+
+std::vector<std::array<double, 2>> ways_along_fibres(const Net& net, const Polygon& ply) {
+  std::vector<std::array<double, 2>> out(net.nodes.size(), {0.0, 0.0});
+  const auto xy = [&net](int node) { return Eigen::Vector2d(net.nodes[static_cast<std::size_t>(node)].head<2>()); };
+  for (const int fibre : {0, 1}) {
+    const Direction on = fibre == 0 ? east : north, back = fibre == 0 ? west : south;
+    for (int first = 0; first < static_cast<int>(net.nodes.size()); ++first) {
+      const int second = net.neighbours[static_cast<std::size_t>(first)][on];
+      if (second < 0 || net.neighbours[static_cast<std::size_t>(first)][back] >= 0) continue;
+      int last = second, before = first;
+      for (int next = net.neighbours[static_cast<std::size_t>(last)][on]; next >= 0 && next != first;
+           next = net.neighbours[static_cast<std::size_t>(last)][on]) {
+        before = last;
+        last = next;
+      }
+      const double way = std::min(way_out(ply, xy(first), (xy(first) - xy(second)).normalized()),
+                                  way_out(ply, xy(last), (xy(last) - xy(before)).normalized()));
+      for (int n = first; n >= 0; n = n == last ? -1 : net.neighbours[static_cast<std::size_t>(n)][on])
+        out[static_cast<std::size_t>(n)][static_cast<std::size_t>(fibre)] = way;
+    }
+  }
+  return out;
+}
+
+}  // namespace debulk

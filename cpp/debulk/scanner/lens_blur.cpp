@@ -1,0 +1,156 @@
+#include "debulk/scanner/lens_blur.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "debulk/core/parallel.hpp"
+#include "debulk/core/pool.hpp"
+#include "debulk/scanner/rectified_row.hpp"
+
+namespace debulk {
+namespace {
+
+constexpr float most_ratio = 0.6f;   // of (a - b) / (a + b) two pixels apart: a factor of four in brightness is an edge
+constexpr float edge_ratio = 3.0f;   // neighbouring phases further apart than this many median steps lie on two surfaces
+constexpr long samples = 400'000;    // of the estimate, about
+constexpr double surest = 5;         // standard deviations that the estimate must be from zero
+constexpr double most_variance = 1;  // px²
+constexpr int reach = 2;             // px of the bends; rows to the instrument
+
+struct Row {
+  const float* phase;
+  const float* light;
+};
+
+#define DEBULK_KERNEL "debulk/scanner/lens_blur_kernel.inl"
+#include "debulk/core/simd_dispatch.inl"
+
+float edge_of(const float* phase, const FringeLight& light) {
+  PhaseView view;
+  view.phase = phase, view.width = light.width, view.height = light.height;
+  return edge_ratio * median_step(view);
+}
+
+std::size_t start_of(const FringeLight& light, int row) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(light.width);
+}
+
+void light_of_row(const FringeLight& light, int row, std::vector<float>& out) {
+  const std::size_t first = start_of(light, row), width = static_cast<std::size_t>(light.width);
+  out.resize(width);
+  for (std::size_t i = 0; i < width; ++i) out[i] = light.modulation[first + i] * light.gain[light.exposure[first + i]];
+}
+
+struct Sample {
+  float bend, texture, beside;  // of the phase; of what the texture makes of it; that of the rows beside
+};
+
+// grad(phase) . grad(ln(light)) along the row; NaN where that is not known.
+std::vector<float> across_row(const float* phase, const std::vector<float>& light, float edge) {
+  std::vector<float> out(light.size(), std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t i = 1; i + 1 < light.size(); ++i) {
+    const float step = phase[i + 1] - phase[i - 1], ratio = (light[i + 1] - light[i - 1]) / (light[i + 1] + light[i - 1]);
+    if (std::abs(step) <= 2 * edge && std::abs(ratio) <= most_ratio) out[i] = 0.5f * step * std::atanh(ratio);
+  }
+  return out;
+}
+
+void sample_row(const float* phase, const FringeLight& light, int row, float edge, std::vector<Sample>& out) {
+  std::vector<float> rows[2 * reach + 1], across[2 * reach + 1];
+  for (int k : {0, 1, 2, 3, 4}) {
+    light_of_row(light, row + k - reach, rows[k]);
+    across[k] = across_row(phase + start_of(light, row + k - reach), rows[k], edge);
+  }
+  const std::size_t width = rows[0].size();
+  const float *above = phase + start_of(light, row - 1), *here = phase + start_of(light, row), *below = phase + start_of(light, row + 1);
+  std::vector<float> texture = across[reach];
+  for (std::size_t i = 0; i < width; ++i) {
+    const float ratio = (rows[3][i] - rows[1][i]) / (rows[3][i] + rows[1][i]), step = below[i] - above[i];
+    if (std::abs(step) <= 2 * edge && std::abs(ratio) <= most_ratio) texture[i] += 0.5f * step * std::atanh(ratio);
+  }
+  const auto bend = [](const auto& a, std::size_t i) { return a[i] - 0.5f * (a[i - reach] + a[i + reach]); };
+  for (std::size_t i = reach; i + reach < width; ++i) {
+    const Sample s{bend(here, i), bend(texture, i), bend(across[0], i) + bend(across[2 * reach], i)};
+    if (std::isfinite(s.bend) && std::isfinite(s.texture) && std::isfinite(s.beside)) out.push_back(s);
+  }
+}
+
+}  // namespace
+
+double estimate_blur(const float* phase, const FringeLight& light, int threads, const Stop& stop) {
+  const float edge = edge_of(phase, light);
+  const int every = static_cast<int>(std::max(1L, static_cast<long>(light.width) * light.height / samples));
+  const int count = (light.height - 2 * reach + every - 1) / every;
+  if (!(edge > 0) || count < 1) return 0;
+  std::vector<std::vector<Sample>> parts(static_cast<std::size_t>(count));
+  parallel_for(count, 4, threads, stop, [&](long begin, long end) {
+    for (long k = begin; k < end; ++k)
+      sample_row(phase, light, reach + static_cast<int>(k) * every, edge, parts[static_cast<std::size_t>(k)]);
+  });
+  std::vector<float> bends;
+  for (const auto& part : parts)
+    for (const Sample& s : part) bends.push_back(std::abs(s.bend));
+  if (bends.size() < 1000) return 0;
+  const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
+  std::nth_element(bends.begin(), middle, bends.end());
+  const float usual = 6 * *middle;  // four standard deviations: the rest lies on folds and edges
+  double follows = 0, strength = 0;
+  for (const auto& part : parts)
+    for (const Sample& s : part)
+      if (std::abs(s.bend) <= usual)
+        follows += static_cast<double>(s.bend) * s.beside, strength += static_cast<double>(s.texture) * s.beside;
+  if (!(strength > 0)) return 0;
+  const double variance = follows / strength;
+  double squares = 0;
+  for (const auto& part : parts)
+    for (const Sample& s : part)
+      if (std::abs(s.bend) <= usual) squares += std::pow((s.bend - variance * s.texture) * s.beside, 2);
+  return variance > surest * std::sqrt(squares) / strength ? std::min(variance, most_variance) : 0;
+}
+
+void take_out_blur(float* phase, const FringeLight& light, double variance, int threads, const Stop& stop, Isa isa) {
+  if (!(variance > 0) || light.width < 18 || light.height < 3) return;
+  const float edge = edge_of(phase, light);
+  const std::size_t width = static_cast<std::size_t>(light.width);
+  constexpr int strip = 64;
+  // The rows above and below a strip as they were: another thread may have changed them by the time they are needed.
+  const int strips = (light.height + strip - 1) / strip;
+  std::vector<float> kept(2 * width * static_cast<std::size_t>(strips));
+  for (int s = 0; s < strips; ++s) {
+    const int above = std::max(s * strip - 1, 0), below = std::min((s + 1) * strip, light.height - 1);
+    std::copy_n(phase + start_of(light, above), width, kept.data() + 2 * width * static_cast<std::size_t>(s));
+    std::copy_n(phase + start_of(light, below), width, kept.data() + 2 * width * static_cast<std::size_t>(s) + width);
+  }
+  struct Work {
+    std::vector<float> light[3], above, here;
+  };
+  Pool<Work> pool;
+  parallel_for(strips, 1, threads, stop, [&](long begin, long end) {
+    const auto work = pool.borrow();
+    for (long s = begin; s < end; ++s) {
+      const float* beyond = kept.data() + 2 * width * static_cast<std::size_t>(s);
+      const int first = static_cast<int>(s) * strip, last = std::min(first + strip, light.height);
+      work->above.assign(beyond, beyond + width);
+      if (first > 0) light_of_row(light, first - 1, work->light[0]);
+      light_of_row(light, first, work->light[1]);
+      for (int row = first; row < last; ++row) {
+        float* out = phase + start_of(light, row);
+        work->here.assign(out, out + width);
+        if (row + 1 < light.height) light_of_row(light, row + 1, work->light[2]);
+        if (row > 0 && row + 1 < light.height) {
+          const Row above{work->above.data(), work->light[0].data()}, here{work->here.data(), work->light[1].data()};
+          const Row below{row + 1 < last ? out + width : beyond + width, work->light[2].data()};
+          DEBULK_ON(isa, run(above, here, below, light.width, static_cast<float>(variance), edge, out));
+        }
+        std::swap(work->above, work->here);
+        std::swap(work->light[0], work->light[1]), std::swap(work->light[1], work->light[2]);
+      }
+    }
+  });
+}
+
+}  // namespace debulk
