@@ -173,6 +173,8 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         Fibre angles that are not known there, or a surface on which no net can be laid.
     """
     laid = lay_net(found, ply, stop)
+    if not laid.inside.any():
+        raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
     known = excess.of_net(laid, ply.reference, ply.recipe, found.feet.noise_mm)
     return LaidPocket(
         net=laid,

@@ -69,13 +69,20 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """
     cut_mm = ply.recipe.segmentation.cut_height_mm
     dropped = [(d, whole, feet, cut_mm) for whole, feet in found.parts for d in whole.dropped]
+    unlooked = False
     for whole, feet in found.parts:
         if feet.hill_mm < cut_mm:
-            dropped += [(d, whole, feet, feet.hill_mm) for d in _hills(whole, feet, _without_tolerances(ply), stop)]
+            try:
+                dropped += [(d, whole, feet, feet.hill_mm) for d in _hills(whole, feet, _without_tolerances(ply), stop)]
+            except _core.Stopped:
+                unlooked = True
     dropped.sort(key=lambda one: -one[0].area_mm2)
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
-        return tuple(pool.map(lambda one: _weigh(one[0], one[1], one[2], one[3], found, ply, stop), dropped))
+        bumps = tuple(pool.map(lambda one: _weigh(one[0], one[1], one[2], one[3], found, ply, stop), dropped))
+    if unlooked and not any(bump.late for bump in bumps):
+        bumps += (Bump(Dropped("height", 0.0, 0.0, np.zeros(2)), "the deadline passed before it was found", late=True),)
+    return bumps
 
 
 def promoted(bumps: Sequence[Bump], first_number: int) -> tuple[FoundPocket, ...]:

