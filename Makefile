@@ -89,6 +89,7 @@ study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run
 	$(python) -m debulk.study
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
+	$(python) bench/study/places.py
 
 .PHONY: referee
 referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is missing of the referee's table; hours the first time
@@ -99,6 +100,7 @@ referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is mis
 	$(python) bench/referee/mujoco_runs.py
 	$(python) bench/referee/sensitivities.py
 	$(python) bench/referee/score.py
+	$(python) bench/referee/crests.py
 
 .PHONY: bench
 bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; results in build/bench

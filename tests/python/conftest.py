@@ -8,6 +8,7 @@ import pytest
 from debulk.grid import Grid
 from debulk.report import Report
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
+from debulk.results.ridge import RidgeGeometry
 from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
 
@@ -56,6 +57,22 @@ def _net(bell, count):
     return net, spacing
 
 
+def _ridge(bell, height, *, mirrored):
+    cx, cy, a, b, turn, _peak = bell
+    way = np.linspace(-0.6, 0.6, 9) * b
+
+    def line(deg):
+        x, y = cx + way * np.cos(np.radians(deg)), cy + way * np.sin(np.radians(deg)) + 0.03 * way**2
+        return np.column_stack([x, y, _mold(x, y)])
+
+    return RidgeGeometry(
+        polyline_mm=line(turn), direction_deg=turn % 180, mirrored_mm=line(-turn) if mirrored else None,
+        mirrored_deg=-turn % 180 if mirrored else None, fibre_angle_deg=35 / 3, length_mm=1.2 * b,
+        excess_mm=2 * (height - 0.13), height_mm=height, elastic_mm=2.7 * height, half_width_mm=4 + height / 7,
+        slope_deg=39 + height, height_over_thickness=height / 0.3, height_over_half_width=0.6, place_spread_mm=a / 9,
+    )  # fmt: skip
+
+
 def _pocket(k, bell, rng):
     cx, cy, a, b, turn, peak = bell
     angle = np.linspace(0, 2 * np.pi, 120, endpoint=False)
@@ -100,6 +117,7 @@ def _pocket(k, bell, rng):
             length_error=2.1e-5, penetration_mm=0.0, kkt_error=3.1e-4 if k == 3 else 4.2e-7,
             curvature=float("nan") if k == 3 else 0.02, doubt="residual force" if k == 3 else "",
         ),
+        ridges=() if k == 4 else (_ridge(bell, height, mirrored=k % 2 == 0),),
         runtime_ms=14.0 + 3 * k, runtime_split_ms={"patch": 1.5, "net": 2.0, "solve": 10.5 + 3 * k}, **common,
     )  # fmt: skip
 

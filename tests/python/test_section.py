@@ -11,7 +11,7 @@ import debulk.section
 from debulk import InputError, Recipe
 from debulk._core import Stop
 from debulk.ridge import ridge_height
-from debulk.section import elastic_height, fold
+from debulk.section import elastic_fold, elastic_height, fold
 from debulk.verdict import natural_length
 
 # A natural length of 1 mm and a pressure of 1 MPa: figures are in units of l, P l.
@@ -230,19 +230,24 @@ def test_doctests():
     assert doctest.testmod(debulk.section).failed == 0
 
 
-@pytest.mark.parametrize("excess_mm", [0.01, 0.05, 0.3, 0.94, 2.4, 5.3, 8.7])
-@pytest.mark.parametrize("thickness_mm", [0.2, 0.3])
-def test_the_table_of_elastic_folds_is_the_folds(excess_mm, thickness_mm):
-    recipe = Recipe(material={"thickness_mm": thickness_mm})
-    length_mm = natural_length(360.0, thickness_mm, 0.1)
-    if excess_mm > 5 * length_mm:
-        return
-    found = fold(excess_mm, 14 * length_mm, recipe, segments=300)
+@pytest.mark.parametrize("excess_mm", [0.01, 0.05, 0.3, 0.94, 2.4, 5.3, 8.7, 13.0, 30.0])
+@pytest.mark.parametrize(("thickness_mm", "young_mpa"), [(0.2, 360.0), (0.3, 360.0), (0.3, 90.0)])
+def test_the_table_of_elastic_folds_is_the_folds(excess_mm, thickness_mm, young_mpa):
+    recipe = Recipe(material={"thickness_mm": thickness_mm, "young_mpa": young_mpa})
+    length_mm = natural_length(young_mpa, thickness_mm, 0.1)
+    flanks_touch = excess_mm > 5 * length_mm
+    found = fold(excess_mm, 12 * length_mm + excess_mm, recipe, segments=600)
     assert found.certified
-    assert elastic_height(excess_mm, recipe) == pytest.approx(found.height_mm, rel=5e-3)
+    along, up = np.diff(found.points_mm, axis=0).T
+    side = elastic_fold(excess_mm, recipe)
+    assert elastic_height(excess_mm, recipe) == side.height_mm
+    assert side.height_mm == pytest.approx(found.height_mm, rel=2e-2 if flanks_touch else 5e-3)
+    assert side.foot_width_mm == pytest.approx(found.foot_width_mm, rel=6e-2 if flanks_touch else 1.5e-2)
+    assert side.slope_deg == pytest.approx(np.degrees(np.arctan2(up, along).max()), rel=3e-2 if flanks_touch else 5e-3)
 
 
 def test_without_excess_there_is_no_elastic_fold():
     assert elastic_height(0.0) == elastic_height(-0.2) == 0.0
+    assert elastic_fold(-0.2).foot_width_mm == elastic_fold(-0.2).slope_deg == 0.0
     with pytest.raises(InputError, match="excess_length_mm"):
         elastic_height(float("nan"))

@@ -15,7 +15,6 @@ from debulk.grid import Grid
 from debulk.inspection.placing import Placing
 from debulk.inspection.prepared import Prepared
 from debulk.report import Report
-from debulk.results.ridge_lines import ridge_lines
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -55,8 +54,8 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
                 predicted_rms_range_mm=known.rms_range_mm,
                 predicted_ridge_mm=known.ridge_height_mm,
                 predicted_ridge_range_mm=known.ridge_range_mm,
-                predicted_ridges_mm=ridge_lines(known),
-                predicted_place_mm=known.spacing_mm,
+                predicted_ridges_mm=tuple(line[:, :2] for ridge in known.ridges for line in ridge.lines_mm),
+                predicted_place_mm=known.ridges[0].place_spread_mm if known.ridges else None,
                 **figures,
             )
         )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from debulk import _core, ridge, solve, verdict
-from debulk.inspection import dumps, left_out, starts, unseen
+from debulk.inspection import dumps, left_out, ridges, starts, unseen
 from debulk.inspection.cycle import Cycle
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
@@ -82,10 +82,12 @@ def _evaluate(
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
         return _not_evaluated(seen, _refused(found, f"no net could be laid: {error}"))
 
+    with watch.step("ridge"):
+        stands = ridges.of_excess(laid, found.foot)
     if laid.by_excess and ply.recipe.solve.when == "needed":
         known = laid.judge_unsolved()
         if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
-            report = _report(seen, laid, watch, _with_joined(known, found), None, {})
+            report = _report(seen, laid, watch, _with_joined(known, found), None, {"ridges": stands})
             return Evaluation(report, left_out.of_unsolved(found.number, known))
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
@@ -112,7 +114,11 @@ def _evaluate(
     if found.promoted and settled.solution.status in REFUSED:
         by_rule = _refused(found, settled.solution.explanation)
     by_rule = _with_joined(by_rule, found)
-    report = _report(seen, laid, watch, by_rule, by_paper.verdict, _debulked_figures(laid, settled))
+    if laid.excess is None:
+        with watch.step("ridge"):
+            stands = ridges.of_minima(laid, settled, found.foot)
+    debulked = {"ridges": stands, **_debulked_figures(laid, settled)}
+    report = _report(seen, laid, watch, by_rule, by_paper.verdict, debulked)
     cut = "the certified minimum" if late and not settled.cut else ""
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled), cut)
 

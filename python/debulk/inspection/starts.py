@@ -47,8 +47,10 @@ class Settled:
     """The best certified one, with every start's in `minima`."""
     best: ridge.PostProcessed
     """Ridges of that solution."""
+    counted: tuple[solve.Solution, ...]
+    """The certified ones (those that needed a compliance count only if all did); without any the best."""
     every: tuple[ridge.PostProcessed, ...]
-    """Ridges of every certified start (those that needed a compliance count only if all did); else of the solution."""
+    """Ridges of each of these."""
     cut: bool
     """Whether a deadline cut off starts that the rule asks for."""
 
@@ -141,7 +143,7 @@ def _settled(
     if not counted:
         counted = [(solution, post_process(solution))]
     best = next(p for m, p in counted if m.nodes_mm is solution.nodes_mm)
-    return Settled(solution, best, tuple(p for _, p in counted), cut)
+    return Settled(solution, best, tuple(m for m, _ in counted), tuple(p for _, p in counted), cut)
 
 
 def _in_order(

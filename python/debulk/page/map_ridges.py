@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from debulk.page.pockets import deciding_ridge
 from debulk.results.report_text import number
-from debulk.results.ridge_lines import ridge_lines
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -18,38 +18,44 @@ if TYPE_CHECKING:
 
 __all__ = ["Ridge", "ridge_path", "ridges"]
 
+_MAX_CORNERS = 80  # of a foot as drawn
+
 
 class Ridge(NamedTuple):
     """All ridges of a pocket; x to the right and y down, mm.
 
-    They may stand within a band so wide; `low` are those of a pocket that ceases.
+    They may stand within a band so wide; `low` are those of a pocket that ceases. `foot` is where the ply stands off
+    the mold, and no ridge beyond it; empty where that is not known.
     """
 
     path: str
     band_mm: float
     title: str
     low: bool = False
+    foot: str = ""
 
 
 def ridge_path(lines: Sequence[NDArray[np.float64]]) -> str:
-    """Return an SVG path along lines of (M, 2) points, y up; a single point becomes a dot."""
-    parts = []
-    for line in lines:
-        points = [f"{x:.1f} {-y:.1f}" for x, y in line.tolist()]
-        parts.append("M" + "L".join(points) + ("h0" if len(points) == 1 else ""))
-    return "".join(parts)
+    """Return an SVG path along lines of (M, 2) points, y up."""
+    return "".join("M" + "L".join(f"{x:.1f} {-y:.1f}" for x, y in line.tolist()) for line in lines)
 
 
 def ridges(pockets: Sequence[PocketReport]) -> list[Ridge]:
     """Return the ridges of the pockets that have any."""
     found = []
     for pocket in pockets:
-        lines, spacing = ridge_lines(pocket), pocket.spacing_mm
-        if not lines or spacing is None:
+        if not pocket.ridges:
             continue
-        ridge = deciding_ridge(pocket)
+        ridge, place_mm = deciding_ridge(pocket), pocket.ridges[0].place_spread_mm
         heights = f", {number(ridge.height_mm, 2)} mm high {ridge.spread}".rstrip() if ridge else ""
-        # A coarse net folds at its nodes, the real ply anywhere between the nodes beside them.
-        title = f"predicted ridge of pocket {pocket.id}{heights}, its place known to ±{spacing:.1f} mm"
-        found.append(Ridge(ridge_path(lines), 2 * spacing, title, pocket.verdict is Verdict.CEASE))
+        either = ", along either line" if pocket.ridges[0].mirrored_mm is not None else ""
+        title = f"predicted ridge of pocket {pocket.id}{heights}{either}, its place known to ±{place_mm:.1f} mm"
+        lines = [line[:, :2] for one in pocket.ridges for line in one.lines_mm]
+        foot = "" if pocket.foot_outline_mm is None else _closed(pocket.foot_outline_mm)
+        found.append(Ridge(ridge_path(lines), 2 * place_mm, title, pocket.verdict is Verdict.CEASE, foot))
     return found
+
+
+def _closed(outline_mm: NDArray[np.float64]) -> str:
+    thin = outline_mm[:: math.ceil(len(outline_mm) / _MAX_CORNERS) or 1]
+    return ridge_path([thin]) + "Z"

@@ -33,8 +33,8 @@ class PocketComparison(Record):
     predicted_ridge_range_mm
         Lowest and highest over the solver's starts.
     predicted_ridges_mm, predicted_place_mm
-        (M, 2) lines of the predicted ridges, mold XY, a single point where a ridge has no neighbour; how far off they
-        may be on either side, the spacing of the net. Empty and None where the report has no minimum.
+        (M, 2) lines of the predicted ridges, mold XY, mirrored ones too; how far off they may be on either side. Empty
+        and None where the report predicts none.
     predicted_ridge_mm, measured_peak_mm
         Highest ridge of the prediction; largest height inside the outline after a median over 5 by 5 cells, which
         lowers a ridge less than about four cells wide.

@@ -25,6 +25,7 @@ from debulk.results.record import (
     Values,
     Versioned,
 )
+from debulk.results.ridge import RidgeGeometry
 from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
@@ -34,6 +35,7 @@ __all__ = [
     "PocketNet",
     "PocketReport",
     "ReportData",
+    "RidgeGeometry",
     "SolveReport",
     "UnseenHole",
     "Wrinkle",
@@ -210,6 +212,10 @@ class PocketReport(Record):
         slips in at the ply's edge is not in it.
     ridge_range_mm
         Lowest and highest ridge height over all starts.
+    ridges
+        Where ridges run and how they look, the decisive one first; empty where none stands, or where a minimum would be
+        needed and is none. Where `excess` is known it is one ridge, that of the excess, whatever the net at the minimum
+        shows; else they are the net's.
     ridge_nodes
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
@@ -254,6 +260,7 @@ class PocketReport(Record):
     ridge_height_mm: float | None = None
     ridge_length_mm: float | None = None
     ridge_range_mm: tuple[float, float] | None = None
+    ridges: tuple[RidgeGeometry, ...] = ()
     ridge_nodes: Numbers | None = None
     bridge_height_mm: float | None = None
     drawn_in_mm: float | None = None
@@ -288,6 +295,13 @@ class PocketReport(Record):
                     raise InputError(f"{name}: expected one per node, {len(self.net.nodes_mm)}, got {len(values)}")
             if self.ridge_nodes is not None:
                 _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
+
+    @property
+    def elastic_mm(self) -> float | None:
+        """Height of the elastic fold, also where the formula says that no ridge stands; None: not known."""
+        if self.excess is not None:
+            return self.excess.elastic_mm
+        return self.ridges[0].elastic_mm if self.ridges else None
 
     @property
     def centroid_mm(self) -> tuple[float, float] | None:

@@ -5,19 +5,20 @@ from __future__ import annotations
 import csv
 import io
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.results.advice import advice, hole_line, level_line
 
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
+    from debulk.results.ridge import RidgeGeometry
 
 HEADINGS = (
-    "#", "x mm", "y mm", "area cm²", "peak mm", "Δ mm", "nodes", "by ΔL mm", "RMS mm", "ridge mm", "paper", "verdict",
-    "reason", "time ms",
+    "#", "x mm", "y mm", "area cm²", "peak mm", "Δ mm", "nodes", "by ΔL mm", "elastic mm", "RMS mm", "ridge mm",
+    "paper", "verdict", "reason", "time ms",
 )  # fmt: skip
-_TEXT_COLUMNS = {10, 11, 12}
+_TEXT_COLUMNS = {11, 12, 13}
 _SPARE = tuple(HEADINGS.index(name) for name in ("nodes", "time ms", "Δ mm", "paper", "RMS mm", "peak mm"))
 
 
@@ -32,6 +33,7 @@ class Figures(NamedTuple):
     spacing_mm: str
     nodes: str
     by_excess_mm: str
+    elastic_mm: str
     rms_mm: str
     ridge_mm: str
     paper_verdict: str
@@ -58,6 +60,7 @@ def figures(pocket: PocketReport) -> Figures:
         number(pocket.spacing_mm, 2),
         "–" if pocket.node_count is None else str(pocket.node_count),
         number(pocket.excess.height_mm if pocket.excess else None, 2),
+        number(pocket.elastic_mm, 2),
         number(pocket.rms_mm, 3),
         number(pocket.ridge_height_mm, 2),
         pocket.paper_verdict.name if pocket.paper_verdict else "–",
@@ -146,9 +149,21 @@ CSV_COLUMNS = (
     "measured_share",
     "touches_ply_edge", "spacing_mm", "node_count", "rms_mm", "rms_low_mm", "rms_high_mm", "ridge_height_mm",
     "ridge_low_mm", "ridge_high_mm", "ridge_length_mm", "excess_length_mm", "excess_ridge_mm", "excess_ridge_low_mm",
-    "excess_ridge_high_mm", "energy_mj", "solver", "status", "certified", "iterations", "evaluations", "length_error",
-    "penetration_mm", "kkt_error", "runtime_ms",
+    "excess_ridge_high_mm", "elastic_mm", "ridge_x_mm", "ridge_y_mm", "ridge_spread_mm", "ridge_direction_deg",
+    "ridge_mirrored_deg", "ridge_line_mm", "ridge_slope_deg", "energy_mj", "solver", "status", "certified",
+    "iterations", "evaluations", "length_error", "penetration_mm", "kkt_error", "runtime_ms",
 )  # fmt: skip
+
+# Of the decisive ridge; its length is that of its line, `ridge_length_mm` that of the net's longest.
+_OF_RIDGE: dict[str, Callable[[RidgeGeometry], float | None]] = {
+    "ridge_x_mm": lambda ridge: ridge.middle_mm[0],
+    "ridge_y_mm": lambda ridge: ridge.middle_mm[1],
+    "ridge_spread_mm": lambda ridge: ridge.place_spread_mm,
+    "ridge_direction_deg": lambda ridge: ridge.direction_deg,
+    "ridge_mirrored_deg": lambda ridge: ridge.mirrored_deg,
+    "ridge_line_mm": lambda ridge: ridge.length_mm,
+    "ridge_slope_deg": lambda ridge: ridge.slope_deg,
+}
 
 
 def csv_text(report: ReportData) -> str:
@@ -171,6 +186,8 @@ def figure(pocket: PocketReport, name: str) -> Any:
     if name in ("rms_low_mm", "rms_high_mm", "ridge_low_mm", "ridge_high_mm"):
         span = pocket.rms_range_mm if name.startswith("rms") else pocket.ridge_range_mm
         return None if span is None else span[name.endswith("high_mm")]
+    if name in _OF_RIDGE:
+        return _OF_RIDGE[name](pocket.ridges[0]) if pocket.ridges else None
     if name in ("x_mm", "y_mm"):
         return None if pocket.centroid_mm is None else pocket.centroid_mm["xy".index(name[0])]
     if hasattr(pocket, name):

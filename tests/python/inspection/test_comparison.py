@@ -111,16 +111,12 @@ def test_measured_figures_agree_with_the_truth(comparison, debulked):
             assert p.measured is Verdict.CEASE
 
 
-def test_predicted_ridges_stand_where_the_net_folds(comparison, before):
-    assert any(p.predicted_ridges_mm for p in comparison.pockets)
+def test_predicted_ridges_are_the_reports_with_their_band(comparison, before):
+    assert any(len(p.predicted_ridges_mm) == 2 for p in comparison.pockets)  # a ridge and its mirror image
     for p, known in zip(comparison.pockets, before.pockets, strict=True):
-        assert bool(p.predicted_ridges_mm) == bool(known.ridge_height_mm)
-        if p.predicted_ridges_mm:
-            points = np.concatenate(p.predicted_ridges_mm)
-            away = np.hypot(*(points[:, None] - known.debulked_mm[None, :, :2]).transpose(2, 0, 1))
-            assert away.min(axis=1).max() == 0.0
-            highest = known.debulked_mm[np.argmax(known.post_processed_gap_mm), :2]
-            assert np.hypot(*(points - highest).T).min() == 0.0
+        lines = [line[:, :2].tolist() for ridge in known.ridges for line in ridge.lines_mm]
+        assert [line.tolist() for line in p.predicted_ridges_mm] == lines
+        assert p.predicted_place_mm == (known.ridges[0].place_spread_mm if lines else None)
 
 
 def test_the_function_does_what_the_method_does(comparison, before, layup, debulked):

@@ -12,7 +12,6 @@ from debulk.page import stack
 from debulk.report import Report
 from debulk.results.comparison import PocketComparison
 from debulk.results.report import LeftOut
-from debulk.results.ridge_lines import ridge_lines
 from debulk.verdict import Verdict
 
 HOSTILE = "</script><img src=x onerror='window.hacked=1'><script>window.hacked=1</script>\"'`${window.hacked=1}"
@@ -59,8 +58,8 @@ def pages(report, tmp_path_factory):
             predicted_ridge_mm=p.ridge_height_mm,
             measured_peak_mm=0.4 + 0.1 * p.id,
             noise_mm=0.05,
-            predicted_ridges_mm=ridge_lines(p),
-            predicted_place_mm=p.spacing_mm,
+            predicted_ridges_mm=tuple(line[:, :2] for ridge in p.ridges for line in ridge.lines_mm),
+            predicted_place_mm=p.ridges[0].place_spread_mm if p.ridges else None,
         )
         for p in report.pockets
     ]

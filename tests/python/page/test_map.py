@@ -8,12 +8,10 @@ import pytest
 
 from debulk import Grid
 from debulk.page import map_frame, map_marks
-from debulk.page.map_ridges import ridge_path, ridges
 from debulk.page.measured_ridges import measured_ridges
 from debulk.page.report import report_map
 from debulk.page.scales import HeightScale
 from debulk.results.trace import Trace
-from debulk.verdict import Verdict
 
 
 def numbers(path):
@@ -64,25 +62,6 @@ def test_fibre_directions_stand_in_the_corner_without_pockets(report):
     assert ways == pytest.approx([30, -45], abs=1)
     assert [text for _, _, text in drawn.texts] == ["30°", "−45°"]
     assert map_frame.rose(report, pockets, low, high, 30) is None  # its angles are a map
-
-
-def test_ridges_lie_over_their_peaks_in_a_band_of_the_spacing(report):
-    found = {int(re.search(r"pocket (\d+)", r.title)[1]): r for r in ridges(report.pockets)}
-    assert 6 not in found  # never solved
-    pocket = report.pocket(3)
-    ridge = found[3]
-    assert ridge.band_mm == pytest.approx(2 * pocket.spacing_mm) and not ridge.low
-    assert f"{pocket.ridge_height_mm:.2f} mm" in ridge.title
-    peaks = pocket.debulked_mm[pocket.post_processed_gap_mm > 0.27, :2]
-    ends = numbers(ridge.path) * [1, -1]
-    away = np.hypot(*(ends[:, None] - peaks[None]).transpose(2, 0, 1)).min(axis=1)
-    assert away.max() < 0.1 and len(ends) >= len(peaks)
-    assert found[1].low == (report.pocket(1).verdict is Verdict.CEASE)
-
-
-def test_lines_and_single_points_are_drawn():
-    line, point = np.array([[1.0, 2], [3, 4], [5, 0]]), np.array([[7.0, 8]])
-    assert ridge_path([line, point]) == "M1.0 -2.0L3.0 -4.0L5.0 -0.0M7.0 -8.0h0"
 
 
 def test_measured_ridges_are_what_stands_above_the_limit_inside_the_outlines():

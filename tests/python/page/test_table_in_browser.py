@@ -103,7 +103,7 @@ def test_few_columns_and_the_rest_on_demand_also_without_a_script(browser, path)
     browser("Emulation.setScriptExecutionDisabled", value=False)
     assert len(visible_heads(browser)) == 8
     browser.run("document.querySelector('.all').click()")
-    assert len(visible_heads(browser)) == 17
+    assert len(visible_heads(browser)) == 18
 
 
 def test_a_phone_shows_verdict_ridge_and_reason_of_every_pocket(browser, path, report):

@@ -66,7 +66,7 @@ def test_json_is_plain_json(report, tmp_path):
         raise AssertionError(name)
 
     tree = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"), parse_constant=refuse)
-    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 4, "invalid")
+    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 5, "invalid")
     assert tree["pockets"][3]["solve"]["curvature"] == "NaN"
     assert len(tree["pockets"][0]["net"]["nodes_mm"][0]) == 3
 
@@ -101,11 +101,11 @@ def test_saving_is_deterministic(report, tmp_path):
 @pytest.mark.parametrize(
     ("mend", "part"),
     [
-        (lambda t: t.update(schema=5), "schema: expected 4, got 5; install a newer debulk"),
-        (lambda t: t.update(schema=3), "schema: expected 4, got 3; an older debulk wrote it: inspect the scan again"),
-        (lambda t: t.update(schema=0), "schema: expected 4, got 0; an older debulk"),
-        (lambda t: t.update(schema=True), "schema: expected 4, got true"),
-        (lambda t: t.pop("schema"), "schema: expected 4, got null"),
+        (lambda t: t.update(schema=6), "schema: expected 5, got 6; install a newer debulk"),
+        (lambda t: t.update(schema=4), "schema: expected 5, got 4; an older debulk wrote it: inspect the scan again"),
+        (lambda t: t.update(schema=0), "schema: expected 5, got 0; an older debulk"),
+        (lambda t: t.update(schema=True), "schema: expected 5, got true"),
+        (lambda t: t.pop("schema"), "schema: expected 5, got null"),
         (lambda t: t.update(format="other"), "not a report"),
         (lambda t: t.pop("reason"), "reason: is missing"),
         (lambda t: t.update(extra=1), "extra: not a value"),
@@ -122,6 +122,11 @@ def test_saving_is_deterministic(report, tmp_path):
         (lambda t: t["pockets"][2].update(debulked_mm=[[0, 0, 0]]), "pockets[2].debulked_mm: expected one per node"),
         (lambda t: t["pockets"][2]["solve"].update(certified=1), "pockets[2].solve.certified: expected true or false"),
         (lambda t: t.update(pockets={}), "pockets: expected a list"),
+        (lambda t: t["pockets"][0]["ridges"][0].pop("slope_deg"), "pockets[0].ridges[0].slope_deg: is missing"),
+        (
+            lambda t: t["pockets"][0]["ridges"][0].update(polyline_mm=[[1, 2]]),
+            "pockets[0].ridges[0].polyline_mm: expected the shape (n, 3)",
+        ),
         (lambda t: t["height_map"].update(shape=[1 << 20, 1 << 20]), "height_map.shape"),
         (lambda t: t["height_map"].update(shape=[2, 2]), "height_map.values: expected 16 bytes"),
         (lambda t: t["height_map"].update(values="!!"), "height_map.values"),

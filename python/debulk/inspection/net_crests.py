@@ -1,0 +1,92 @@
+"""The crests that a net at a minimum shows: from the peak of one post-processed section to that of the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import ridge
+
+__all__ = ["NetCrest", "net_crests"]
+
+# Columns of the neighbours ahead and back along a fibre of either direction, and from fibre to fibre.
+_ALONG, _ACROSS = ((0, 1), (2, 3)), ((2, 3), (0, 1))
+
+Floats = NDArray[np.float64]
+Links = list[list[int]]
+
+
+@dataclass(frozen=True, eq=False)
+class NetCrest:
+    """A ridge of the net.
+
+    Attributes
+    ----------
+    nodes
+        Its peaks in order, each on a fibre of its own.
+    points_mm
+        (K, 3) these nodes, and half the way to the next fibre beyond the last on either side.
+    section
+        Its highest section.
+    """
+
+    nodes: tuple[int, ...]
+    points_mm: Floats
+    section: ridge.RidgeSection
+
+
+def net_crests(found: ridge.PostProcessed, neighbours: NDArray[np.int32], nodes_mm: Floats) -> list[NetCrest]:
+    """Return the ridges of a post-processed minimum, highest first."""
+    links = neighbours.tolist()
+    sections = {section.peak: section for section in found.sections}
+    crests = []
+    for fibre in (0, 1):
+        left = {peak for peak, section in sections.items() if section.fibre == fibre}
+        while left:
+            highest = max((sections[peak] for peak in left), key=lambda s: (s.height_mm, -s.peak))
+            nodes = _trace(highest.peak, fibre, links, left, nodes_mm)
+            left.difference_update(nodes)
+            ends = [
+                nodes_mm[node] + 0.5 * _outward(node, links, nodes_mm, side, fibre)
+                for node, side in zip((nodes[0], nodes[-1]), reversed(_ACROSS[fibre]), strict=True)
+            ]
+            crests.append(NetCrest(nodes, np.vstack([ends[0], nodes_mm[list(nodes)], ends[1]]), highest))
+    return sorted(crests, key=lambda crest: -crest.section.height_mm)
+
+
+def _trace(start: int, fibre: int, links: Links, peaks: Collection[int], nodes_mm: Floats) -> tuple[int, ...]:
+    """Follow a crest both ways; it may shift by one node from a fibre to the next, and takes the nearest peak."""
+    ahead, back = _ALONG[fibre]
+    ways = []
+    for side in _ACROSS[fibre]:
+        way = [start]
+        while (beside := links[way[-1]][side]) >= 0:
+            near = [node for node in (beside, links[beside][ahead], links[beside][back]) if node in peaks]
+            near = [node for node in near if node not in way]
+            if not near:
+                break
+            here = nodes_mm[way[-1], :2]
+            way.append(min(near, key=lambda node: float(np.hypot(*(nodes_mm[node, :2] - here)))))
+        ways.append(way)
+    return (*reversed(ways[1][1:]), *ways[0])
+
+
+def _outward(node: int, links: Links, nodes_mm: Floats, side: int, fibre: int) -> Floats:
+    """Way from a node to the next fibre: to the neighbour there, or as far on as the one on the other side is back.
+
+    Where its fibre has none beside it, a segment's length across it.
+    """
+    other = _ACROSS[fibre][0] + _ACROSS[fibre][1] - side
+    if links[node][side] >= 0:
+        return np.asarray(nodes_mm[links[node][side]] - nodes_mm[node])
+    if links[node][other] >= 0:
+        return np.asarray(nodes_mm[node] - nodes_mm[links[node][other]])
+    ends = [nodes_mm[links[node][way] if links[node][way] >= 0 else node] for way in _ALONG[fibre]]
+    x, y = (ends[0] - ends[1])[:2]
+    segment_mm = max(float(np.linalg.norm(end - nodes_mm[node])) for end in ends)
+    to_north = 1.0 if (side == _ACROSS[fibre][0]) == (fibre == 0) else -1.0
+    return np.asarray(to_north * segment_mm / math.hypot(x, y) * np.array([-y, x, 0.0]))

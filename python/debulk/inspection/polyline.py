@@ -1,0 +1,46 @@
+"""Lines in space: along which direction they run, and how far a point is from one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["axis", "direction_deg", "distance_mm", "length_mm"]
+
+Floats = NDArray[np.float64]
+
+
+def length_mm(line: Floats) -> float:
+    """Return the length of a line through (K, 2) or (K, 3) points."""
+    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+
+
+def axis(line: Floats) -> Floats:
+    """Return the (3,) unit vector of a line's longest principal axis, every piece counted by its length."""
+    steps, middles = np.diff(line, axis=0), (line[1:] + line[:-1]) / 2
+    weights = np.linalg.norm(steps, axis=1)
+    off = middles - weights @ middles / weights.sum()
+    moments = (weights[:, None] * off).T @ off + (weights[:, None] * steps).T @ steps / 12
+    return np.asarray(np.linalg.eigh(moments)[1][:, -1])
+
+
+def direction_deg(way: Floats) -> float:
+    """Return the angle of a way, seen along z, counter-clockwise from +x: 0 to 180, 180 left out.
+
+    Examples
+    --------
+    >>> direction_deg(np.array([0.0, -2.0, 1.0]))
+    90.0
+    """
+    angle = math.degrees(math.atan2(way[1], way[0])) % 180.0
+    return angle if angle < 180.0 else 0.0  # of -1e-20 the remainder is 180
+
+
+def distance_mm(line: Floats, points: Floats) -> Floats:
+    """Return how far (..., 2) points are from a line in the plane, (K, 2)."""
+    from_a, ab = points[..., None, :] - line[:-1], np.diff(line, axis=0)
+    share = np.clip((from_a * ab).sum(axis=-1) / np.maximum((ab**2).sum(axis=-1), 1e-30), 0.0, 1.0)
+    off = from_a - share[..., None] * ab
+    return np.asarray(np.sqrt((off**2).sum(axis=-1)).min(axis=-1))

@@ -1,0 +1,142 @@
+"""The geometry of a pocket's ridges: from the excess where the rim is held, else from the minima."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import section
+from debulk.inspection import polyline
+from debulk.inspection.excess_crest import excess_crest
+from debulk.inspection.net_crests import net_crests
+from debulk.results.ridge import RidgeGeometry
+
+if TYPE_CHECKING:
+    from debulk.inspection.laid_pocket import LaidPocket
+    from debulk.inspection.starts import Settled
+    from debulk.pocket import Foot
+    from debulk.recipe import Recipe
+    from debulk.surface import Reference
+
+__all__ = ["of_excess", "of_minima"]
+
+# Half the width of the band of places, in radii of a disc of the foot's area, that holds nine in ten of the minima from
+# other starts (bench/study/places.txt): about the ridge by the excess, and about that of a minimum at the ply's edge.
+# There the highest ridge may stand anywhere in the pocket.
+HELD_SPREAD, EDGE_SPREAD = 0.21, 1.7
+_ENOUGH = 8  # minima, the farthest of which says as much: the next lies within it in 8 of 9 cases
+
+Floats = NDArray[np.float64]
+
+
+def of_excess(laid: LaidPocket, foot: Foot) -> tuple[RidgeGeometry, ...]:
+    """Return the one ridge that the excess makes of a pocket whose rim is held; empty where none stands.
+
+    It needs no minimum. A coarse net shows several smaller ridges in its place, others from every start, which share
+    the excess of the same fibres.
+    """
+    known = laid.excess
+    crest = excess_crest(laid.net, laid.reference) if known is not None and known.height_mm > 0 else None
+    if known is None or crest is None or len(crest.polyline_mm) < 2:
+        return ()
+    return (
+        _geometry(
+            _on_mold(crest.polyline_mm, laid.reference),
+            None if crest.mirrored_mm is None else _on_mold(crest.mirrored_mm, laid.reference),
+            _fibres(laid, laid.net.nodes_mm, [crest.peak]),
+            known.length_mm,
+            known.height_mm,
+            HELD_SPREAD * _radius_mm(foot.area_mm2),
+            laid.recipe,
+        ),
+    )
+
+
+def of_minima(laid: LaidPocket, settled: Settled, foot: Foot) -> tuple[RidgeGeometry, ...]:
+    """Return the ridges of the best minimum as its net shows them, highest first.
+
+    The band holds the highest ridges of all certified minima; of a few it is as wide at least as was measured of many.
+    """
+    nodes_mm = settled.solution.nodes_mm
+    crests = net_crests(settled.best, laid.net.neighbours, nodes_mm)
+    if not crests:
+        return ()
+    line_mm = crests[0].points_mm[:, :2]
+    spread_mm = 0.0
+    if len(settled.every) < _ENOUGH:
+        somewhere_mm = float(polyline.distance_mm(line_mm, foot.outline_mm).max())  # in the pocket
+        spread_mm = min(EDGE_SPREAD * _radius_mm(foot.area_mm2), somewhere_mm)
+    for solution, found in zip(settled.counted, settled.every, strict=True):
+        if found.sections:
+            peak = max(found.sections, key=lambda one: one.height_mm).peak
+            spread_mm = max(spread_mm, float(polyline.distance_mm(line_mm, solution.nodes_mm[peak, :2])))
+    return tuple(
+        _geometry(
+            _on_mold(crest.points_mm[:, :2], laid.reference),
+            None,
+            _fibres(laid, nodes_mm, crest.nodes),
+            crest.section.ply_length_mm - crest.section.mold_length_mm,
+            crest.section.height_mm,
+            spread_mm,
+            laid.recipe,
+        )
+        for crest in crests
+    )
+
+
+def _geometry(
+    line_mm: Floats,
+    mirrored_mm: Floats | None,
+    fibres: Sequence[Floats],
+    excess_mm: float,
+    height_mm: float,
+    spread_mm: float,
+    recipe: Recipe,
+) -> RidgeGeometry:
+    along = polyline.axis(line_mm)
+    side = section.elastic_fold(excess_mm, recipe)
+    return RidgeGeometry(
+        polyline_mm=line_mm,
+        direction_deg=polyline.direction_deg(along),
+        mirrored_mm=mirrored_mm,
+        mirrored_deg=None if mirrored_mm is None else polyline.direction_deg(polyline.axis(mirrored_mm)),
+        fibre_angle_deg=min(_angle_deg(along, fibre) for fibre in fibres),
+        length_mm=polyline.length_mm(line_mm),
+        excess_mm=excess_mm,
+        height_mm=height_mm,
+        elastic_mm=side.height_mm,
+        half_width_mm=side.foot_width_mm / 2,
+        slope_deg=side.slope_deg,
+        height_over_thickness=height_mm / recipe.material.thickness_mm,
+        height_over_half_width=side.height_mm / (side.foot_width_mm / 2),
+        place_spread_mm=spread_mm,
+    )
+
+
+def _on_mold(line_mm: Floats, reference: Reference) -> Floats:
+    """(K, 3) points of the mold below a line."""
+    return np.column_stack([line_mm, reference.height(line_mm)])
+
+
+def _fibres(laid: LaidPocket, nodes_mm: Floats, crest: Sequence[int]) -> list[Floats]:
+    """Return the ways of the fibres past the nodes of a crest, of the directions that have any."""
+    ways = []
+    for ahead, back in ((0, 1), (2, 3)):
+        links = laid.net.neighbours[list(crest)]
+        joined = [np.where(links[:, side] >= 0, links[:, side], crest) for side in (ahead, back)]
+        ways.append((nodes_mm[joined[0]] - nodes_mm[joined[1]]).sum(axis=0))
+    return [way for way in ways if way.any()]
+
+
+def _angle_deg(a: Floats, b: Floats) -> float:
+    """Between two lines, 0 to 90."""
+    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b))))
+
+
+def _radius_mm(area_mm2: float) -> float:
+    """Of a disc of that area."""
+    return math.sqrt(area_mm2 / math.pi)

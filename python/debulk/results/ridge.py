@@ -1,0 +1,78 @@
+"""The geometry of a predicted ridge, in the figures by which wrinkles are accepted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.results.record import PointsXYZ, Record
+
+__all__ = ["RidgeGeometry"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class RidgeGeometry(Record):
+    """One ridge of a pocket: where it runs, and how a section of it along a fibre looks (docs/verdicts.md).
+
+    Attributes
+    ----------
+    polyline_mm
+        (K, 3) points of the mold under the crest, mold frame, from one end to the other, at least two. By the excess it
+        ends where the fold is half as high as at its highest.
+    direction_deg
+        Of the crest, 0 to 180, counter-clockwise from mold +x, seen along z.
+    mirrored_mm, mirrored_deg
+        Both along the other diagonal of the fibres, where the ply is as likely to fold that way; else None.
+    fibre_angle_deg
+        Between the crest and the nearer fibre, 0 to 90.
+    length_mm
+        Along the polyline.
+    excess_mm
+        Length that the ridge holds of the fibre with the most to spare.
+    height_mm
+        Above the mold by the ridge formula.
+    elastic_mm, half_width_mm, slope_deg
+        Of the elastic fold with the same excess (`debulk.section.elastic_fold`): height of the crown, way from the
+        crown to where the ply leaves the mold, largest angle between ply and mold.
+    height_over_thickness
+        `height_mm` over the nominal thickness of the ply.
+    height_over_half_width
+        `elastic_mm` over `half_width_mm`. The formula's section has upright sides and is two thicknesses wide whatever
+        it holds: its ratio is `height_over_thickness`, its slope 90 degrees.
+    place_spread_mm
+        Half the width of the band about the polyline, or the mirrored one, in which nine in ten of the minima from
+        other starts have their highest ridge.
+    """
+
+    polyline_mm: PointsXYZ
+    direction_deg: float
+    mirrored_mm: PointsXYZ | None = None
+    mirrored_deg: float | None = None
+    fibre_angle_deg: float
+    length_mm: float
+    excess_mm: float
+    height_mm: float
+    elastic_mm: float
+    half_width_mm: float
+    slope_deg: float
+    height_over_thickness: float
+    height_over_half_width: float
+    place_spread_mm: float
+
+    def __repr__(self) -> str:
+        size = f"{self.height_mm:.2f} mm high, {self.length_mm:.0f} mm long"
+        return f"RidgeGeometry({size}, at {self.direction_deg:.0f} deg)"
+
+    @property
+    def middle_mm(self) -> tuple[float, float, float]:
+        """The point half-way along the polyline."""
+        way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(self.polyline_mm, axis=0), axis=1)))
+        x, y, z = (float(np.interp(way[-1] / 2, way, column)) for column in self.polyline_mm.T)
+        return x, y, z
+
+    @property
+    def lines_mm(self) -> tuple[NDArray[np.float64], ...]:
+        """The polyline, and the mirrored one where there is one: the ridge runs along either."""
+        return (self.polyline_mm,) if self.mirrored_mm is None else (self.polyline_mm, self.mirrored_mm)
