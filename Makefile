@@ -124,6 +124,7 @@ bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; re
 trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scenes, half of them spoiled; text and picture in bench/trust
 	$(python) bench/trust/trust.py --scenes 2000 --jobs 2
 	$(python) bench/trust/offsets.py --out bench/trust/offsets.txt
+	$(python) bench/trust/holes.py --out bench/trust/holes.txt
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it

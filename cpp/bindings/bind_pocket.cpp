@@ -193,6 +193,7 @@ void bind_pocket(py::module_ m) {
       py::arg("front"), py::arg("options"), py::call_guard<py::gil_scoped_release>());
 
   py::class_<Foot>(m, "Foot")
+      .def_readonly("label", &Foot::label)
       .def_property_readonly("outline", [](const Foot& f) { return to_array<2>(f.outline); })
       .def_readonly("area", &Foot::area)
       .def_property_readonly("box", [](const Foot& f) { return rows(f.box); })
@@ -205,7 +206,8 @@ void bind_pocket(py::module_ m) {
       .def_property_readonly("labels", viewer(&FootMap::labels))
       .def_property_readonly("heights", viewer(&FootMap::heights))
       .def_readonly("noise", &FootMap::noise_mm)
-      .def_readonly("mold_tol", &FootMap::mold_tol_mm);
+      .def_readonly("mold_tol", &FootMap::mold_tol_mm)
+      .def_readonly("hill", &FootMap::hill_mm);
 
   m.def("find_feet", &find_feet, py::arg("segmentation"), py::arg("options"), py::arg("threads"), py::arg("stop"),
         py::call_guard<py::gil_scoped_release>());

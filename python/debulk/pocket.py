@@ -244,12 +244,14 @@ def from_core(core: Any) -> Segmentation:
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """Where a pocket's ply comes down to the mold.
+    """Where a pocket's ply comes down to the mold. Pockets between which it does not come down share one foot.
 
     Attributes
     ----------
     id
         Of the pocket.
+    label
+        Of its points in `Feet.labels`: the smallest id of the pockets that share it.
     outline_mm
         (M, 2) contour height - thickness = mold tolerance, mold XY, counter-clockwise, clipped by the ply.
     area_mm2
@@ -259,10 +261,11 @@ class Foot:
     touches_ply_edge
         Runs along the ply's outline.
     parted
-        Somewhere it parts the pocket from a neighbour that stands up too, instead of lying on the mold.
+        Somewhere it parts the pocket from a hill below half the cut, instead of lying on the mold.
     """
 
     id: int
+    label: int
     outline_mm: Floats
     area_mm2: float
     closed: bool
@@ -279,13 +282,15 @@ class Feet:
     feet
         One a pocket, in the order of their ids.
     labels
-        (ny, nx) int32: id of the pocket to whose foot a point belongs, 0 = none. Read-only.
+        (ny, nx) int32: `Foot.label` of the foot to which a point belongs, 0 = none. Read-only.
     heights
         (ny, nx) float32: smoothed heights above the reference. Read-only.
     noise_mm, mold_tol_mm
         Sigma of the heights before smoothing, and the mold tolerance used (at least three times that).
     thickness_mm
         As given.
+    hill_mm
+        Height above which what is no pocket stands up: half the cut, or the cut where feet begin above that.
     """
 
     feet: list[Foot]
@@ -294,6 +299,7 @@ class Feet:
     noise_mm: float
     mold_tol_mm: float
     thickness_mm: float
+    hill_mm: float
     _core: Any = field(repr=False)
 
 
@@ -308,7 +314,7 @@ def feet(
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Feet:
-    """Foot contours of all pockets, neighbours parted at their saddles by a watershed.
+    """Foot contours of all pockets; where the ply does not come down between pockets, they share one.
 
     Parameters
     ----------
@@ -359,12 +365,12 @@ def feet_with(options: _core.pocket.FootOptions, segmentation: Segmentation, thr
 def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -> Feet:
     """Wrap compiled feet of a segmentation."""
     found = [
-        Foot(pocket.id, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
+        Foot(pocket.id, f.label, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
         for pocket, f in zip(segmentation.pockets, core.feet, strict=True)
     ]
     grid = segmentation.labels
     labels, heights = _like(grid, core.labels), _like(grid, core.heights)
-    return Feet(found, labels, heights, core.noise, core.mold_tol, thickness_mm, core)
+    return Feet(found, labels, heights, core.noise, core.mold_tol, thickness_mm, core.hill, core)
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,6 +55,7 @@ class PocketMesher {
     keep_what_hangs_on_centre(lattice, places);
     std::vector<NodeKind> kinds = kinds_of(lattice, places);
     remove_pendulums(lattice, places, kinds);
+    fix_ends_on_mold(lattice, places, kinds);
     return assembled(lattice, places, kinds);
   }
 
@@ -119,12 +120,13 @@ class PocketMesher {
     return unlaid && edge_within(lattice.at(i, j).head<2>(), lattice.spacing);
   }
 
+  bool on_mold(const Eigen::Vector3d& node) const { return std::abs(node.z() - mold_.height(node.head<2>())) <= options_.mold_tol; }
+
   std::vector<NodeKind> kinds_of(const Lattice& lattice, const std::vector<Place>& places) const {
     std::vector<NodeKind> kinds(places.size(), NodeKind::inner);
     for_kept(lattice, places, [&](int i, int j, std::size_t k) {
       const Vector2d xy = lattice.nodes[k].head<2>();
-      const bool on_mold = std::abs(lattice.nodes[k].z() - mold_.height(xy)) <= options_.mold_tol;
-      if (!places[k].inside && on_mold)
+      if (!places[k].inside && on_mold(lattice.nodes[k]))
         kinds[k] = edge_within(xy, options_.edge_tol) ? NodeKind::free : NodeKind::fixed;
       else if (ends_at_edge(lattice, places, i, j))
         kinds[k] = NodeKind::free;
@@ -144,6 +146,16 @@ class PocketMesher {
         removed = true;
       });
     }
+  }
+
+  // A thin skirt of the foot may be narrower than a cell: there the net ends inside the perimeter, on the mold all the same.
+  void fix_ends_on_mold(const Lattice& lattice, const std::vector<Place>& places, std::vector<NodeKind>& kinds) const {
+    for_kept(lattice, places, [&](int i, int j, std::size_t k) {
+      if (kinds[k] != NodeKind::inner || !on_mold(lattice.nodes[k])) return;
+      const bool ends = std::any_of(std::begin(kSteps), std::end(kSteps),
+                                    [&](const auto& step) { return !kept(lattice, places, i + step[0], j + step[1]); });
+      if (ends) kinds[k] = edge_within(lattice.nodes[k].head<2>(), options_.edge_tol) ? NodeKind::free : NodeKind::fixed;
+    });
   }
 
   PocketNet assembled(const Lattice& lattice, const std::vector<Place>& places, const std::vector<NodeKind>& kinds) const {

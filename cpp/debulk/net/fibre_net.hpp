@@ -57,7 +57,8 @@ struct PocketNet {
 // spacing outside it (in XY), and not past the ply's edge; of these, the nodes that are connected to the centre.
 //  * A band node within mold_tol of the mold is a boundary node: free within edge_tol of the ply's edge, else fixed.
 //  * A node that lost a fibre neighbour to the ply's edge is the end of a fibre there: free, unless it is such a fixed node.
-//  * All others are inner, band nodes above mold_tol too.
+//  * All others are inner, band nodes above mold_tol too; but one that lost a fibre neighbour, and lies within mold_tol of the mold, is
+//    a boundary node as if it lay in the band.
 //  * An inner node on a single segment (none but a band node can be) is a loose pendulum: pressure and gravity on it say
 //    nothing about the pocket, so it is taken away, again and again until none is left. A fixed node on a single segment is a
 //    clamp at its fibre's end, a free one a fibre's end at the ply's edge: both stay.

@@ -58,7 +58,10 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   check();
 
   PocketShape shape;
-  shape.centre = net_centre(patch.outline, pocket.centroid);
+  // On a foot that others share, most of which is theirs, from where its own ply stands up.
+  const std::int32_t label = feet.feet[index].label;
+  const auto sharing = std::count_if(feet.feet.begin(), feet.feet.end(), [&](const Foot& foot) { return foot.label == label; });
+  shape.centre = net_centre(sharing > 1 ? pocket.outline : patch.outline, pocket.centroid);
   shape.angles = angles;
   shape.outline = patch.outline;
   shape.ply_outline = ply_outline;

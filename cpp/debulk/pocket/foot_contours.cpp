@@ -6,6 +6,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/row_runs.hpp"
+#include "debulk/pocket/components.hpp"
 #include "debulk/pocket/outline.hpp"
 #include "debulk/pocket/smooth.hpp"
 
@@ -20,7 +21,8 @@ void FootOptions::check() const {
 
 namespace {
 
-constexpr std::int32_t kNobody = -1;  // above the cut, but no pocket
+constexpr std::int32_t kNobody = -1;  // stands up, but is no pocket
+constexpr double kHillShare = 0.5;    // of the cut: a hill as high as this is more than noise or a ripple
 constexpr int kDi[8] = {1, -1, 0, 0, 1, 1, -1, -1};
 constexpr int kDj[8] = {0, 0, 1, -1, 1, -1, 1, -1};
 
@@ -139,6 +141,28 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
   }
 }
 
+// Where feet meet, the ply does not come down to the mold between them: they become one, labelled by the smallest of their pockets'
+// ids. What stands up without being a pocket joins a pocket's foot too, or goes. Returns each pocket's label.
+std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, int count) {
+  std::vector<std::int32_t> label_of(static_cast<std::size_t>(count));
+  auto taken = labels.like<std::uint8_t>();
+  for (std::size_t k = 0; k < labels.size(); ++k) taken.values[k] = labels.values[k] != 0;
+  const std::vector<Run> runs = find_runs(taken, true);
+  RunJoining joining;
+  const Components& components = joining.run(runs);
+  for (std::size_t c = 0; c < static_cast<std::size_t>(components.count()); ++c) {
+    std::int32_t smallest = 0;
+    for (const Run* run = components.begin(c); run != components.end(c); ++run)
+      for (int i = run->begin; i < run->end; ++i)
+        if (const std::int32_t id = labels.at(i, run->row); id > 0 && (smallest == 0 || id < smallest)) smallest = id;
+    for (const Run* run = components.begin(c); run != components.end(c); ++run)
+      for (int i = run->begin; i < run->end; ++i)
+        if (const std::int32_t id = labels.at(i, run->row); id > 0) label_of[static_cast<std::size_t>(id - 1)] = smallest;
+    paint(components, c, smallest, labels);
+  }
+  return label_of;
+}
+
 // Points that are surrounded by a single foot become part of it.
 void fill_within(Grid<std::int32_t>& labels) {
   auto taken = labels.like<std::uint8_t>();
@@ -182,18 +206,24 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
   out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, threads, stop);
   out.labels = segmentation.labels;
+  const double hill = out.hill_mm = kHillShare * cut > level ? kHillShare * cut : cut;
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
-    if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= cut && out.heights.values[k] >= cut) out.labels.values[k] = kNobody;
+    if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= hill && out.heights.values[k] >= hill)
+      out.labels.values[k] = kNobody;
   check(stop);
   flood_downhill(out.labels, out.heights, level, out.mold_tol_mm, stop);
   check(stop);
-  fill_within(out.labels);
-  for (std::int32_t& label : out.labels.values) label = std::max(label, 0);
-
   const int count = static_cast<int>(segmentation.pockets.size());
-  for (Outline& outline : trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply, threads, stop)) {
+  const std::vector<std::int32_t> label_of = join_feet(out.labels, count);
+  fill_within(out.labels);
+
+  const std::vector<Outline> outlines =
+      trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply, threads, stop);
+  for (const std::int32_t label : label_of) {
+    const Outline& outline = outlines[static_cast<std::size_t>(label - 1)];
     Foot foot;
-    foot.outline = rounded(std::move(outline.polygon));
+    foot.label = label;
+    foot.outline = rounded(outline.polygon);
     foot.area = polygon_area(foot.outline);
     foot.box = bounding_box(foot.outline);
     foot.closed = !outline.at_unknown && !outline.at_grid_border;

@@ -20,29 +20,32 @@ struct FootOptions {
   void check() const;
 };
 
-// Where a pocket's ply comes down to the mold: the contour height - thickness = mold_tol round it (docs/model.md, section 1.5).
+// Where a pocket's ply comes down to the mold: the contour height - thickness = mold_tol round it (docs/model.md, section 1.5). Pockets
+// between which the ply does not come down share one foot.
 struct Foot {
-  Polygon outline;  // counter-clockwise, mold XY, mm
-  double area = 0;  // mm2
+  std::int32_t label = 0;  // of its points in FootMap::labels: the smallest id of the pockets that share it
+  Polygon outline;         // counter-clockwise, mold XY, mm
+  double area = 0;         // mm2
   Box box;
   bool closed = false;            // nowhere cut by unknown heights or the border of the grid (the ply's edge is allowed)
   bool touches_ply_edge = false;  // runs along the ply's outline
-  bool parted = false;            // somewhere it is the line that parts it from something else that stands up, not the mold
+  bool parted = false;            // somewhere it is the line that parts it from a hill below half the cut, not the mold
 };
 
 struct FootMap {
   std::vector<Foot> feet;     // one per pocket, in the order of their ids
-  Grid<std::int32_t> labels;  // id of the pocket to whose foot a point belongs, 0: none
+  Grid<std::int32_t> labels;  // Foot::label of the foot to which a point belongs, 0: none
   Grid<float> heights;        // smoothed, above the reference
   double noise_mm = 0;        // sigma of the heights before smoothing
   double mold_tol_mm = 0;     // as used
+  double hill_mm = 0;         // height above which what is no pocket stands up: half the cut, or the cut where feet begin above that
   FootOptions options;
 };
 
-// Every point that stands up belongs to the pocket it drains up to: a flood downhill from all pockets at once, the highest
-// point first, parts neighbours at their saddle (a watershed). It may rise again by mold_tol over the lowest point of its way, for
-// noise; behind a higher rise lies something else. The same holds behind whatever stands above the cut without being a pocket. Throws
-// Stopped.
+// Every point that stands up belongs to the pocket it drains up to: a flood downhill from all pockets, and from all else that stands
+// half the cut's height, at once, the highest point first. It may rise again by mold_tol over the lowest point of its way, for noise.
+// Floods that meet are one foot: a fibre over the saddle between two pockets is held at neither of their sides of it, and its excess can
+// gather in one ridge. Throws Stopped.
 FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

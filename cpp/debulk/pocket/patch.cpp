@@ -147,9 +147,10 @@ Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, 
   patch.within = Grid<std::uint8_t>(nx, ny, map.position(window.i0, window.j0), map.spacing);
   if (patch.touches_ply_edge && segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);
   const Grid<std::int32_t>& labels = paper ? segmentation.labels : feet.labels;
+  const std::int32_t label = paper ? id : foot.label;
   const int first = std::max(0, -window.i0), end = std::min(nx, labels.nx - window.i0);  // columns on the map
   for (int j = std::max(0, -window.j0); j < std::min(ny, labels.ny - window.j0); ++j)
-    for (int i = first; i < end; ++i) patch.within.at(i, j) = labels.at(i + window.i0, j + window.j0) == id;
+    for (int i = first; i < end; ++i) patch.within.at(i, j) = labels.at(i + window.i0, j + window.j0) == label;
 
   patch.surface = patch.within.like<double>();
   reference.heights_on(patch.surface, 1);

@@ -63,8 +63,8 @@ bool RegionFront::refuse(const char* why) {
   return false;
 }
 
-// Blocks in which something of a pocket or its foot lies on heights of the coarse pass, or at a side of the window behind
-// which the frame goes on.
+// Blocks in which something of a pocket or its foot, or of what else stands up, lies on heights of the coarse pass, or at a side of the
+// window behind which the frame goes on.
 std::vector<Window> RegionFront::blocks_to_refine(const Work& work, const Blocks& blocks) const {
   constexpr int side = Blocks::side;
   const Window& w = work.window();
@@ -73,8 +73,10 @@ std::vector<Window> RegionFront::blocks_to_refine(const Work& work, const Blocks
   bool open = false;
   for (const Pocket& p : s.pockets) open |= p.touches_unknown;
   for (const Foot& f : feet.feet) open |= !f.closed;
+  const auto stands = [&](int i, int j) { return s.heights.at(i, j) >= feet.hill_mm && feet.heights.at(i, j) >= feet.hill_mm; };
   const auto taken = [&](int i, int j) {
-    return s.labels.at(i, j) > 0 || feet.labels.at(i, j) > 0 || (open && std::isnan(s.heights.at(i, j)) && s.ply.on_ply(i, j));
+    return stands(i, j) || s.labels.at(i, j) > 0 || feet.labels.at(i, j) > 0 ||
+           (open && std::isnan(s.heights.at(i, j)) && s.ply.on_ply(i, j));
   };
   std::vector<Window> out;
   const int nx = s.labels.nx, ny = s.labels.ny;

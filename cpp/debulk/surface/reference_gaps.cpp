@@ -8,6 +8,25 @@
 namespace debulk {
 namespace {
 
+// A gap in what the mold is known by hides no pocket, for the ply above it is seen: it only leaves a strip of the mold to be guessed.
+// One so narrow, as a share of the diameter of holes in a scan that are filled, may therefore be longer than those.
+constexpr double kNarrow = 0.8;
+
+// Whether every point of the runs has a known one within `reach` of it, all in steps of the grid.
+bool is_narrow(const std::vector<Run>& runs, const std::vector<std::size_t>& gap, const Grid<float>& seen, double reach) {
+  const int steps = static_cast<int>(reach);
+  const auto near_known = [&](int i, int j) {
+    for (int dj = -steps; dj <= steps; ++dj)
+      for (int di = -steps; di <= steps; ++di)
+        if (di * di + dj * dj <= reach * reach && seen.contains(i + di, j + dj) && !std::isnan(seen.at(i + di, j + dj))) return true;
+    return false;
+  };
+  for (const std::size_t k : gap)
+    for (int i = runs[k].begin; i < runs[k].end; ++i)
+      if (!near_known(i, runs[k].row)) return false;
+  return true;
+}
+
 // 1 where the reference is known.
 Grid<std::uint8_t> known_in(const Grid<float>& seen, double diameter_mm) {
   auto known = seen.like<std::uint8_t>();
@@ -18,16 +37,21 @@ Grid<std::uint8_t> known_in(const Grid<float>& seen, double diameter_mm) {
     int left = std::numeric_limits<int>::max(), right = -1, low = std::numeric_limits<int>::max(), high = -1;
   };
   std::vector<Extent> extents(runs.size());
+  std::vector<std::vector<std::size_t>> members(runs.size());
   for (std::size_t k = 0; k < runs.size(); ++k) {
     Extent& e = extents[static_cast<std::size_t>(first[k])];
     e.left = std::min(e.left, runs[k].begin), e.right = std::max(e.right, runs[k].end - 1);
     e.low = std::min(e.low, runs[k].row), e.high = std::max(e.high, runs[k].row);
+    members[static_cast<std::size_t>(first[k])].push_back(k);
   }
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    const Extent& e = extents[static_cast<std::size_t>(first[k])];
+  for (std::size_t g = 0; g < runs.size(); ++g) {
+    if (members[g].empty()) continue;
+    const Extent& e = extents[g];
     const bool inside = e.left > 0 && e.low > 0 && e.right < seen.nx - 1 && e.high < seen.ny - 1;
     const double width = std::max(e.right - e.left, e.high - e.low) * seen.spacing + seen.spacing;
-    if (inside && width <= diameter_mm)
+    if (!inside || width > 2 * diameter_mm) continue;
+    if (width > diameter_mm && !is_narrow(runs, members[g], seen, kNarrow * diameter_mm / (2 * seen.spacing))) continue;
+    for (const std::size_t k : members[g])
       std::fill(&known.at(runs[k].begin, runs[k].row), &known.at(runs[k].begin, runs[k].row) + (runs[k].end - runs[k].begin), 1);
   }
   return known;

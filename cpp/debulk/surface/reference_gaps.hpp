@@ -13,7 +13,8 @@ class ReferenceGaps {
  public:
   ReferenceGaps() = default;  // none
   // seen: the heights that the reference was fitted to, NaN where nothing was seen. frame: the grid of the height map, with
-  // any values. As in a scan, a gap counts as seen if it is no wider than diameter_mm and does not reach the border of `seen`.
+  // any values. As in a scan, a gap counts as seen if it is no wider than diameter_mm and does not reach the border of `seen`; one up
+  // to twice as long does, too, where no point of it is farther than 0.4 of that diameter from a known one.
   ReferenceGaps(const Grid<float>& seen, const Grid<float>& frame, double diameter_mm);
 
   // Makes the heights in the gaps NaN, on the part of the frame that begins at its point (i0, j0).

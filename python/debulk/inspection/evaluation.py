@@ -80,16 +80,15 @@ def _evaluate(
         with watch.step("net"):
             laid = lay_pocket(found, ply, stop)
     except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
-        return _not_evaluated(seen, verdict.judge(certified=False, refused=f"no net could be laid: {error}"))
+        return _not_evaluated(seen, _refused(found, f"no net could be laid: {error}"))
 
     with watch.step("ridge"):
         stands = ridges.of_excess(laid, found.foot)
     if laid.by_excess and ply.recipe.solve.when == "needed":
         known = laid.judge_unsolved()
         if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
-            return Evaluation(
-                _report(seen, laid, watch, known, None, {"ridges": stands}), left_out.of_unsolved(found.number, known)
-            )
+            report = _report(seen, laid, watch, _with_joined(known, found), None, {"ridges": stands})
+            return Evaluation(report, left_out.of_unsolved(found.number, known))
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         with watch.step("ridge"):
@@ -112,6 +111,9 @@ def _evaluate(
         for criterion in (None, "paper")
     )
     by_rule = replace(by_rule, reason=by_rule.reason + _drawn_in(settled.best, laid.recipe))
+    if found.promoted and settled.solution.status in REFUSED:
+        by_rule = _refused(found, settled.solution.explanation)
+    by_rule = _with_joined(by_rule, found)
     if laid.excess is None:
         with watch.step("ridge"):
             stands = ridges.of_minima(laid, settled, found.foot)
@@ -193,6 +195,22 @@ def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
 def _late(found: FoundPocket, seen: PocketReport) -> Evaluation:
     judged = verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
     return replace(_not_evaluated(seen, judged), late="net and minimum")
+
+
+def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judgement:
+    """Name the pockets that are judged with this one."""
+    if not found.joined:
+        return judged
+    names = ", ".join(str(number) for number in found.joined)
+    others = f"pocket{'s' * (len(found.joined) > 1)} {names}"
+    return replace(judged, reason=f"{judged.reason}; judged in one net with {others}, whose foot is the same")
+
+
+def _refused(found: FoundPocket, why: str) -> verdict.Judgement:
+    """Judge what no net says anything of; of a bump below the tolerances that it may crease is all that is known."""
+    if not found.promoted:
+        return verdict.judge(certified=False, refused=why)
+    return verdict.Judgement(verdict.Verdict.UNDECIDED, f"{found.promoted}; not evaluated: {why}")
 
 
 def _net_figures(laid: LaidPocket) -> dict[str, Any]:

@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from debulk import _core, section
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core, pocket, ridge, section
+from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.net import Net
 from debulk.results.report import ExcessReport
 from debulk.surface import Reference
@@ -13,12 +17,16 @@ from debulk.surface import Reference
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["of_net"]
+Floats = NDArray[np.float64]
+
+__all__ = ["of_held_fibres", "of_net", "ridge_of"]
 
 # From scan to scan the outline moves with the noise, and the net with it: the excess scatters by so many times the
 # noise of the heights, far more than the noise of its nodes makes. Root mean square over 24 pockets of the layups 3 and
 # 4, four scans each; the same with noise of 0.02 and of 0.05 mm in the scan.
 _SCATTER = 1.3
+_INNER = 0  # kind of a node that no contact holds
+_STEPS = 9  # in which a ply's edge is looked for beyond a fibre's end
 
 
 def of_net(laid: Net, reference: Reference, recipe: Recipe, noise_mm: float) -> ExcessReport | None:
@@ -41,19 +49,60 @@ def of_net(laid: Net, reference: Reference, recipe: Recipe, noise_mm: float) -> 
     if made.noise > 0:
         lengths.noise_mm = made.noise
         lengths.noise_gain = math.hypot(half.noise_gain, _SCATTER * noise_mm / made.noise)
-    ridge = _core.verdict.ridge_by_excess(
+    made_of_it = _core.verdict.ridge_by_excess(
         lengths, recipe.material.thickness_mm, recipe.material.bulk_factor, recipe.verdict.excess_margin_mm
     )
     return ExcessReport(
-        length_mm=ridge.excess_mm,
+        length_mm=made_of_it.excess_mm,
         at_spacing_mm=coarse.largest_mm,
         at_half_mm=half.largest_mm,
-        noise_bias_mm=ridge.noise_bias_mm,
-        height_mm=ridge.height_mm,
-        range_mm=(ridge.range.low, ridge.range.high),
-        elastic_mm=section.elastic_height(ridge.excess_mm, recipe),
-        noise_mm=ridge.noise_mm,
-        spacing_error_mm=ridge.spacing_error_mm,
-        uncertainty_mm=ridge.uncertainty_mm,
+        noise_bias_mm=made_of_it.noise_bias_mm,
+        height_mm=made_of_it.height_mm,
+        range_mm=(made_of_it.range.low, made_of_it.range.high),
+        elastic_mm=section.elastic_height(made_of_it.excess_mm, recipe),
+        noise_mm=made_of_it.noise_mm,
+        spacing_error_mm=made_of_it.spacing_error_mm,
+        uncertainty_mm=made_of_it.uncertainty_mm,
         bridge_bound_mm=max(coarse.bridge_bound_mm, half.bridge_bound_mm),
     )
+
+
+def of_held_fibres(laid: Net, ply: PlyOnMold) -> float:
+    """Return the largest excess, mm, of the fibres that friction holds at both ends, whatever the rest of the net does.
+
+    Such an end lies on the mold, and the ply goes on beyond it, along the fibre, for the way over which an edge slips.
+    Near an edge a net lets its nodes slide all the same: sideways, for fibres along the edge.
+    """
+    on_mold = laid.kinds != _INNER
+    neighbours = laid.neighbours.copy()
+    for ahead, back in ((0, 1), (2, 3)):
+        for first in np.flatnonzero(laid.neighbours[:, back] < 0):
+            fibre = [int(first)]
+            while (following := int(laid.neighbours[fibre[-1], ahead])) >= 0:
+                fibre.append(following)
+            if len(fibre) > 1 and on_mold[fibre[0]] and on_mold[fibre[-1]]:
+                xy = laid.nodes_mm[[fibre[0], fibre[1], fibre[-1], fibre[-2]], :2]
+                way_mm = max(ply.recipe.net.free_edge_mm, laid.spacing_mm)
+                if _goes_on(xy[0], xy[1], way_mm, ply) and _goes_on(xy[2], xy[3], way_mm, ply):
+                    continue
+            neighbours[fibre, ahead] = neighbours[fibre, back] = -1
+    return float(_core.ridge.largest_fibre_excess(laid.nodes_mm, neighbours, ply.reference))
+
+
+def _goes_on(end: Floats, before: Floats, way_mm: float, ply: PlyOnMold) -> bool:
+    """Whether the ply goes on for a way beyond the end of a fibre that comes from the node before."""
+    if ply.outline is None:
+        return True
+    way = (end - before) / np.linalg.norm(end - before)
+    steps = np.linspace(0.0, way_mm, _STEPS)[:, None]
+    return bool(pocket.inside(ply.outline, end + steps * way).all())
+
+
+def ridge_of(excess_mm: float, recipe: Recipe) -> float:
+    """Return the height, mm, of one ridge that holds all of an excess length."""
+    material = recipe.material
+    base_mm = material.thickness_mm / material.bulk_factor
+    if excess_mm <= 0:
+        return base_mm
+    span_mm = 2 * material.thickness_mm + excess_mm  # any mold length with room for the ridge gives the same
+    return max(base_mm, ridge.ridge_height(span_mm + excess_mm, span_mm, material.thickness_mm))

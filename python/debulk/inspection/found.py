@@ -28,6 +28,10 @@ class FoundPocket:
         What the scan does not show.
     promoted
         Why it is judged though it is below a tolerance; empty: it is not below any.
+    doubt
+        Why it may crease though its net does not; empty: nothing speaks for it.
+    joined
+        Numbers of the other pockets whose feet are one with this one's: its net spans them too.
     net
         Laid on it already, to bound its excess; None: not yet.
     """
@@ -38,6 +42,8 @@ class FoundPocket:
     index: int
     unseen: Unseen
     promoted: str = ""
+    doubt: str = ""
+    joined: tuple[int, ...] = ()
     net: Net | None = None
 
     @property
@@ -135,7 +141,14 @@ class Found:
         """All pockets, largest area first, numbered as if the scan were in one piece."""
         places = [(s, feet, index) for s, feet in self.parts for index in range(len(s.pockets))]
         places.sort(key=lambda place: -round(1e6 * place[0].pockets[place[2]].area_mm2))
-        return tuple(FoundPocket(number, *place, self.unseen) for number, place in enumerate(places, start=1))
+        keys = [(id(feet), feet.feet[index].label) for _, feet, index in places]
+        sharing: dict[tuple[int, int], list[int]] = {}
+        for number, key in enumerate(keys, start=1):
+            sharing.setdefault(key, []).append(number)
+        return tuple(
+            FoundPocket(number, *place, self.unseen, joined=tuple(n for n in sharing[key] if n != number))
+            for number, (place, key) in enumerate(zip(places, keys, strict=True), start=1)
+        )
 
     @property
     def dropped(self) -> tuple[Dropped, ...]:

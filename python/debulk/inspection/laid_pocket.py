@@ -173,6 +173,8 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         Fibre angles that are not known there, or a surface on which no net can be laid.
     """
     laid = lay_net(found, ply, stop)
+    if not laid.inside.any():
+        raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
     known = excess.of_net(laid, ply.reference, ply.recipe, found.feet.noise_mm)
     return LaidPocket(
         net=laid,
@@ -190,6 +192,8 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
 
 def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
     """Say why a net proves nothing where the ply stands off the mold widely round what stands above the cut."""
+    if found.doubt:
+        return found.doubt
     times = found.foot.area_mm2 / found.pocket.area_mm2
     round_it = f"the ply stands off the mold round it, on {times:.0f} times its area; lay it down there and scan again"
     inside = int(np.count_nonzero(laid.inside))
@@ -204,6 +208,14 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
         return (
             f"its net is free at an edge of the ply {away_mm:.0f} mm away, and a ply slips by some {slip_mm:g} mm: "
             f"{round_it}"
+        )
+    # A net at the edge may let such a fibre bow sideways to where the ply is free; whether friction does is not known.
+    held_mm = excess.of_held_fibres(laid, ply)
+    limits = ply.recipe.verdict
+    if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > limits.max_ridge_mm - limits.ridge_margin_mm:
+        return (
+            f"a fibre that is held at both ends is {held_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm "
+            f"above the limit of {limits.max_ridge_mm:.2f} mm unless it moves sideways to the ply's edge"
         )
     return ""
 

@@ -44,7 +44,9 @@ def edge_reason(fit: EdgeFit) -> str:
     )
 
 
-def level_reason(level: Level, found: Deviation, recipe: Recipe, pockets_share: float = 0.0) -> str:
+def level_reason(
+    level: Level, found: Deviation, recipe: Recipe, pockets_share: float = 0.0, loose_share: float = 0.0
+) -> str:
     """Say why a level cannot be the ply's; empty if it can.
 
     Parameters
@@ -55,6 +57,8 @@ def level_reason(level: Level, found: Deviation, recipe: Recipe, pockets_share: 
         The section level.
     pockets_share
         Share of the ply that pockets may cover, where they have not been left out.
+    loose_share
+        Share of the ply between the pockets that is a loose border, and may stand up.
     """
     tol, share = recipe.level.tol_mm, recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:
@@ -63,7 +67,7 @@ def level_reason(level: Level, found: Deviation, recipe: Recipe, pockets_share: 
             f"{level.uncertainty_mm:.2f} mm, and its tolerance is {tol:g} mm; scan again, with less noise"
         )
     median, wrong = level.laid_mm - level.thickness_mm, level.low_share + level.high_share
-    if abs(median) <= tol and wrong <= share:
+    if abs(median) <= tol and wrong - loose_share <= share:
         return ""
     bare = level.laid_mm <= tol and abs(level.laid_mm) < 0.5 * level.thickness_mm
     if bare and sum(found.left(tol, 0)) <= share:

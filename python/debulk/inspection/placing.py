@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core
+from debulk import _core, pocket
 from debulk.grid import Grid
 from debulk.inspection import frame
 from debulk.inspection.edge_check import Outline
 from debulk.inspection.found import Found
-from debulk.inspection.level import departure, deviation, level_of
+from debulk.inspection.level import Deviation, departure, deviation, level_of
 from debulk.inspection.level_reason import edge_reason, level_reason, same_reason, swapped_reason
 from debulk.inspection.offset import raised
 from debulk.inspection.ply_zones import Blocks, PlyZones, off_pockets
@@ -35,6 +35,9 @@ _LEAST_BLOCKS = 6  # as many as a paraboloid has factors
 _WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
 _PLY_SHARE = 0.5  # more of it wrong than this is not done by pockets
 _BARE_SHARE = 0.95  # of what is seen: with more of it bare, there is no ply
+_LOOSE_SHARE = 0.2  # of the ply between the pockets, that its loose borders may be
+_LOW_SHARE = 0.01  # of it, that may lie too low meanwhile
+_TOUCHING = 1.5  # sides of a square: nearer squares touch
 _HANGING = 3.0  # so many times as much below as above: what stands up was taken away
 
 
@@ -48,13 +51,20 @@ class Placed:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the reader of the report should know."""
-        if self.level is None or not self.level.removed_offset_mm:
+        out: list[str] = []
+        if self.level is None:
             return ()
-        removed = self.level.removed_offset_mm
-        return (
-            f"the scan lay {abs(removed):.3f} mm too {'high' if removed > 0 else 'low'}; that was estimated between "
-            "the pockets and taken out (level.remove_offset_mm)",
-        )
+        if removed := self.level.removed_offset_mm:
+            out.append(
+                f"the scan lay {abs(removed):.3f} mm too {'high' if removed > 0 else 'low'}; that was estimated "
+                "between the pockets and taken out (level.remove_offset_mm)"
+            )
+        if loose := self.level.loose_share:
+            out.append(
+                f"the ply's border stands loose: {100 * loose:.0f} % of the ply between the pockets, from "
+                "its edge inwards, does not lie on the mold; what stands up in it is judged or listed as elsewhere"
+            )
+        return tuple(out)
 
 
 class Placing:
@@ -94,6 +104,7 @@ class Placing:
         frame.check_tilt(prepared.reference, low, high)
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
+        self._ply_outline = ply_outline
         self._outline = None if ply_outline is None else Outline(ply_outline)
         self._zones = PlyZones(prepared.reference, ply_outline, low, high)
 
@@ -182,11 +193,37 @@ class Placing:
             return Placed(None, self._too_little(sample, blocks.ply_share))
         found = deviation(blocks, thickness, self._least_mm)
         level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
-        doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share)
+        loose = self._loose_share(found, blocks)
+        doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
         swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0
         if doubt and swapped and level.laid_mm > -cut:
             doubt = swapped_reason(hanging, cut)
-        return Placed(level, doubt)
+        needed = level.low_share + level.high_share > recipe.level.largest_share
+        return Placed(replace(level, loose_share=loose) if needed and not doubt else level, doubt)
+
+    def _loose_share(self, found: Deviation, blocks: Blocks) -> float:
+        """Share of the squares that stand up in one piece from the ply's edge inwards; 0 where anything else is wrong.
+
+        A motion or a bend of the scan, or another reference, leaves squares too low, too, or a fit that is not level;
+        and a border that stands up as widely as a fifth of the ply is no border.
+        """
+        tol = self._recipe.level.tol_mm
+        off = found.off(tol)
+        level = float(np.max(np.abs(found.fits_mm))) <= tol
+        if self._ply_outline is None or not level or np.mean(off < 0) > _LOW_SHARE:
+            return 0.0
+        reach = _TOUCHING * blocks.side_mm
+        left = np.flatnonzero(off > 0)
+        at_edge = pocket.distance_to_outline(self._ply_outline, blocks.xy_mm[left]) < reach
+        border, left = left[at_edge], left[~at_edge]
+        while len(left):
+            apart = np.abs(blocks.xy_mm[left, None] - blocks.xy_mm[None, border]).max(axis=2)
+            touches = (apart < reach).any(axis=1)
+            if not touches.any():
+                break
+            border, left = np.concatenate([border, left[touches]]), left[~touches]
+        share = len(border) / len(off)
+        return share if share <= _LOOSE_SHARE else 0.0
 
     def _too_little(self, sample: Sample, share: float) -> str:
         return (

@@ -38,7 +38,7 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
             rim_height_mm=hole.rim_height,
             of="mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan",
             at_ply_edge=hole.at_ply_edge,
-            at_best=None if (doubt := _doubt(hole, hidden, pockets, recipe)) is None else doubt.verdict,
+            at_best=None if (doubt := _doubt(hole, hidden, found, pockets, recipe)) is None else doubt.verdict,
         )
         for hole, hidden in _with_masked(found)
         if not hole.filled
@@ -51,7 +51,7 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
     A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
     whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket.
     """
-    judged = (_doubt(hole, hidden, pockets, recipe) for hole, hidden in _with_masked(found))
+    judged = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
     out = [doubt for doubt in judged if doubt is not None]
     for bump in found.dropped:
         share = bump.measured_share
@@ -64,7 +64,9 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
     return out
 
 
-def _doubt(hole: pocket.UnseenHole, hidden: bool, pockets: Sequence[PocketReport], recipe: Recipe) -> Judgement | None:
+def _doubt(
+    hole: pocket.UnseenHole, hidden: bool, found: Found, pockets: Sequence[PocketReport], recipe: Recipe
+) -> Judgement | None:
     """Judge one hole; None: it leaves the verdict as it is."""
     area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
     name = _name(hole)
@@ -73,7 +75,7 @@ def _doubt(hole: pocket.UnseenHole, hidden: bool, pockets: Sequence[PocketReport
         if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
             return Judgement(Verdict.INVALID, rises)
     elif hole.rim_height >= high:
-        if hole.thickness > _BRIDGE_MM or not _in_a_foot(hole, pockets, 0.0):
+        if hole.thickness > _BRIDGE_MM or not _bridged(hole, found, recipe):
             return Judgement(Verdict.INVALID, rises)
     elif hole.thickness > _BRIDGE_MM and not hidden:
         return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
@@ -156,6 +158,21 @@ def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport], reach_m
         if pocket.distance_to_outline(outline, hole.centre[None])[0] < reach_mm:
             return True
     return False
+
+
+def _bridged(hole: pocket.UnseenHole, found: Found, recipe: Recipe) -> bool:
+    """Whether the segmentation bridged it: what stands up there lies on a foot or is a bump, and so is judged.
+
+    Below half the cut its rim is no pocket's, and no thin hole can hide one that would show there.
+    """
+    for whole, _ in found.parts:
+        heights = whole.heights
+        begin, end = np.rint((hole.box - heights.origin_mm) / heights.spacing_mm).astype(int)
+        if (begin < 0).any() or (end >= heights.values.shape[::-1]).any():
+            continue
+        if np.isfinite(heights.values[begin[1] : end[1] + 1, begin[0] : end[0] + 1]).all():
+            return True
+    return hole.rim_height < recipe.segmentation.cut_height_mm / 2
 
 
 def _reach(hole: pocket.UnseenHole) -> float:

@@ -74,7 +74,8 @@ def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:
     tol_mm, share = allowed.get("tol_mm"), allowed.get("largest_share")
     if tol_mm is None or share is None:
         return False
-    return bool(abs(level.laid_mm - level.thickness_mm) > tol_mm or level.low_share + level.high_share > share)
+    wrong = level.low_share + level.high_share - level.loose_share
+    return bool(abs(level.laid_mm - level.thickness_mm) > tol_mm or wrong > share)
 
 
 def level_line(level: Level) -> str:

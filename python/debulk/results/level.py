@@ -28,6 +28,8 @@ class Level:
         Share of the ply's area in these squares.
     removed_offset_mm
         What was taken out of the scan's height before it was inspected, as the recipe allows; 0: nothing.
+    loose_share
+        Share of `high_share` that is a border of the ply standing loose, where the level was accepted in spite of it.
     """
 
     thickness_mm: float
@@ -43,3 +45,4 @@ class Level:
     block_mm: float
     judged_share: float
     removed_offset_mm: float = 0.0
+    loose_share: float = 0.0

@@ -129,24 +129,45 @@ TEST(Feet, ToleranceRisesWithTheNoise) {
   EXPECT_EQ(find_feet(segment(heights, {}), options).mold_tol_mm, kTol);
 }
 
-TEST(Feet, PartNeighboursAtTheirSaddle) {
-  const Bell left{{50, 60}, 8, 40, 40}, right{{115.5, 60}, 8, 40, 40};
-  const auto heights = sum(sampled_bells({left}, 163, 121, 1.0, kT), sampled_bells({right}, 163, 121, 1.0));
+TEST(Feet, AreOneWhereThePlyDoesNotComeDownBetweenNeighbours) {
+  const Bell left{{50, 60}, 8, 40, 40}, right{{115.5, 60}, 8, 40, 40}, far{{230, 60}, 8, 40, 40};
+  const auto heights =
+      sum(sum(sampled_bells({left}, 283, 121, 1.0, kT), sampled_bells({right}, 283, 121, 1.0)), sampled_bells({far}, 283, 121, 1.0));
   const Segmentation s = segment(heights, {});
-  ASSERT_EQ(s.pockets.size(), 2u);  // the saddle stands 1.62 mm above the reference
+  ASSERT_EQ(s.pockets.size(), 3u);  // the saddle between the first two stands 1.62 mm above the reference
   const FootMap feet = find_feet(s, {});
-  for (int id = 1; id <= 2; ++id) {
-    const Foot& foot = feet.feet[static_cast<std::size_t>(id - 1)];
-    const bool is_left = s.pockets[static_cast<std::size_t>(id - 1)].centroid.x() < 82;
-    EXPECT_TRUE(foot.parted);
+  double alone = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (s.pockets[k].centroid.x() > 180) alone = feet.feet[k].area;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Foot& foot = feet.feet[k];
     EXPECT_TRUE(foot.closed);
-    if (is_left) {
-      EXPECT_NEAR(foot.box.high.x(), 82.75, 1.0);
-    } else {
-      EXPECT_NEAR(foot.box.low.x(), 82.75, 1.0);
+    EXPECT_FALSE(foot.parted);
+    const Eigen::Vector2i at = feet.heights.locate(s.pockets[k].centroid).array().round().cast<int>();
+    EXPECT_EQ(feet.labels.at(at.x(), at.y()), foot.label);
+    if (s.pockets[k].centroid.x() > 180) {
+      EXPECT_EQ(foot.label, s.pockets[k].id);
+      continue;
     }
+    EXPECT_NEAR(foot.box.low.x(), 50 - 40 * left.rho(kTol), 0.5);
+    EXPECT_NEAR(foot.box.high.x(), 115.5 + 40 * right.rho(kTol), 0.5);
+    EXPECT_GT(foot.area, 1.8 * alone);  // they overlap in a lens
+    EXPECT_LT(foot.area, 2 * alone);
   }
-  EXPECT_NEAR(feet.feet[0].area / feet.feet[1].area, 1.0, 0.02);
+}
+
+// A bump that is below the tolerances stands on a pocket's skirt: the pocket's net must span it.
+TEST(Feet, TakeInBumpsThatStandOnThem) {
+  const Bell pocket{{60, 60}, 8, 40, 40}, decoy{{105, 60}, 6, 12, 12};
+  const auto heights = sum(sampled_bells({pocket}, 160, 120, 1.0, kT), sampled_bells({decoy}, 160, 120, 1.0));
+  SegmentOptions options;
+  options.area_tol_mm2 = 600;  // the decoy is dropped
+  const Segmentation s = segment(heights, options);
+  ASSERT_EQ(s.pockets.size(), 1u);
+  ASSERT_EQ(s.dropped.size(), 1u);
+  const FootMap feet = find_feet(s, {});
+  EXPECT_EQ(feet.labels.at(105, 60), 1);
+  EXPECT_NEAR(feet.feet[0].box.high.x(), 105 + 12 * decoy.rho(kTol), 0.5);
 }
 
 TEST(Feet, StopWhereSomethingElseRises) {

@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 
+import laid_ply
 from debulk import InputError, Inspector, Recipe, Report, Verdict, scenes
 from debulk.scenes.varied import given_right
 from debulk.scenes.varied.given import moved, shift, turn
@@ -234,3 +235,29 @@ def test_an_inverted_pose_leans():
     aside = turn((1.0, 0.0, 0.0), 80, np.zeros(3))
     with pytest.raises(InputError, match=r"leans by 80 degrees|expected"):
         Inspector(None, g.reference, mold_from_scanner=aside @ g.mold_from_scanner)
+
+
+def _border(high_mm, wide_mm, corners):
+    """A ply that stands loose along the middle of its upper edge, from there `wide_mm` inwards."""
+    top = corners[np.argmin(np.abs(corners[:, 0]) + 1e3 * (corners[:, 1] < 0)), 1]
+
+    def height(x, y):
+        rise = np.clip(1 - (top - y) / wide_mm, 0, 1) ** 2
+        return high_mm * rise * np.cos(np.pi * np.clip(x / 800, -0.5, 0.5)) ** 2
+
+    return height
+
+
+def test_a_loose_border_of_the_ply_is_no_wrong_level_but_a_ply_that_stands_off_widely_is():
+    corners = laid_ply.layup().ply_outline
+    report = laid_ply.inspector().inspect(laid_ply.scan(_border(0.9, 160, corners)))
+    assert report.level.high_share > 0.05
+    assert report.verdict is Verdict.CEASE, report.reason
+    assert any("border stands loose" in warning for warning in report.warnings)
+
+    report = laid_ply.inspector().inspect(laid_ply.scan(_border(1.2, 600, corners)))
+    assert report.verdict is Verdict.INVALID
+    # As much in the middle is no border.
+    report = laid_ply.inspector().inspect(laid_ply.scan(laid_ply.bell(0, 0, 480, 0.9)))
+    assert report.level.high_share > 0.05
+    assert report.verdict is Verdict.INVALID

@@ -75,3 +75,40 @@ def test_bumps_that_a_deadline_cuts_off_decide_nothing():
     assert bump.found is None
     (doubt,) = tolerances.doubts([bump])
     assert doubt.verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
+def test_a_long_ridge_below_the_cut_is_not_passed(regions):
+    """A ridge of 1.9 mm above the mold, 10 by 150 mm: a fibre over it is 0.60 mm too long, and the filters lower it."""
+    inspector = laid_ply.inspector(regions)
+    scan = laid_ply.scan(laid_ply.bell(50, 30, 10, 1.6, 150))
+    assert inspector.find(scan).pockets == ()
+    (bump,) = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
+    assert bump.dropped.reason == "height"
+    assert bump.dropped.peak_mm < 2.0
+    assert inspector.inspect(scan).verdict is not Verdict.CEASE
+
+
+def test_a_wide_hollow_below_the_cut_is_named():
+    """300 mm wide, bridged 1.5 mm high: it never comes to the cut, and is listed with its bound."""
+    report = laid_ply.inspector().inspect(laid_ply.scan(laid_ply.bell(50, 30, 300, 1.5)))
+    (entry,) = [entry for entry in report.left_out if entry.what.startswith("bump of")]
+    assert "below the tolerance on height" in entry.why
+    assert "at (50, 30) mm" in entry.what
+
+
+@pytest.mark.parametrize(("wide_mm", "high_mm"), [(10, 3), (12, 3), (14, 4), (16, 2.8)])
+def test_what_the_filters_lower_is_not_passed(wide_mm, high_mm):
+    """Bells whose profile is 1.2 to 2.5 mm longer than its chord, hardly wider than the filters."""
+    report = laid_ply.inspector().inspect(laid_ply.scan(laid_ply.bell(50, 30, wide_mm, high_mm)))
+    assert report.verdict is not Verdict.CEASE, report.reason
+
+
+def test_the_rms_promotes_no_bump_where_the_excess_decides():
+    """25 mm wide, 2.4 mm high: 0.56 mm too long makes a ridge of 0.41 mm, though an RMS above 0.3 on few nodes."""
+    inspector = laid_ply.inspector()
+    scan = laid_ply.scan(laid_ply.bell(50, 30, 25, 2.4))
+    (bump,) = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
+    assert bump.rms_mm > inspector.recipe.verdict.max_rms_mm - inspector.recipe.verdict.rms_margin_mm
+    assert bump.found is None
+    assert inspector.inspect(scan).verdict is Verdict.CEASE
