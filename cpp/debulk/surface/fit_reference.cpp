@@ -237,7 +237,7 @@ Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int rea
 
 // The nodes near which a fit is off what was measured: the surface bends there within a window. Empty where there are none.
 Grid<std::uint8_t> bent_nodes(const Grid<float>& residual, const Grid<double>& nodes, int threads, const Stop& stop) {
-  const Grid<std::uint8_t> squares = misfit_squares(residual, bent_mm, threads, stop);
+  const Grid<std::uint8_t> squares = misfit_squares(residual, bent_mm, 1.0, threads, stop);
   if (std::find(squares.values.begin(), squares.values.end(), 1) == squares.values.end()) return {};
   return nodes_near(squares, nodes, bent_reach_mm);
 }

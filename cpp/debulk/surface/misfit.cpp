@@ -14,13 +14,14 @@ namespace debulk {
 namespace {
 
 constexpr double noisier = 8.0;       // robust standard deviations: seldom reached in a million squares of correlated noise
+constexpr int enough = 7;             // of nine squares
 constexpr double least_mm2 = 64.0;    // four nodes, 4 mm apart
 constexpr double tolerance_mm = 0.2;  // that a height may be off by where a ply lies on the mold (patch.mold_tol_mm)
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
-// The size of the mean over the 3 by 3 squares round each, without the two highest and the two lowest: on a coarse grid a
-// square is a single cell, and may be a spike. Five at least must be known.
-Grid<float> smoothed(const Grid<float>& squares, int threads, const Stop& stop) {
+// The size of the mean over the 3 by 3 squares round each, without the two highest and the two lowest, for there are spikes
+// beside gaps; at most a share `most` of the largest. Seven at least must be known.
+Grid<float> smoothed(const Grid<float>& squares, double most, int threads, const Stop& stop) {
   Grid<float> out = squares.like<float>(nan);
   parallel_for(squares.ny, 8, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
@@ -30,11 +31,12 @@ Grid<float> smoothed(const Grid<float>& squares, int threads, const Stop& stop) 
         for (int b = std::max(0, j - 1); b <= std::min(squares.ny - 1, j + 1); ++b)
           for (int a = std::max(0, i - 1); a <= std::min(squares.nx - 1, i + 1); ++a)
             if (!std::isnan(squares.at(a, b))) known[static_cast<std::size_t>(count++)] = squares.at(a, b);
-        if (count < 5) continue;
+        if (count < enough) continue;
         std::sort(known.begin(), known.begin() + count);
         double sum = 0;
         for (int k = 2; k < count - 2; ++k) sum += known[static_cast<std::size_t>(k)];
-        out.at(i, j) = static_cast<float>(std::abs(sum / (count - 4)));
+        const double largest = std::max(std::abs(known[0]), std::abs(known[static_cast<std::size_t>(count - 1)]));
+        out.at(i, j) = static_cast<float>(std::min(std::abs(sum / (count - 4)), most * largest));
       }
   });
   return out;
@@ -85,8 +87,9 @@ Grid<float> residuals(const Grid<float>& heights, const Reference& fit, int thre
   return out;
 }
 
-Grid<std::uint8_t> misfit_squares(const Grid<float>& residual, double tolerance, int threads, const Stop& stop) {
-  const Grid<float> off = smoothed(pooled_medians(residual, pool_side(residual), threads, stop), threads, stop);
+Grid<std::uint8_t> misfit_squares(const Grid<float>& residual, double tolerance, double most, int threads, const Stop& stop) {
+  if (pool_side(residual) < 2) return residual.like<std::uint8_t>();  // a square would be a single height, and may be a spike
+  const Grid<float> off = smoothed(pooled_medians(residual, pool_side(residual), threads, stop), most, threads, stop);
   const double limit = std::max(tolerance, noisier * 1.4826 * median_of(off));
   Grid<std::uint8_t> marks = off.like<std::uint8_t>();
   for (std::size_t k = 0; k < off.size(); ++k) marks.values[k] = off.values[k] > limit;
@@ -95,7 +98,8 @@ Grid<std::uint8_t> misfit_squares(const Grid<float>& residual, double tolerance,
 }
 
 Grid<std::uint8_t> misfits(const Grid<float>& heights, const Reference& fit, int threads, const Stop& stop) {
-  const Grid<std::uint8_t> squares = misfit_squares(residuals(heights, fit, threads, stop), tolerance_mm, threads, stop);
+  // A broad, even misfit of a tenth or two does no harm: half of the largest must be too much.
+  const Grid<std::uint8_t> squares = misfit_squares(residuals(heights, fit, threads, stop), tolerance_mm, 0.5, threads, stop);
   const int side = pool_side(heights);
   Grid<std::uint8_t> out = heights.like<std::uint8_t>();
   for (int j = 0; j < heights.ny; ++j)

@@ -36,6 +36,7 @@ EXAMPLES = {
         "debulk scan calibrate left/ right/ --squares 10x7 --square-mm 25 -o cell.json",
         "debulk scan calibrate l/ r/ --squares 9x6 --square-mm 30 --charuco --marker-mm 22 -o c.json",
     ),
+    "scan projector": ("debulk scan projector left/ right/ --calibration cell.json -o cell_projector.json",),
 }
 """By command; each is tried by a test."""
 

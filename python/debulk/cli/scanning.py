@@ -157,7 +157,8 @@ def calibrate(
         print(f"written: {output}")
 
 
-@app.command()
+@app.command(epilog=epilog("scan projector"))
+@with_loudness
 def projector(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of a surface with relief.")],
     right: Annotated[Path, typer.Argument(help="Likewise, of the right camera.")],
@@ -167,7 +168,7 @@ def projector(
     steps: STEPS = 6,
     bits: Annotated[int | None, typer.Option(help="Of the sensor; unset: 8, or 12 in 16.")] = None,
 ) -> None:
-    """Learn the projector right after `calibrate`: later scans tell then when a camera was turned."""
+    """Learn the projector right after `calibrate`: later scans then tell when a camera was turned."""
     with outcome():
         if output.suffix.lower() != ".json":
             raise InputError(f"{output}: expected a file ending in .json")
