@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,9 +29,7 @@ def pieces(points: ArrayLike, name: str, stop: _core.Stop | None = None) -> Iter
     Stopped
         Before a piece, once the stop is raised.
     """
-    array = points if isinstance(points, np.ndarray) else np.asarray(points)
-    if array.ndim not in (2, 3) or array.shape[-1] != 3:
-        yield cloud.as_cloud(array, name)  # says what is wrong
+    array = points if _is_plain(points) else cloud.as_cloud(points, name)  # which says what is wrong
     rows = max(1, 3 * _PIECE * len(array) // max(1, array.size))
     for first in range(0, max(1, len(array)), rows):
         if stop is not None and stop.now():
@@ -41,8 +39,7 @@ def pieces(points: ArrayLike, name: str, stop: _core.Stop | None = None) -> Iter
 
 def taken(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     """Do what `as_cloud` does, and heed the stop: to copy a cloud of another type takes a while."""
-    plain = isinstance(points, np.ndarray) and not isinstance(points, np.ma.MaskedArray)
-    if plain and np.asarray(points).dtype == np.float32 and np.asarray(points).flags.c_contiguous:
+    if not _is_plain(points) or (points.dtype == np.float32 and points.flags.c_contiguous):
         return cloud.as_cloud(points, name)
     return _gathered(points, name, stop)
 
@@ -52,10 +49,16 @@ def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     return _gathered(points, name, stop)
 
 
+def _is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
+    plain = isinstance(points, np.ndarray) and not isinstance(points, np.ma.MaskedArray) and points.dtype.kind in "fiu"
+    return plain and np.ndim(points) in (2, 3) and np.shape(points)[-1] == 3
+
+
 def _gathered(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
-    out = np.empty(np.shape(points), dtype=np.float32)
+    array = points if _is_plain(points) else cloud.as_cloud(points, name)
+    out = np.empty(array.shape, dtype=np.float32)
     filled = 0
-    for piece in pieces(points, name, stop):
+    for piece in pieces(array, name, stop):
         out[filled : filled + len(piece)] = piece
         filled += len(piece)
     return out
