@@ -49,7 +49,7 @@ def calibrate_projector(
     --------
     >>> import debulk
     >>> layup = debulk.scenes.layup(seed=1, pixels=(64, 48))
-    >>> images = debulk.scenes.fringe_images(layup, pixels=(320, 240), bare=True)
+    >>> images = debulk.scenes.fringe_images(layup, pixels=(640, 480), bare=True)
     >>> calibration = calibrate_projector(images.calibration, [(images.left, images.right)])
     >>> bool(Scanner(calibration).scan(images.left, images.right).projector_mm < 0.1)
     True
