@@ -125,6 +125,7 @@ def main():
     ]
     calibration = cameras(width, height)
     for bits in (8, 12):
+        instrument = scan = out = plane = other = apart = None  # what the other depth held
         left, right = images(calibration, bits, np.random.default_rng(0))
         before = held_mb()
         instrument = scanner.Scanner(calibration, PERIODS, STEPS, threads=given.threads)
