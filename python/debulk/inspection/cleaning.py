@@ -41,20 +41,11 @@ def taken(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     """Do what `as_cloud` does, and heed the stop: to copy a cloud of another type takes a while."""
     if not _is_plain(points) or (points.dtype == np.float32 and points.flags.c_contiguous):
         return cloud.as_cloud(points, name)
-    return _gathered(points, name, stop)
+    return owned(points, name, stop)
 
 
 def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     """Copy a cloud: its owner may write into its memory while it is worked on."""
-    return _gathered(points, name, stop)
-
-
-def _is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
-    plain = isinstance(points, np.ndarray) and not isinstance(points, np.ma.MaskedArray) and points.dtype.kind in "fiu"
-    return plain and np.ndim(points) in (2, 3) and np.shape(points)[-1] == 3
-
-
-def _gathered(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     array = points if _is_plain(points) else cloud.as_cloud(points, name)
     out = np.empty(array.shape, dtype=np.float32)
     filled = 0
@@ -62,6 +53,11 @@ def _gathered(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
         out[filled : filled + len(piece)] = piece
         filled += len(piece)
     return out
+
+
+def _is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
+    plain = isinstance(points, np.ndarray) and not isinstance(points, np.ma.MaskedArray) and points.dtype.kind in "fiu"
+    return plain and np.ndim(points) in (2, 3) and np.shape(points)[-1] == 3
 
 
 def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str) -> Cloud:

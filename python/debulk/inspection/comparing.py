@@ -8,19 +8,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core, pocket, surface
+from debulk import pocket, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison, PocketComparison
 from debulk.grid import Grid
 from debulk.inspection.placing import Placing
 from debulk.inspection.prepared import Prepared
+from debulk.inspection.sample import Sample
 from debulk.report import Report
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["check_place", "compared"]
+__all__ = ["check_place", "compared", "placing_of"]
 
 Floats = NDArray[np.float64]
 
@@ -73,26 +74,22 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
     )
 
 
-def check_place(
-    report: Report,
-    debulked_scan: NDArray[np.float32],
-    heights: Grid,
-    prepared: Prepared,
-    mold_from_scanner: Floats | None,
-    mask: NDArray[np.bool_] | None,
-    recipe: Recipe,
-    stop: _core.Stop,
-) -> None:
-    """Refuse a scan that does not show the report's ply, consolidated, where the report has it.
+def placing_of(
+    report: Report, prepared: Prepared, mold_from_scanner: Floats | None, mask: NDArray[np.bool_] | None, recipe: Recipe
+) -> Placing:
+    """Return what tells whether a scan shows the report's ply, consolidated, where the report has it."""
+    consolidated_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
+    return Placing(prepared, mold_from_scanner, report.ply_outline_mm, mask, recipe, consolidated_mm)
+
+
+def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid) -> None:
+    """Refuse a scan that does not show the report's ply there.
 
     Raises
     ------
     InputError
         With the reason that an inspection would give.
     """
-    consolidated_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
-    placing = Placing(prepared, mold_from_scanner, report.ply_outline_mm, mask, recipe, consolidated_mm)
-    _, sample = placing.look(debulked_scan, stop)
     feet = [p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm for p in report.pockets]
     placed = placing.gross(sample) or placing.judge_between(sample, feet, heights)
     if placed.doubt:

@@ -19,7 +19,7 @@ from debulk.comparison import Comparison
 from debulk.grid import Grid
 from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
 from debulk.inspection.cleaning import clean, hide, owned, taken
-from debulk.inspection.comparing import check_place, compared
+from debulk.inspection.comparing import check_place, compared, placing_of
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all, not_judged
@@ -311,6 +311,8 @@ class Inspector:
             with self._running.holding(stop):
                 points = owned(debulked_scan, "debulked_scan", stop)
                 hide(points, self.mask, "debulked_scan")
+                placing = placing_of(report, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
+                _, sample = placing.look(points, stop)  # of the copy, before it is moved into the mold's frame
                 image = self.prepared.image
                 clean(points, self.mold_from_scanner, None if image is None else image.camera, self.recipe, stop)
                 heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
@@ -321,8 +323,7 @@ class Inspector:
                     threads=self.recipe.run.threads,
                     stop=stop,
                 )
-                place = self.prepared, self.mold_from_scanner, self.mask, self.recipe
-                check_place(report, taken(debulked_scan, "debulked_scan", stop), heights, *place, stop)
+                check_place(report, placing, sample, heights)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
         return compared(report, heights, self.recipe)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from debulk import Grid, InputError, Inspector, Recipe, scenes
+from debulk.inspection import cleaning, inspector
 
 FEW = {"segmentation": {"area_tol_mm2": 3000.0}, "solve": {"starts": 1, "most_starts": 1}}
 
@@ -132,3 +133,18 @@ def test_a_reference_and_a_debulked_scan_that_change_crash_nothing(layup):
             for call in (lambda: inspector.compare(report, changing_debulked), prepare_again):
                 with contextlib.suppress(InputError):
                     call()
+
+
+def test_a_comparison_reads_the_callers_memory_once(monkeypatch):
+    layup = scenes.layup(seed=0, pixels=(640, 480))
+    of_ply = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    report = of_ply.inspect(layup.scan)
+    given = np.array(layup.debulked().scan)
+    expected = of_ply.compare(report, given).table()
+
+    def clean_while_the_scanner_writes(*arguments):
+        given[:] = 0
+        cleaning.clean(*arguments)
+
+    monkeypatch.setattr(inspector, "clean", clean_while_the_scanner_writes)
+    assert of_ply.compare(report, given).table() == expected
