@@ -11,6 +11,7 @@ import numpy as np
 from debulk._core import InputError
 from debulk.recipe import Recipe
 from debulk.study.curves import Mark, note_marks
+from debulk.study.plan import AS_INSPECTED
 from debulk.study.summary import Line, profile
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def _work_precision(plt: Any, results: Results) -> Any:
     panels = (
         ("rms_error_mean_mm", "mean RMS error, mm", None),
         ("ridge_error_mean_mm", "mean ridge error, mm", None),
-        ("wrong", "verdict flips, or no certificate", 0.10),
+        ("wrong", "paper's verdict flips, or no certificate", 0.10),
     )
     figure, axes = plt.subplots(len(_TITLES), len(panels), figsize=(14, 20))
     # By hand: the long titles would take the place of the panels beside them.
@@ -90,9 +91,9 @@ def _work_precision(plt: Any, results: Results) -> Any:
             if column == 0:
                 ax.set_title(_TITLES[name], loc="left", fontweight="bold")
     figure.suptitle(
-        "Work and precision: one setting varied, the others by the recipe. Filled: over the median time; hollow, "
-        "dashed: over the 99th percentile.\nErrors are against the converged reference of the same net; arrows: above "
-        "the axis.",
+        "Work and precision of the minima: one setting varied, the others as in an inspection. Filled: over the median "
+        "time; hollow, dashed: over the 99th percentile.\nErrors are against the converged reference of the same net; "
+        "arrows: above the axis.",
         fontsize=11,
         y=0.985,
     )
@@ -107,7 +108,8 @@ def _by_curve(sweep: str, found: Sequence[Line]) -> dict[str, list[Line]]:
         if sweep == "method":
             key = line.label.partition(" ")[0].replace("_", " ")
         elif sweep == "starts":
-            key = "further ones close to a limit" if " to " in line.label else "the same for all"
+            further = "further ones close to a limit" if " to " in line.label else "the same for all"
+            key = line.label if line.label == AS_INSPECTED else further
         else:
             key = ""
         curves.setdefault(key, []).append(line)
