@@ -29,6 +29,7 @@ from debulk.study.summary import write_csv
 
 LOW_MM, HIGH_MM, BINS = 0.3, 0.9, 12
 NODES = (50, 100, 200, 400)
+SHOWN_MM = 0.1
 INSPECTED = "the inspection"
 ALONE = "the net alone, 100 nodes"
 DECIDED = ("cease", "crease")
@@ -166,6 +167,11 @@ def table(rows: list[Row], layups: int) -> str:
             f"{np.quantile(np.abs(off), 0.9, method='higher'):>11.4f} "
             + (f"{np.median(ms):>5.1f}" if np.isfinite(ms).all() else f"{'–':>5}")
         )
+    lines += ["", "Height measured less true, mm, by the shapes of the second family: median, least and most"]
+    for kinds in sorted({r.kinds for r in inspected}):
+        off = np.array([r.height_mm - r.truth_mm for r in inspected if r.kinds == kinds and r.height_mm > 0])
+        if off.size:
+            lines.append(f"  {kinds:<26} {off.size:>7} {np.median(off):>+8.4f} {off.min():>+8.3f} {off.max():>+8.3f}")
     lines += ["", "Not decided by the excess, or decided on the wrong side, by the inspection"]
     for r in sorted(inspected, key=lambda r: r.truth_mm):
         if r.decided_by != "excess" or wrong(r) or r.verdict not in (*DECIDED, "undecided"):
@@ -190,22 +196,31 @@ def picture(rows: list[Row], path: Path) -> None:
             mine = [r for r in inspected if r.verdict == verdict]
             if not mine:
                 continue
-            x, y = np.array([r.truth_mm for r in mine]), np.array([r.height_mm for r in mine])
-            spread = [r.uncertainty_mm for r in mine]
             label = f"{verdict.upper()} ({len(mine)})"
-            for panel, values in ((ax, y), (off, y - x)):
-                panel.errorbar(x, values, spread, fmt="o", ms=4, lw=0.8, color=colour, label=label)
+            for bridge, face in ((False, colour), (True, "white")):
+                shown = [r for r in mine if r.reason.startswith("bridge") is bridge]
+                x, y = np.array([r.truth_mm for r in shown]), np.array([r.height_mm for r in shown])
+                spread = [r.uncertainty_mm for r in shown]
+                for panel, values in ((ax, y), (off, y - x)):
+                    panel.errorbar(x, values, spread, fmt="o", ms=4, lw=0.8, color=colour, mfc=face)
+            ax.errorbar([], [], [], fmt="o", ms=4, lw=0.8, color=colour, label=label)
         ax.plot([LOW_MM, HIGH_MM], [LOW_MM, HIGH_MM], color="black", lw=0.8)
         ax.axhline(limit, color="black", lw=0.8, ls="--")
         off.axhline(0.0, color="black", lw=0.8)
         for panel in (ax, off):
             panel.axvline(limit, color="black", lw=0.8, ls="--")
             panel.set_xlabel("true ridge by the held excess, mm")
-        off.set_ylim(*np.clip(off.get_ylim(), -0.1, 0.1))
+        off.set_ylim(-SHOWN_MM, SHOWN_MM)
+        beyond = sum(abs(r.height_mm - r.truth_mm) > SHOWN_MM for r in inspected)
         ax.set_ylabel("ridge by the measured excess, mm")
         off.set_ylabel("measured less true, mm")
         ax.set_title("Measured and true ridge; dashed: the limit", loc="left", fontweight="bold")
-        off.set_title("The error, with the uncertainty that the report states", loc="left", fontweight="bold")
+        off.set_title(
+            f"The error, with the uncertainty stated ({beyond} pockets beyond)", loc="left", fontweight="bold"
+        )
+        ax.errorbar(
+            [], [], [], fmt="o", ms=4, lw=0.8, color="black", mfc="white", label="for its bridge, not its ridge"
+        )
         ax.legend(loc="upper left")
         figure.savefig(path, metadata={"Software": "debulk"})
         plt.close(figure)
