@@ -18,6 +18,7 @@ import numpy as np
 
 from debulk import Inspector, scenes
 from debulk.recipe import Recipe
+from debulk.results.report import PocketReport
 from debulk.study import Plan
 from debulk.study.summary import write_csv
 
@@ -37,7 +38,7 @@ class Seen:
     rule: str
     layup: int
     repeat: int
-    pocket: int
+    pocket: int  # the true bump that is nearest: numbers by area may swap from scan to scan
     verdict: str
     rms_mm: float
     ridge_mm: float
@@ -66,10 +67,16 @@ def scan_all(layups: range, repeats: int, pixels: tuple[int, int]) -> list[Seen]
                 for p in report.pockets:
                     if p.solve is not None and p.rms_mm is not None and p.ridge_height_mm is not None:
                         seen.append(
-                            Seen(rule, seed, repeat, p.id, p.verdict.value, p.rms_mm, p.ridge_height_mm,
+                            Seen(rule, seed, repeat, _bump(layup, p), p.verdict.value, p.rms_mm, p.ridge_height_mm,
                                  p.solve.starts, seconds, p.excess.height_mm if p.excess else np.nan)
                         )  # fmt: skip
     return seen
+
+
+def _bump(layup: scenes.Layup, p: PocketReport) -> int:
+    """Number of the true bump, of pockets and decoys, whose top is nearest to the middle of a pocket's outline."""
+    tops = np.array([bump.centre_mm for bump in (*layup.truth.pockets, *layup.truth.decoys)])
+    return int(np.argmin(np.hypot(*(tops - p.outline_mm.mean(axis=0)).T)))
 
 
 def table(seen: list[Seen], layups: int, repeats: int) -> str:

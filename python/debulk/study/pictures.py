@@ -236,8 +236,8 @@ def _nodes(plt: Any, results: Results) -> Any:
             ax.plot(sizes, middle, color=COLOURS[1], lw=1.8, ls=style)
         if limit:
             ax.axhline(limit, color="black", lw=1)
-            ax.annotate(f"limit {limit:g}", (1, limit), xycoords=("axes fraction", "data"), xytext=(0, 3),
-                        textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
+            ax.annotate(f"limit {limit:g}", (0, limit), xycoords=("axes fraction", "data"), xytext=(2, 3),
+                        textcoords="offset points", fontsize=8)  # fmt: skip
         _sizes(ax, sizes)
         ax.set_title(f"{name.removesuffix(', mm').capitalize()} of the reference".replace("Rms", "RMS"), loc="left",
                      fontweight="bold")  # fmt: skip
@@ -255,7 +255,7 @@ def _nodes(plt: Any, results: Results) -> Any:
     _plain_log(ax.yaxis)
     _sizes(ax, list(x))
     ax.set_ylabel("CPU time a pocket, ms")
-    ax.set_title("Time by the recipe's starts, without the net", loc="left", fontweight="bold")
+    ax.set_title("Time as inspected, without the net", loc="left", fontweight="bold")
     ax.legend(loc="upper left", fontsize=8)
     return figure
 
@@ -305,7 +305,7 @@ def _minima(plt: Any, results: Results) -> Any:
         if field == "undecided":
             every = np.mean([r.verdict_of_all == "undecided" for _, r in results.solved])
             ax.axhline(every, color="black", lw=1)
-            ax.annotate("all starts of all sizes", (1, every), xytext=(0, 3), textcoords="offset points", fontsize=8)
+            ax.annotate("all starts of all sizes", (1, every), xytext=(0, -10), textcoords="offset points", fontsize=8)
         if not field.endswith("_mm"):
             ax.yaxis.set_major_formatter(lambda v, _: f"{100 * v:.3g} %")
         ax.set_title(title, loc="left", fontweight="bold")
