@@ -29,6 +29,8 @@ RULES: dict[str, dict[str, dict[str, Any]]] = {
     "paper, 1 start": {"solve": {"starts": 1, "most_starts": 1}, "verdict": PAPER},
 }
 DECIDED = ("cease", "crease")
+NEAR_MM = 40.0  # the ply's edge cuts up to half of a bump off, which moves the middle of its outline
+NOWHERE = -1
 
 
 @dataclass
@@ -76,7 +78,8 @@ def scan_all(layups: range, repeats: int, pixels: tuple[int, int]) -> list[Seen]
 def _bump(layup: scenes.Layup, p: PocketReport) -> int:
     """Number of the true bump, of pockets and decoys, whose top is nearest to the middle of a pocket's outline."""
     tops = np.array([bump.centre_mm for bump in (*layup.truth.pockets, *layup.truth.decoys)])
-    return int(np.argmin(np.hypot(*(tops - p.outline_mm.mean(axis=0)).T)))
+    away_mm = np.hypot(*(tops - p.outline_mm.mean(axis=0)).T)
+    return int(np.argmin(away_mm)) if away_mm.min() < NEAR_MM else NOWHERE
 
 
 def table(seen: list[Seen], layups: int, repeats: int) -> str:
@@ -96,7 +99,7 @@ def table(seen: list[Seen], layups: int, repeats: int) -> str:
         head + f" {'RMS differ':>10} {'ridge differ':>12} {'excess differ':>13}",
     ]
     for rule in RULES:
-        mine = [s for s in seen if s.rule == rule]
+        mine = [s for s in seen if s.rule == rule and s.pocket != NOWHERE]
         if not mine:
             continue
         pockets: dict[tuple[int, int], list[Seen]] = {}
@@ -116,6 +119,9 @@ def table(seen: list[Seen], layups: int, repeats: int) -> str:
             f"{np.mean(differ) - np.mean(opposite):>7.2%} {np.mean(rms):>10.4f} "
             f"{np.mean(ridge):>12.3f} " + (f"{np.mean(excess):>13.4f}" if excess.size else f"{'–':>13}")
         )
+    for s in seen:
+        if s.pocket == NOWHERE and s.rule == next(iter(RULES)):
+            lines.append(f"  where no bump is, scan {s.repeat} of layup {s.layup}: {s.verdict.upper()}, by {s.rule}")
     return "\n".join(lines) + "\n"
 
 
