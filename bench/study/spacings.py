@@ -8,14 +8,14 @@ does. Times are CPU times of the thread that lays them. Writes spacings.txt, spa
 from __future__ import annotations
 
 import argparse
+import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-import cv2
 import numpy as np
 
 from debulk import Inspector, _core, scenes
@@ -23,11 +23,12 @@ from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe, options
-from debulk.scenes.varied.fibres import excess
-from debulk.scenes.varied.regions import label_regions
 from debulk.study.curves import Mark, note_marks
 from debulk.study.pictures import COLOURS, MARKERS, STYLE, pyplot
 from debulk.study.summary import write_csv
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "trust"))
+from first_family import held_excess_mm
 
 SPACINGS_MM = (12.0, 10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5)
 NODES = (25, 50, 75, 100, 150, 200, 400)
@@ -120,13 +121,13 @@ def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
     layup = scenes.layup(seed, pixels)
     recipe = Recipe(segmentation={"regions": False})
     inspector = Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
-    truths_mm = _truths_mm(layup)
+    truths_mm = held_excess_mm(layup)
     for found in inspector.find(layup.scan).pockets:
         finest_mm = next((d for d in FINEST_MM if found.foot.area_mm2 / d**2 <= MOST), FINEST_MM[-1])
         reference = lay(found, inspector.ply, finest_mm, timed=False) if found.foot.closed else None
         if reference is None:
             continue
-        truth_mm = truths_mm(found)
+        truth_mm = truths_mm[_nearest(layup, found)]
         for sweep, settings in (("spacing", SPACINGS_MM), ("nodes", NODES)):
             for setting in settings:
                 nets = lay(found, inspector.ply, *((setting,) if sweep == "spacing" else (None, int(setting))))
@@ -137,27 +138,10 @@ def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
                     )  # fmt: skip
 
 
-def _truths_mm(layup: scenes.Layup) -> Callable[[FoundPocket], float]:
-    """Return what gives the held excess of the true surfaces along straight fibres, mm."""
-    truth = layup.truth
-
-    def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return truth.ply_height_above_mold(np.stack([x, y], axis=-1))
-
-    def mold(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return truth.mold_height(np.stack([x, y], axis=-1))
-
-    # Of the outline of a thousand corners some forty are enough: it moves by 0.3 mm.
-    outline = cv2.approxPolyDP(layup.ply_outline.astype(np.float32)[:, None], 0.3, True)[:, 0].astype(float)
-    feet = label_regions(height, outline, truth.thickness_mm + 3e-3, 2.0)
-
-    def of(found: FoundPocket) -> float:
-        nearest = min(truth.pockets, key=lambda b: np.hypot(*(np.array(b.centre_mm) - found.pocket.centroid_mm)))
-        label = int(feet.at(*(np.array(v) for v in nearest.centre_mm)))
-        box = feet.box(label)
-        return excess(height, mold, outline, truth.thickness_mm, (0.0, 90.0), feet, label, box).held_mm
-
-    return of
+def _nearest(layup: scenes.Layup, found: FoundPocket) -> int:
+    """Number of the true pocket."""
+    tops = np.array([bump.centre_mm for bump in layup.truth.pockets])
+    return int(np.argmin(np.hypot(*(tops - found.pocket.centroid_mm).T)))
 
 
 def _against_truth_mm(rows: list[Row]) -> list[float]:
