@@ -442,6 +442,16 @@ def patch(
     ------
     InputError
         No such pocket, feet of another segmentation, a value out of its range.
+
+    Examples
+    --------
+    >>> y, x = np.mgrid[-60.0:61.0, -60.0:61.0]
+    >>> bell = 0.3 + 8 * np.cos(np.pi / 2 * np.minimum(np.hypot(x, y) / 40, 1)) ** 2
+    >>> found = segment(Grid(bell.astype("f4"), np.array([-60.0, -60.0]), 1.0))
+    >>> flat = Reference(np.zeros((13, 13)), (-60.0, -60.0), 10.0)
+    >>> one = patch(found, feet(found), 1, flat)
+    >>> one.closed, round(float(one.surface.values.max()), 1), bool((one.reference.values == 0).all())
+    (True, 8.0, True)
     """
     options = _core.pocket.PatchOptions()
     options.mode = mode
@@ -467,16 +477,49 @@ def patch(
 
 
 def height_noise(height_map: Grid) -> float:
-    """Sigma of the noise of heights in mm, from the median mixed second difference; NaN without 3 x 3 known points.
+    """Sigma of the noise of heights in mm, from the median mixed second difference.
 
-    Correlated noise (after a median filter) is told too low.
+    Noise that is correlated, as after a median filter, comes out too low.
+
+    Parameters
+    ----------
+    height_map
+        (ny, nx) heights, mm, NaN = unknown.
+
+    Returns
+    -------
+    float
+        mm; NaN without 3 by 3 known points.
+
+    Examples
+    --------
+    >>> heights = np.random.default_rng(0).normal(0.0, 0.05, (200, 300))
+    >>> round(height_noise(Grid(heights, np.zeros(2), 1.0)), 3)
+    0.05
     """
     return float(_core.pocket.height_noise(np.asarray(height_map.values, dtype=np.float32)))
 
 
 def polygon_area(outline_mm: ArrayLike) -> float:
-    """Area in mm² of an (M, 2) polygon, positive when it runs counter-clockwise.
+    """Area of a polygon, positive when it runs counter-clockwise.
 
+    Parameters
+    ----------
+    outline_mm
+        (M, 2) corners, closed from the last to the first, mm.
+
+    Returns
+    -------
+    float
+        mm².
+
+    Raises
+    ------
+    InputError
+        Another shape, or a corner that is not finite.
+
+    Examples
+    --------
     >>> polygon_area([[0, 0], [4, 0], [4, 1], [0, 1]])
     4.0
     """
@@ -484,13 +527,59 @@ def polygon_area(outline_mm: ArrayLike) -> float:
 
 
 def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
-    """(N,) whether the points (N, 2) lie inside the (M, 2) polygon (even-odd rule)."""
+    """Whether points lie inside a polygon, by the even-odd rule.
+
+    Parameters
+    ----------
+    outline_mm
+        (M, 2) corners, closed from the last to the first, mm.
+    xy_mm
+        (N, 2) points in the same frame, mm.
+
+    Returns
+    -------
+    NDArray[np.bool_]
+        (N,).
+
+    Raises
+    ------
+    InputError
+        Other shapes, or a corner that is not finite.
+
+    Examples
+    --------
+    >>> inside([[0, 0], [4, 0], [4, 1], [0, 1]], [[1, 0.5], [5, 0.5]]).tolist()
+    [True, False]
+    """
     result: NDArray[np.bool_] = _core.pocket.inside_polygon(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
     return result
 
 
 def distance_to_outline(outline_mm: ArrayLike, xy_mm: ArrayLike) -> Floats:
-    """(N,) distances in mm of the points (N, 2) from the (M, 2) polygon's outline, inside and outside alike."""
+    """How far points are from a polygon's sides, inside and outside alike.
+
+    Parameters
+    ----------
+    outline_mm
+        (M, 2) corners, closed from the last to the first, mm.
+    xy_mm
+        (N, 2) points in the same frame, mm.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (N,), mm.
+
+    Raises
+    ------
+    InputError
+        Other shapes, or a corner that is not finite.
+
+    Examples
+    --------
+    >>> distance_to_outline([[0, 0], [4, 0], [4, 1], [0, 1]], [[2, 0.25], [7, 5]]).tolist()
+    [0.25, 5.0]
+    """
     result: Floats = _core.pocket.distance_to_outline(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
     return result
 
@@ -504,7 +593,26 @@ def _like(grid: Grid, values: NDArray[Any]) -> Grid:
 
 
 def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
-    """Return (ny, nx) whether the grid's points lie inside the outline, row by row by even-odd crossings."""
+    """Whether a grid's points lie inside a polygon, row by row by even-odd crossings.
+
+    Parameters
+    ----------
+    outline_mm
+        (M, 2) corners, closed from the last to the first, mm. With fewer than three nothing is inside.
+    grid
+        Its values may be anything.
+
+    Returns
+    -------
+    NDArray[np.bool_]
+        (ny, nx).
+
+    Examples
+    --------
+    >>> square = np.array([[0.5, -0.5], [2.5, -0.5], [2.5, 1.5], [0.5, 1.5]])
+    >>> inside_outline(square, Grid(np.zeros((3, 4)), np.zeros(2), 1.0)).astype(int).tolist()
+    [[0, 1, 1, 0], [0, 1, 1, 0], [0, 0, 0, 0]]
+    """
     ny, nx = grid.values.shape[:2]
     inside = np.zeros((ny, nx), dtype=np.bool_)
     if len(outline_mm) < 3:

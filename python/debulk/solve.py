@@ -279,6 +279,11 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
         That of the solve; used only where lengths are off by more than 1e-4, when the fibres' tensions must be
         stiffness times strain.
 
+    Raises
+    ------
+    InputError
+        Nodes of another shape than the sheet's, or not finite.
+
     Examples
     --------
     >>> import numpy as np, debulk

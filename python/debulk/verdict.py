@@ -331,6 +331,16 @@ def excess_bounds(
 def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float) -> float:
     """Length that bending stiffness and pressure make between them, (E t³ / 12 P)^(1/3), mm.
 
+    Parameters
+    ----------
+    modulus_mpa, thickness_mm, pressure_mpa
+        Bending modulus E and thickness t of the ply, and the vacuum's pressure P.
+
+    Raises
+    ------
+    InputError
+        A figure that is not positive and finite.
+
     Examples
     --------
     >>> round(natural_length(360.0, 0.3, 0.1), 2)

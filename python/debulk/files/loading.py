@@ -104,6 +104,18 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     ------
     InputError
         If the ending or the shape is another, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> x, y = np.meshgrid(np.arange(40.0), np.arange(30.0))
+    >>> points = np.dstack([x, y, 0 * x]).astype(np.float32)
+    >>> points[0, 0] = np.nan  # nothing seen
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save_cloud(Path(folder) / "scan.pcd", points)
+    ...     again = load_cloud(Path(folder) / "scan.pcd")
+    >>> bool(np.array_equal(again, points, equal_nan=True))
+    True
     """
     path = Path(path)
     values = np.asarray(points)
@@ -137,6 +149,16 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
     ------
     InputError
         If it is not a rotation and a translation: mirrored, scaled or sheared.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> pose = np.eye(4)
+    >>> pose[:3, 3] = 0.5, 0, -1.2
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     np.savetxt(Path(folder) / "pose.txt", pose)
+    ...     load_pose(Path(folder) / "pose.txt", "m")[:3, 3].tolist()
+    [500.0, 0.0, -1200.0]
     """
     path = Path(path)
     pose = _numbers(path, header=False)
@@ -166,6 +188,15 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
     ------
     InputError
         If there are fewer than three corners, or they enclose nothing, or cross each other's sides.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     corners = [(0, 0), (400, 0), (400, 300), (0, 0)]
+    ...     np.savetxt(Path(folder) / "outline.csv", corners, delimiter=",", header="x,y", comments="")
+    ...     load_outline(Path(folder) / "outline.csv").tolist()
+    [[0.0, 0.0], [400.0, 0.0], [400.0, 300.0]]
     """
     path = Path(path)
     outline = _numbers(path, header=True)
