@@ -201,10 +201,6 @@ void fill_within(Grid<std::int32_t>& labels, int threads) {
 
 }  // namespace
 
-double hill_height(double cut_height_mm, double level_mm) {
-  return kHillShare * cut_height_mm > level_mm ? kHillShare * cut_height_mm : cut_height_mm;
-}
-
 FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads, const Stop& stop) {
   options.check();
   check(stop);
@@ -219,7 +215,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
   out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, threads, stop);
   out.labels = segmentation.labels;
-  const double hill = out.hill_mm = hill_height(cut, level);
+  const double hill = out.hill_mm = kHillShare * cut > level ? kHillShare * cut : cut;
   float least = static_cast<float>(hill);  // the least float that is not below it
   if (least < hill) least = std::nextafter(least, std::numeric_limits<float>::infinity());
   const float *given = segmentation.heights.values.data(), *smooth = out.heights.values.data();
@@ -231,8 +227,9 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   check(stop);
   const int count = static_cast<int>(segmentation.pockets.size());
   const std::vector<std::int32_t> label_of = join_feet(out.labels, count, threads);
+  check(stop);
   fill_within(out.labels, threads);
-
+  check(stop);
   const std::vector<Outline> outlines =
       trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply, threads, stop);
   for (const std::int32_t label : label_of) {

@@ -42,9 +42,6 @@ struct FootMap {
   FootOptions options;
 };
 
-// FootMap::hill_mm of feet that begin at a height of `level_mm`, thickness and mold tolerance.
-double hill_height(double cut_height_mm, double level_mm);
-
 // Every point that stands up belongs to the pocket it drains up to: a flood downhill from all pockets, and from all else that stands
 // half the cut's height, at once, the highest point first. It may rise again by mold_tol over the lowest point of its way, for noise.
 // Floods that meet are one foot: a fibre over the saddle between two pockets is held at neither of their sides of it, and its excess can

@@ -143,7 +143,6 @@ bool RegionFront::run_coarse_pass(const CloudView& scan, const std::uint8_t* mas
   WindowOptions around;
   around.low_mm = options_.feet.thickness_mm + options_.feet.mold_tol_mm / 2;
   windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
-  take_in_what_stands(windows, blocks);
   times_.coarse = laps.lap();
   return true;
 }

@@ -68,8 +68,6 @@ class RegionFront {
   bool make_exact(const Window& strip, Work& work, const CloudView& scan, const std::uint8_t* masked, int threads, const Stop& stop);
   void filter(Work& work, int threads, const Stop& stop);
   void segment(Work& work, int threads, const Stop& stop);
-  std::vector<Window> blocks_that_stand(const Window& window, const Blocks& blocks) const;
-  void take_in_what_stands(std::vector<Window>& windows, Blocks& blocks) const;
   std::vector<Window> blocks_to_refine(const Work& work, const Blocks& blocks) const;
   void grow(Window& window, const std::vector<Window>& to_refine, Blocks& blocks) const;
   std::unique_ptr<Work> fresh_work(const Window& window);

@@ -87,40 +87,6 @@ void RegionFront::prepare_overview() {
     }
 }
 
-// Blocks of a window in which the coarse pass alone sees what counts as standing: `blocks_to_refine` would ask for them after the first
-// round, and everything in the window would be done once more for their sake.
-std::vector<Window> RegionFront::blocks_that_stand(const Window& window, const Blocks& blocks) const {
-  constexpr int side = Blocks::side;
-  const std::vector<float>& cells = pass_.cell_height();
-  const double hill = hill_height(options_.segment.cut_height_mm, options_.feet.thickness_mm + options_.feet.mold_tol_mm);
-  const int step = overview_step_;
-  std::vector<Window> out;
-  for (int j = window.j0 / step; j * step < window.j1; ++j)
-    for (int i = window.i0 / step; i * step < window.i1; ++i) {
-      const int cell = overview_cell_.at(i, j);
-      if (cell < 0 || !(cells[static_cast<std::size_t>(cell)] >= hill) || !marked_at(on_ply_, overview_cell_.position(i, j))) continue;
-      // As `lay_coarse` has it, a point's height is that of all up to the next.
-      for (const int v : {j * step, std::min((j + 1) * step, frame_.ny) - 1})
-        for (const int u : {i * step, std::min((i + 1) * step, frame_.nx) - 1})
-          if (u >= window.i0 && u < window.i1 && v >= window.j0 && v < window.j1 && !blocks.wanted(u / side, v / side))
-            out.push_back({u, v, u + 1, v + 1, window.top});
-    }
-  return out;
-}
-
-void RegionFront::take_in_what_stands(std::vector<Window>& windows, Blocks& blocks) const {
-  for (bool again = true; again;) {
-    again = false;
-    std::vector<Window> wider = windows;
-    for (std::size_t k = 0; k < windows.size(); ++k) {
-      const std::vector<Window> standing = blocks_that_stand(windows[k], blocks);
-      again |= !standing.empty();
-      grow(wider[k], standing, blocks);
-    }
-    windows = merged(wider);
-  }
-}
-
 Overview RegionFront::overview() const {
   Overview out{overview_cell_.like<float>(nan), overview_cell_.like<std::uint8_t>(), overview_reference_};
   const std::vector<float>& cells = pass_.cell_height();

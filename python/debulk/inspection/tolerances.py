@@ -97,18 +97,22 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """
     cut_mm = ply.recipe.segmentation.cut_height_mm
     places = [_Place(d, cut_mm, whole, feet, found.unseen) for whole, feet in found.parts for d in whole.dropped]
-    unlooked = False
-    for whole, feet in found.parts:
-        if feet.hill_mm < cut_mm:
-            try:
-                hills = list(_hills(whole, feet, _without_tolerances(ply), stop))
-                places += [_Place(hill, feet.hill_mm, whole, feet, found.unseen) for hill in hills]
-            except _core.Stopped:
-                unlooked = True
-    places.sort(key=lambda place: -place.dropped.area_mm2)
+
+    def hills(part: tuple[Segmentation, Feet]) -> list[_Place] | None:
+        whole, feet = part
+        try:
+            lower = _hills(whole, feet, _without_tolerances(ply), stop) if feet.hill_mm < cut_mm else ()
+            return [_Place(hill, feet.hill_mm, whole, feet, found.unseen) for hill in lower]
+        except _core.Stopped:
+            return None
+
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
+        looked = list(pool.map(hills, found.parts))
+        places += [place for part in looked for place in part or ()]
+        places.sort(key=lambda place: -place.dropped.area_mm2)
         bumps = tuple(pool.map(lambda place: _weigh(place, ply, stop), places))
+    unlooked = any(part is None for part in looked)
     if unlooked and not any(bump.late for bump in bumps):
         bumps += (Bump(Dropped("height", 0.0, 0.0, np.zeros(2)), "the deadline passed before it was found", late=True),)
     return bumps
