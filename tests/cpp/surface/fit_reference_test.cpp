@@ -53,16 +53,16 @@ TEST(FitReference, HasNoBiasOnGentlyCurvedMolds) {
   }
 }
 
-// Shoulders of 4 to 9 mm radius: no window of 12 mm follows them.
+// Shoulders that no window of 12 mm follows: the slope changes by 1.7 within 6 to 14 mm.
 TEST(FitReference, FollowsTheShouldersOfAStep) {
-  for (const double rise : {12.0, 20.0, 34.0}) {
+  for (const double rise : {10.0, 12.0, 16.0, 24.0}) {
     const auto step = [rise](double x, double y) {
-      const double along = (0.8 * x + 0.6 * y - 7) / (rise / 3.2);
+      const double along = (0.8 * x + 0.6 * y - 7) / (rise / 3.4);
       return 0.5 * rise * along / std::sqrt(1 + along * along);
     };
     const Grid<float> grid = heights(step, 201, 161, 1.0, 0.05);
     const Reference fit = fit_reference(grid);
-    EXPECT_LT(worst(fit, grid, step, 4), 0.2) << rise;
+    EXPECT_LT(worst(fit, grid, step, 4), 0.4) << rise;
     const Grid<std::uint8_t> off = misfits(grid, fit);
     EXPECT_EQ(std::count(off.values.begin(), off.values.end(), 1), 0) << rise;
   }
