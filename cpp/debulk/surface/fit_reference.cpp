@@ -24,8 +24,6 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double bent_mm = 0.1;        // so far off, over several nodes, a fit in the least window does not follow the surface
 constexpr double bent_reach_mm = 8.0;  // from there to the nodes whose fits are to blame
 constexpr int halvings = 2;            // of the window there, one after the other: a shoulder of 5 mm radius needs a quarter of it
-constexpr double followed_mm = 0.4;    // of a square of 2 mm: farther off it is not followed
-constexpr double bent_stray = 3.0;     // there, a height is left out that is so many times as far off the fit as one elsewhere
 constexpr double noisier = 30.0;       // a node is left out if its variance is so many times that with a full window
 
 // Sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z².
@@ -255,23 +253,8 @@ Grid<std::uint8_t> bent_nodes(const Grid<float>& residual, const Grid<double>& n
   return nodes_near(squares, nodes, bent_reach_mm);
 }
 
-// Sets nodes back to a window halved once where one halved twice does not follow the surface either: of a groove as narrow as that it
-// would leave a misfit too narrow to be marked. Tells whether there are any.
-bool less_halved(Grid<std::uint8_t>& bent, const Grid<float>& residual, int threads, const Stop& stop) {
-  if (bent.size() == 0) return false;
-  const Grid<float> off = pooled_medians(residual, pool_side(residual), threads, stop);
-  Grid<std::uint8_t> squares = off.like<std::uint8_t>();
-  for (std::size_t k = 0; k < off.size(); ++k) squares.values[k] = std::abs(off.values[k]) > followed_mm;
-  Grid<double> nodes = bent.like<double>();
-  const Grid<std::uint8_t> near = nodes_near(squares, nodes, bent_reach_mm);
-  bool any = false;
-  for (std::size_t k = 0; k < bent.size(); ++k)
-    if (near.values[k] != 0 && bent.values[k] > 1) bent.values[k] = 1, any = true;
-  return any;
-}
-
-// Takes out heights far off the fit: what a scanner's spikes, clamps and tools leave. Where the surface bends the fit is off, too.
-void remove_strays(Grid<float>& heights, const Grid<float>& residual, const Grid<std::uint8_t>& bent, double robust) {
+// Takes out heights far off the fit: what a scanner's spikes, clamps and tools leave.
+void remove_strays(Grid<float>& heights, const Grid<float>& residual, double robust) {
   std::vector<float> sample;
   for (std::size_t k = 0; k < residual.size(); k += std::max<std::size_t>(1, residual.size() / 200'000))
     if (!std::isnan(residual.values[k])) sample.push_back(std::abs(residual.values[k]));
@@ -279,17 +262,8 @@ void remove_strays(Grid<float>& heights, const Grid<float>& residual, const Grid
   const auto middle = sample.begin() + static_cast<long>(sample.size() / 2);
   std::nth_element(sample.begin(), middle, sample.end());
   const double limit = std::max(0.05, robust * 1.4826 * *middle);  // 0.05 mm: exact heights have no noise that a limit could follow from
-  const auto bends = [&](int i, int j) {
-    const Eigen::Vector2d node = bent.locate(heights.position(i, j));
-    return bent.at(std::clamp(static_cast<int>(std::lround(node.x())), 0, bent.nx - 1),
-                   std::clamp(static_cast<int>(std::lround(node.y())), 0, bent.ny - 1)) != 0;
-  };
-  for (int j = 0; j < heights.ny; ++j)
-    for (int i = 0; i < heights.nx; ++i) {
-      const double off = std::abs(residual.at(i, j));
-      if (!(off > limit) || (bent.size() != 0 && off <= bent_stray * limit && bends(i, j))) continue;
-      heights.at(i, j) = std::numeric_limits<float>::quiet_NaN();
-    }
+  for (std::size_t k = 0; k < heights.size(); ++k)
+    if (std::abs(residual.values[k]) > limit) heights.values[k] = std::numeric_limits<float>::quiet_NaN();
 }
 
 }  // namespace
@@ -327,8 +301,7 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
       first = fitted(0);
       residual = residuals(kept, first, threads, stop);
     }
-    if (less_halved(bent, residual, threads, stop)) residual = residuals(kept, fitted(0), threads, stop);
-    remove_strays(kept, residual, bent, options.robust);
+    remove_strays(kept, residual, options.robust);
   }
   return fitted(options.doublings);
 }
