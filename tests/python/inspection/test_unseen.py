@@ -200,7 +200,8 @@ def test_what_the_mask_hides_is_listed_and_no_reason_against_the_layup(flat_and_
 
 
 @pytest.mark.parametrize(
-    ("wide_mm", "high_mm", "verdict"), [(22, 2.5, Verdict.CEASE), (14, 4.0, Verdict.INVALID), (24, 6.0, Verdict.INVALID)]
+    ("wide_mm", "high_mm", "verdict"),
+    [(22, 2.5, Verdict.CEASE), (14, 4.0, Verdict.INVALID), (24, 6.0, Verdict.INVALID)],
 )
 def test_a_bump_half_lost_counts_where_it_and_its_hole_could_be_a_pocket_or_crease(
     wide_mm: float, high_mm: float, verdict: Verdict
