@@ -70,8 +70,8 @@ class Below:
         """Name what is not judged."""
         return LeftOut(
             what=f"{100 * self.share:.0f} % of the reference, below the mold's edge",
-            why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for the "
-            "table",
+            why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
+            "the table",
             bound=f"no square of {_SQUARE_MM:g} mm there stands {0.5 * self.laid_mm:.2g} mm above the reference; a ply "
             "that hangs over the edge is judged up to {_MARGIN_MM:g} mm from the edge only",
         )
@@ -87,7 +87,7 @@ def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, Below | None]:
     known = np.isfinite(seen.values)
     beside = _near(known & ~above, _CLIFF_MM / seen.spacing_mm) & _near(~(known & above), _MARGIN_MM / seen.spacing_mm)
     below = Grid(np.where(above, np.nan, seen.values), seen.origin_mm, seen.spacing_mm)
-    share = float(np.count_nonzero(known & ~above) / max(1, np.count_nonzero(known)))
+    share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))
     mold = Grid(
         np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype), seen.origin_mm, seen.spacing_mm
     )
