@@ -103,8 +103,8 @@ def _narrow(spacing_mm: float) -> LeftOut:
     return LeftOut(
         what=f"bumps narrower than {wide_mm:.2g} mm at their foot",
         why=f"the heights are {spacing_mm:.2g} mm apart, and the filters take what is so narrow for noise",
-        bound=f"none: a fibre over a bell so wide, {_BELL_MM:g} mm high, is {excess_mm:.2g} mm longer than the mold, and "
-        "over a higher one more",
+        bound=f"none: a fibre over a bell so wide, {_BELL_MM:g} mm high, is {excess_mm:.2g} mm longer than the mold, "
+        "and over a higher one more",
     )
 
 
