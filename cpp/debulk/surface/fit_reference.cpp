@@ -223,7 +223,8 @@ Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int rea
   for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), {}, threads, stop));
   std::vector<Grid<Quadratic::Fit>> narrow;
   const int most = bent.size() == 0 ? 0 : *std::max_element(bent.values.begin(), bent.values.end());
-  for (int k = 1; k <= most; ++k) narrow.push_back(fit_nodes(heights, nodes, Window(std::max(2, reach >> k)), halved(bent, k), threads, stop));
+  for (int k = 1; k <= most; ++k)
+    narrow.push_back(fit_nodes(heights, nodes, Window(std::max(2, reach >> k)), halved(bent, k), threads, stop));
   Grid<double> out = fits.front().like<double>(nan);
   parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
