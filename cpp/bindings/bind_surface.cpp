@@ -7,6 +7,7 @@
 #include "bindings/convert.hpp"
 #include "bindings/seen.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/surface/cliffs.hpp"
 #include "debulk/surface/fit_reference.hpp"
 #include "debulk/surface/front_end.hpp"
 #include "debulk/surface/height_map.hpp"
@@ -290,6 +291,19 @@ void bind_surface(py::module_ m) {
         return grid_values(std::move(out));
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("reference"), py::arg("threads"), py::arg("stop"));
+
+  m.def(
+      "above_cliffs",
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, int threads, const Stop& stop) {
+        const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
+        Grid<std::uint8_t> out;
+        {
+          py::gil_scoped_release release;
+          out = above_cliffs(heights, threads, stop);
+        }
+        return grid_values(std::move(out));
+      },
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("threads"), py::arg("stop"));
 
   m.def("extent", &extent, py::arg("surface"));
   bind_front_end(m);

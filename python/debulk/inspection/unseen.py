@@ -9,6 +9,7 @@ import numpy as np
 
 from debulk import _core, pocket
 from debulk.inspection.found import Found, FoundPocket
+from debulk.pocket import Dropped
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
 from debulk.verdict import Judgement, Verdict
 
@@ -55,13 +56,27 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
     out = [doubt for doubt in judged if doubt is not None]
     for bump in found.dropped:
         share = bump.measured_share
-        if not bump.touches_unknown and share >= recipe.verdict.min_pocket_coverage:
+        seen = share >= recipe.verdict.min_pocket_coverage
+        if not bump.touches_unknown and (seen or _may_be_mm2(bump, found, recipe) < recipe.segmentation.area_tol_mm2):
             continue
         why = "borders on what was not seen" if bump.touches_unknown else f"was seen to {100 * share:.0f} % only"
         place = f"({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm"
         reason = f"a bump of at least {bump.area_mm2 / 100:.2g} cm² at {place} {why}: scan again"
         out.append(Judgement(Verdict.INVALID, reason))
     return out
+
+
+def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
+    """Area of a bump with the hole, filled in, that hides the rest of it: smaller than a pocket, it is none.
+
+    The excess of what is known of it is bounded as that of every bump (tolerances.weigh).
+    """
+    holes = [
+        hole.area
+        for hole in found.unseen.holes
+        if hole.filled and (np.abs(bump.centroid_mm - hole.centre) < _reach(hole) + _NEAR_MM).all()
+    ]
+    return bump.area_mm2 + max(holes, default=0.5 * recipe.segmentation.area_tol_mm2)  # smaller ones are not listed
 
 
 def _doubt(

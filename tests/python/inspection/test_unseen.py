@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import debulk
+import laid_ply
 from debulk import Verdict, pocket, scenes
 from debulk.inspection import unseen
 from debulk.inspection.evaluation import evaluate
@@ -196,3 +197,22 @@ def test_what_the_mask_hides_is_listed_and_no_reason_against_the_layup(flat_and_
     assert hole.of == "mask" and hole.at_best is None
     assert report.verdict is plain.inspect(layup.scan).verdict is Verdict.CEASE
     assert any(entry.why == "the mask hides it" for entry in report.left_out)
+
+
+@pytest.mark.parametrize(
+    ("wide_mm", "high_mm", "verdict"),
+    [(22, 2.5, Verdict.CEASE), (14, 4.0, Verdict.INVALID), (24, 6.0, Verdict.INVALID)],
+)
+def test_a_bump_half_lost_counts_where_it_and_its_hole_could_be_a_pocket_or_crease(
+    wide_mm: float, high_mm: float, verdict: Verdict
+) -> None:
+    """Of a small bump a ring round its top is lost, as where it shines: it is filled in from what stands beside it."""
+    scan = laid_ply.scan(laid_ply.bell(150, 80, wide_mm, high_mm))
+    pose, inspector = laid_ply.layup().mold_from_scanner, laid_ply.inspector()
+    x, y = np.moveaxis(scan.astype(np.float64) @ pose[:3, :3].T + pose[:3, 3], -1, 0)[:2]
+    away = np.hypot(x - 150, y - 80)
+    scan[(away > 2.5) & (away < (9 if wide_mm == 24 else 6.5))] = np.nan
+    (bump,) = inspector.find(scan).dropped
+    assert bump.measured_share < 0.8 and not bump.touches_unknown
+    report = inspector.inspect(scan)
+    assert report.verdict is verdict, report.reason
