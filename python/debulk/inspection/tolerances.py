@@ -246,7 +246,7 @@ def _looked_at_again(
         again.pockets[index] = replace(
             again.pockets[index], measured_share=dropped.measured_share, touches_unknown=dropped.touches_unknown
         )
-        one = FoundPocket(0, again, pocket.feet_with(lower, again, 1, stop), index, found.unseen)
+        one = FoundPocket(0, again, pocket.feet_with(lower, again, 1, stop), index, found.unseen, masked=found.masked)
         if one.foot.closed:
             break
     return one
