@@ -59,8 +59,6 @@ def judged(
     names, half = hole_names(hole.holes), HalfSeen(holes=hole.holes, rim_share=hole.rim_share)
     if any(one.of == "reference" for one in hole.holes):
         return _refused(seen, half, f"{names} borders on it, and the mold under it is not known: complete the reference")
-    if hole.rim_share > MOST_OF_RIM:
-        return _refused(seen, half, _too_much(names, hole.rim_share))
     evaluations: dict[str, list[Evaluation]] = {}
     for way, heights in _ways(hole, ply, stop):
         if way == _SPANNED and any(_verdict(done) is not Verdict.CREASE for done in evaluations.values()):
@@ -70,9 +68,10 @@ def judged(
             return _refused(seen, half, f"{names} borders on it, and hides where it ends: scan again")
         if way == _FILLED:
             share = max(rim_share(piece.foot.outline_mm, hole.unknown, hole.heights) for piece in pieces)
-            half = replace(half, rim_share=max(half.rim_share, share))
+            half = replace(half, rim_share=share)
             if share > MOST_OF_RIM:
-                return _refused(seen, half, _too_much(names, share))
+                why = f"{100 * share:.0f} % of its perimeter, more than {100 * MOST_OF_RIM:.0f} %"
+                return _refused(seen, half, f"{names} borders on it and hides {why}: scan again")
         evaluations[way] = [evaluate(piece) for piece in pieces]
     ways = tuple(_way(name, done) for name, done in evaluations.items())
     return _of_all(seen, replace(half, ways=ways), evaluations, ply)
@@ -150,7 +149,7 @@ def _of_all(
     elif together is Verdict.CEASE and area_mm2 > tol_mm2:
         why = f"{names} borders on it and may hide more than its rim shows: scan again; {told}"
         judgement = Judgement(Verdict.UNDECIDED, why)
-    elif together is Verdict.UNDECIDED:
+    elif len({way.verdict for way in half.ways}) > 1:
         judgement = Judgement(together, f"{names} borders on it and decides: scan again; {told}")
     else:
         judgement = Judgement(together, f"{names} borders on it; {told}")
@@ -168,10 +167,6 @@ def _of_all(
     )
     left_out = tuple(entry for done in evaluations.values() for one in done for entry in one.left_out)
     return replace(filled, report=report, left_out=tuple(dict.fromkeys(left_out)), late=late)
-
-
-def _too_much(names: str, share: float) -> str:
-    return f"{names} borders on {100 * share:.0f} % of its perimeter, more than {100 * MOST_OF_RIM:.0f} %: scan again"
 
 
 def _refused(seen: PocketReport, half: HalfSeen, why: str) -> Evaluation:

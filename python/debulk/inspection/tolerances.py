@@ -158,7 +158,8 @@ def _weigh(
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
         if not one.foot.closed:
-            return Bump(dropped, "its foot is not known all round")
+            open_foot = "its foot is not known all round"
+            return Bump(dropped, open_foot, found=_judged(one, dropped, open_foot) if dropped.touches_unknown else None)
         try:
             laid = lay_net(one, ply, stop)
         except _core.InputError as error:

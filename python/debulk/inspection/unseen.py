@@ -46,16 +46,21 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
     )
 
 
-def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> list[Judgement]:
+def doubts(
+    found: Found, pockets: Sequence[PocketReport], recipe: Recipe, judged_bumps: Sequence[pocket.Dropped] = ()
+) -> list[Judgement]:
     """Judge what was not seen: nothing better than its verdicts can be said of the layup.
 
     A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
-    whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket.
+    whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket, unless it is one of
+    `judged_bumps`, which are judged as pockets with the holes beside them.
     """
-    judged = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
-    out = [doubt for doubt in judged if doubt is not None]
+    of_holes = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
+    out = [doubt for doubt in of_holes if doubt is not None]
     for bump in found.dropped:
         share = bump.measured_share
+        if any(bump is one for one in judged_bumps):
+            continue
         if not bump.touches_unknown and share >= recipe.verdict.min_pocket_coverage:
             continue
         why = "borders on what was not seen" if bump.touches_unknown else f"was seen to {100 * share:.0f} % only"

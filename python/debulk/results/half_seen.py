@@ -66,7 +66,7 @@ class HalfSeen:
     holes
         That border on it, largest first.
     rim_share
-        Share of its perimeter along them.
+        Share of its perimeter in them, with the pocket filled in; of what was seen of it where it was not.
     ways
         What becomes of it, one for each way in which the ply was laid there; empty: it was not judged.
     """
@@ -92,7 +92,7 @@ def hole_names(holes: Sequence[HoleBeside]) -> str:
 
 def half_seen_line(seen: HalfSeen) -> str:
     """Say what borders on a pocket, and what becomes of it in each way."""
-    line = f"borders on {hole_names(seen.holes)} along {100 * seen.rim_share:.0f} % of its perimeter"
+    line = f"borders on {hole_names(seen.holes)}, with {100 * seen.rim_share:.0f} % of its perimeter in it"
     told = []
     for way in seen.ways:
         ridge = ""
