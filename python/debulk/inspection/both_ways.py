@@ -18,15 +18,17 @@ from debulk.grid import Grid
 from debulk.inspection.evaluated import Evaluation
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.hole_beside import Beside, rim_share
+from debulk.inspection.laid_pocket import criteria
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.recipe import options
-from debulk.results.half_seen import MOST_OF_RIM, HalfSeen, Way, hole_names, verdict_of_ways
+from debulk.results.half_seen import MOST_OF_RIM, HalfSeen, Way, at_best, hole_names
 from debulk.results.report import PocketReport
 from debulk.verdict import Judgement, Verdict
 
 __all__ = ["judged"]
 
 Heights = NDArray[np.float32]
+Flags = NDArray[np.bool_]
 Evaluate = Callable[[FoundPocket], Evaluation]
 
 _FILLED, _ON_MOLD, _SPANNED = "filled in", "on the mold", "spanned"
@@ -60,13 +62,18 @@ def judged(
     if any(one.of == "reference" for one in hole.holes):
         return _refused(seen, half, f"{names} borders on it, and the mold under it is not known: complete the reference")
     evaluations: dict[str, list[Evaluation]] = {}
+    own = hole.pocket | hole.unknown
     for way, heights in _ways(hole, ply, stop):
         if way == _SPANNED and any(_verdict(done) is not Verdict.CREASE for done in evaluations.values()):
             break
-        pieces = [] if heights is None else list(_pieces(found, hole, heights, ply, stop))
+        pieces = [] if heights is None else list(_pieces(found, own, hole, heights, ply, stop))
         if not pieces or not all(piece.foot.closed for piece in pieces):
             return _refused(seen, half, f"{names} borders on it, and hides where it ends: scan again")
         if way == _FILLED:
+            stands = np.isin(pieces[0].segmentation.labels.values, [piece.pocket.id for piece in pieces])
+            own |= stands  # what is one pocket with the hole filled in is judged as one where the hole parts it, too
+            measured = 1 - np.count_nonzero(stands & hole.unknown) / np.count_nonzero(stands)
+            seen = replace(seen, measured_share=min(seen.measured_share, measured))
             share = max(rim_share(piece.foot.outline_mm, hole.unknown, hole.heights) for piece in pieces)
             half = replace(half, rim_share=share)
             if share > MOST_OF_RIM:
@@ -89,9 +96,9 @@ def _ways(hole: Beside, ply: PlyOnMold, stop: _core.Stop) -> Iterator[tuple[str,
 
 
 def _pieces(
-    found: FoundPocket, hole: Beside, heights: Heights, ply: PlyOnMold, stop: _core.Stop
+    found: FoundPocket, own: Flags, hole: Beside, heights: Heights, ply: PlyOnMold, stop: _core.Stop
 ) -> Iterator[FoundPocket]:
-    """What stands up in the window where the pocket or the hole is: one pocket, or several that the hole parts.
+    """What stands up where the pocket or the hole is: one pocket, or several that the hole parts.
 
     Where that falls below the tolerances, what is left of it is looked for without them.
     """
@@ -100,22 +107,13 @@ def _pieces(
     window = Grid(heights, hole.heights.origin_mm, hole.heights.spacing_mm)
     for _ in range(2):
         again = pocket.segment_with(wanted, window, 1, stop)
-        of_it = {int(label) for label in np.unique(again.labels.values[hole.pocket | hole.unknown])} - {0}
+        of_it = {int(label) for label in np.unique(again.labels.values[own])} - {0}
         if of_it:
             feet = pocket.feet_with(lower, again, 1, stop)
             for label in sorted(of_it):
-                yield _piece(found, again, feet, label, hole)
+                yield replace(found, segmentation=again, feet=feet, index=label - 1, net=None)
             return
         wanted.area_tol_mm2, wanted.peak_tol_mm = 0.0, 0.0
-
-
-def _piece(
-    found: FoundPocket, again: pocket.Segmentation, feet: pocket.Feet, label: int, hole: Beside
-) -> FoundPocket:
-    cells = again.labels.values == label
-    share = 1 - np.count_nonzero(cells & hole.unknown) / np.count_nonzero(cells)
-    again.pockets[label - 1] = replace(again.pockets[label - 1], measured_share=share)
-    return replace(found, segmentation=again, feet=feet, index=label - 1, net=None)
 
 
 def _verdict(evaluations: list[Evaluation]) -> Verdict:
@@ -139,20 +137,23 @@ def _of_all(
 ) -> Evaluation:
     """Put the verdicts of all ways together, never better than the hole allows."""
     filled = _worst(evaluations[_FILLED])
-    names, together = hole_names(half.holes), verdict_of_ways(half.ways)
+    names, limits = hole_names(half.holes), ply.recipe.verdict
+    best = at_best(half, ply.recipe.segmentation.area_tol_mm2)
     told = "; ".join(f"{way.holes}: {way.reason}" for way in half.ways)
     late = ", ".join(dict.fromkeys(one.late for done in evaluations.values() for one in done if one.late))
-    area_mm2, tol_mm2 = sum(one.area_mm2 for one in half.holes), ply.recipe.segmentation.area_tol_mm2
     if late:
         cut = next(one for done in evaluations.values() for one in done if one.late)
-        judgement = Judgement(max(Verdict.UNDECIDED, together), cut.report.reason)
-    elif together is Verdict.CEASE and area_mm2 > tol_mm2:
-        why = f"{names} borders on it and may hide more than its rim shows: scan again; {told}"
-        judgement = Judgement(Verdict.UNDECIDED, why)
+        judgement = Judgement(max(Verdict.UNDECIDED, best), cut.report.reason)
+    elif best is not Verdict.CREASE and seen.measured_share < limits.min_pocket_coverage:
+        # The same pocket may crease for all that was seen of it, however little that is.
+        judgement = verdict.judge(certified=False, coverage=seen.measured_share, criteria=criteria(ply.recipe))
+        judgement = Judgement(judgement.verdict, f"{judgement.reason}: {names} borders on it, scan again; {told}")
     elif len({way.verdict for way in half.ways}) > 1:
-        judgement = Judgement(together, f"{names} borders on it and decides: scan again; {told}")
+        judgement = Judgement(best, f"{names} borders on it and decides: scan again; {told}")
+    elif best is not half.ways[0].verdict:
+        judgement = Judgement(best, f"{names} borders on it and may hide more than its rim shows: scan again; {told}")
     else:
-        judgement = Judgement(together, f"{names} borders on it; {told}")
+        judgement = Judgement(best, f"{names} borders on it; {told}")
     report = replace(
         filled.report,
         verdict=judgement.verdict,
@@ -163,6 +164,7 @@ def _of_all(
         area_mm2=seen.area_mm2,
         peak_mm=seen.peak_mm,
         volume_mm3=seen.volume_mm3,
+        measured_share=seen.measured_share,
         runtime_ms=sum(one.report.runtime_ms for done in evaluations.values() for one in done),
     )
     left_out = tuple(entry for done in evaluations.values() for one in done for entry in one.left_out)

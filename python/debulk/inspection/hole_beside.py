@@ -61,8 +61,7 @@ def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
         return None
     heights, labels = found.segmentation.heights, found.feet.labels.values
     missing = np.isnan(heights.values) | found.segmentation._core.bridged.view(np.bool_)
-    foot = labels == found.foot.label
-    rows, columns, unknown = _reached(missing, foot, heights, ply)
+    rows, columns, unknown = _reached(missing, labels, found.foot.label, heights, ply)
     if not unknown.any():
         return None
     window = Grid(
@@ -97,25 +96,33 @@ def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
     return float(lengths[near[j, i]].sum()) / total if total > 0 else 0.0
 
 
-def _reached(missing: Flags, foot: Flags, heights: Grid, ply: PlyOnMold) -> tuple[slice, slice, Flags]:
-    """Rows and columns that hold the foot, the holes that border on it, and a margin; and these holes' cells."""
-    ny, nx = missing.shape
+def _reached(
+    missing: Flags, feet: NDArray[np.int32], label: int, heights: Grid, ply: PlyOnMold
+) -> tuple[slice, slice, Flags]:
+    """Rows and columns that hold a foot, the holes that border on it, and a margin; and these holes' cells.
+
+    Other feet beside these holes are in them too: filled in, they may be one.
+    """
     margin, steps = (math.ceil(way_mm / heights.spacing_mm) for way_mm in (_MARGIN_MM, _FARTHEST_MM))
-    rows, columns = _around(foot, 0, 0, margin, (ny, nx))
+    rows, columns = _around(feet == label, margin)
     while True:
-        start = foot[rows, columns]
-        unknown = _flood(_on_ply(missing[rows, columns], heights, rows, columns, ply), start, steps)
-        wider = _around(unknown | start, rows.start, columns.start, margin, (ny, nx))
+        of_it = feet[rows, columns] == label
+        unknown = _flood(_on_ply(missing[rows, columns], heights, rows, columns, ply), of_it, steps)
+        cells = unknown | of_it
+        beside = np.unique(feet[rows, columns][_dilated(unknown)])
+        whole = np.isin(feet, beside[beside > 0])
+        whole[rows, columns] |= cells
+        wider = _around(whole, margin)
         if wider == (rows, columns):
             return rows, columns, unknown
         rows, columns = wider
 
 
-def _around(cells: Flags, row: int, column: int, margin: int, shape: tuple[int, int]) -> tuple[slice, slice]:
-    """Rows and columns round the cells of a part that begins at a row and a column."""
+def _around(cells: Flags, margin: int) -> tuple[slice, slice]:
+    """Rows and columns that hold all cells with a margin."""
     out = []
-    for axis, (start, size) in enumerate(zip((row, column), shape, strict=True)):
-        at = start + np.flatnonzero(cells.any(axis=1 - axis))
+    for axis, size in enumerate(cells.shape):
+        at = np.flatnonzero(cells.any(axis=1 - axis))
         out.append(slice(max(0, int(at[0]) - margin), min(size, int(at[-1]) + margin + 1)))
     return out[0], out[1]
 

@@ -158,8 +158,9 @@ def _weigh(
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
         if not one.foot.closed:
-            open_foot = "its foot is not known all round"
-            return Bump(dropped, open_foot, found=_judged(one, dropped, open_foot) if dropped.touches_unknown else None)
+            why = "its foot is not known all round"
+            listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
+            return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
         try:
             laid = lay_net(one, ply, stop)
         except _core.InputError as error:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from debulk.verdict import Verdict
 
-__all__ = ["MOST_OF_RIM", "HalfSeen", "HoleBeside", "Way", "half_seen_line", "hole_names", "verdict_of_ways"]
+__all__ = ["MOST_OF_RIM", "HalfSeen", "HoleBeside", "Way", "at_best", "half_seen_line", "hole_names"]
 
 MOST_OF_RIM = 0.25
 """Share of a pocket's perimeter above which it is not judged at all: too much of its shape would be invented."""
@@ -76,12 +76,18 @@ class HalfSeen:
     ways: tuple[Way, ...] = ()
 
 
-def verdict_of_ways(ways: Sequence[Way]) -> Verdict:
-    """Return what all ways agree on, UNDECIDED where they do not, INVALID where one cannot be judged."""
-    verdicts = {way.verdict for way in ways}
-    if Verdict.INVALID in verdicts or not verdicts:
+def at_best(half: HalfSeen, area_tol_mm2: float) -> Verdict:
+    """Return the best that can be said of such a pocket.
+
+    What all ways agree on, but CEASE only beside holes that are together no larger than the tolerance on area; UNDECIDED
+    where they do not agree, INVALID where one cannot be judged, or too much of the perimeter was not seen.
+    """
+    verdicts = {way.verdict for way in half.ways}
+    if Verdict.INVALID in verdicts or not verdicts or half.rim_share > MOST_OF_RIM:
         return Verdict.INVALID
-    return verdicts.pop() if len(verdicts) == 1 else Verdict.UNDECIDED
+    if len(verdicts) > 1 or (verdicts == {Verdict.CEASE} and sum(one.area_mm2 for one in half.holes) > area_tol_mm2):
+        return Verdict.UNDECIDED
+    return verdicts.pop()
 
 
 def hole_names(holes: Sequence[HoleBeside]) -> str:
