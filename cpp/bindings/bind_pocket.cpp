@@ -182,7 +182,8 @@ void bind_pocket(py::module_ m) {
       .def_property_readonly("bridged",
                              [](const Segmentation& s) {
                                Grid<std::uint8_t> mask = s.heights.like<std::uint8_t>();
-                               for (const Run& run : s.bridged) std::fill(&mask.at(run.begin, run.row), &mask.at(run.begin, run.row) + (run.end - run.begin), 1);
+                               for (const Run& run : s.bridged)
+                                 std::fill(&mask.at(run.begin, run.row), &mask.at(run.begin, run.row) + (run.end - run.begin), 1);
                                return grid_values(std::move(mask));
                              })
       .def_property_readonly("origin", [](const Segmentation& s) { return row(s.heights.origin); })

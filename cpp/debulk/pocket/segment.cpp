@@ -185,7 +185,7 @@ bool Segmenter::bridge_components(const Components& components, bool all_of_them
     auto value = bridged_[r].begin();
     if (value == bridged_[r].end()) continue;
     any = true;
-    if (all_of_them) out_.bridged.insert(out_.bridged.end(), components.begin(r), components.end(r));
+    out_.bridged.insert(out_.bridged.end(), components.begin(r), components.end(r));
     for (const Run* run = components.begin(r); run != components.end(r); ++run)
       for (int i = run->begin; i < run->end; ++i) out_.heights.at(i, run->row) = static_cast<float>(*value++);
   }

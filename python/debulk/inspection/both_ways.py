@@ -1,8 +1,8 @@
 """A pocket that borders on what was not seen, judged with the ply laid there in each way that it may lie.
 
-No scan tells how the ply lies in a hole. Where the pocket comes to the same verdict however it lies, that verdict holds:
-with the hole filled in, as the surface that stands round it goes on; with the ply on the mold in it; and, before it is
-said to crease, with the hole spanned by no more ply than it takes, so that all excess is what was seen.
+No scan tells how the ply lies in a hole. Where the pocket comes to the same verdict however it lies, that verdict
+holds: with the hole filled in, as the surface that stands round it goes on; with the ply on the mold in it; and, before
+it is said to crease, with the hole spanned by no more ply than it takes, so that all excess is what was seen.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ Flags = NDArray[np.bool_]
 Evaluate = Callable[[FoundPocket], Evaluation]
 
 _FILLED, _ON_MOLD, _SPANNED = "filled in", "on the mold", "spanned"
-# Weights of first against second differences: next to none bends a plate that goes on with the rim's slopes, a large one
-# stretches a membrane.
+# Weights of first against second differences: next to none bends a plate that goes on with the rim's slopes, a large
+# one stretches a membrane.
 _PLATE, _MEMBRANE = 1e-4, 1e4
 
 
@@ -60,7 +60,9 @@ def judged(
     """
     names, half = hole_names(hole.holes), HalfSeen(holes=hole.holes, rim_share=hole.rim_share)
     if any(one.of == "reference" for one in hole.holes):
-        return _refused(seen, half, f"{names} borders on it, and the mold under it is not known: complete the reference")
+        return _refused(
+            seen, half, f"{names} borders on it, and the mold under it is not known: complete the reference"
+        )
     evaluations: dict[str, list[Evaluation]] = {}
     own = hole.pocket | hole.unknown
     for way, heights in _ways(hole, ply, stop):
@@ -98,7 +100,7 @@ def _ways(hole: Beside, ply: PlyOnMold, stop: _core.Stop) -> Iterator[tuple[str,
 def _pieces(
     found: FoundPocket, own: Flags, hole: Beside, heights: Heights, ply: PlyOnMold, stop: _core.Stop
 ) -> Iterator[FoundPocket]:
-    """What stands up where the pocket or the hole is: one pocket, or several that the hole parts.
+    """Find what stands up where the pocket or the hole is: one pocket, or several that the hole parts.
 
     Where that falls below the tolerances, what is left of it is looked for without them.
     """
@@ -132,9 +134,7 @@ def _way(name: str, evaluations: list[Evaluation]) -> Way:
     return Way(holes=name, verdict=worst.verdict, reason=worst.reason, ridge_range_mm=ridge_mm)
 
 
-def _of_all(
-    seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Evaluation]], ply: PlyOnMold
-) -> Evaluation:
+def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Evaluation]], ply: PlyOnMold) -> Evaluation:
     """Put the verdicts of all ways together, never better than the hole allows."""
     filled = _worst(evaluations[_FILLED])
     names, limits = hole_names(half.holes), ply.recipe.verdict

@@ -9,17 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import pocket
+from debulk import _core, pocket
 from debulk.grid import Grid
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
 
-__all__ = ["Beside", "beside", "listed_hole", "rim_share"]
+__all__ = ["BRIDGE_MM", "Beside", "beside", "listed_hole", "rim_share"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+# A drop-out no thicker than this, with something high at its rim, is bridged by the segmentation.
+BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 _MARGIN_MM = 60.0  # of the window, round foot and holes: what a net, its patch and the windows of the smoothing need
 _FARTHEST_MM = 120.0  # from the foot: of a hole that goes on beyond, the pocket's rim is not known, and stays open
 _NEAR_CELLS = 2  # a contour runs along the pixels of what is unknown, up to so far from their middles
@@ -53,14 +55,19 @@ class Beside:
 def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
     """Find what was not seen beside a pocket; None: nothing, or nothing that is listed and a closed foot all the same.
 
-    A hole is what the scan, the reference or the mask leaves unknown on the ply after the rule for small holes, also
-    where the segmentation bridged it because a pocket surrounds it.
+    A hole is what the scan, the reference or the mask leaves unknown on the ply after the rules for small holes and for
+    drop-outs, also where the segmentation bridged it because a pocket surrounds it.
     """
     listed = [(hole, hidden) for hole, hidden in zip(found.unseen.holes, found.hidden, strict=True) if not hole.filled]
-    if found.foot.closed and not listed:
+    thick = [one for one in listed if one[0].thickness > BRIDGE_MM]
+    if found.foot.closed and not thick:
         return None
     heights, labels = found.segmentation.heights, found.feet.labels.values
-    missing = np.isnan(heights.values) | found.segmentation._core.bridged.view(np.bool_)
+    missing = np.isnan(heights.values)
+    bridged = found.segmentation._core.bridged.view(np.bool_)
+    for hole, _ in thick:
+        part = _cells(hole.box, heights)
+        missing[part] |= bridged[part]
     rows, columns, unknown = _reached(missing, labels, found.foot.label, heights, ply)
     if not unknown.any():
         return None
@@ -70,7 +77,7 @@ def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
         heights.spacing_mm,
     )
     holes = tuple(_holes(unknown, window, listed))
-    if found.foot.closed and not {listed_hole(*one) for one in listed} & set(holes):
+    if found.foot.closed and not {listed_hole(*one) for one in thick} & set(holes):
         return None
     own = found.segmentation.labels.values[rows, columns] == found.pocket.id
     return Beside(window, unknown, own, holes, rim_share(found.foot.outline_mm, unknown, window))
@@ -127,12 +134,19 @@ def _around(cells: Flags, margin: int) -> tuple[slice, slice]:
     return out[0], out[1]
 
 
+def _cells(box_mm: Floats, heights: Grid) -> tuple[slice, slice]:
+    """Rows and columns of a box, as far as they are in the map."""
+    ny, nx = heights.values.shape
+    (i0, j0), (i1, j1) = np.rint((box_mm - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
+    return slice(max(0, j0), max(0, min(ny, j1 + 1))), slice(max(0, i0), max(0, min(nx, i1 + 1)))
+
+
 def _on_ply(missing: Flags, heights: Grid, rows: slice, columns: slice, ply: PlyOnMold) -> Flags:
     on = missing.copy()
     if ply.outline is None or not on.any():
         return on
     cells = np.argwhere(missing)
-    xy = heights.origin_mm + heights.spacing_mm * (cells + [rows.start, columns.start])[:, ::-1]
+    xy = heights.origin_mm + heights.spacing_mm * (cells[:, ::-1] + [columns.start, rows.start])
     on[missing] = pocket.inside(ply.outline, xy)
     return on
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk import _core, pocket
+from debulk import pocket
 from debulk.inspection.found import Found, FoundPocket
-from debulk.inspection.hole_beside import listed_hole
+from debulk.inspection.hole_beside import BRIDGE_MM, listed_hole
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
 from debulk.verdict import Judgement, Verdict
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 __all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "standing_mm", "worst"]
 
 _NEAR_MM = 10.0  # of a foot, whose smoothed heights reach a little past what was seen
-# A drop-out no thicker than this, with something high at its rim, is bridged by the segmentation.
-_BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 
 
 def standing_mm(recipe: Recipe) -> float:
@@ -85,15 +83,15 @@ def _doubt(
             return Judgement(Verdict.UNDECIDED, f"{name} borders on pocket {one.id}: scan again")
         if hidden:  # no other scan would show it
             return Judgement(Verdict.UNDECIDED, f"{name}, whose rim stands {hole.rim_height:.1f} mm high")
-        if hole.thickness > _BRIDGE_MM or not _bridged(hole, found, recipe):
+        if hole.thickness > BRIDGE_MM or not _bridged(hole, found, recipe):
             return Judgement(Verdict.INVALID, rises)
-    elif hole.thickness > _BRIDGE_MM and not hidden:
+    elif hole.thickness > BRIDGE_MM and not hidden:
         return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
     return None
 
 
 def _judged_with(hole: pocket.UnseenHole, pockets: Sequence[PocketReport]) -> PocketReport | None:
-    """Return a pocket that was judged with the ply laid in this hole in each way; the pocket's verdict is not better."""
+    """Return a pocket that was judged with the ply laid in this hole in each way; that verdict holds."""
     for one in pockets:
         half = one.half_seen
         if half is not None and half.ways and any(of_it.centre_mm == _pair(hole.centre) for of_it in half.holes):

@@ -1,4 +1,4 @@
-"""A pocket that borders on what was not seen, judged as if it were filled in and as if the ply lay on the mold there."""
+"""A pocket that borders on what was not seen, judged with it filled in and with the ply on the mold there."""
 
 from __future__ import annotations
 
@@ -79,8 +79,8 @@ class HalfSeen:
 def at_best(half: HalfSeen, area_tol_mm2: float) -> Verdict:
     """Return the best that can be said of such a pocket.
 
-    What all ways agree on, but CEASE only beside holes that are together no larger than the tolerance on area; UNDECIDED
-    where they do not agree, INVALID where one cannot be judged, or too much of the perimeter was not seen.
+    What all ways agree on, but CEASE only beside holes that are together no larger than the tolerance on area;
+    UNDECIDED where they do not agree, INVALID where one cannot be judged, or too much of the perimeter was not seen.
     """
     verdicts = {way.verdict for way in half.ways}
     if Verdict.INVALID in verdicts or not verdicts or half.rim_share > MOST_OF_RIM:

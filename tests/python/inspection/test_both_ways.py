@@ -8,12 +8,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import laid_ply
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import debulk
+import laid_ply
 from debulk import InputError, Verdict, scenes
 from debulk.results.half_seen import MOST_OF_RIM
 
