@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,7 @@ Flags = NDArray[np.bool_]
 BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 _MARGIN_MM = 60.0  # of the window, round foot and holes: what a net, its patch and the windows of the smoothing need
 _FARTHEST_MM = 120.0  # from the foot: of a hole that goes on beyond, the pocket's rim is not known, and stays open
+_NEAR_MM = 10.0  # a hole is listed by a coarser map
 _NEAR_CELLS = 2  # a contour runs along the pixels of what is unknown, up to so far from their middles
 
 
@@ -59,16 +60,11 @@ def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
     drop-outs, also where the segmentation bridged it because a pocket surrounds it.
     """
     listed = [(hole, hidden) for hole, hidden in zip(found.unseen.holes, found.hidden, strict=True) if not hole.filled]
-    thick = [one for one in listed if one[0].thickness > BRIDGE_MM]
+    heights, own = found.segmentation.heights, _box(found.foot.outline_mm)
+    thick = [one for one in listed if one[0].thickness > BRIDGE_MM and _meet(one[0].box, own, _NEAR_MM)]
     if found.foot.closed and not thick:
         return None
-    heights, labels = found.segmentation.heights, found.feet.labels.values
-    missing = np.isnan(heights.values)
-    bridged = found.segmentation._core.bridged.view(np.bool_)
-    for hole, _ in thick:
-        part = _cells(hole.box, heights)
-        missing[part] |= bridged[part]
-    rows, columns, unknown = _reached(missing, labels, found.foot.label, heights, ply)
+    rows, columns, unknown = _reached(found, own, [hole.box for hole, _ in thick], ply)
     if not unknown.any():
         return None
     window = Grid(
@@ -79,8 +75,8 @@ def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
     holes = tuple(_holes(unknown, window, listed))
     if found.foot.closed and not {listed_hole(*one) for one in thick} & set(holes):
         return None
-    own = found.segmentation.labels.values[rows, columns] == found.pocket.id
-    return Beside(window, unknown, own, holes, rim_share(found.foot.outline_mm, unknown, window))
+    pocket_cells = found.segmentation.labels.values[rows, columns] == found.pocket.id
+    return Beside(window, unknown, pocket_cells, holes, rim_share(found.foot.outline_mm, unknown, window))
 
 
 def listed_hole(hole: pocket.UnseenHole, hidden: bool) -> HoleBeside:
@@ -104,41 +100,63 @@ def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
 
 
 def _reached(
-    missing: Flags, feet: NDArray[np.int32], label: int, heights: Grid, ply: PlyOnMold
+    found: FoundPocket, own_mm: Floats, thick_mm: Sequence[Floats], ply: PlyOnMold
 ) -> tuple[slice, slice, Flags]:
     """Rows and columns that hold a foot, the holes that border on it, and a margin; and these holes' cells.
 
     Other feet beside these holes are in them too: filled in, they may be one.
     """
-    margin, steps = (math.ceil(way_mm / heights.spacing_mm) for way_mm in (_MARGIN_MM, _FARTHEST_MM))
-    rows, columns = _around(feet == label, margin)
+    heights, feet = found.segmentation.heights, found.feet.labels.values
+    steps = math.ceil(_FARTHEST_MM / heights.spacing_mm)
+    rows, columns = _cells(own_mm, heights, _MARGIN_MM)
     while True:
-        of_it = feet[rows, columns] == label
-        unknown = _flood(_on_ply(missing[rows, columns], heights, rows, columns, ply), of_it, steps)
-        cells = unknown | of_it
-        beside = np.unique(feet[rows, columns][_dilated(unknown)])
-        whole = np.isin(feet, beside[beside > 0])
-        whole[rows, columns] |= cells
-        wider = _around(whole, margin)
+        missing = np.isnan(heights.values[rows, columns])
+        if thick_mm:
+            missing |= _within(thick_mm, heights, rows, columns) & _bridged(found, rows, columns)
+        labels = feet[rows, columns]
+        unknown = _flood(_on_ply(missing, heights, rows, columns, ply), labels == found.foot.label, steps)
+        beside = set(np.unique(labels[_dilated(unknown)]).tolist())
+        boxes = [own_mm, *(_box(foot.outline_mm) for foot in found.feet.feet if foot.label in beside)]
+        if unknown.any():
+            cells = np.argwhere(unknown)[:, ::-1] + [columns.start, rows.start]
+            boxes.append(_box(heights.origin_mm + heights.spacing_mm * cells))
+        wider = _cells(_box(np.concatenate(boxes)), heights, _MARGIN_MM)
         if wider == (rows, columns):
             return rows, columns, unknown
         rows, columns = wider
 
 
-def _around(cells: Flags, margin: int) -> tuple[slice, slice]:
-    """Rows and columns that hold all cells with a margin."""
-    out = []
-    for axis, size in enumerate(cells.shape):
-        at = np.flatnonzero(cells.any(axis=1 - axis))
-        out.append(slice(max(0, int(at[0]) - margin), min(size, int(at[-1]) + margin + 1)))
-    return out[0], out[1]
+def _bridged(found: FoundPocket, rows: slice, columns: slice) -> Flags:
+    bridged: Flags = found.segmentation._core.bridged.view(np.bool_)
+    return bridged[rows, columns]
 
 
-def _cells(box_mm: Floats, heights: Grid) -> tuple[slice, slice]:
-    """Rows and columns of a box, as far as they are in the map."""
+def _within(boxes_mm: Sequence[Floats], heights: Grid, rows: slice, columns: slice) -> Flags:
+    """Cells of a part of the map that lie in one of the boxes."""
+    x, y = (
+        heights.origin_mm[axis] + heights.spacing_mm * np.arange(part.start, part.stop)
+        for axis, part in enumerate((columns, rows))
+    )
+    out = np.zeros((len(y), len(x)), dtype=np.bool_)
+    for (left, low), (right, high) in boxes_mm:
+        out |= ((y >= low) & (y <= high))[:, None] & (x >= left) & (x <= right)
+    return out
+
+
+def _box(xy_mm: Floats) -> Floats:
+    return np.stack([xy_mm.min(axis=0), xy_mm.max(axis=0)])
+
+
+def _meet(one_mm: Floats, other_mm: Floats, near_mm: float) -> bool:
+    return bool((one_mm[0] <= other_mm[1] + near_mm).all() and (other_mm[0] <= one_mm[1] + near_mm).all())
+
+
+def _cells(box_mm: Floats, heights: Grid, margin_mm: float) -> tuple[slice, slice]:
+    """Rows and columns of a box with a margin, as far as they are in the map."""
     ny, nx = heights.values.shape
-    (i0, j0), (i1, j1) = np.rint((box_mm - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
-    return slice(max(0, j0), max(0, min(ny, j1 + 1))), slice(max(0, i0), max(0, min(nx, i1 + 1)))
+    wide_mm = box_mm + np.array([[-margin_mm], [margin_mm]])
+    (i0, j0), (i1, j1) = np.rint((wide_mm - heights.origin_mm) / heights.spacing_mm).astype(int).tolist()
+    return slice(max(0, j0), min(ny, j1 + 1)), slice(max(0, i0), min(nx, i1 + 1))
 
 
 def _on_ply(missing: Flags, heights: Grid, rows: slice, columns: slice, ply: PlyOnMold) -> Flags:
