@@ -6,15 +6,13 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
+from first_family import held_excess_mm
 
 from debulk import InputError, inspect, scenes
 from debulk.recipe import Recipe
 from debulk.scenes.varied import Given, Mistake, given_right
-from debulk.scenes.varied.fibres import excess
 from debulk.scenes.varied.polygons import inside
-from debulk.scenes.varied.regions import label_regions
 
 MARGIN_MM = 0.1
 """A true ridge this far above the limit must not pass: the excess alone decides, whatever the net makes of it."""
@@ -63,23 +61,11 @@ def truly(case: Case, layup: Any) -> list[Standing]:
     truth = layup.truth
     if case.family == "varied":
         return [Standing(p.centre_mm, p.ridge_mm, "+".join(p.kinds)) for p in (*truth.pockets, *truth.decoys)]
-
-    def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return truth.ply_height_above_mold(np.stack([x, y], axis=-1))
-
-    def mold(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return truth.mold_height(np.stack([x, y], axis=-1))
-
-    # Of its outline of a thousand corners some forty are enough: it moves by 0.3 mm.
-    outline = cv2.approxPolyDP(layup.ply_outline.astype(np.float32)[:, None], 0.3, True)[:, 0].astype(float)
-    feet = label_regions(height, outline, truth.thickness_mm + 3e-3, 2.0)
-    found = []
-    for bump in (*truth.pockets, *truth.decoys):
-        label = int(feet.at(*(np.array(v) for v in bump.centre_mm)))
-        box = feet.box(label)
-        long = excess(height, mold, outline, truth.thickness_mm, (0.0, 90.0), feet, label, box)
-        found.append(Standing(bump.centre_mm, 0.5 * long.held_mm + 0.43 * truth.thickness_mm, bump.kind))
-    return found
+    bumps = (*truth.pockets, *truth.decoys)
+    return [
+        Standing(bump.centre_mm, 0.5 * held_mm + 0.43 * truth.thickness_mm, bump.kind)
+        for bump, held_mm in zip(bumps, held_excess_mm(layup), strict=True)
+    ]
 
 
 @dataclass
