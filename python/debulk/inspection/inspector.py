@@ -310,7 +310,7 @@ class Inspector:
         try:
             with self._running.holding(stop):
                 points = owned(debulked_scan, "debulked_scan", stop)
-                hide(points, self.mask, "debulked_scan")
+                hide(points, self.mask, "debulked_scan", stop)
                 placing = placing_of(report, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
                 _, sample = placing.look(points, stop)  # of the copy, before it is moved into the mold's frame
                 image = self.prepared.image
