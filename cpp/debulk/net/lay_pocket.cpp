@@ -71,6 +71,14 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   // Geodesics would stray on the step at which the paper's patch is glued to the mold.
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
   PocketNet out = fibre_net(surface, reference, shape, net, stop);
+  if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
+    shape.centre = deepest_point(patch.outline);
+    try {
+      PocketNet again = fibre_net(surface, reference, shape, net, stop);
+      if (again.open_ends.size() < out.open_ends.size()) out = std::move(again);
+    } catch (const InputError&) {  // none can be laid from there: the one at hand is what there is
+    }
+  }
   out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);
   if (!options.finer_too || !out.held_all_round()) return out;
   net.spacing = out.net.spacing / 2;

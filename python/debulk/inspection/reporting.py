@@ -41,7 +41,11 @@ def report(
     pockets = tuple(evaluation.report for evaluation in evaluations)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
-    judged = unseen.worst(judged, [*unseen.doubts(found, pockets, ply.recipe), *tolerances.doubts(bumps)])
+    taken = [bump.dropped for bump in bumps if bump.found is not None]  # the last of the pockets
+    halves = [p.half_seen for p in pockets[len(pockets) - len(taken) :]]
+    judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
+    unknown = unseen.doubts(found, pockets, ply.recipe, judged_bumps)
+    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps)])
     judged = unseen.worst(judged, wrinkles.doubts(standing, ply.recipe))
     if ply.outline is None and judged.verdict is Verdict.INVALID:
         judged = replace(judged, reason=f"{judged.reason}; {_NO_OUTLINE}")

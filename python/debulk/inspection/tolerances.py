@@ -73,8 +73,8 @@ class _Place:
         The height at which it is cut out.
     whole, feet
         The piece of the scan.
-    unseen
-        What the scan does not show.
+    unseen, masked
+        What the scan does not show, and what of it the mask hides.
     """
 
     dropped: Dropped
@@ -82,6 +82,7 @@ class _Place:
     whole: Segmentation
     feet: Feet
     unseen: Unseen
+    masked: tuple[bool, ...]
 
     def cell(self, heights: Grid) -> tuple[int, int]:
         """Return the column and the row of its middle on a grid."""
@@ -96,13 +97,15 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     section 8). At the ply's edge, where fibres can slip, the bound is not reached.
     """
     cut_mm = ply.recipe.segmentation.cut_height_mm
-    places = [_Place(d, cut_mm, whole, feet, found.unseen) for whole, feet in found.parts for d in whole.dropped]
+    places = [
+        _Place(d, cut_mm, whole, feet, found.unseen, found.masked) for whole, feet in found.parts for d in whole.dropped
+    ]
 
     def hills(part: tuple[Segmentation, Feet]) -> list[_Place] | None:
         whole, feet = part
         try:
             lower = _hills(whole, feet, _without_tolerances(ply), stop) if feet.hill_mm < cut_mm else ()
-            return [_Place(hill, feet.hill_mm, whole, feet, found.unseen) for hill in lower]
+            return [_Place(hill, feet.hill_mm, whole, feet, found.unseen, found.masked) for hill in lower]
         except _core.Stopped:
             return None
 
@@ -184,7 +187,9 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
         if not one.foot.closed:
-            return Bump(dropped, "its foot is not known all round")
+            why = "its foot is not known all round"
+            listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
+            return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
         try:
             laid = lay_net(one, ply, stop)
         except _core.InputError as error:
@@ -265,7 +270,8 @@ def _looked_at_again(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> FoundPo
         again.pockets[index] = replace(
             again.pockets[index], measured_share=dropped.measured_share, touches_unknown=dropped.touches_unknown
         )
-        one = FoundPocket(0, again, pocket.feet_with(lower, again, 1, stop), index, place.unseen)
+        its_feet = pocket.feet_with(lower, again, 1, stop)
+        one = FoundPocket(0, again, its_feet, index, place.unseen, masked=place.masked)
         if one.foot.closed:
             break
     return one

@@ -91,7 +91,7 @@ def test_no_hole_over_a_creasing_pocket_makes_it_pass(
         scan = with_hole(layup, at, half, rng.uniform(0, np.pi), bar=rng.random() < 0.4)
         said.append(verdict_round(inspector, scan, outline, size))
     assert Verdict.CEASE not in said, said
-    assert Verdict.INVALID in said
+    assert Verdict.CREASE in said  # what was seen of them is enough
 
 
 @pytest.fixture(scope="module")
@@ -170,11 +170,11 @@ def test_the_reason_of_a_cut_pocket_names_the_hole(creasing: tuple[Any, debulk.I
     outline = max(outlines, key=pocket.polygon_area)
     at = outline[0]  # across its rim
     report = inspector.inspect(with_hole(layup, at, np.array([30.0, 20.0])))
-    assert report.verdict is Verdict.INVALID
-    cut = [p for p in report.pockets if "borders on it" in p.reason]
-    assert [p.verdict for p in cut] == [Verdict.INVALID] * len(cut)
+    assert report.verdict >= Verdict.CREASE
+    cut = [p for p in report.pockets if p.half_seen is not None]
     assert cut
-    assert all("a hole of" in p.reason for p in cut)
+    assert all(p.verdict >= Verdict.CREASE and "a hole of" in p.reason for p in cut)
+    assert all("rim is not closed" not in p.reason for p in report.pockets)
 
 
 def test_what_the_mask_hides_is_listed_and_no_reason_against_the_layup(flat_and_one: Any) -> None:
