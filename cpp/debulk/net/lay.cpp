@@ -136,14 +136,15 @@ const Vector3d* NetLayer::on_path(int i, int j) {
 
 // The node is unknown, and what it needs is not.
 void NetLayer::lay(int i, int j) {
-  if (++laid_ % 64 == 0 && options_.stop.now()) throw Stopped("the laying of a net was stopped");
+  const bool along_fibre = i == 0 || j == 0;  // which takes a hundred times as long
+  if ((along_fibre || ++laid_ % 64 == 0) && options_.stop.now()) throw Stopped("the laying of a net was stopped");
   State& state = states_[lattice_.index(i, j)];
   state = State::none;
   const auto keep = [&](const Vector3d& node) {
     lattice_.nodes[lattice_.index(i, j)] = node;
     state = State::laid;
   };
-  if (i == 0 || j == 0) {
+  if (along_fibre) {
     if (const Vector3d* node = on_path(i, j)) keep(*node);
     return;
   }

@@ -244,12 +244,15 @@ TEST(NetLayer, LaysTheSameNodesInWhateverOrderTheyAreAskedFor) {
   const auto expect_node = [&](int i, int j) {
     const Vector3d* node = few.at(i, j);
     ASSERT_EQ(node != nullptr, all.has(i, j)) << i << " " << j;
-    if (node != nullptr) EXPECT_EQ(*node, all.at(i, j));
+    if (node != nullptr) {
+      EXPECT_EQ(*node, all.at(i, j));
+    }
   };
-  for (const auto& [i, j] : {std::pair{-5, 6}, {7, 3}, {7, -3}, {40, 1}, {0, 0}, {-2, 0}, {1, 1}}) expect_node(i, j);
+  for (const auto& [i, j] : {std::pair{-5, 6}, {7, 3}, {7, -3}, {0, 0}, {-2, 0}, {1, 1}}) expect_node(i, j);
   const Lattice some = few.lattice();
-  EXPECT_EQ(std::array({some.west, some.east, some.south, some.north}), (std::array{-5, 7, -3, 6}));
+  EXPECT_EQ((std::array<int, 4>{some.west, some.east, some.south, some.north}), (std::array<int, 4>{-5, 7, -3, 6}));
   EXPECT_FALSE(some.has(-5, -3));
+  expect_node(40, 1);  // beyond the region
   for (int j = all.north + 1; j >= all.south - 1; --j)
     for (int i = all.west - 1; i <= all.east + 1; ++i) expect_node(i, j);
   EXPECT_EQ(few.lattice().nodes.size(), all.nodes.size());
@@ -267,7 +270,9 @@ TEST(NetLayer, NetsOfOtherSpacingsShareTheRays) {
       for (int i = alone.west; i <= alone.east; ++i) {
         const Vector3d* node = layer.at(i, j);
         ASSERT_EQ(node != nullptr, alone.has(i, j));
-        if (node != nullptr) EXPECT_LT((*node - alone.at(i, j)).norm(), 1e-8);
+        if (node != nullptr) {
+          EXPECT_LT((*node - alone.at(i, j)).norm(), 1e-8);
+        }
       }
     expect_net_on(sphere, whole(layer.lattice()));
   }

@@ -275,7 +275,9 @@ void expect_same_excess(const Segmentation& s, const FootMap& feet, PatchMode mo
         const int a = static_cast<int>(std::lround(u.x())), b = static_cast<int>(std::lround(u.y()));
         const double e = patch.surface.at(i, j) - patch.reference.at(i, j);
         ASSERT_NEAR(e, alone.contains(a, b) ? alone.at(a, b) : 0.0, 1e-12) << id << ": " << i << " " << j;
-        if (alone.contains(a, b) && std::min({a, b, alone.nx - 1 - a, alone.ny - 1 - b}) < 3) ASSERT_EQ(alone.at(a, b), 0.0);
+        if (alone.contains(a, b) && std::min({a, b, alone.nx - 1 - a, alone.ny - 1 - b}) < 3) {
+          ASSERT_EQ(alone.at(a, b), 0.0);
+        }
       }
   }
 }
