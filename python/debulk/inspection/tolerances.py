@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 
 _LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
 _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
+_LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
 _FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
 _MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 
@@ -122,7 +123,7 @@ def bump_name(dropped: Dropped) -> str:
 
 def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
     wanted = options.segment(ply.recipe, ply.outline)
-    wanted.area_tol_mm2 *= _SPECK_SHARE
+    wanted.area_tol_mm2 = min(_SPECK_SHARE * wanted.area_tol_mm2, _LARGEST_SPECK_MM2)
     wanted.peak_tol_mm = 0.0
     return wanted
 

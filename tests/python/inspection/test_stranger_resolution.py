@@ -43,3 +43,14 @@ def test_a_net_that_steps_over_a_small_bump_does_not_bound_it(net):
     report = _inspected(16, 3.6, 1.0, net=net)
     assert report.verdict in (Verdict.UNDECIDED, Verdict.CREASE)
     assert [p.promoted != "" for p in report.pockets] == [True]
+
+
+@pytest.mark.parametrize(("radius_mm", "high_mm"), [(12, 5.0), (14, 6.0), (18, 7.0)])
+def test_an_area_tolerance_however_large_hides_no_bump_that_creases(radius_mm, high_mm):
+    report = _inspected(radius_mm, high_mm, 1.0, segmentation={"area_tol_mm2": 1e5})
+    assert report.verdict is Verdict.CREASE
+
+
+def test_a_cut_above_whole_pockets_is_refused():
+    with pytest.raises(debulk.InputError, match=r"segmentation\.cut_height_mm: expected at most 4 .* got 50"):
+        debulk.Recipe(segmentation={"cut_height_mm": 50.0})
