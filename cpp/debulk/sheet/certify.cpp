@@ -193,6 +193,8 @@ Curvature smallest_curvature(const Sparse& hessian, const Sparse& active, const 
     if (curvature < out.smallest) out = {curvature, inside / size};
     if (out.smallest < Certificate::curvature_limit) return out;
   }
+  // No factor, and no direction to blame for it: not known, which certifies nothing.
+  if (out.smallest == 0) out.smallest = std::numeric_limits<double>::quiet_NaN();
   return out;
 }
 
@@ -214,7 +216,7 @@ Curvature curvature_within_contacts(const Stationarity& at, const Eigen::VectorX
     Sparse active(columns.rows(), next);
     active.setFromTriplets(entries.begin(), entries.end());
     Curvature found = smallest_curvature(hessian, active, stop);
-    if (found.smallest >= Certificate::curvature_limit) return found;
+    if (!(found.smallest < Certificate::curvature_limit)) return found;
     std::vector<int> sinking, rising;
     for (int k = at.lengths(); k < columns.cols(); ++k) {
       if (held[static_cast<std::size_t>(k)]) continue;

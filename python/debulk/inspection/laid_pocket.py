@@ -251,15 +251,4 @@ def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) 
 
 def criteria(recipe: Recipe, criterion: Criterion | None = None) -> verdict.Criteria:
     """Take the limits, and the criterion unless another is named, from the recipe."""
-    limits = recipe.verdict
-    return verdict.Criteria(
-        max_rms_mm=limits.max_rms_mm,
-        max_ridge_height_mm=limits.max_ridge_mm,
-        min_coverage=limits.min_coverage,
-        min_pocket_coverage=limits.min_pocket_coverage,
-        rms_margin_mm=limits.rms_margin_mm,
-        ridge_margin_mm=limits.ridge_margin_mm,
-        compliance_margin_mm=limits.compliance_margin_mm,
-        criterion=criterion or limits.criterion,
-        excess_margin_mm=limits.excess_margin_mm,
-    )
+    return verdict.Criteria.from_core(options.criteria(recipe, criterion))

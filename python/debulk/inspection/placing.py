@@ -190,7 +190,7 @@ class Placing:
         hanging = float(np.count_nonzero(sample.height_mm[on] < -cut)) / count * zones.area_mm2
         blocks = self._blocks(sample, on, outlines)
         if len(blocks.height_mm) < _LEAST_BLOCKS:
-            return Placed(None, self._too_little(sample, blocks.ply_share))
+            return Placed(None, _too_little(blocks.ply_share))
         found = deviation(blocks, thickness, self._least_mm)
         level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
         loose = self._loose_share(found, blocks)
@@ -225,9 +225,9 @@ class Placing:
         share = len(border) / len(off)
         return share if share <= _LOOSE_SHARE else 0.0
 
-    def _too_little(self, sample: Sample, share: float) -> str:
-        return (
-            f"the level of the ply cannot be told: between the pockets only {100 * share:.1f} % of it was seen by scan "
-            "and reference; check that the outline, the scan and the reference are of the same part, in mm, with their "
-            "pose"
-        )
+
+def _too_little(share: float) -> str:
+    return (
+        f"the level of the ply cannot be told: between the pockets only {100 * share:.1f} % of it was seen by scan and "
+        "reference; check that the outline, the scan and the reference are of the same part, in mm, with their pose"
+    )

@@ -35,7 +35,7 @@ def known_names(model: type[BaseModel], prefix: str = "") -> list[str]:
     return names
 
 
-def wrong_values(model: type[BaseModel], error: ValidationError, values: Mapping[str, Any]) -> list[Wrong]:
+def wrong_values(model: type[BaseModel], error: ValidationError) -> list[Wrong]:
     """Translate pydantic's errors: dotted name, what was expected, what came."""
     names = known_names(model)
     wrong: dict[str, Wrong] = {}

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "debulk/core/error.hpp"
+#include "message.hpp"
 #include "surfaces.hpp"
 
 namespace debulk {
@@ -285,16 +285,6 @@ TEST(LayNet, NumbersRowByRowAlongTheShorterSide) {
   }
   const Net skewed = whole(lay_net(plane, {0, 0}, {0, 65 * kDegree}, 1.0, strip));
   for (const double shear : shear_angles(skewed)) EXPECT_NEAR(shear, 25 * kDegree, 1e-9);
-}
-
-template <class Call>
-std::string message(const Call& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(LayNet, NamesBadInput) {
