@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
-from debulk.inspection import excess
+from debulk.inspection import excess, narrow
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.pocket import Dropped, Feet, Segmentation, Unseen
-from debulk.recipe import Recipe, options
+from debulk.recipe import Net, Recipe, options
 from debulk.results.report import LeftOut
 from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
@@ -27,8 +27,8 @@ __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
 Floats = NDArray[np.float64]
 
 _LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
-_FILTER_CELLS = 5  # over which single spikes are removed, and with them the tops of what is hardly wider
 _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
+_LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
 _FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
 _MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 
@@ -159,7 +159,7 @@ def bump_name(dropped: Dropped) -> str:
 
 def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
     wanted = options.segment(ply.recipe, ply.outline)
-    wanted.area_tol_mm2 *= _SPECK_SHARE
+    wanted.area_tol_mm2 = min(_SPECK_SHARE * wanted.area_tol_mm2, _LARGEST_SPECK_MM2)
     wanted.peak_tol_mm = 0.0
     return wanted
 
@@ -181,7 +181,7 @@ def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions,
 
 
 def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
-    dropped = place.dropped
+    dropped, bounding = place.dropped, _resolving(ply)
     try:
         one = _looked_at_again(place, ply, stop)
         if one is None:
@@ -191,13 +191,13 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
             listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
             return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
         try:
-            laid = lay_net(one, ply, stop)
+            laid = lay_net(one, bounding, stop)
         except _core.InputError as error:
             why = f"no net could be laid to bound its excess: {error}"
             return Bump(dropped, why, found=_judged(one, dropped, why))
     except _core.Stopped:
         return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
-    one = replace(one, net=laid)
+    one = replace(one, net=laid if bounding is ply else None)
     excess_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
     limits = criteria(ply.recipe)
@@ -205,10 +205,10 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm)
     over_ridge = ridge_mm >= least_mm
-    true_mm = excess.ridge_of(excess_mm * _lost(one), ply.recipe)
+    true_mm = narrow.true_ridge_mm(one, excess_mm, ply.recipe)
     if true_mm >= least_mm:
-        narrow = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
-        one = replace(one, doubt=f"{figures}, but {narrow}")
+        lowered = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
+        one = replace(one, doubt=f"{figures}, but {lowered}")
         figures, over_ridge = one.doubt, True
     # The excess rule knows no RMS; of the few nodes of a bump that would exceed its limit at a third of the ridge's.
     over_rms = ply.recipe.verdict.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
@@ -219,20 +219,14 @@ def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
     return replace(one, promoted=f"below the tolerance on {dropped.reason}, but {why}")
 
 
-def _lost(one: FoundPocket) -> float:
-    """Estimate by what factor the filters have lowered the excess of a bump as wide as its foot.
-
-    Measured on bumps 1.6 to 4 mm high, heights 1 mm apart: 4.1, 1.5, 1.8, 1.3, 1.1 and 1.05 at 10, 12, 14, 16, 20 and
-    24 mm; this has 4.1, 2.5, 1.8, 1.5, 1.2 and 1.1.
-    """
-    area, perimeter = one.foot.area_mm2, _perimeter_mm(one.foot.outline_mm)
-    # Of a disc its diameter, of a strip its width.
-    wide_mm = 2 * area / perimeter * (1 + 4 * math.pi * area / perimeter**2)
-    return 1 + 33 * (_FILTER_CELLS * one.segmentation.heights.spacing_mm / wide_mm) ** 4
-
-
-def _perimeter_mm(outline: Floats) -> float:
-    return float(np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1).sum())
+def _resolving(ply: PlyOnMold) -> PlyOnMold:
+    """Return the ply with a net that resolves a bump, where the recipe's may step over it."""
+    wanted = ply.recipe.net
+    if wanted.spacing_mm is None and wanted.node_target >= Net().node_target:
+        return ply
+    nodes = max(wanted.node_target, Net().node_target)
+    recipe = ply.recipe.model_copy(update={"net": {"spacing_mm": None, "node_target": nodes}})
+    return replace(ply, recipe=recipe)
 
 
 def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, float]:
@@ -266,7 +260,7 @@ def _looked_at_again(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> FoundPo
         lower.noise_mm = feet.noise_mm  # of the whole scan: a window is too small to tell
         # Over the window of a pocket a bump 10 mm wide would lose half of its excess.
         bump = again.pockets[index]
-        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / _perimeter_mm(bump.outline_mm))
+        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / narrow.perimeter_mm(bump.outline_mm))
         again.pockets[index] = replace(
             again.pockets[index], measured_share=dropped.measured_share, touches_unknown=dropped.touches_unknown
         )
