@@ -74,7 +74,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
   PocketNet out = fibre_net(surface, reference, shape, net, stop);
   if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
-    shape.centre = deepest_point(patch.outline);
+    shape.centre = deepest_point(outline);
     try {
       PocketNet again = fibre_net(surface, reference, shape, net, stop);
       if (again.open_ends.size() < out.open_ends.size()) out = std::move(again);
