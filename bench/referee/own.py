@@ -2,7 +2,8 @@
 
 Spacing 1 mm, more for large pockets, never above 1.5 mm (the lattice pins folds between 1.5 and 3.5 mm). Loads and
 friction are those of the net's own areas, the recipe's default. Rows whose column `loads` says "P dx^2 a node" are from
-before that default: there every node had a whole cell, and every free node's friction the mean way to the ply's edge.
+before that default: there every node had a whole cell, and every free node's friction the mean way to the ply's edge;
+at the edge, where that matters, they stand as a variant.
 Every start is perturbed: from the laid net itself a smooth, symmetric pocket keeps its symmetry, and ends with
 four equal folds of higher energy. A row a solve goes to own.csv; only certified ones count.
 """
@@ -26,6 +27,7 @@ from debulk.recipe import Recipe
 NODES = 1700  # at most so many, while the spacing is below 1.5 mm
 SPACINGS_MM = (1.0, 1.25, 1.5)
 DEADLINE_S = 600.0
+MEAN_WAY = "mean way"  # variant of the rows at the edge from before
 COLUMNS = [
     "pocket", "spacing_mm", "start", "variant", "nodes", "status", "certified", "compliant", "kkt_error",
     "length_error", "energy_mj", *(f.name for f in fields(Fold)), "fibre_excess_mm", "iterations", "cpu_s", "loads",

@@ -125,8 +125,8 @@ def spread(pockets: list[Pocket]) -> list[Pocket]:
 def layup_pockets() -> Iterator[Pocket]:
     """Those of layups.txt, from seed 300 on.
 
-    They were taken in order, at most eight of a row of the layups' table far from the limit, and at most fourteen of each
-    fifth of the limit's excess near it, so that none crowds in.
+    They were taken in order, at most eight of a row of the layups' table far from the limit, and at most fourteen of
+    each fifth of the limit's excess near it, so that none crowds in.
     """
     names = (HERE / "layups.txt").read_text(encoding="utf-8").split()
     for seed, wanted in groupby(names, key=lambda name: int(name[1:4])):
