@@ -2,14 +2,18 @@
 
 A net's free nodes stand for the ply between them and its edge; a way of ply that holds each of them has to be chosen.
 Solved with five choices, each pocket of the table that the edge cuts shows how far its outcome hangs on that choice.
-Rows go to edge.csv, the ranges to edge.txt.
+With --laid names, MuJoCo runs of these pockets, in which the ply around them is laid out and each of its nodes rubs on
+the mold, have nothing to choose. Rows go to edge.csv, the ranges to edge.txt.
 """
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from textwrap import fill
 
+import mujoco_ply
+import mujoco_runs
 import numpy as np
 import own
 from figures import settled
@@ -22,6 +26,7 @@ from debulk.pocket import distance_to_outline
 from debulk.recipe import Recipe
 
 FIRM_MM = 200.0  # a way that no fibre's force can pull over: as good as pinned
+LAID_MM = 22.0  # of ply laid out round the foot: 17 to 21 mm hold an end force of a fold near the limit
 COLUMNS = ["pocket", "start", "sharing", "spacing_mm", "nodes", "free", "certified", "gathered_mm", "slip_mm", "build"]
 SHARINGS = ("none", "nearest", "mean", "along", "held")
 ABOUT = {
@@ -31,6 +36,7 @@ ABOUT = {
     "along": "each node's way to the edge along the fibre that ends there",
     "held": "no free node slips but those within two spacings of the edge",
 }
+LAID = "laid"
 
 
 def table() -> Table:
@@ -88,17 +94,43 @@ def run(pocket: Pocket, start: int, sharing: str) -> dict[str, object]:
         ways(pocket, laid, sharing),
     )
     found = solve.minimise(ply, starts=start + 1, first_start=start, seed=12, deadline_s=own.DEADLINE_S)
+    return _row(pocket, start, sharing, laid, found.nodes_mm, found.certified)
+
+
+def run_laid(pocket: Pocket, member: int) -> dict[str, object]:
+    """One run of MuJoCo with the ply around the pocket laid out, of a pocket on a flat mold: a row."""
+    out = pocket.outline_mm - pocket.centre_mm
+    laid = net.fibre_net(
+        pocket.surface,
+        pocket.reference,
+        pocket.centre_mm,
+        pocket.angles_deg,
+        mujoco_runs.SPACING_MM,
+        outline_mm=pocket.centre_mm + out * (1 + LAID_MM / np.linalg.norm(out, axis=1, keepdims=True)),
+        ply_outline=pocket.ply_outline_mm,
+        edge_tol_mm=2 * mujoco_runs.SPACING_MM,
+        mold_tol_mm=pocket.mold_tol_mm,
+    )
+    no_lumps = replace(pocket, ply_outline_mm=np.empty((0, 2)))
+    end = mujoco_ply.simulate(no_lumps, laid, member, mujoco_ply.Physics())
+    print(f"{pocket.name} {member} laid: strain {end.strain:.1e}, {end.steps} steps, {end.cpu_s:.0f} s", flush=True)
+    return _row(pocket, member, LAID, laid, end.nodes_mm, end.accepted)
+
+
+def _row(
+    pocket: Pocket, member: int, sharing: str, laid: net.Net, nodes: np.ndarray, certified: bool
+) -> dict[str, object]:
     free = laid.kinds == 2
     return {
         "pocket": pocket.name,
-        "start": start,
+        "start": member,
         "sharing": sharing,
         "spacing_mm": laid.spacing_mm,
-        "nodes": len(laid.nodes_mm),
+        "nodes": len(nodes),
         "free": int(free.sum()),
-        "certified": int(found.certified),
-        "gathered_mm": worst_fold(found.nodes_mm, laid.neighbours, laid.kinds, pocket.reference).gathered_mm,
-        "slip_mm": float(np.linalg.norm((found.nodes_mm - laid.nodes_mm)[free], axis=1).max(initial=0.0)),
+        "certified": int(certified),
+        "gathered_mm": worst_fold(nodes, laid.neighbours, laid.kinds, pocket.reference).gathered_mm,
+        "slip_mm": float(np.linalg.norm((nodes - laid.nodes_mm)[free], axis=1).max(initial=0.0)),
         "build": build(),
     }
 
@@ -135,6 +167,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--starts", type=int, default=2)
     parser.add_argument("--most", type=int, default=16, help="pockets, small ones first")
+    parser.add_argument("--laid", nargs="*", default=[], help="pockets whose ply is laid out to its edge, in MuJoCo")
     options = parser.parse_args()
     pockets = sorted((p for p in all_pockets() if p.at_edge), key=lambda p: p.foot_area_mm2)[: options.most]
     kept = table()
@@ -143,6 +176,9 @@ def main() -> None:
             for sharing in SHARINGS:
                 if not kept.has(pocket.name, start, sharing):
                     kept.add(run(pocket, start, sharing))
+        for pocket in pockets:
+            if pocket.name in options.laid and not kept.has(pocket.name, start, LAID):
+                kept.add(run_laid(pocket, start))
     report = text(pockets)
     (HERE / "edge.txt").write_text(report, encoding="utf-8")
     print(report)
