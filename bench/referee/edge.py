@@ -18,6 +18,7 @@ import numpy as np
 import own
 from figures import settled
 from folds import worst_fold
+from members import span
 from pockets import LIMIT_EXCESS_MM, Pocket, all_pockets
 from tables import HERE, Table, build
 
@@ -139,25 +140,26 @@ def text(pockets: list[Pocket]) -> str:
     """The ranges."""
     rows = [row for row in table().rows() if row["certified"] == "1"]
     lines = [
-        f"  {'pocket':<8} {'free':>4} " + " ".join(f"{s:>13}" for s in SHARINGS) + f" {'sides':>6} {'default net':>13}"
+        f"  {'pocket':<8} " + " ".join(f"{s:>14}" for s in (*SHARINGS, LAID)) + f" {'sides':>6} {'default net':>14}",
     ]
     for pocket in pockets:
         mine = [row for row in rows if row["pocket"] == pocket.name]
         if not mine:
             continue
-        ends = {s: [float(r["gathered_mm"]) for r in mine if r["sharing"] == s] for s in SHARINGS}
-        above = [g > LIMIT_EXCESS_MM for gathered in ends.values() for g in gathered]
-        low, high = settled(pocket, pocket.lay(), Recipe()).ridge_mm
+        ends = {s: [float(r["gathered_mm"]) for r in mine if r["sharing"] == s] for s in (*SHARINGS, LAID)}
+        above = [g > LIMIT_EXCESS_MM for sharing in SHARINGS for g in ends[sharing]]
         lines.append(
-            f"  {pocket.name:<8} {mine[0]['free']:>4} "
-            + " ".join(f"{min(g):.2f} to {max(g):.2f}".rjust(13) if g else " " * 13 for g in ends.values())
-            + f" {'above' if all(above) else 'both' if any(above) else 'below':>6} {f'{low:.2f} to {high:.2f}':>13}"
+            f"  {pocket.name:<8} "
+            + " ".join(f"{span(gathered):>14}" for gathered in ends.values())
+            + f" {'above' if all(above) else 'both' if any(above) else 'below':>6}"
+            + f" {span(list(settled(pocket, pocket.lay(), Recipe()).ridge_mm)):>14}"
         )
     said = "; ".join(f"{name}: {what}" for name, what in ABOUT.items())
     about = (
         f"Gathered by the worst fold of the fine net over its starts, mm; the limit's excess is {LIMIT_EXCESS_MM:.3f} "
-        f"mm. {said}. Sides: of that limit, over all of a row's solves. Default net: range of its ridge over its "
-        "starts, mm; the limit is 0.60 mm. An elastic sheet with E = 360 MPa; no part was tested."
+        f"mm. {said}; {LAID}: MuJoCo with {LAID_MM:.0f} mm of ply laid out round the foot, each of its nodes rubbing "
+        "on the mold, so that nothing is shared out. Sides: of that limit, over a row's fine nets. Default net: range "
+        "of its ridge over its starts, mm; the limit is 0.60 mm. An elastic sheet with E = 360 MPa; no part was tested."
     )
     return "\n".join(["FRICTION AT THE PLY'S EDGE", "", fill(about, 110), "", *lines]) + "\n"
 

@@ -32,14 +32,15 @@ def ensembles(every: list[Truth]) -> list[str]:
         crease = f"{sum(g > LIMIT_EXCESS_MM for g in members)} of {len(members)}"
         lines.append(
             f"  {t.name + (' E' if t.at_edge else ''):<13} {excess:>6.3f} {ridge(excess):>6.3f} {crease:>8} "
-            f"{_range(members):>16} {_range(fine):>16}"
+            f"{span(members):>16} {span(fine):>16}"
         )
     counts = np.array([len(t.gathered["mujoco"]) for t in judged])
     reached = ", ".join(f"{int((counts >= n).sum())} with {n}" for n in range(1, int(counts.max()) + 1))
     return [*lines, f"  Pockets with so many members or more: {reached}"]
 
 
-def _range(values: list[float]) -> str:
+def span(values: list[float]) -> str:
+    """Least to most, or the only one."""
     if not values:
         return ""
     return f"{min(values):.3f}" + (f" to {max(values):.3f}" if len(values) > 1 else "")
