@@ -22,17 +22,23 @@ def ensembles(every: list[Truth]) -> list[str]:
     lines = [
         "",
         f"MuJoCo's members, by the rule's distance from the limit ({LIMIT_EXCESS_MM:.3f} mm of excess): largest excess "
-        "of a held fibre, extrapolated; ridge by it; members that crease, of all; what their worst folds gathered, and "
-        "those of the own nets, mm. E: at the ply's edge.",
-        f"  {'pocket':<13} {'excess':>6} {'ridge':>6} {'crease':>8} {'gathered':>16} {'own nets':>16}",
+        "of a held fibre, extrapolated; ridge by it; members that crease, of all; what their worst folds gathered, what "
+        "the first member's does at half the speed of the ramp, and those of the own nets, mm. E: at the ply's edge.",
+        f"  {'pocket':<13} {'excess':>6} {'ridge':>6} {'crease':>8} {'gathered':>16} {'half speed':>10} "
+        f"{'own nets':>16}",
     ]
+    slow = {
+        r["pocket"]: [float(r["gathered_mm"])]
+        for r in mujoco_runs.table().rows()
+        if r["variant"] == "half speed" and r["accepted"] == "1"
+    }
     for t in judged:
         members, fine = t.gathered["mujoco"], t.gathered.get("own", [])
         excess = extrapolated_excess(t)
         crease = f"{sum(g > LIMIT_EXCESS_MM for g in members)} of {len(members)}"
         lines.append(
             f"  {t.name + (' E' if t.at_edge else ''):<13} {excess:>6.3f} {ridge(excess):>6.3f} {crease:>8} "
-            f"{span(members):>16} {span(fine):>16}"
+            f"{span(members):>16} {span(slow.get(t.name, [])):>10} {span(fine):>16}"
         )
     counts = np.array([len(t.gathered["mujoco"]) for t in judged])
     reached = ", ".join(f"{int((counts >= n).sum())} with {n}" for n in range(1, int(counts.max()) + 1))

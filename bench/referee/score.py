@@ -196,7 +196,7 @@ def picture(every: list[Truth]) -> None:
     top = 1.55
     axes.axvspan(LIMIT_MM - MARGIN_MM, LIMIT_MM + MARGIN_MM, color="0.88", lw=0, label="undecided by the rule")
     axes.fill_between([0, LIMIT_MM - MARGIN_MM], LIMIT_MM, top, color="#f6d5d0", lw=0)
-    axes.text(0.12, top - 0.03, "false CEASE: the rule lets it\npass, a fold stands", va="top", color="#8c2d19")
+    axes.text(0.12, top - 0.03, "false CEASE: the rule lets\nit pass, a fold stands", va="top", color="#8c2d19")
     axes.text(top - 0.02, 0.52, "false CREASE", ha="right", color="0.35")
     axes.plot([0, top], [0, top], color="0.6", lw=0.8)
     axes.axhline(LIMIT_MM, color="0.3", lw=0.8)
