@@ -22,8 +22,8 @@ def ensembles(every: list[Truth]) -> list[str]:
     lines = [
         "",
         f"MuJoCo's members, by the rule's distance from the limit ({LIMIT_EXCESS_MM:.3f} mm of excess): largest excess "
-        "of a held fibre, extrapolated; ridge by it; members that crease, of all; what their worst folds gathered, what "
-        "the first member's does at half the speed of the ramp, and those of the own nets, mm. E: at the ply's edge.",
+        "of a held fibre, extrapolated; ridge by it; members that crease, of all; what their worst folds gathered, and "
+        "the first member's at half the speed of the ramp, and those of the own nets, mm. E: at the ply's edge.",
         f"  {'pocket':<13} {'excess':>6} {'ridge':>6} {'crease':>8} {'gathered':>16} {'half speed':>10} "
         f"{'own nets':>16}",
     ]
