@@ -70,6 +70,11 @@ class Comparison(ComparisonData):
     def load(cls, path: str | PathLike[str]) -> Comparison:
         """Read a comparison that :meth:`save` wrote as .json.
 
+        Parameters
+        ----------
+        path
+            Of that file.
+
         Raises
         ------
         InputError

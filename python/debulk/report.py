@@ -117,6 +117,11 @@ class Report(ReportData):
     def load(cls, path: str | PathLike[str]) -> Report:
         """Read a report that :meth:`save` wrote as .json.
 
+        Parameters
+        ----------
+        path
+            Of that file.
+
         Raises
         ------
         InputError

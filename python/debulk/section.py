@@ -317,6 +317,18 @@ def elastic_fold(excess_length_mm: float, recipe: Recipe | None = None) -> Elast
 def elastic_height(excess_length_mm: float, recipe: Recipe | None = None) -> float:
     """Height of `elastic_fold`, mm.
 
+    Parameters
+    ----------
+    excess_length_mm
+        Length of the ply beyond that of the mold, mm. Nothing stands where it is 0 or negative.
+    recipe
+        Thickness, modulus and vacuum. Default: ``Recipe()``.
+
+    Raises
+    ------
+    InputError
+        An excess that is not finite.
+
     Examples
     --------
     >>> round(elastic_height(0.94), 2), round(fold(0.94, 30.0).height_mm, 2)

@@ -207,8 +207,14 @@ def minimise(
     options.solve.tolerance = tolerance
     options.solve.max_iterations = max_iterations
     options.solve.stiffness = stiffness
-    found = sheet._minimiser.run(options, None if start is None else np.asarray(start, dtype=np.float64), stop)
-    return best([_solution(m) for m in found])
+    return minimise_with(options, sheet, None if start is None else np.asarray(start, dtype=np.float64), stop)
+
+
+def minimise_with(
+    options: _core.sheet.MinimiseOptions, sheet: Sheet, start: NDArray[np.float64] | None, stop: _core.Stop
+) -> Solution:
+    """Do the same with compiled options."""
+    return best([_solution(m) for m in sheet._minimiser.run(options, start, stop)])
 
 
 def best(minima: Sequence[Solution]) -> Solution:
@@ -272,6 +278,11 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
     stiffness
         That of the solve; used only where lengths are off by more than 1e-4, when the fibres' tensions must be
         stiffness times strain.
+
+    Raises
+    ------
+    InputError
+        Nodes of another shape than the sheet's, or not finite.
 
     Examples
     --------

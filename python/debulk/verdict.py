@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 
 from debulk import _core
@@ -112,20 +112,20 @@ class Criteria:
         check_fields(self)
         self._compiled().check()
 
+    @classmethod
+    def from_core(cls, compiled: _core.verdict.Criteria) -> Criteria:
+        """Wrap compiled criteria, whose fields have the same names."""
+        values = {entry.name: getattr(compiled, entry.name) for entry in fields(cls)}
+        return cls(**{**values, "criterion": compiled.criterion.name.lower()})
+
     def _compiled(self) -> _core.verdict.Criteria:
         compiled = _core.verdict.Criteria()
         criteria = {c.name.lower(): c for c in _core.verdict.Criterion.__members__.values()}
         if self.criterion not in criteria:
             raise _core.InputError(f"criterion: expected {' or '.join(criteria)}, but got {self.criterion!r}")
-        compiled.criterion = criteria[self.criterion]
-        compiled.excess_margin_mm = self.excess_margin_mm
-        compiled.max_rms_mm = self.max_rms_mm
-        compiled.max_ridge_height_mm = self.max_ridge_height_mm
-        compiled.min_coverage = self.min_coverage
-        compiled.min_pocket_coverage = self.min_pocket_coverage
-        compiled.rms_margin_mm = self.rms_margin_mm
-        compiled.ridge_margin_mm = self.ridge_margin_mm
-        compiled.compliance_margin_mm = self.compliance_margin_mm
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            setattr(compiled, entry.name, criteria[value] if entry.name == "criterion" else value)
         return compiled
 
 
@@ -330,6 +330,16 @@ def excess_bounds(
 @typed
 def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float) -> float:
     """Length that bending stiffness and pressure make between them, (E t³ / 12 P)^(1/3), mm.
+
+    Parameters
+    ----------
+    modulus_mpa, thickness_mm, pressure_mpa
+        Bending modulus E and thickness t of the ply, and the vacuum's pressure P.
+
+    Raises
+    ------
+    InputError
+        A figure that is not positive and finite.
 
     Examples
     --------

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import doctest
 from typing import Any
 
 import numpy as np
@@ -174,12 +173,6 @@ def test_names_a_wrong_height_map() -> None:
             pocket.feet(found, **option)
     with pytest.raises(debulk.InputError, match="below the cut height"):
         pocket.feet(found, mold_tol_mm=1.9)
-
-
-def test_examples_in_the_docstrings() -> None:
-    result = doctest.testmod(pocket)
-    assert result.attempted > 5
-    assert result.failed == 0
 
 
 def test_feet_and_nets_end_when_stopped() -> None:

@@ -8,8 +8,7 @@ namespace debulk {
 
 struct LayPocketOptions {
   PatchMode mode = PatchMode::foot;
-  bool finer_too = false;  // PocketNet::finer
-  FibreNetOptions net;     // its mold_tol follows from the foot contours' and is not used; in mode paper its paths are vertical planes
+  FibreNetOptions net;  // its mold_tol follows from the foot contours' and is not used; in mode paper its paths are vertical planes
 
   void check() const { net.check(); }
 };

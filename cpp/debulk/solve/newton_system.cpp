@@ -5,12 +5,14 @@
 #include <limits>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
+
 namespace debulk {
 namespace {
 
 constexpr double kStiffest = 1e8;  // rho: beyond it, the factorisation loses the digits that W is in
 constexpr double kShiftFirst = 1e-4, kShiftLeast = 1e-12, kShiftMost = 1e12;
-constexpr int kRefinements = 6;
+constexpr int kRefinements = 6, kLanczosSteps = 15;
 
 }  // namespace
 
@@ -131,16 +133,32 @@ Eigen::VectorXd NewtonSystem::jacobian_times(const Eigen::VectorXd& y) const {
   return out;
 }
 
+// Lanczos on the inverse, every vector made orthogonal to all before: after k solves the best that k inverse iterations can be
+// combined to, where the last of them alone may be far off, for the shift can be a hundred times the curvature.
 Eigen::VectorXd NewtonSystem::softest_direction(const Eigen::VectorXd& sigma) {
   shift_ = 0;
   if (!shift_until_positive(w_, sigma)) return Eigen::VectorXd::Zero(n_);
+  const int most = std::min(kLanczosSteps, n_);
+  Eigen::MatrixXd basis(n_, most), projected = Eigen::MatrixXd::Zero(most, most);
   Eigen::VectorXd v(n_);  // a start with every component in it, the same every time
   for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
-  for (int step = 0; step < 15; ++step) {
+  int steps = 0;
+  for (double size = v.norm(); steps < most && size > 0; ++steps) {
+    basis.col(steps) = v / size;
+    v = basis.col(steps);
     factors_.solve(v);
-    v.normalize();
+    const double before = v.norm();
+    const auto known = basis.leftCols(steps + 1);
+    for (int round = 0; round < 2; ++round) {  // twice is enough (Kahan, Parlett)
+      const Eigen::VectorXd along = known.transpose() * v;
+      v -= known * along;
+      projected.col(steps).head(steps + 1) += along;
+    }
+    size = v.norm() > 1e-10 * before ? v.norm() : 0;
   }
-  return v;
+  const Eigen::MatrixXd upper = projected.topLeftCorner(steps, steps);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(upper.transpose());  // reads the lower triangle
+  return (basis.leftCols(steps) * ritz.eigenvectors().col(steps - 1)).normalized();
 }
 
 Eigen::VectorXd NewtonSystem::fitted_multipliers(const Eigen::VectorXd& slope) {

@@ -31,7 +31,8 @@ class NewtonSystem {
   bool convexified() const { return convexified_; }  // the last factor() was not of W + S as they are
   double shift() const { return shift_; }            // d of the last factor()
   double last_shift() const { return last_shift_; }  // the last d that was not 0
-  // The unit vector of least curvature of W + S within the constraints, by inverse iteration. Overwrites the factor.
+  // The unit vector of least curvature of W + S within the constraints, as far as 15 Lanczos steps get: good enough to step off a
+  // saddle; that a point is none is for the certificate to say. Overwrites the factor.
   Eigen::VectorXd softest_direction(const Eigen::VectorXd& sigma);
 
   Eigen::VectorXd jacobian_transposed(const Eigen::VectorXd& lambda) const;  // J^T lambda

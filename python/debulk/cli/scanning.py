@@ -18,7 +18,7 @@ from debulk.cli.loudness import with_loudness
 from debulk.cli.support import Progress, check_writable, outcome, shown_progress
 
 if TYPE_CHECKING:
-    from debulk.scanner import Calibration, Scan
+    from debulk.scanner import Scan
     from debulk.scenes import Layup
 
 _IMAGES = (".png", ".tif", ".tiff", ".bmp", ".pgm")
@@ -88,7 +88,7 @@ def images(
             save_cloud(output, scan.points_mm)
         if picture is not None and instrument.left is not None:
             _write_image(picture, drawn(scan, instrument.left))
-        print(summary(scan, cameras))
+        print(summary(scan))
         for path in filter(None, (output, picture)):
             print(f"written: {path}")
 
@@ -203,7 +203,7 @@ def scanned(layup: Layup, pixels: tuple[int, int], progress: Progress) -> Layup:
     )
 
 
-def summary(scan: Scan, calibration: Calibration) -> str:
+def summary(scan: Scan) -> str:
     """Say in a few lines what was scanned."""
     counts = scan.counts
     known = np.isfinite(scan.uncertainty_mm)

@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import struct
 import zlib
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.files import npy
-from debulk.files.source import Source
+from debulk.files.source import Source, open_source
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by PNG's colour type: grey, colour, palette, each with alpha
@@ -21,6 +25,44 @@ _MAX_PNG_BYTES = 1 << 30
 _STEP_BYTES = 1 << 20
 _PNG_REMEDY = "save it again as a grey 8-bit PNG"
 _NPY_REMEDY = "save it with numpy.save as (H, W) bool"
+
+
+@typed
+def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
+    """Read a mask of the scanner's image, drawn over what is not the ply: clamps, tools.
+
+    Parameters
+    ----------
+    path
+        A .png of 1 to 16 bits, grey, coloured or with a palette, masked where it is not black (transparency is not
+        looked at), or a .npy of (H, W) bool or uint8, masked where it is not zero.
+
+    Returns
+    -------
+    (H, W) bool, true where the image is masked: row and column of an organised cloud's points.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is damaged, or is not what it claims to be; sizes are checked before memory is
+        taken.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "clamps.npy"
+    >>> np.save(path, np.eye(2, 3, dtype=bool))
+    >>> load_mask(path)
+    array([[ True, False, False],
+           [False,  True, False]])
+    """
+    path = Path(path)
+    readers = {".png": read_mask_png, ".npy": read_mask_npy}
+    extension = path.suffix.lower()
+    if extension not in readers:
+        raise InputError(f"{path}: expected a mask ending in {', '.join(readers)}, got {extension or 'no ending'!r}")
+    with open_source(path) as source:
+        return readers[extension](source)
 
 
 def read_mask_npy(source: Source) -> NDArray[np.bool_]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from debulk import _core, ridge, sheet, solve
+from debulk.recipe import options
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -93,17 +94,9 @@ def settle(
     counted: list[tuple[solve.Solution, ridge.PostProcessed]] = []
 
     def minimise(first: int, end: int) -> tuple[solve.Solution, ...]:
-        return solve.minimise(
-            ply,
-            wanted.method,
-            starts=end,
-            seed=wanted.seed,
-            tolerance=wanted.tolerance,
-            max_iterations=wanted.max_iterations,
-            stiffness=wanted.stiffness,
-            first_start=first,
-            stop=stop,
-        ).minima
+        how = options.minimise(recipe)
+        how.first_start, how.starts = first, end
+        return solve.minimise_with(how, ply, None, stop).minima
 
     def take(found: tuple[solve.Solution, ...]) -> None:
         minima.extend(found)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from debulk.recipe.model import (
+from debulk.recipe.model import Recipe
+from debulk.recipe.section import Section
+from debulk.recipe.tables import (
     Clean,
     Level,
     Loads,
     Material,
     Net,
     Patch,
-    Recipe,
     Ridge,
     Run,
-    Section,
     Segmentation,
     Solve,
     VerdictLimits,

@@ -5,369 +5,36 @@ Import it where it is needed, not with the package: pydantic takes a tenth of a 
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, Field, ValidationError
 
-from debulk import _core
 from debulk._core import InputError
-from debulk.arguments import of_type, typed
+from debulk.arguments import typed
 from debulk.recipe.errors import Wrong, impossible, message, wrong_values
+from debulk.recipe.section import Section
+from debulk.recipe.tables import (
+    Clean,
+    Level,
+    Loads,
+    Material,
+    Net,
+    Patch,
+    Ridge,
+    Run,
+    Segmentation,
+    Solve,
+    VerdictLimits,
+)
 
-# The defaults of the compiled rooms' options: each stands once, in C++. What the recipe chooses otherwise stands below.
-_FRONT, _SEGMENT, _FEET = _core.surface.FrontEndOptions(), _core.pocket.SegmentOptions(), _core.pocket.FootOptions()
-_NET, _PLY, _MINIMISE = _core.net.LayPocketOptions(), _core.sheet.PlyMaterial(), _core.sheet.MinimiseOptions()
-_CRITERIA = _core.verdict.Criteria()
+__all__ = ["Recipe"]
 
 Table = Mapping[str, Any]
 _MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is something else
-
-
-class Section(BaseModel):
-    """One table of the recipe: immutable, and closed to unknown names, text for numbers, NaN and infinity."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, revalidate_instances="always"
-    )
-
-    if not TYPE_CHECKING:
-
-        def __init__(self, **values: Any) -> None:
-            """Check all values; ``InputError`` names every wrong one."""
-            try:
-                super().__init__(**values)
-            except ValidationError as error:
-                raise InputError(message(type(self).__name__, wrong_values(type(self), error, values))) from None
-
-        # Tells pydantic that nested sections need not go through this __init__, so that the outermost sees all errors.
-        __init__.__pydantic_base_init__ = True
-
-        @classmethod
-        def model_validate(cls, obj: Any, **_: Any) -> Self:
-            """Make one of a table of values, with this package's own errors."""
-            if isinstance(obj, cls):
-                return obj
-            if not isinstance(obj, Mapping):
-                raise InputError(f"obj: expected a table of settings, but got {of_type(obj)}")
-            return cls(**obj)
-
-        @classmethod
-        def model_validate_json(cls, json_data: str | bytes, **_: Any) -> Self:
-            """Do the same from JSON."""
-            try:
-                values = json.loads(json_data)
-            except (ValueError, TypeError) as error:
-                raise InputError(f"json_data: not JSON: {error}") from None
-            return cls.model_validate(values)
-
-        def __setattr__(self, name: str, value: Any) -> None:
-            raise InputError(f"{name}: a recipe does not change; make another by model_copy(update={{...}})")
-
-        def __delattr__(self, name: str) -> None:
-            self.__setattr__(name, None)
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _plain_numbers(cls, value: Any) -> Any:
-        """NumPy's scalars count as numbers."""
-        return value.item() if hasattr(value, "dtype") and getattr(value, "ndim", None) == 0 else value
-
-    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """Return a copy with other values, checked like new ones.
-
-        Parameters
-        ----------
-        update
-            New values by name. A section takes a section, or a mapping of the values that change in it.
-        deep
-            As pydantic has it; nothing here is mutable.
-
-        Raises
-        ------
-        InputError
-            If a value is wrong.
-
-        Examples
-        --------
-        >>> Recipe().model_copy(update={"material": {"thickness_mm": 0.2}}).material.thickness_mm
-        0.2
-        """
-        if not update:
-            return super().model_copy(deep=deep)
-        if not isinstance(update, Mapping):
-            raise InputError(f"update: expected a table of settings, but got {of_type(update)}")
-        values: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
-        for name, value in update.items():
-            old = values.get(name)
-            values[name] = (
-                {**old.model_dump(), **value} if isinstance(old, BaseModel) and isinstance(value, Mapping) else value
-            )
-        return type(self)(**values)
-
-
-class Material(Section):
-    """The ply: one layer of uncured prepreg."""
-
-    thickness_mm: float = Field(default=_PLY.thickness_mm, gt=0, le=10, description="thickness t of the uncured ply")
-    young_mpa: float = Field(
-        default=_PLY.young_mpa, gt=0, description="modulus E that bends the ply, along both fibres"
-    )
-    shear_mpa: float = Field(default=_PLY.shear_mpa, gt=0, description="in-plane shear modulus G")
-    density_kg_m3: float = Field(default=_PLY.density_kg_m3, gt=0, description="density of the uncured ply")
-    friction: float = Field(
-        default=_PLY.friction, ge=0, le=10, description="friction coefficient of the ply on what lies below it"
-    )
-    bulk_factor: float = Field(
-        default=_core.ridge.RidgeOptions().bulk_factor,
-        ge=1,
-        le=5,
-        description="thickness before over thickness after debulking",
-    )
-
-
-class Loads(Section):
-    """What presses the ply down."""
-
-    pressure_mpa: float = Field(default=_PLY.pressure_mpa, gt=0, le=10, description="vacuum pressure P, along -z")
-    gravity_m_s2: float = Field(default=_PLY.gravity_m_s2, ge=0, le=100, description="acceleration of gravity")
-    lumping: Literal["consistent", "paper"] = Field(
-        default=_PLY.lumping,  # type: ignore[arg-type]
-        description='of what acts on areas; "consistent": by cells of the net, friction out to the edge of the ply; '
-        '"paper": the area inside the perimeter over all nodes, which depends on the spacing',
-    )
-
-
-class Segmentation(Section):
-    """Which regions of the height map count as pockets."""
-
-    cut_height_mm: float = Field(
-        default=_SEGMENT.cut_height_mm, gt=0, description="a pocket is where the ply stands higher than this"
-    )
-    area_tol_mm2: float = Field(default=_SEGMENT.area_tol_mm2, ge=0, description="smaller pockets are dropped")
-    peak_tol_mm: float = Field(
-        default=_SEGMENT.peak_tol_mm, ge=0, description="pockets with a lower peak, above the cut height, are dropped"
-    )
-    regions: bool = Field(
-        default=True,
-        description="process only what stands up in a coarse pass over the scan, where that is sure to find every "
-        "pocket; false: always the whole scan",
-    )
-
-
-class Clean(Section):
-    """How the scan is cleaned and gridded."""
-
-    neighbours: int = Field(
-        default=_FRONT.outliers.neighbours,
-        ge=1,
-        le=64,
-        description="neighbours that decide whether a point is an outlier",
-    )
-    std_ratio: float = Field(
-        default=_FRONT.outliers.std_ratio,
-        ge=0,
-        description="a point goes if its mean distance to them exceeds mean + this many deviations",
-    )
-    least_ratio: float = Field(
-        default=2.0,
-        ge=0,
-        le=100,
-        description="and exceeds this many means, sparing the flanks of pockets in a clean scan; 0: plain pcdenoise",
-    )
-    spike_mm: float = Field(
-        default=0.5,
-        ge=0,
-        description="a cell this far off the median of those two away takes that median; 0: none does",
-    )
-    median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
-    grid_spacing_mm: float | None = Field(
-        default=None,
-        gt=0,
-        le=50,
-        description="spacing of the height map; unset: the median distance of the reference's points, at least 0.5 mm",
-    )
-    max_hole_mm: float = Field(
-        default=_FRONT.hole_diameter_mm, ge=0, description="drop-outs up to this width are filled from their rim"
-    )
-
-
-class Level(Section):
-    """How near to its thickness above the reference the ply must lie between the pockets."""
-
-    tol_mm: float = Field(default=0.1, gt=0, le=10, description="farther off its thickness than this, it lies wrong")
-    largest_share: float = Field(
-        default=0.05, ge=0, le=0.5, description="share of the ply between the pockets that may lie wrong"
-    )
-    largest_pocket_share: float = Field(
-        default=0.3, gt=0, le=1, description="share of the ply that one pocket may cover, down to its foot"
-    )
-    largest_edge_share: float = Field(
-        default=0.2,
-        ge=0,
-        le=1,
-        description="share of the outline along which the scan may show the ply's edge elsewhere",
-    )
-    remove_offset_mm: float = Field(
-        default=0.0, ge=0, le=10, description="a rigid offset of the scan's height up to this is taken out, and shown"
-    )
-
-
-class Patch(Section):
-    """The surface on which the net is laid."""
-
-    mode: Literal["foot", "paper"] = Field(
-        default="foot",
-        description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height',
-    )
-    mold_tol_mm: float = Field(
-        default=_FEET.mold_tol_mm, gt=0, description="nearer to the mold than this, the ply touches it"
-    )
-    smooth_mm: float = Field(
-        default=_FEET.smooth_mm,
-        ge=0,
-        le=100,
-        description="window that smooths the ply before the net, and before pockets are measured: noise is no length",
-    )
-
-
-class Net(Section):
-    """The pin-jointed net that stands for the ply."""
-
-    node_target: int = Field(
-        default=_NET.net.node_target,
-        ge=9,
-        le=5000,
-        description="nodes a pocket; sets the spacing. More lower the RMS: part of the criterion (bench/study)",
-    )
-    spacing_mm: float | None = Field(
-        default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
-    )
-    free_edge_mm: float = Field(
-        default=_NET.net.free_edge_mm, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
-    )
-    paths: Literal["geodesic", "vertical_plane"] = Field(
-        default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
-    )
-
-
-class Solve(Section):
-    """How the minimum of the energy is found."""
-
-    when: Literal["always", "needed"] = Field(
-        default="always", description='"needed": no minimum, and no picture of it, of a pocket that the excess decides'
-    )
-    method: Literal["auto", "interior_point", "ipopt", "nlopt"] = Field(
-        default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
-    )
-    starts: int = Field(
-        default=2,
-        ge=1,
-        le=1000,
-        description="starting points of every pocket: the net as laid, and seeded perturbations of it",
-    )
-    most_starts: int = Field(
-        default=8,
-        ge=1,
-        le=1000,
-        description="the same at most: a pocket gets further ones, one by one, while its verdict may well turn",
-    )
-    close_ridge_mm: float = Field(
-        default=0.2,
-        ge=0,
-        description="it may where a start ends with a ridge or bridge nearer to the limit than this",
-    )
-    close_rms_mm: float = Field(
-        default=0.03,
-        ge=0,
-        description="or with an RMS nearer to it; as good as 6 starts for all, in half the time (bench/study)",
-    )
-    seed: int = Field(default=_MINIMISE.seed, ge=0, lt=2**63, description="seed of the perturbations")
-    tolerance: float = Field(
-        default=_MINIMISE.solve.tolerance,
-        gt=0,
-        le=1e-3,
-        description="of the scaled first-order conditions; slower above 1e-6, pockets fail above 1e-5 (bench/study)",
-    )
-    max_iterations: int = Field(
-        default=_MINIMISE.solve.max_iterations, ge=1, le=1_000_000, description="iterations after which it gives up"
-    )
-    stiffness: float = Field(
-        default=_MINIMISE.solve.stiffness,
-        ge=1e3,
-        le=1e12,
-        description="1/compliance of the fibres, in units of the scaled problem; 1e6 to 1e10 do alike (bench/study)",
-    )
-
-
-class Ridge(Section):
-    """How a ridge's cross-section is read from the net."""
-
-    touch_mm: float | None = Field(
-        default=None, gt=0, le=1, description="a node nearer to the mold than this touches it; unset: thickness / 30"
-    )
-
-
-class VerdictLimits(Section):
-    """The criteria a pocket must meet to pass."""
-
-    criterion: Literal["excess", "paper"] = Field(
-        default=_CRITERIA.criterion.name.lower(),  # type: ignore[arg-type]
-        description='of a pocket inside the ply; "excess": the ridge that its fibres\' excess makes; "paper": RMS and '
-        "ridges of the minima, which decide at the ply's edge in any case",
-    )
-    max_rms_mm: float = Field(
-        default=_CRITERIA.max_rms_mm, gt=0, description="largest RMS of the debulked gaps inside the outline"
-    )
-    max_ridge_mm: float = Field(
-        default=_CRITERIA.max_ridge_height_mm, gt=0, description="largest height of a ridge or a bridge (provisional)"
-    )
-    min_coverage: float = Field(
-        default=_CRITERIA.min_coverage, ge=0, le=1, description="least share of the ply that the scan must show"
-    )
-    min_pocket_coverage: float = Field(
-        default=_CRITERIA.min_pocket_coverage, ge=0, le=1, description="the same of a pocket's own area"
-    )
-    rms_margin_mm: float = Field(
-        default=_CRITERIA.rms_margin_mm,
-        ge=0,
-        description="an RMS nearer to its limit decides nothing: other starts move it about as much (bench/study)",
-    )
-    ridge_margin_mm: float = Field(
-        default=_CRITERIA.ridge_margin_mm, ge=0, description="the same of a ridge or a bridge"
-    )
-    excess_margin_mm: float = Field(
-        default=_CRITERIA.excess_margin_mm,
-        ge=0,
-        description="the same, at least, of the ridge that the excess makes; more where noise or spacing ask for it",
-    )
-    compliance_margin_mm: float = Field(
-        default=_CRITERIA.compliance_margin_mm,
-        ge=0,
-        description="the same of any figure where fibres needed a compliance",
-    )
-
-
-class Run(Section):
-    """How the machine is used."""
-
-    threads: int = Field(
-        default=0, ge=0, le=4096, description="worker threads; 0: one per core. The result does not depend on it"
-    )
-    hash_scan: bool = Field(
-        default=True,
-        description="keep the scan's SHA-256 in the report; takes 0.6 s of one core per GB, beside the inspection",
-    )
-    dump_folder: str | None = Field(
-        default=None,
-        min_length=1,
-        description="folder for the solves that fail or are slow, to be done again by `debulk replay`; unset: none",
-    )
-    slow_ms: float = Field(default=1000.0, gt=0, description="a pocket's solves that take longer are slow")
 
 
 class Recipe(Section):
@@ -427,7 +94,7 @@ class Recipe(Section):
                 super(Section, self).__init__(**values)
                 wrong = impossible(self.model_dump(), set())
             except ValidationError as error:
-                wrong = wrong_values(type(self), error, values)
+                wrong = wrong_values(type(self), error)
                 wrong += self._impossible_rest(values, wrong)
             if wrong:
                 raise InputError(message("recipe", wrong))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,20 @@ from debulk import _core
 if TYPE_CHECKING:
     from debulk.recipe.model import Recipe
 
-__all__ = ["feet", "front_end", "lay_pocket", "outliers", "ply", "regions", "ridge", "section_ply", "segment", "unseen"]
+__all__ = [
+    "criteria",
+    "feet",
+    "front_end",
+    "lay_pocket",
+    "minimise",
+    "outliers",
+    "ply",
+    "regions",
+    "ridge",
+    "section_ply",
+    "segment",
+    "unseen",
+]
 
 
 def outliers(recipe: Recipe) -> _core.cloud.OutlierOptions:
@@ -77,7 +90,7 @@ def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
     """Tell how a pocket's net is laid."""
     options = _core.net.LayPocketOptions()
     options.mode = recipe.patch.mode
-    options.finer_too = True
+    options.net.finer_too = True
     options.net.spacing_mm = recipe.net.spacing_mm
     options.net.node_target = recipe.net.node_target
     options.net.free_edge_mm = recipe.net.free_edge_mm
@@ -99,6 +112,18 @@ def ply(recipe: Recipe) -> _core.sheet.PlyMaterial:
     return options
 
 
+def minimise(recipe: Recipe) -> _core.sheet.MinimiseOptions:
+    """Tell how a minimum is found, from the starts that every pocket gets."""
+    options = _core.sheet.MinimiseOptions()
+    options.method = recipe.solve.method
+    options.starts = recipe.solve.starts
+    options.seed = recipe.solve.seed
+    options.solve.tolerance = recipe.solve.tolerance
+    options.solve.max_iterations = recipe.solve.max_iterations
+    options.solve.stiffness = recipe.solve.stiffness
+    return options
+
+
 def section_ply(recipe: Recipe) -> _core.section.SectionPly:
     """Hand over bending stiffness and pressure of the section model."""
     options = _core.section.SectionPly()
@@ -114,4 +139,19 @@ def ridge(recipe: Recipe) -> _core.ridge.RidgeOptions:
     options.bulk_factor = recipe.material.bulk_factor
     if recipe.ridge.touch_mm is not None:
         options.touch_mm = recipe.ridge.touch_mm
+    return options
+
+
+def criteria(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None) -> _core.verdict.Criteria:
+    """Tell what is accepted, by the recipe's criterion unless another is named."""
+    options = _core.verdict.Criteria()
+    options.criterion = _core.verdict.Criterion.__members__[(criterion or recipe.verdict.criterion).upper()]
+    options.max_rms_mm = recipe.verdict.max_rms_mm
+    options.max_ridge_height_mm = recipe.verdict.max_ridge_mm
+    options.min_coverage = recipe.verdict.min_coverage
+    options.min_pocket_coverage = recipe.verdict.min_pocket_coverage
+    options.rms_margin_mm = recipe.verdict.rms_margin_mm
+    options.ridge_margin_mm = recipe.verdict.ridge_margin_mm
+    options.excess_margin_mm = recipe.verdict.excess_margin_mm
+    options.compliance_margin_mm = recipe.verdict.compliance_margin_mm
     return options

@@ -1,4 +1,4 @@
-"""Which way a pocket's ply has too much length, and where that could leave the ply."""
+"""Across which way a pocket's ply has too much length, and where that could leave the ply."""
 
 from __future__ import annotations
 
@@ -15,42 +15,40 @@ __all__ = ["Smoothing", "smoothing", "smoothing_line"]
 
 
 class Smoothing(NamedTuple):
-    """By how much the ply is too long, along which direction its worst ridge folds, and the nearest edge that way.
+    """By how much a fibre is too long, the way across its decisive ridge, and the nearest edge of the ply that way.
 
-    The direction is -90 (excluded) to 90 degrees from the mold's +x; `edge_mm` is None where no outline is known.
+    Directions are 0 to 180 degrees from the mold's +x; there are two where the ridge is as likely to run along the
+    other diagonal of the fibres. `edge_mm` and `away_mm` are None where no outline is known.
     """
 
     excess_mm: float
-    direction_deg: float
+    directions_deg: tuple[float, ...]
     edge_mm: tuple[float, float] | None
     away_mm: float | None
 
 
 def smoothing(pocket: PocketReport, ply_outline_mm: NDArray[np.float64] | None) -> Smoothing | None:
-    """Read the direction from the section across the worst ridge; None where the report knows of no ridge."""
-    net, nodes, middle = pocket.net, pocket.ridge_nodes, pocket.centroid_mm
-    excess = pocket.excess.length_mm if pocket.excess else pocket.excess_length_mm
-    if net is None or nodes is None or len(nodes) < 2 or middle is None or not excess:
+    """Read the way from the crest that the report shows; None where it shows none."""
+    if not pocket.ridges:
         return None
-    across = net.nodes_mm[nodes[-1], :2] - net.nodes_mm[nodes[0], :2]
-    length = float(np.hypot(*across))
-    if length == 0:
-        return None
-    way = across / length
-    angle = math.degrees(math.atan2(way[1], way[0]))
-    angle -= 180 * math.ceil((angle - 90) / 180)
-    reach = None if ply_outline_mm is None else _nearest_crossing(np.array(middle), way, ply_outline_mm)
-    if reach is None:
-        return Smoothing(excess, angle, None, None)
-    edge = np.array(middle) + reach * way
-    return Smoothing(excess, angle, (float(edge[0]), float(edge[1])), abs(reach))
+    ridge = pocket.ridges[0]
+    middle = np.array(ridge.middle_mm[:2])
+    crests_deg = [angle for angle in (ridge.direction_deg, ridge.mirrored_deg) if angle is not None]
+    across_deg = tuple((angle + 90) % 180 for angle in crests_deg)
+    ways = [np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))]) for angle in across_deg]
+    reaches = [] if ply_outline_mm is None else [(_nearest_crossing(middle, way, ply_outline_mm), way) for way in ways]
+    met = [(reach, way) for reach, way in reaches if reach is not None]
+    if not met:
+        return Smoothing(ridge.excess_mm, across_deg, None, None)
+    reach, way = min(met, key=lambda one: abs(one[0]))
+    x, y = middle + reach * way
+    return Smoothing(ridge.excess_mm, across_deg, (float(x), float(y)), abs(reach))
 
 
 def smoothing_line(found: Smoothing) -> str:
     """Say it in a sentence."""
-    degrees = round(found.direction_deg)
-    line = f"the ply is up to {found.excess_mm:.2f} mm too long, "
-    line += f"and its worst ridge folds along the fibre at {90 if degrees == -90 else degrees}°"
+    directions = " or ".join(f"{round(angle) % 180}°" for angle in found.directions_deg)
+    line = f"fibres are up to {found.excess_mm:.2f} mm too long: push across the worst ridge, at {directions}"
     if found.edge_mm is not None:
         x, y = found.edge_mm
         line += f"; the nearest edge that way is {found.away_mm:.0f} mm off, at ({x:.0f}, {y:.0f}) mm"

@@ -65,9 +65,9 @@ def decode(
     """Decode the fringe images of one camera, one exposure or several.
 
     Grey values follow I_k = offset + modulation cos(phase + 2π k / steps), k = 0, 1, ...: phase = 2π N u for N
-    periods over
-    the projector's field 0 <= u < 1, as `fringe_patterns` makes them. Each pixel takes its brightest exposure that is
-    not saturated in any step, and its fringe order from the beat of the numbers of periods (heterodyne unwrapping).
+    periods over the projector's field 0 <= u < 1, as `fringe_patterns` makes them. Each pixel takes its brightest
+    exposure that is not saturated in any step, and its fringe order from the beat of the numbers of periods (heterodyne
+    unwrapping).
 
     Parameters
     ----------

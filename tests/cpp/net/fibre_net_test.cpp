@@ -9,9 +9,9 @@
 #include <set>
 #include <string>
 
-#include "debulk/core/error.hpp"
 #include "debulk/net/area.hpp"
 #include "debulk/pocket/polygon.hpp"
+#include "message.hpp"
 #include "surfaces.hpp"
 
 namespace debulk {
@@ -274,16 +274,6 @@ TEST(SurfaceArea, IsExactOnPlanesAndConvergesOnASphere) {
   std::reverse(clockwise.begin(), clockwise.end());
   EXPECT_NEAR(surface_area(sphere, clockwise) / cap, 1, 5e-5);
   EXPECT_NEAR(surface_area(plane, rectangle(0, 0, 10, 6), rectangle(-5, -5, 5, 50)) / (30 * std::sqrt(2.5625)), 1, 2e-2);
-}
-
-template <class Call>
-std::string message(const Call& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(FibreNet, NamesBadInput) {

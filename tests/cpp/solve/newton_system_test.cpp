@@ -219,12 +219,11 @@ TEST(NewtonSystem, FitsMultipliersByLeastSquares) {
   }
 }
 
-// On the null space of the equalities, found by a dense factorisation, the direction has nearly the least curvature c0 that there
-// is, as far as 15 inverse iterations get: components of the next one, c1, shrink by (d + c0) / (d + c1) in each.
+// Against the least curvature on the null space of the equalities, both found by dense factorisations.
 TEST(NewtonSystem, FindsTheSoftestDirectionWithinTheConstraints) {
-  int converged = 0;
-  for (unsigned seed = 1; seed <= 40; ++seed) {
-    const int n = 40, m = 12;
+  int saddles = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    const int n = 10 + static_cast<int>(seed % 7) * 15, m = n / 3;
     Banded problem(n, m, 6, seed % 2 == 0 ? -3.0 : -30.0, seed);
     const VectorXd y = 0.3 * problem.random_vector(n), lambda = 0.2 * problem.random_vector(m), bounds = problem.random_bounds();
     NewtonSystem system(problem, Stop());
@@ -234,15 +233,15 @@ TEST(NewtonSystem, FindsTheSoftestDirectionWithinTheConstraints) {
     const VectorXd v = system.softest_direction(bounds);
     const MatrixXd j = problem.dense_jacobian(y), w = problem.dense_hessian(1, lambda) + MatrixXd(bounds.asDiagonal());
     const MatrixXd null_space = Eigen::HouseholderQR<MatrixXd>(j.transpose()).householderQ() * MatrixXd::Identity(n, n).rightCols(n - m);
-    const VectorXd curvatures = Eigen::SelfAdjointEigenSolver<MatrixXd>(null_space.transpose() * w * null_space).eigenvalues();
+    const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(null_space.transpose() * w * null_space).eigenvalues()[0];
     EXPECT_NEAR(v.norm(), 1, 1e-12);
-    EXPECT_LT((j * v).norm(), 1e-5) << seed;
-    EXPECT_GE(v.dot(w * v), curvatures[0] - 1e-3) << seed;
-    if (std::pow((system.shift() + curvatures[0]) / (system.shift() + curvatures[1]), 15) > 1e-3) continue;
-    ++converged;
-    EXPECT_NEAR(v.dot(w * v), curvatures[0], 0.02 * std::abs(curvatures[0])) << seed;
+    EXPECT_LT((j * v).norm(), 1e-4) << seed;
+    EXPECT_GE(v.dot(w * v), least - 1e-3) << seed;
+    if (least > 0) continue;
+    ++saddles;
+    EXPECT_LT(v.dot(w * v), 0.99 * least) << seed;
   }
-  EXPECT_GE(converged, 8);
+  EXPECT_GE(saddles, 40);
 }
 
 // It ends the factorisation that it is at: one that needs no other is had, stop or not.

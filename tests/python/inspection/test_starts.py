@@ -134,14 +134,14 @@ def test_work_is_in_order_done_once_and_left_when_no_more_is_asked_for():
 
 
 def test_softer_fibres_count_only_where_all_are(roof, monkeypatch):
-    real = solve.minimise
+    real = solve.minimise_with
 
     def strained(which):
-        def minimise(*args, first_start=0, **options):
-            found = real(*args, first_start=first_start, **options)
+        def minimise(options, *args):
+            found = real(options, *args)
             softer = [
                 replace(m, certificate=replace(m.certificate, compliant=True), energy_mj=m.energy_mj - 1.0)
-                if which(first_start + k)
+                if which(options.first_start + k)
                 else m
                 for k, m in enumerate(found.minima)
             ]
@@ -149,12 +149,12 @@ def test_softer_fibres_count_only_where_all_are(roof, monkeypatch):
 
         return minimise
 
-    monkeypatch.setattr(solve, "minimise", strained(lambda k: k == 0))
+    monkeypatch.setattr(solve, "minimise_with", strained(lambda k: k == 0))
     settled = settle(roof, [0.99, 0.28, 0.27, 0.27, 0.27, 0.27])
     assert settled.rms_mm == (0.27, 0.28)
     assert not settled.solution.certificate.compliant
     assert len(settled.solution.minima) == 6
-    monkeypatch.setattr(solve, "minimise", strained(lambda k: True))
+    monkeypatch.setattr(solve, "minimise_with", strained(lambda k: True))
     settled = settle(roof, [0.25, 0.26])
     assert settled.rms_mm == (0.25, 0.26)
     assert settled.solution.certificate.compliant

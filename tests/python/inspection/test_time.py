@@ -10,7 +10,7 @@ from debulk import Inspector, Recipe, Verdict, scenes
 from debulk.inspection import evaluation, starts
 from debulk.inspection.cycle import Cycle
 from debulk.inspection.laid_pocket import LaidPocket
-from debulk.solve import minimise
+from debulk.solve import minimise_with
 
 HANG_S = 60  # of this process's own time; each of these scans took minutes once
 
@@ -110,13 +110,13 @@ def test_what_a_deadline_cut_is_undecided_and_nothing_else_changes(layup, close,
             cycle, seen = Cycle(), []
 
             def counted(*args, cycle=cycle, seen=seen, calls=calls, **kwargs):
-                solution = minimise(*args, **kwargs)
+                solution = minimise_with(*args, **kwargs)
                 seen.append(solution)
                 if len(seen) == calls:
                     cycle.stop.set_deadline(0.0)
                 return solution
 
-            monkeypatch.setattr(starts.solve, "minimise", counted)
+            monkeypatch.setattr(starts.solve, "minimise_with", counted)
             late = evaluation.evaluate(one, close.ply, cycle.stop)
             if late.report.verdict is not uncut.verdict or late.report.solve.starts < uncut.solve.starts:
                 assert late.report.verdict is Verdict.UNDECIDED

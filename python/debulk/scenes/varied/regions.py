@@ -87,8 +87,8 @@ def measure(height: Height, outline: Floats, level: float, lattice: Lattice, lab
     # The level's function counts only where this region is near: neighbours in the box are pushed below the level.
     near = cv2.dilate(mine.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     above = np.where(near, values - level, np.minimum(values - level, -1e-9))
-    share, mean_above = _cells(above, step)
-    share_inner, _ = _cells(np.clip(inner, -step, step), step)
+    share, mean_above = _cells(above)
+    share_inner, _ = _cells(np.clip(inner, -step, step))
     area = float((share * share_inner).sum()) * step**2
     volume = level * area + float((mean_above * share_inner).sum()) * step**2
     top = np.unravel_index(np.argmax(np.where(mine, values, -np.inf)), values.shape)
@@ -105,7 +105,7 @@ def measure(height: Height, outline: Floats, level: float, lattice: Lattice, lab
     )
 
 
-def _cells(f: Floats, step: float) -> tuple[Floats, Floats]:
+def _cells(f: Floats) -> tuple[Floats, Floats]:
     """Share of each cell where f > 0, and mean of max(f, 0) over it; each cell in four triangles round its middle."""
     corners = [f[:-1, :-1], f[:-1, 1:], f[1:, 1:], f[1:, :-1]]
     middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3])

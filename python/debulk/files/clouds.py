@@ -1,0 +1,148 @@
+"""Point clouds in and out of files: what a file holds is checked before anybody computes on it."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from functools import partial
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk._core import InputError
+from debulk.arguments import of_type, typed
+from debulk.files import npy, pcd, ply, text
+from debulk.files.kinds import TEXT, check_kind
+from debulk.files.replacing import replacing
+from debulk.files.source import Points, Source, open_source
+from debulk.files.units import Unit, check_size, factor
+
+__all__ = ["load_cloud", "save_cloud"]
+
+log = logging.getLogger("debulk")
+_READERS: dict[str, Callable[[Source, float], Points]] = {
+    ".npy": npy.read_npy, ".npz": npy.read_npz, ".ply": ply.read_ply, ".pcd": pcd.read_pcd,
+    **dict.fromkeys(TEXT, text.read_text),
+}  # fmt: skip
+_WRITERS: dict[str, Callable[[Path, NDArray[np.float32]], None]] = {
+    ".npy": npy.write_npy, ".npz": npy.write_npz, ".ply": ply.write_ply, ".pcd": pcd.write_pcd,
+    **{extension: partial(text.write_text, extension=extension) for extension in TEXT},
+}  # fmt: skip
+_FAR_MM = 1e7  # ten kilometres: no scanner sees so far, so the file or its unit is wrong
+_FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan share a place
+
+
+@typed
+def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float32]:
+    """Read a point cloud.
+
+    Parameters
+    ----------
+    path
+        A .npy, .npz, .ply, .pcd, .xyz, .csv or .txt file. PCD may be binary, compressed or text; PLY binary, of either
+        byte order, or text; both with their fields in any order and more than x, y, z. Arrays are float32 or float64,
+        of either byte order, by rows or by columns; a .npz holds one, or one called points. A line of an .xyz, .csv
+        or .txt is a point, its numbers parted by blanks, commas or semicolons, in the first three columns or in those
+        that a line of names calls x, y, z. Nothing is ever unpickled.
+    unit
+        Unit of the numbers in the file, "mm" or "m".
+
+    Returns
+    -------
+    (H, W, 3) float32 where the file says that the cloud is organised, else (N, 3); mm, NaN = nothing seen.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is cut off, is not what it claims to be, holds infinite or absurdly far points or
+        none at all, or is too small or too large for a scan in this unit: names the file, the byte or the line, and a
+        remedy. Sizes are checked before memory is taken.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "scan.pcd"
+    >>> save_cloud(path, 100 * np.random.default_rng(0).random((2, 5, 3)))
+    >>> load_cloud(path).shape
+    (2, 5, 3)
+    """
+    path = Path(path)
+    mm_per_unit = factor(unit)
+    extension = path.suffix.lower()
+    if extension not in _READERS:
+        raise InputError(f"{path}: expected a file ending in {', '.join(_READERS)}, got {extension or 'no ending'!r}")
+    began = time.perf_counter()
+    with open_source(path) as source:
+        check_kind(source, extension)
+        points = _READERS[extension](source, mm_per_unit)
+        _check_plausible(source, points, unit)
+    log.debug("reading %s: %.1f ms", path, 1e3 * (time.perf_counter() - began))
+    return points.values
+
+
+@typed
+def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
+    """Write a point cloud, in mm, as float32; shape and NaN are kept.
+
+    Parameters
+    ----------
+    path
+        Ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv or .txt. An existing file is
+        replaced only when the new one is complete.
+    points
+        (H, W, 3) or (N, 3), mm. A single row (1, W, 3) comes back from .pcd as (W, 3).
+
+    Raises
+    ------
+    InputError
+        If the ending or the shape is another, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> x, y = np.meshgrid(np.arange(40.0), np.arange(30.0))
+    >>> points = np.dstack([x, y, 0 * x]).astype(np.float32)
+    >>> points[0, 0] = np.nan  # nothing seen
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save_cloud(Path(folder) / "scan.pcd", points)
+    ...     again = load_cloud(Path(folder) / "scan.pcd")
+    >>> bool(np.array_equal(again, points, equal_nan=True))
+    True
+    """
+    path = Path(path)
+    values = np.asarray(points)
+    if path.suffix.lower() not in _WRITERS:
+        raise InputError(f"{path}: expected a file ending in {', '.join(_WRITERS)}")
+    if values.dtype.kind != "f" or values.ndim not in (2, 3) or values.shape[-1] != 3 or values.size == 0:
+        got = f"{values.dtype}, shape {values.shape}" if values.ndim else of_type(points)
+        raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, but got {got}")
+    if values.ndim == 3 and path.suffix.lower() in TEXT:
+        raise InputError(f"{path}: text has no rows of an image; give points.reshape(-1, 3), or another ending")
+    with replacing(path) as temporary:
+        _WRITERS[path.suffix.lower()](temporary, np.ascontiguousarray(values, dtype=np.float32))
+
+
+def _check_plausible(source: Source, points: Points, unit: Unit) -> None:
+    """Refuse points that cannot be a scan, and sizes that suggest another unit."""
+    low, high = np.array(points.low), np.array(points.high)
+    if (low > high).any():
+        source.fail(0, "no point has three numbers: nothing was seen", "check the scanner and its export")
+    if max(high.max(), -low.min()) > _FAR_MM:
+        flat = points.values.reshape(-1)
+        place = int(np.argmax(np.abs(flat) > _FAR_MM))  # NaN is not greater
+        raise InputError(
+            f"{source.path}: point {place // 3}: {'xyz'[place % 3]} = {flat[place]:g} mm, expected at most "
+            f"{_FAR_MM:g}; write NaN where nothing was seen, and check the unit ({unit})"
+        )
+    size_mm = float((high - low).max())
+    if points.values.size > 3 and size_mm == 0:
+        where = ", ".join(f"{value:g}" for value in low)
+        source.fail(0, f"all points seen lie at ({where})", "check the scanner and its export")
+    if points.sampled >= _FEW_POINTS and points.at_origin > points.sampled * _MOST_AT_ORIGIN:
+        share = points.at_origin / points.sampled
+        source.fail(0, f"{share:.1%} of the points lie at (0, 0, 0)", "write NaN where nothing was seen")
+    if points.values.size > 3:
+        check_size(source.path, size_mm, "cloud", unit)

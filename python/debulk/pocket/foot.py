@@ -1,0 +1,154 @@
+"""Where a pocket's ply comes down to the mold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+from debulk.arguments import typed
+from debulk.grid import Grid
+from debulk.pocket.segmentation import Segmentation
+
+__all__ = ["Feet", "Foot", "feet", "feet_from_core", "feet_with"]
+
+Floats = NDArray[np.float64]
+_FEET = _core.pocket.FootOptions()  # each default stands once, in cpp/debulk/pocket
+
+
+@dataclass(frozen=True, eq=False)
+class Foot:
+    """Where a pocket's ply comes down to the mold. Pockets between which it does not come down share one foot.
+
+    Attributes
+    ----------
+    id
+        Of the pocket.
+    label
+        Of its points in `Feet.labels`: the smallest id of the pockets that share it.
+    outline_mm
+        (M, 2) contour height - thickness = mold tolerance, mold XY, counter-clockwise, clipped by the ply.
+    area_mm2
+        XY area inside it.
+    closed
+        Nowhere cut by unknown heights or the grid's border. (The ply's edge is allowed.)
+    touches_ply_edge
+        Runs along the ply's outline.
+    parted
+        Somewhere it parts the pocket from a hill below half the cut, instead of lying on the mold.
+    """
+
+    id: int
+    label: int
+    outline_mm: Floats
+    area_mm2: float
+    closed: bool
+    touches_ply_edge: bool
+    parted: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """The feet of all pockets.
+
+    Attributes
+    ----------
+    feet
+        One a pocket, in the order of their ids.
+    labels
+        (ny, nx) int32: `Foot.label` of the foot to which a point belongs, 0 = none. Read-only.
+    heights
+        (ny, nx) float32: smoothed heights above the reference. Read-only.
+    noise_mm, mold_tol_mm
+        Sigma of the heights before smoothing, and the mold tolerance used (at least three times that).
+    thickness_mm
+        As given.
+    hill_mm
+        Height above which what is no pocket stands up: half the cut, or the cut where feet begin above that.
+    """
+
+    feet: list[Foot]
+    labels: Grid
+    heights: Grid
+    noise_mm: float
+    mold_tol_mm: float
+    thickness_mm: float
+    hill_mm: float
+    _core: Any = field(repr=False)
+
+
+@typed
+def feet(
+    segmentation: Segmentation,
+    *,
+    thickness_mm: float = _FEET.thickness_mm,
+    mold_tol_mm: float = _FEET.mold_tol_mm,
+    smooth_mm: float = _FEET.smooth_mm,
+    noise_mm: float | None = None,
+    threads: int = 0,
+    stop: _core.Stop | None = None,
+) -> Feet:
+    """Foot contours of all pockets; where the ply does not come down between pockets, they share one.
+
+    Parameters
+    ----------
+    segmentation
+        From `segment`.
+    thickness_mm
+        Of the ply: the scan sees its upper side.
+    mold_tol_mm
+        The ply lies on the mold where its lower side is this near; raised to three sigma of the noise.
+    smooth_mm
+        Window of the local quadratic smoothing before; 0: none.
+    noise_mm
+        Sigma of the heights' noise; None: `height_noise`.
+    threads
+        0: as many as the process may use. The result does not depend on it.
+    stop
+        Raised from another thread, it ends the search with a RuntimeError.
+
+    Raises
+    ------
+    InputError
+        A value out of its range; thickness and tolerance together above the cut height.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk.pocket
+    >>> y, x = np.mgrid[-60.0:61.0, -60.0:61.0]
+    >>> bell = 0.3 + 8 * np.cos(np.pi / 2 * np.minimum(np.hypot(x, y) / 40, 1)) ** 2
+    >>> found = debulk.pocket.segment(debulk.Grid(bell.astype("f4"), np.array([-60.0, -60.0]), 1.0))
+    >>> foot = debulk.pocket.feet(found).feet[0]
+    >>> foot.closed, round(float(np.sqrt(foot.area_mm2 / np.pi)))  # 40 · 2/π · acos(√(0.2 / 8)) = 35.95
+    (True, 36)
+    """
+    options = _core.pocket.FootOptions()
+    options.thickness_mm = thickness_mm
+    options.mold_tol_mm = mold_tol_mm
+    options.smooth_mm = smooth_mm
+    options.noise_mm = noise_mm
+    return feet_with(options, segmentation, threads, stop or _core.Stop())
+
+
+def feet_with(options: _core.pocket.FootOptions, segmentation: Segmentation, threads: int, stop: _core.Stop) -> Feet:
+    """Do the same with compiled options."""
+    core = _core.pocket.find_feet(segmentation._core, options, threads, stop)
+    return feet_from_core(segmentation, core, options.thickness_mm)
+
+
+def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -> Feet:
+    """Wrap compiled feet of a segmentation."""
+    found = [
+        Foot(pocket.id, f.label, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
+        for pocket, f in zip(segmentation.pockets, core.feet, strict=True)
+    ]
+    grid = segmentation.labels
+    labels, heights = _like(grid, core.labels), _like(grid, core.heights)
+    return Feet(found, labels, heights, core.noise, core.mold_tol, thickness_mm, core.hill, core)
+
+
+def _like(grid: Grid, values: NDArray[Any]) -> Grid:
+    return Grid(values, grid.origin_mm, grid.spacing_mm)

@@ -1,0 +1,140 @@
+"""The plane geometry of outlines: closed polygons in the mold's XY."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core, arrays
+from debulk.grid import Grid
+
+__all__ = ["distance_to_outline", "inside", "inside_outline", "polygon_area"]
+
+Floats = NDArray[np.float64]
+
+
+def polygon_area(outline_mm: ArrayLike) -> float:
+    """Area of a polygon, positive when it runs counter-clockwise.
+
+    Parameters
+    ----------
+    outline_mm
+        (M, 2) corners, closed from the last to the first, mm.
+
+    Returns
+    -------
+    float
+        mm².
+
+    Raises
+    ------
+    InputError
+        Another shape, or a corner that is not finite.
+
+    Examples
+    --------
+    >>> polygon_area([[0, 0], [4, 0], [4, 1], [0, 1]])
+    4.0
+    """
+    return float(_core.pocket.polygon_area(arrays.corners(outline_mm, "outline_mm")))
+
+
+def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
+    """Whether points lie inside a polygon, by the even-odd rule.
+
+    Parameters
+    ----------
+    outline_mm
+        (M, 2) corners, closed from the last to the first, mm.
+    xy_mm
+        (N, 2) points in the same frame, mm.
+
+    Returns
+    -------
+    NDArray[np.bool_]
+        (N,).
+
+    Raises
+    ------
+    InputError
+        Other shapes, or a corner that is not finite.
+
+    Examples
+    --------
+    >>> inside([[0, 0], [4, 0], [4, 1], [0, 1]], [[1, 0.5], [5, 0.5]]).tolist()
+    [True, False]
+    """
+    result: NDArray[np.bool_] = _core.pocket.inside_polygon(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
+    return result
+
+
+def distance_to_outline(outline_mm: ArrayLike, xy_mm: ArrayLike) -> Floats:
+    """How far points are from a polygon's sides, inside and outside alike.
+
+    Parameters
+    ----------
+    outline_mm
+        (M, 2) corners, closed from the last to the first, mm.
+    xy_mm
+        (N, 2) points in the same frame, mm.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (N,), mm.
+
+    Raises
+    ------
+    InputError
+        Other shapes, or a corner that is not finite.
+
+    Examples
+    --------
+    >>> distance_to_outline([[0, 0], [4, 0], [4, 1], [0, 1]], [[2, 0.25], [7, 5]]).tolist()
+    [0.25, 5.0]
+    """
+    result: Floats = _core.pocket.distance_to_outline(arrays.corners(outline_mm, "outline_mm"), _places(xy_mm))
+    return result
+
+
+def _places(xy_mm: ArrayLike) -> Floats:
+    return arrays.numbers(xy_mm, "xy_mm", (None, 2), "an (N, 2) array of points", nan=True)
+
+
+def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
+    """Whether a grid's points lie inside a polygon, row by row by even-odd crossings.
+
+    Parameters
+    ----------
+    outline_mm
+        (M, 2) corners, closed from the last to the first, mm. With fewer than three nothing is inside.
+    grid
+        Its values may be anything.
+
+    Returns
+    -------
+    NDArray[np.bool_]
+        (ny, nx).
+
+    Examples
+    --------
+    >>> square = np.array([[0.5, -0.5], [2.5, -0.5], [2.5, 1.5], [0.5, 1.5]])
+    >>> inside_outline(square, Grid(np.zeros((3, 4)), np.zeros(2), 1.0)).astype(int).tolist()
+    [[0, 1, 1, 0], [0, 1, 1, 0], [0, 0, 0, 0]]
+    """
+    ny, nx = grid.values.shape[:2]
+    inside = np.zeros((ny, nx), dtype=np.bool_)
+    if len(outline_mm) < 3:
+        return inside
+    a = (outline_mm - grid.origin_mm) / grid.spacing_mm  # in cells
+    b = np.roll(a, -1, axis=0)
+    first, last = math.ceil(max(0.0, a[:, 1].min())), math.floor(min(ny - 1.0, a[:, 1].max()))
+    columns = np.arange(nx)
+    for row in range(first, last + 1):
+        crossed = (a[:, 1] <= row) != (b[:, 1] <= row)
+        start, end = a[crossed], b[crossed]
+        at = start[:, 0] + (row - start[:, 1]) * (end[:, 0] - start[:, 0]) / (end[:, 1] - start[:, 1])
+        inside[row] = np.searchsorted(np.sort(at), columns) % 2 == 1
+    return inside
