@@ -30,9 +30,8 @@ if TYPE_CHECKING:
 __all__ = ["Placed", "Placing"]
 
 Floats = NDArray[np.float64]
-_SAME_SHARE = (
-    0.5  # of the ply: what was scanned once without it and once with it agrees bit for bit in hardly any point
-)
+# Of the ply: what was scanned once without it and once with it agrees bit for bit in hardly any point.
+_SAME_SHARE = 0.5
 _LEAST_BLOCKS = 6  # as many as a paraboloid has factors
 _WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
 _PLY_SHARE = 0.5  # more of it wrong than this is not done by pockets
