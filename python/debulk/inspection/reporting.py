@@ -6,7 +6,7 @@ import logging
 from collections.abc import Sequence
 
 from debulk.grid import Grid
-from debulk.inspection import left_out, tolerances, unseen, wrinkles
+from debulk.inspection import common_fibres, left_out, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
@@ -33,7 +33,8 @@ def report(
 ) -> Report:
     """Judge the layup by its evaluated pockets, and report all of it."""
     seen = found.unseen.coverage
-    pockets = tuple(evaluation.report for evaluation in evaluations)
+    judged_as = (*found.pockets, *tolerances.promoted(bumps, first_number=len(found.pockets) + 1))
+    pockets = common_fibres.without_shared_folds([evaluation.report for evaluation in evaluations], judged_as, ply)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
     judged = unseen.worst(judged, [*unseen.doubts(found, pockets, ply.recipe), *tolerances.doubts(bumps)])
