@@ -69,6 +69,7 @@ std::vector<Vector3d> fibre_path(const Surface& surface, const Vector2d& start, 
   const double h = spacing / kStepsPerSegment;
   std::vector<Vector3d> nodes;
   PathPoint here{start, fibre_direction(surface, start, angle).head<2>()};
+  const Vector2d first_way = here.velocity;
   Vector3d last = lifted(surface, start);
   while (static_cast<long>(nodes.size()) < limit) {
     const auto excess = [&](const PathPoint& p) { return (lifted(surface, p.xy) - last).norm() - spacing; };
@@ -83,7 +84,7 @@ std::vector<Vector3d> fibre_path(const Surface& surface, const Vector2d& start, 
     if (!(after >= 0)) break;  // curled up, or left the surface (NaN)
     const auto excess_after = [&](double part) { return excess(step(surface, here, part)); };
     here = step(surface, here, bracketed_root(excess_after, 0.0, before, h, after, 1e-14 * spacing));
-    if (!region(here.xy)) break;
+    if (!region(here.xy) || here.velocity.dot(first_way) <= 0) break;  // turned back, it would lay a second net over the first
     last = lifted(surface, here.xy);
     nodes.push_back(last);
   }
