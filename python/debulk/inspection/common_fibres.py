@@ -235,13 +235,14 @@ def _continued(end: _End, other: _Spare) -> tuple[float, float, _End] | None:
     off = np.array([near.xy for _, near, _ in facing]) - end.xy
     ahead, aside = off @ end.way, off @ np.array([-end.way[1], end.way[0]])
     order = np.argsort(aside)
-    step = other.spacing_mm  # beyond the outermost fibres it falls to nothing
+    step = other.spacing_mm  # beyond the outermost fibres there is nothing to spare
     places = np.array([aside[order[0]] - step, *aside[order], aside[order[-1]] + step])
     if not places[0] < 0 < places[-1]:
         return None
-    spare = [0.0, *(facing[k][0].spare_mm for k in order), 0.0]
-    gaps = ahead[[order[0], *order, order[-1]]]
-    gap_mm = float(np.interp(0.0, places, gaps))
+    gap_mm = float(np.interp(0.0, places, ahead[[order[0], *order, order[-1]]]))
     if gap_mm < -step / 2:  # it lies behind
         return None
-    return max(gap_mm, 0.0), float(np.interp(0.0, places, spare)), facing[int(np.argmin(np.abs(aside)))][2]
+    # Of the fibres on either side the one with more: between them it may be as much.
+    k = int(np.searchsorted(places, 0.0))
+    spare = [0.0, *(facing[n][0].spare_mm for n in order), 0.0]
+    return max(gap_mm, 0.0), max(spare[k - 1 : k + 1]), facing[int(np.argmin(np.abs(aside)))][2]
