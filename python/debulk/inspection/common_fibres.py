@@ -76,7 +76,8 @@ def without_shared_folds(
         return reports
     way_mm = friction_length(ply.recipe)
     joined = {found.number: frozenset((found.number, *found.joined)) for found in pockets}
-    near = {p.id: _near(p, reports, joined, way_mm, ply.recipe) for p in reports if p.verdict is Verdict.CEASE}
+    close = _close_by(reports, way_mm)
+    near = {p.id: _near(p, close, joined[p.id], ply.recipe) for p in reports if p.verdict is Verdict.CEASE}
     wanted = {number for numbers in near.values() for number in numbers}
     spare = {p.id: _spare(p, p.net, joined[p.id], ply) for p in reports if p.id in wanted and p.net is not None}
     out = []
@@ -100,32 +101,37 @@ def friction_length(recipe: Recipe) -> float:
     return 3.441 * natural_mm / material.friction * (held_mm / natural_mm) ** (-2 / 7)
 
 
+def _close_by(reports: Sequence[PocketReport], way_mm: float) -> dict[int, list[PocketReport]]:
+    """Return, by number, the other pockets with a net to whose feet it is no farther than a way."""
+    laid = [p for p in reports if p.net is not None]
+    close: dict[int, list[PocketReport]] = {p.id: [] for p in laid}
+    if len(laid) < 2:
+        return close
+    low = np.array([p.foot_outline_mm.min(axis=0) for p in laid])
+    high = np.array([p.foot_outline_mm.max(axis=0) for p in laid])
+    boxes_apart = np.maximum(0.0, np.maximum(low[:, None] - high, low - high[:, None]))
+    for i, j in np.argwhere(np.hypot(*np.moveaxis(boxes_apart, -1, 0)) <= way_mm).tolist():
+        facing = laid[j].foot_outline_mm
+        facing = facing[((facing >= low[i] - way_mm) & (facing <= high[i] + way_mm)).all(axis=1)]
+        if i < j and len(facing) and pocket.distance_to_outline(laid[i].foot_outline_mm, facing).min() <= way_mm:
+            close[laid[i].id].append(laid[j])
+            close[laid[j].id].append(laid[i])
+    return close
+
+
 def _near(
-    p: PocketReport,
-    reports: Sequence[PocketReport],
-    joined: dict[int, frozenset[int]],
-    way_mm: float,
-    recipe: Recipe,
+    p: PocketReport, close: dict[int, list[PocketReport]], same_foot: frozenset[int], recipe: Recipe
 ) -> set[int]:
     """Number the pockets that may share a fold with one, itself among them; none where their largest would not do."""
     within, open_ones, whole_mm = {p.id}, [p], _largest_mm(p, recipe)
     while open_ones:
-        here = open_ones.pop()
-        for other in reports:
-            known = other.net is not None and other.id not in within and other.id not in joined[p.id]
-            if known and _apart_mm(here, other) <= way_mm:
+        for other in close.get(open_ones.pop().id, ()):
+            if other.id not in within | same_foot:
                 within.add(other.id)
                 open_ones.append(other)
                 whole_mm += _largest_mm(other, recipe)
     enough = len(within) > 1 and excess.ridge_of(whole_mm, recipe) > recipe.verdict.max_ridge_mm
     return within if enough else set()
-
-
-def _apart_mm(one: PocketReport, other: PocketReport) -> float:
-    """Distance of the boxes round two feet."""
-    boxes = [(np.min(p.foot_outline_mm, axis=0), np.max(p.foot_outline_mm, axis=0)) for p in (one, other)]
-    (low, high), (other_low, other_high) = boxes
-    return float(np.linalg.norm(np.maximum(0.0, np.maximum(other_low - high, low - other_high))))
 
 
 def _largest_mm(p: PocketReport, recipe: Recipe) -> float:
