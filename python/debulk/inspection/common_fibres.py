@@ -30,7 +30,9 @@ __all__ = ["friction_length", "without_shared_folds"]
 Floats = NDArray[np.float64]
 
 _FIXED = 1  # kind of a node that is held
-_FACING = -math.sqrt(0.5)  # cosine between the ends of one fibre on either side of a gap: those of the other direction cross it
+_FACING = -math.sqrt(
+    0.5
+)  # cosine between the ends of one fibre on either side of a gap: those of the other direction cross it
 
 
 class _End(NamedTuple):
@@ -98,31 +100,28 @@ def friction_length(recipe: Recipe) -> float:
         return math.inf
     natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
     held_mm = max(2 * limits.max_ridge_mm - (4 - math.pi) * material.thickness_mm, 1e-3 * natural_mm)
-    return 3.441 * natural_mm / material.friction * (held_mm / natural_mm) ** (-2 / 7)
+    return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
 
 
 def _close_by(reports: Sequence[PocketReport], way_mm: float) -> dict[int, list[PocketReport]]:
     """Return, by number, the other pockets with a net to whose feet it is no farther than a way."""
     laid = [p for p in reports if p.net is not None]
+    feet = [p.foot_outline_mm for p in laid if p.foot_outline_mm is not None]  # as many: a net has a foot
     close: dict[int, list[PocketReport]] = {p.id: [] for p in laid}
     if len(laid) < 2:
         return close
-    low = np.array([p.foot_outline_mm.min(axis=0) for p in laid])
-    high = np.array([p.foot_outline_mm.max(axis=0) for p in laid])
+    low, high = (np.array([end(foot, axis=0) for foot in feet]) for end in (np.min, np.max))
     boxes_apart = np.maximum(0.0, np.maximum(low[:, None] - high, low - high[:, None]))
     for i, j in np.argwhere(np.hypot(*np.moveaxis(boxes_apart, -1, 0)) <= way_mm).tolist():
-        facing = laid[j].foot_outline_mm
-        facing = facing[((facing >= low[i] - way_mm) & (facing <= high[i] + way_mm)).all(axis=1)]
-        if i < j and len(facing) and pocket.distance_to_outline(laid[i].foot_outline_mm, facing).min() <= way_mm:
+        facing = feet[j][((feet[j] >= low[i] - way_mm) & (feet[j] <= high[i] + way_mm)).all(axis=1)]
+        if i < j and len(facing) and pocket.distance_to_outline(feet[i], facing).min() <= way_mm:
             close[laid[i].id].append(laid[j])
             close[laid[j].id].append(laid[i])
     return close
 
 
-def _near(
-    p: PocketReport, close: dict[int, list[PocketReport]], same_foot: frozenset[int], recipe: Recipe
-) -> set[int]:
-    """Number the pockets that may share a fold with one, itself among them; none where their largest would not do."""
+def _near(p: PocketReport, close: dict[int, list[PocketReport]], same_foot: frozenset[int], recipe: Recipe) -> set[int]:
+    """Return the numbers of the pockets that may share a fold with one, itself among them; none where their largest would not do."""
     within, open_ones, whole_mm = {p.id}, [p], _largest_mm(p, recipe)
     while open_ones:
         for other in close.get(open_ones.pop().id, ()):
@@ -152,7 +151,7 @@ def _uncertainty_mm(p: PocketReport, recipe: Recipe) -> float:
 
 
 def _spare(p: PocketReport, laid: PocketNet, numbers: frozenset[int], ply: PlyOnMold) -> _Spare:
-    assert p.spacing_mm is not None
+    assert p.spacing_mm is not None and p.foot_outline_mm is not None  # it has a net
     xy = laid.nodes_mm[:, :2]
     inside, away = pocket.inside(p.foot_outline_mm, xy), pocket.distance_to_outline(p.foot_outline_mm, xy)
     links, scale, fibres = laid.neighbours.tolist(), _scale(p), []
@@ -163,7 +162,10 @@ def _spare(p: PocketReport, laid: PocketNet, numbers: frozenset[int], ply: PlyOn
                 nodes.append(following)
             if not inside[nodes].any() or (laid.kinds[[nodes[0], nodes[-1]]] != _FIXED).any():
                 continue
-            ends = (_end(xy[nodes], inside[nodes], away[nodes]), _end(xy[nodes[::-1]], inside[nodes[::-1]], away[nodes[::-1]]))
+            ends = (
+                _end(xy[nodes], inside[nodes], away[nodes]),
+                _end(xy[nodes[::-1]], inside[nodes[::-1]], away[nodes[::-1]]),
+            )
             fibres.append(_Fibre(scale * _excess_mm(laid.nodes_mm[nodes], ply), ends))
     return _Spare(numbers, p.id, p.spacing_mm, _uncertainty_mm(p, ply.recipe), tuple(fibres))
 
@@ -202,8 +204,8 @@ def _doubt(one: _Spare, others: Sequence[_Spare], way_mm: float, recipe: Recipe)
         return ""
     names = " and ".join(str(number) for number in sorted(worst.numbers))
     return (
-        f"a fibre over it and pocket{'s' * (len(worst.numbers) > 1)} {names} is {whole_mm:.2f} mm longer than the mold: a "
-        f"ridge of up to {worst_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; "
+        f"a fibre over it and pocket{'s' * (len(worst.numbers) > 1)} {names} is {whole_mm:.2f} mm longer than the mold: "
+        f"a ridge of up to {worst_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; "
         f"friction on the ply between them need not hold it apart, for it is shorter than {way_mm:.0f} mm"
     )
 

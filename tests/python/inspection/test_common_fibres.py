@@ -2,11 +2,11 @@
 
 import re
 
-import laid_ply
 import numpy as np
 import pytest
 
 import debulk
+import laid_ply
 from debulk import Recipe, Verdict, scenes
 from debulk.inspection.common_fibres import friction_length
 
@@ -73,12 +73,18 @@ def test_the_papers_criterion_knows_no_excess():
 
 
 def test_feet_that_merge_below_the_molds_tolerance_pass_no_pair_that_creases():
-    """Two pockets whose ply comes down to 0.18 mm above the mold between them: a fibre over both has 1.28 mm to spare."""
+    """Between two pockets the ply comes down to 0.18 mm above the mold; 1.28 mm to spare."""
     layup = scenes.varied_layup(
         5000, (1280, 960), pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0
     )
     report = debulk.inspect(
-        layup.scan, layup.reference, None, layup.ply_outline, layup.fibre_angles_deg, layup.mold_from_scanner, layup.camera
+        layup.scan,
+        layup.reference,
+        None,
+        layup.ply_outline,
+        layup.fibre_angles_deg,
+        layup.mold_from_scanner,
+        layup.camera,
     )
     limit_mm = Recipe().verdict.max_ridge_mm
     creasing = [p for p in layup.truth.pockets if p.ridge_mm > limit_mm]
