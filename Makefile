@@ -101,6 +101,7 @@ referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is mis
 	$(python) bench/referee/own.py
 	$(python) bench/referee/mujoco_runs.py
 	$(python) bench/referee/sensitivities.py
+	$(python) bench/referee/edge.py --laid Sedge1 Sedge5 Sedge8
 	$(python) bench/referee/score.py
 	$(python) bench/referee/crests.py
 

@@ -16,6 +16,8 @@ from debulk.scenes.varied.polygons import inside
 
 MARGIN_MM = 0.1
 """A true ridge this far above the limit must not pass: the excess alone decides, whatever the net makes of it."""
+LOOSE_SHARE = 0.2
+"""A ply of which more than this stands off the mold, beside its pockets, is not laid: that it says so is right."""
 LAYUPS_OF_FIRST = 40  # the first family differs by seed only in places; a few seeds show all it has
 
 
@@ -83,7 +85,7 @@ class Outcome:
     passed: bool
     true_ridge_mm: float
     true_kinds: str  # of the pocket with that ridge
-    good: bool  # nothing wrong with the layup, and all of it seen
+    good: bool  # nothing wrong with the layup, all of it seen, and the ply laid on the mold
     blind: bool  # a mistake with which nothing may pass
     missed: int  # creasing pockets that no pocket of the report, other than closing ones, covers
     pockets: int
@@ -134,7 +136,7 @@ def run(case: Case, pixels: tuple[int, int]) -> Outcome:
         passed=False,
         true_ridge_mm=round(worst.ridge_mm, 3),
         true_kinds=worst.kinds,
-        good=case.mistake is None and (not varied or _all_seen(layup)),
+        good=case.mistake is None and (not varied or (_all_seen(layup) and _loose_share(layup) <= LOOSE_SHARE)),
         blind=case.mistake is not None and case.mistake.blind,
         missed=0,
         pockets=0,
@@ -170,6 +172,15 @@ def _all_seen(layup: Any) -> bool:
     truth = layup.truth
     pockets_seen = all(p.unseen_share < 0.1 and p.rim_unseen_share < 0.1 for p in truth.pockets)
     return bool(truth.ply_seen_share > 0.985 and pockets_seen)
+
+
+def _loose_share(layup: Any) -> float:
+    """Share of the ply that its loose borders lift by more than a tenth of a millimetre."""
+    low, high = layup.ply_outline.min(axis=0), layup.ply_outline.max(axis=0)
+    x, y = np.meshgrid(*(np.arange(a, b, 4.0) for a, b in zip(low, high, strict=True)))
+    on = inside(layup.ply_outline, x, y)
+    gap = sum((b.gap(x[on], y[on]) for b in layup.truth.bumps if b.kind == "border"), np.zeros(np.count_nonzero(on)))
+    return float(np.mean(gap > Recipe().level.tol_mm))
 
 
 def _missed(standing: list[Standing], report: Any) -> int:

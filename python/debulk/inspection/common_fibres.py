@@ -121,7 +121,7 @@ def _close_by(reports: Sequence[PocketReport], way_mm: float) -> dict[int, list[
 
 
 def _near(p: PocketReport, close: dict[int, list[PocketReport]], same_foot: frozenset[int], recipe: Recipe) -> set[int]:
-    """Return the numbers of the pockets that may share a fold with one, itself among them; none where their largest would not do."""
+    """Return who may share a fold with one, by number, itself among them; none where all of their excess would not do."""
     within, open_ones, whole_mm = {p.id}, [p], _largest_mm(p, recipe)
     while open_ones:
         for other in close.get(open_ones.pop().id, ()):

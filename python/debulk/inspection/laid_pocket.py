@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, TypedDict
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
-from debulk.inspection import excess
+from debulk.inspection import excess, narrow
 from debulk.inspection.effort import check_solves
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
@@ -62,6 +62,8 @@ class LaidPocket:
         Largest excess of a fibre that is held at both ends, at the net's spacing.
     doubt
         Why the pocket may crease though its net does not; empty where nothing speaks for it.
+    lowered
+        What the filters may have taken from it.
     recipe
         All settings.
     """
@@ -75,6 +77,7 @@ class LaidPocket:
     excess: ExcessReport | None
     held_excess_mm: float
     doubt: str
+    lowered: narrow.Lowered
     recipe: Recipe
 
     @property
@@ -136,7 +139,7 @@ class LaidPocket:
             refused=solution.explanation if solution.status in REFUSED else "",
             criteria=criteria(recipe or self.recipe, criterion),
         )
-        return self._doubted(judged)
+        return self._doubted(judged, recipe or self.recipe)
 
     def judge_unsolved(self) -> verdict.Judgement:
         """Judge by what is known before the solve."""
@@ -148,11 +151,12 @@ class LaidPocket:
             closed_rim=self.closed_rim,
             criteria=criteria(self.recipe),
         )
-        return self._doubted(judged)
+        return self._doubted(judged, self.recipe)
 
-    def _doubted(self, judged: verdict.Judgement) -> verdict.Judgement:
-        if judged.verdict is verdict.Verdict.CEASE and self.doubt:
-            return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt)
+    def _doubted(self, judged: verdict.Judgement, recipe: Recipe) -> verdict.Judgement:
+        doubt = self.doubt or self.lowered.reason(recipe.verdict.max_ridge_mm)
+        if judged.verdict is verdict.Verdict.CEASE and doubt:
+            return verdict.Judgement(verdict.Verdict.UNDECIDED, doubt)
         return judged
 
     def _excess_evidence(self) -> _ExcessEvidence:
@@ -176,6 +180,11 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
     if not laid.inside.any():
         raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
     known = excess.of_net(laid, ply.reference, ply.recipe, found.feet.noise_mm)
+    held_mm = _core.ridge.held_excess(laid._core.net, ply.reference).largest_mm
+    if known is None:
+        taken = narrow.lowered(found, excess.of_held_fibres(laid, ply), ply.recipe.verdict.ridge_margin_mm, ply.recipe)
+    else:
+        taken = narrow.lowered(found, known.length_mm, known.uncertainty_mm, ply.recipe)
     return LaidPocket(
         net=laid,
         sheet=sheet.Sheet.of_net(laid, ply.reference, ply.recipe),
@@ -184,8 +193,9 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         closed_rim=found.foot.closed and len(laid.open_ends) == 0,
         inside_ply=laid._core.held_all_round,
         excess=known,
-        held_excess_mm=_core.ridge.held_excess(laid._core.net, ply.reference).largest_mm,
+        held_excess_mm=held_mm,
         doubt=_doubt(found, laid, ply),
+        lowered=taken,
         recipe=ply.recipe,
     )
 

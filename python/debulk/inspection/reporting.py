@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 
 from debulk.grid import Grid
 from debulk.inspection import common_fibres, left_out, tolerances, unseen, wrinkles
@@ -19,6 +20,10 @@ from debulk.verdict import Judgement, Verdict, judge_layup
 
 __all__ = ["out_of_place", "report", "too_late"]
 
+_NO_OUTLINE = (
+    "the ply's outline is not given: where that lies beside the ply, or at the mold's edge, give it (ply_outline, "
+    "--outline)"
+)
 log = logging.getLogger("debulk")
 
 
@@ -37,8 +42,14 @@ def report(
     pockets = common_fibres.without_shared_folds([evaluation.report for evaluation in evaluations], judged_as, ply)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
-    judged = unseen.worst(judged, [*unseen.doubts(found, pockets, ply.recipe), *tolerances.doubts(bumps)])
+    taken = [bump.dropped for bump in bumps if bump.found is not None]  # the last of the pockets
+    halves = [p.half_seen for p in pockets[len(pockets) - len(taken) :]]
+    judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
+    unknown = unseen.doubts(found, pockets, ply.recipe, judged_bumps)
+    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps)])
     judged = unseen.worst(judged, wrinkles.doubts(standing, ply.recipe))
+    if ply.outline is None and judged.verdict is Verdict.INVALID:
+        judged = replace(judged, reason=f"{judged.reason}; {_NO_OUTLINE}")
     # What is said of the coverage says more than that nothing can be said of the level.
     # Nor can anything be where no pockets were looked for: they stand in the level.
     telling = placed.level is not None or seen >= ply.recipe.verdict.min_coverage

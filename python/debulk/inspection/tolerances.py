@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
-from debulk.inspection import excess
+from debulk.inspection import excess, narrow
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
 from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.pocket import Dropped, Feet, Segmentation
-from debulk.recipe import Recipe, options
+from debulk.pocket import Dropped, Feet, Segmentation, Unseen
+from debulk.recipe import Net, Recipe, options
 from debulk.results.report import LeftOut
 from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
@@ -27,8 +27,8 @@ __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
 Floats = NDArray[np.float64]
 
 _LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
-_FILTER_CELLS = 5  # over which single spikes are removed, and with them the tops of what is hardly wider
 _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
+_LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
 _FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
 _MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 
@@ -61,6 +61,35 @@ class Bump:
     late: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A dropped bump, and the piece of the scan in which it stands.
+
+    Attributes
+    ----------
+    dropped
+        As the segmentation lists it.
+    cut_mm
+        The height at which it is cut out.
+    whole, feet
+        The piece of the scan.
+    unseen, masked
+        What the scan does not show, and what of it the mask hides.
+    """
+
+    dropped: Dropped
+    cut_mm: float
+    whole: Segmentation
+    feet: Feet
+    unseen: Unseen
+    masked: tuple[bool, ...]
+
+    def cell(self, heights: Grid) -> tuple[int, int]:
+        """Return the column and the row of its middle on a grid."""
+        i, j = np.rint((self.dropped.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
+        return int(i), int(j)
+
+
 def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """Bound what each dropped bump could become: lay a net on it, and take its largest excess as one ridge.
 
@@ -68,18 +97,25 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     section 8). At the ply's edge, where fibres can slip, the bound is not reached.
     """
     cut_mm = ply.recipe.segmentation.cut_height_mm
-    dropped = [(d, whole, feet, cut_mm) for whole, feet in found.parts for d in whole.dropped]
-    unlooked = False
-    for whole, feet in found.parts:
-        if feet.hill_mm < cut_mm:
-            try:
-                dropped += [(d, whole, feet, feet.hill_mm) for d in _hills(whole, feet, _without_tolerances(ply), stop)]
-            except _core.Stopped:
-                unlooked = True
-    dropped.sort(key=lambda one: -one[0].area_mm2)
+    places = [
+        _Place(d, cut_mm, whole, feet, found.unseen, found.masked) for whole, feet in found.parts for d in whole.dropped
+    ]
+
+    def hills(part: tuple[Segmentation, Feet]) -> list[_Place] | None:
+        whole, feet = part
+        try:
+            lower = _hills(whole, feet, _without_tolerances(ply), stop) if feet.hill_mm < cut_mm else ()
+            return [_Place(hill, feet.hill_mm, whole, feet, found.unseen, found.masked) for hill in lower]
+        except _core.Stopped:
+            return None
+
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
-        bumps = tuple(pool.map(lambda one: _weigh(one[0], one[1], one[2], one[3], found, ply, stop), dropped))
+        looked = list(pool.map(hills, found.parts))
+        places += [place for part in looked for place in part or ()]
+        places.sort(key=lambda place: -place.dropped.area_mm2)
+        bumps = tuple(pool.map(lambda place: _weigh(place, ply, stop), places))
+    unlooked = any(part is None for part in looked)
     if unlooked and not any(bump.late for bump in bumps):
         bumps += (Bump(Dropped("height", 0.0, 0.0, np.zeros(2)), "the deadline passed before it was found", late=True),)
     return bumps
@@ -123,7 +159,7 @@ def bump_name(dropped: Dropped) -> str:
 
 def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
     wanted = options.segment(ply.recipe, ply.outline)
-    wanted.area_tol_mm2 *= _SPECK_SHARE
+    wanted.area_tol_mm2 = min(_SPECK_SHARE * wanted.area_tol_mm2, _LARGEST_SPECK_MM2)
     wanted.peak_tol_mm = 0.0
     return wanted
 
@@ -132,7 +168,7 @@ def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions,
     """Find what stands half the cut's height without reaching it, off the pockets' feet."""
     wanted.cut_height_mm = feet.hill_mm
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
-    if not (np.nan_to_num(heights.values) >= feet.hill_mm)[feet.labels.values == 0].any():
+    if not ((heights.values >= feet.hill_mm) & (feet.labels.values == 0)).any():
         return
     lower = pocket.segment_with(wanted, heights, 1, stop)
     known = {int(label) for label in np.unique(lower.labels.values[feet.labels.values > 0])}
@@ -144,29 +180,24 @@ def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions,
             yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
 
 
-def _weigh(
-    dropped: Dropped,
-    whole: Segmentation,
-    feet: Feet,
-    cut_mm: float,
-    found: Found,
-    ply: PlyOnMold,
-    stop: _core.Stop,
-) -> Bump:
+def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
+    dropped, bounding = place.dropped, _resolving(ply)
     try:
-        one = _looked_at_again(dropped, whole, feet, cut_mm, found, ply, stop)
+        one = _looked_at_again(place, ply, stop)
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
         if not one.foot.closed:
-            return Bump(dropped, "its foot is not known all round")
+            why = "its foot is not known all round"
+            listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
+            return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
         try:
-            laid = lay_net(one, ply, stop)
+            laid = lay_net(one, bounding, stop)
         except _core.InputError as error:
             why = f"no net could be laid to bound its excess: {error}"
             return Bump(dropped, why, found=_judged(one, dropped, why))
     except _core.Stopped:
         return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
-    one = replace(one, net=laid)
+    one = replace(one, net=laid if bounding is ply else None)
     excess_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
     limits = criteria(ply.recipe)
@@ -174,10 +205,10 @@ def _weigh(
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm)
     over_ridge = ridge_mm >= least_mm
-    true_mm = excess.ridge_of(excess_mm * _lost(one), ply.recipe)
+    true_mm = narrow.true_ridge_mm(one, excess_mm, ply.recipe)
     if true_mm >= least_mm:
-        narrow = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
-        one = replace(one, doubt=f"{figures}, but {narrow}")
+        lowered = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
+        one = replace(one, doubt=f"{figures}, but {lowered}")
         figures, over_ridge = one.doubt, True
     # The excess rule knows no RMS; of the few nodes of a bump that would exceed its limit at a third of the ridge's.
     over_rms = ply.recipe.verdict.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
@@ -188,20 +219,14 @@ def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
     return replace(one, promoted=f"below the tolerance on {dropped.reason}, but {why}")
 
 
-def _lost(one: FoundPocket) -> float:
-    """Estimate by what factor the filters have lowered the excess of a bump as wide as its foot.
-
-    Measured on bumps 1.6 to 4 mm high, heights 1 mm apart: 4.1, 1.5, 1.8, 1.3, 1.1 and 1.05 at 10, 12, 14, 16, 20 and
-    24 mm; this has 4.1, 2.5, 1.8, 1.5, 1.2 and 1.1.
-    """
-    area, perimeter = one.foot.area_mm2, _perimeter_mm(one.foot.outline_mm)
-    # Of a disc its diameter, of a strip its width.
-    wide_mm = 2 * area / perimeter * (1 + 4 * math.pi * area / perimeter**2)
-    return 1 + 33 * (_FILTER_CELLS * one.segmentation.heights.spacing_mm / wide_mm) ** 4
-
-
-def _perimeter_mm(outline: Floats) -> float:
-    return float(np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1).sum())
+def _resolving(ply: PlyOnMold) -> PlyOnMold:
+    """Return the ply with a net that resolves a bump, where the recipe's may step over it."""
+    wanted = ply.recipe.net
+    if wanted.spacing_mm is None and wanted.node_target >= Net().node_target:
+        return ply
+    nodes = max(wanted.node_target, Net().node_target)
+    recipe = ply.recipe.model_copy(update={"net": {"spacing_mm": None, "node_target": nodes}})
+    return replace(ply, recipe=recipe)
 
 
 def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, float]:
@@ -214,22 +239,15 @@ def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, flo
     return ridge_mm, math.sqrt(base_mm**2 + share * (ridge_mm**2 - base_mm**2))
 
 
-def _looked_at_again(
-    dropped: Dropped,
-    whole: Segmentation,
-    feet: Feet,
-    cut_mm: float,
-    found: Found,
-    ply: PlyOnMold,
-    stop: _core.Stop,
-) -> FoundPocket | None:
+def _looked_at_again(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> FoundPocket | None:
     """Segment a window round a bump without tolerances; None where it stands on the foot of a pocket."""
+    dropped, whole, feet = place.dropped, place.whole, place.feet
     wanted = _without_tolerances(ply)
-    wanted.cut_height_mm = cut_mm
+    wanted.cut_height_mm = place.cut_mm
     one = None
-    for rows, columns in _windows(dropped, whole.heights):
+    for rows, columns in _windows(place):
         window = _window(whole.heights, rows, columns)
-        if one is None and _frayed(dropped, whole.labels.values[rows, columns], window, feet.noise_mm, wanted, stop):
+        if one is None and _frayed(place, whole.labels.values[rows, columns], window, wanted, stop):
             return None
         again = pocket.segment_with(wanted, window, 1, stop)
         if not again.pockets:
@@ -242,34 +260,30 @@ def _looked_at_again(
         lower.noise_mm = feet.noise_mm  # of the whole scan: a window is too small to tell
         # Over the window of a pocket a bump 10 mm wide would lose half of its excess.
         bump = again.pockets[index]
-        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / _perimeter_mm(bump.outline_mm))
+        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / narrow.perimeter_mm(bump.outline_mm))
         again.pockets[index] = replace(
             again.pockets[index], measured_share=dropped.measured_share, touches_unknown=dropped.touches_unknown
         )
-        one = FoundPocket(0, again, pocket.feet_with(lower, again, 1, stop), index, found.unseen)
+        its_feet = pocket.feet_with(lower, again, 1, stop)
+        one = FoundPocket(0, again, its_feet, index, place.unseen, masked=place.masked)
         if one.foot.closed:
             break
     return one
 
 
 def _frayed(
-    dropped: Dropped,
-    labels: NDArray[np.int32],
-    window: Grid,
-    noise_mm: float,
-    wanted: _core.pocket.SegmentOptions,
-    stop: _core.Stop,
+    place: _Place, labels: NDArray[np.int32], window: Grid, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
 ) -> bool:
     """Whether no more than noise parts a bump from a pocket: the contour of a broad one frays where it is flat."""
     cut_mm = wanted.cut_height_mm
-    wanted.cut_height_mm = dropped.peak_mm - min(_FRAYED * noise_mm, _MOST_FRAYED_MM)
+    wanted.cut_height_mm = place.dropped.peak_mm - min(_FRAYED * place.feet.noise_mm, _MOST_FRAYED_MM)
     try:
         if not 0 < wanted.cut_height_mm < cut_mm:
             return False
         lower = pocket.segment_with(wanted, window, 1, stop)
     finally:
         wanted.cut_height_mm = cut_mm
-    i, j = np.rint((dropped.centroid_mm - window.origin_mm) / window.spacing_mm).astype(int)
+    i, j = place.cell(window)
     number = lower.labels.values[j, i]
     return bool(number > 0 and (labels[lower.labels.values == number] > 0).any())
 
@@ -284,11 +298,12 @@ def _apart(candidate: pocket.Pocket, dropped: Dropped) -> float:
     return away + abs(math.sqrt(candidate.area_mm2) - math.sqrt(dropped.area_mm2))
 
 
-def _windows(dropped: Dropped, heights: Grid) -> Iterator[tuple[slice, slice]]:
+def _windows(place: _Place) -> Iterator[tuple[slice, slice]]:
     """Rows and columns round a bump, wider and wider, up to the whole grid."""
+    heights = place.whole.heights
     ny, nx = heights.values.shape
-    i, j = np.rint((dropped.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
-    half = math.ceil(max(_LEAST_HALF_MM, 3 * math.sqrt(dropped.area_mm2)) / heights.spacing_mm)
+    i, j = place.cell(heights)
+    half = math.ceil(max(_LEAST_HALF_MM, 3 * math.sqrt(place.dropped.area_mm2)) / heights.spacing_mm)
     while True:
         rows, columns = slice(max(0, j - half), min(ny, j + half + 1)), slice(max(0, i - half), min(nx, i + half + 1))
         yield rows, columns

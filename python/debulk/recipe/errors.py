@@ -105,6 +105,10 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+# Above the laid ply. A bump this high makes a ridge of the limit only where it is narrower than about 10 mm.
+_LOWEST_SURE_MM = 1.7
+
+
 def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> list[Wrong]:
     """Check the values against each other.
 
@@ -155,6 +159,11 @@ def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> l
     cut = "segmentation.cut_height_mm"
     if usable(thickness, cut):
         check(cut, thickness, values["material"]["thickness_mm"], "a ply that lies well stands this high")
+        most = 2 * (values["material"]["thickness_mm"] + _LOWEST_SURE_MM)
+        if values["segmentation"]["cut_height_mm"] > most:
+            why = "what stands below half of it is not looked at, and a bump there can crease"
+            got = shown(values["segmentation"]["cut_height_mm"])
+            wrong.append(Wrong(cut, f"expected at most {most:.3g} ({why}, {thickness}), got {got}"))
     if usable("patch.mold_tol_mm", cut):
         check(cut, "patch.mold_tol_mm", values["patch"]["mold_tol_mm"], "the ply touches the mold up to here")
     if usable(thickness, "level.tol_mm"):

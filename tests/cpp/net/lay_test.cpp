@@ -249,6 +249,50 @@ TEST(LayNet, TurnsWithTheSurfaceAndTheAngles) {
   }
 }
 
+TEST(NetLayer, LaysTheSameNodesInWhateverOrderTheyAreAskedFor) {
+  const exact::Hills hills(5, 0.12, {0.2, -0.1});
+  const FibreAngles angles{0.1, 1.5};
+  const NetDomain region = disc(30);
+  const Lattice all = lay_net(hills, {4, -3}, angles, 2.5, region);
+  FibreRays rays = fibre_rays(hills, {4, -3}, angles, 2.5 / kStepsPerSegment, PathRule::geodesic);
+  NetLayer few(hills, rays, angles, 2.5, region, {});
+  const auto expect_node = [&](int i, int j) {
+    const Vector3d* node = few.at(i, j);
+    ASSERT_EQ(node != nullptr, all.has(i, j)) << i << " " << j;
+    if (node != nullptr) {
+      EXPECT_EQ(*node, all.at(i, j));
+    }
+  };
+  for (const auto& [i, j] : {std::pair{-5, 6}, {7, 3}, {7, -3}, {0, 0}, {-2, 0}, {1, 1}}) expect_node(i, j);
+  const Lattice some = few.lattice();
+  EXPECT_EQ((std::array<int, 4>{some.west, some.east, some.south, some.north}), (std::array<int, 4>{-5, 7, -3, 6}));
+  EXPECT_FALSE(some.has(-5, -3));
+  expect_node(40, 1);  // beyond the region
+  for (int j = all.north + 1; j >= all.south - 1; --j)
+    for (int i = all.west - 1; i <= all.east + 1; ++i) expect_node(i, j);
+  EXPECT_EQ(few.lattice().nodes.size(), all.nodes.size());
+}
+
+TEST(NetLayer, NetsOfOtherSpacingsShareTheRays) {
+  const exact::Sphere sphere(100);
+  const FibreAngles angles{0.3, 1.6};
+  FibreRays rays = fibre_rays(sphere, {10, 5}, angles, 6.0 / kStepsPerSegment, PathRule::geodesic);
+  const NetDomain region = disc(60);
+  for (const double spacing : {6.0, 3.0, 4.7}) {
+    NetLayer layer(sphere, rays, angles, spacing, region, {});
+    const Lattice alone = lay_net(sphere, {10, 5}, angles, spacing, region);
+    for (int j = alone.south; j <= alone.north; ++j)
+      for (int i = alone.west; i <= alone.east; ++i) {
+        const Vector3d* node = layer.at(i, j);
+        ASSERT_EQ(node != nullptr, alone.has(i, j));
+        if (node != nullptr) {
+          EXPECT_LT((*node - alone.at(i, j)).norm(), 1e-8);
+        }
+      }
+    expect_net_on(sphere, whole(layer.lattice()));
+  }
+}
+
 TEST(LayNet, ExchangingTheFibresExchangesTheLattice) {
   const exact::Hills hills(5, 0.12, {0.2, -0.1});
   const Lattice one = lay_net(hills, {4, -3}, {0.1, 1.5}, 2.5, disc(30));
