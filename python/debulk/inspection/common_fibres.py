@@ -121,7 +121,7 @@ def _close_by(reports: Sequence[PocketReport], way_mm: float) -> dict[int, list[
 
 
 def _near(p: PocketReport, close: dict[int, list[PocketReport]], same_foot: frozenset[int], recipe: Recipe) -> set[int]:
-    """Return who may share a fold with one, by number, itself among them; none where all of their excess would not do."""
+    """Return by number what may share a fold with one, and that itself; none where all of their excess would not do."""
     within, open_ones, whole_mm = {p.id}, [p], _largest_mm(p, recipe)
     while open_ones:
         for other in close.get(open_ones.pop().id, ()):
@@ -202,9 +202,10 @@ def _doubt(one: _Spare, others: Sequence[_Spare], way_mm: float, recipe: Recipe)
             worst_mm, worst, whole_mm = ridge_mm, shared, total_mm
     if not worst.numbers:
         return ""
+    plural = "s" * (len(worst.numbers) > 1)
     names = " and ".join(str(number) for number in sorted(worst.numbers))
     return (
-        f"a fibre over it and pocket{'s' * (len(worst.numbers) > 1)} {names} is {whole_mm:.2f} mm longer than the mold: "
+        f"a fibre over it and pocket{plural} {names} is {whole_mm:.2f} mm longer than the mold: "
         f"a ridge of up to {worst_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; "
         f"friction on the ply between them need not hold it apart, for it is shorter than {way_mm:.0f} mm"
     )
