@@ -207,7 +207,7 @@ def _doubt(one: _Spare, others: Sequence[_Spare], way_mm: float, recipe: Recipe)
     return (
         f"a fibre over it and pocket{plural} {names} is {whole_mm:.2f} mm longer than the mold: "
         f"a ridge of up to {worst_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; "
-        f"friction on the ply between them need not hold it apart, for it is shorter than {way_mm:.0f} mm"
+        f"only more than {way_mm:.3g} mm of flat ply between them would hold it apart by friction"
     )
 
 
