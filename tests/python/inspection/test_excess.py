@@ -112,12 +112,11 @@ def test_a_net_far_too_coarse_neither_folds_back_nor_passes():
     ).inspect(coarse.scan)
     largest = report.pockets[0]
     assert largest.spacing_mm > 50
-    assert largest.net.neighbours.max() < largest.node_count
     xy = largest.net.nodes_mm[:, :2]
     apart = np.linalg.norm(xy[:, None] - xy, axis=-1) + np.diag(np.full(len(xy), np.inf))
     assert apart.min() > largest.spacing_mm / 2
     assert largest.verdict is not Verdict.CEASE
-    assert largest.excess is None or largest.excess.verdict is not Verdict.CEASE or largest.excess.at_spacing_mm < 1.0
+    assert largest.excess.at_spacing_mm == pytest.approx(largest.excess.at_half_mm, rel=0.2)
 
 
 def test_an_unknown_criterion_is_named():
