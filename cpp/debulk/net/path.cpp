@@ -81,7 +81,8 @@ bool RayNodes::lay_next() {
   const double part = bracketed_root(excess_after, 0.0, before, width, after, 1e-14 * spacing_);
   here_ = ray_.beyond(from, part);
   arc_ = from_arc + part;
-  ended_ = !region_(here_.xy);
+  // Turned back, it would lay a second net over the first.
+  ended_ = !region_(here_.xy) || here_.velocity.dot(ray_.at(0).velocity) <= 0;
   if (!ended_) nodes_.push_back(here_.position());
   return !ended_;
 }

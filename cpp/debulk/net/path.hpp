@@ -55,7 +55,7 @@ class FibreRay {
 inline constexpr int kStepsPerSegment = 32;
 
 // Nodes along a ray, the start (node 0) first, each at chord distance `spacing` from the one before, to the last one in the region.
-// Also ends where the surface does.
+// Also ends where the surface does, and where it runs, seen from above, at a right angle to its start: beyond that it turns back.
 class RayNodes {
  public:
   RayNodes(FibreRay& ray, double spacing, const NetDomain& region);

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from debulk.grid import Grid
-from debulk.inspection import left_out, tolerances, unseen, wrinkles
+from debulk.inspection import common_fibres, left_out, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
@@ -38,7 +38,8 @@ def report(
 ) -> Report:
     """Judge the layup by its evaluated pockets, and report all of it."""
     seen = found.unseen.coverage
-    pockets = tuple(evaluation.report for evaluation in evaluations)
+    judged_as = (*found.pockets, *tolerances.promoted(bumps, first_number=len(found.pockets) + 1))
+    pockets = common_fibres.without_shared_folds([evaluation.report for evaluation in evaluations], judged_as, ply)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
     taken = [bump.dropped for bump in bumps if bump.found is not None]  # the last of the pockets

@@ -151,7 +151,8 @@ class ExcessReport:
     noise_mm
         Standard deviation of the height from scan to scan.
     spacing_error_mm
-        By how much the extrapolation has changed the height.
+        By how much the extrapolation has changed the height; where the two nets differ by as much as the finer one has,
+        that difference.
     uncertainty_mm
         Two of those deviations with the spacing's error, or the recipe's margin, whichever is more.
     bridge_bound_mm

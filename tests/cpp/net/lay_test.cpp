@@ -79,6 +79,21 @@ TEST(LayNet, PathsLeaveInTheAskedDirectionsAndAreGreatCirclesOnASphere) {
   }
 }
 
+// A peak so steep that a fibre laid past it runs round it and back: a cone of slope 2 with a rounded tip.
+struct Peak : Surface {
+  SurfaceSample sample(const Eigen::Vector2d& p) const override {
+    const double r = std::sqrt(p.squaredNorm() + 25);
+    return {-2 * r, -2 * p / r, -2 / r * Eigen::Matrix2d::Identity() + 2 * p * p.transpose() / (r * r * r)};
+  }
+};
+
+TEST(LayNet, PathsEndWhereTheyTurnBack) {
+  const auto path = fibre_path(Peak(), {-60, 8}, 0.0, 3.0, PathRule::geodesic, disc(200), 1000);
+  ASSERT_GE(path.size(), 10U);
+  EXPECT_LT(path.size(), 100U);
+  for (std::size_t k = 1; k < path.size(); ++k) EXPECT_GT(path[k].x(), path[k - 1].x());
+}
+
 TEST(LayNet, VerticalPlanePathsAreStraightSeenFromAbove) {
   const exact::Hills hills(4, 0.12, {0.1, 0.05});
   const auto path = fibre_path(hills, {1, 2}, 0.6, 3.0, PathRule::vertical_plane, disc(60), 1000);
