@@ -30,9 +30,8 @@ __all__ = ["friction_length", "without_shared_folds"]
 Floats = NDArray[np.float64]
 
 _FIXED = 1  # kind of a node that is held
-_FACING = -math.sqrt(
-    0.5
-)  # cosine between the ends of one fibre on either side of a gap: those of the other direction cross it
+# Cosine between the ends of one fibre on either side of a gap: those of the other direction cross it.
+_FACING = -math.sqrt(0.5)
 
 
 class _End(NamedTuple):
