@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from debulk.grid import Grid
 from debulk.inspection import left_out, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
+from debulk.inspection.filled import Filled
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
 from debulk.inspection.placing import Placed
@@ -25,6 +26,7 @@ log = logging.getLogger("debulk")
 def report(
     found: Found,
     placed: Placed,
+    filled: Filled,
     bumps: Sequence[Bump],
     standing: Standing,
     evaluations: Sequence[Evaluation],
@@ -37,14 +39,14 @@ def report(
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
     judged = unseen.worst(judged, [*unseen.doubts(found, pockets, ply.recipe), *tolerances.doubts(bumps)])
-    judged = unseen.worst(judged, wrinkles.doubts(standing, ply.recipe))
+    judged = unseen.worst(judged, [*wrinkles.doubts(standing, ply.recipe), *filled.doubts(ply.recipe)])
     # What is said of the coverage says more than that nothing can be said of the level.
     # Nor can anything be where no pockets were looked for: they stand in the level.
     telling = placed.level is not None or seen >= ply.recipe.verdict.min_coverage
     if placed.doubt and telling and not found.doubt:
         judged = Judgement(Verdict.INVALID, placed.doubt)
     entries = tolerances.left_out(bumps, ply.recipe) + left_out.of_scan(found, ply.outline is not None)
-    entries += standing.left_out
+    entries += standing.left_out + filled.left_out()
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
     entries += left_out.of_late([(one.report.id, one.late) for one in evaluations if one.late])
     reason = judged.reason + (f"; {found.doubt}" if found.doubt else "")
