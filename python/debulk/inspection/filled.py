@@ -94,9 +94,7 @@ class FilledSearch:
         The sections segmentation and run.
     """
 
-    def __init__(
-        self, prepared: Prepared, mold_from_scanner: Floats | None, zones: PlyZones, recipe: Recipe
-    ) -> None:
+    def __init__(self, prepared: Prepared, mold_from_scanner: Floats | None, zones: PlyZones, recipe: Recipe) -> None:
         self._prepared, self._pose, self._zones, self._threads = prepared, mold_from_scanner, zones, recipe.run.threads
         self._up = np.array([0.0, 0.0, 1.0]) if mold_from_scanner is None else mold_from_scanner[2, :3]
         self._least_mm2 = min(recipe.segmentation.area_tol_mm2, _LARGEST_MM2)

@@ -25,7 +25,8 @@ _ACROSS = 3.0  # squares begin so many times in the width of the smallest patch 
 _QUIET = 0.1  # of the scan's median: a lower difference carries no noise of this scan
 _SHARE = 0.7  # of a square's differences: of noise 0.05 are as low, of quantised noise half in the worst of squares
 _SHARE_OF_ROW = 0.5  # of one row's; noise alone has it in one square of 2000
-_QUANTISED = 0.25  # share of second differences that low: 0.05 for noise, this where steps are twice as high as it
+_STEPS = 0.25  # share of second differences that are alike: 0.11 of noise, 0.29 where heights come in steps as high
+_ALIKE = 0.2  # of their median
 _LEAST_SEEN = 0.5  # of a square's differences
 _FOR_MEDIAN = 4000  # squares, over all of the image
 _ULPS = 4.0  # what rounding to single precision leaves of a smooth surface's differences
@@ -166,12 +167,14 @@ def _limit(second: Cloud) -> float | None:
 
     Squares that are all but free of noise do not count for the latter: they are what is looked for.
     """
-    size, fourth = np.abs(second), np.diff(second, n=_ORDER - 2)
-    seen = np.isfinite(size)
+    fourth = np.diff(second, n=_ORDER - 2)
     limit = _QUIET * _median(np.abs(fourth))
-    noisy = _share(fourth, limit) < _SHARE
-    low = np.count_nonzero(size[noisy] <= _QUIET * _median(size))
-    return None if low > _QUANTISED * np.count_nonzero(seen[noisy]) else limit
+    sizes = np.abs(second[_share(fourth, limit) < _SHARE])
+    sizes = np.sort(sizes[np.isfinite(sizes)])
+    if not len(sizes):
+        return None
+    alike = np.searchsorted(sizes, sizes + _ALIKE * np.median(sizes), side="right") - np.arange(len(sizes))
+    return None if alike.max() > _STEPS * len(sizes) else limit
 
 
 def _median(sizes: Cloud) -> float:
