@@ -60,7 +60,8 @@ def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squar
     if len(shape) != 3 or min(shape[:2]) < SIDE or not np.isfinite(pitch_mm):
         return None
     step = int(np.clip(wide_mm / (_ACROSS * pitch_mm), 4, 2 * SIDE))
-    return Squares(*(np.arange(0, n - SIDE + 1, step) for n in shape[:2]), step)
+    rows, columns = (np.arange(0, n - SIDE + 1, step, dtype=np.int64) for n in shape[:2])
+    return Squares(rows, columns, step)
 
 
 def quiet_squares(scan: Cloud, squares: Squares, on_ply: OnPly, up: Floats, stop: _core.Stop) -> Bools | None:
