@@ -32,7 +32,7 @@ _LOST = 0.3  # of a square's side: so near to a patch's rim a square in it still
 
 @dataclass(frozen=True)
 class Patch:
-    """A part of the scan without noise.
+    """A part of the scan that carries no noise.
 
     Attributes
     ----------

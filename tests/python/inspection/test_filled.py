@@ -183,3 +183,12 @@ def test_what_cannot_be_looked_at_is_left_out():
     scan, reference = _scans(standing=bump(60, 3.0))
     assert not _left_out(_inspected(scan, reference))
     assert "no image" in _left_out(_inspected(scan.reshape(-1, 3), reference.reshape(-1, 3)))[0]
+
+
+def test_the_search_ends_with_a_raised_stop():
+    scan = cloud(flat, SIZE, PITCH, 1).astype(np.float32)
+    stop = _core.Stop()
+    stop.cancel()
+    squares = squares_of(scan.shape, PITCH, 16.0)
+    with pytest.raises(_core.Stopped):
+        quiet_squares(scan, squares, lambda at: np.ones(len(at), dtype=bool), np.array([0.0, 0.0, 1.0]), stop)
