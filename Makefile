@@ -87,6 +87,8 @@ trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (a
 .PHONY: study
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
 	$(python) -m debulk.study
+	$(python) bench/study/spacings.py
+	$(python) bench/study/limit.py
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
 	$(python) bench/study/places.py
@@ -99,6 +101,7 @@ referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is mis
 	$(python) bench/referee/own.py
 	$(python) bench/referee/mujoco_runs.py
 	$(python) bench/referee/sensitivities.py
+	$(python) bench/referee/edge.py --laid Sedge1 Sedge5 Sedge8
 	$(python) bench/referee/score.py
 	$(python) bench/referee/crests.py
 

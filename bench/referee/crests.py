@@ -15,9 +15,8 @@ import own
 from pockets import Pocket, all_pockets
 from tables import HERE, Table
 
-from debulk import net, ridge, sheet, solve
+from debulk import _core, net, ridge, sheet, solve
 from debulk.inspection import polyline
-from debulk.inspection.excess_crest import excess_crest
 from debulk.inspection.net_crests import net_crests
 from debulk.inspection.ridges import HELD_SPREAD
 from debulk.recipe import Recipe
@@ -51,10 +50,10 @@ def compare() -> list[Compared]:
         laid = pocket.lay()
         if not mine or pocket.at_edge or (laid.kinds == 2).any():
             continue
-        crest = excess_crest(laid, pocket.reference)
+        crest = _core.ridge.excess_crest(laid._core.net, pocket.reference)
         if crest is None:
             continue
-        crests = {"excess": [line for line in (crest.polyline_mm, crest.mirrored_mm) if line is not None]}
+        crests = {"excess": [line for line in (crest.line_mm, crest.mirrored_mm) if len(line)]}
         shown = _of_net(laid, pocket)
         if shown is not None:
             crests["net"] = [shown]
@@ -72,7 +71,7 @@ def compare() -> list[Compared]:
                         min(abs((direction - fold_deg + 90) % 180 - 90) for direction in directions),
                         polyline.length_mm(lines[0]) / max(float(row["length_mm"]), 1e-9),
                         row["folds"] == "1",
-                        crest.mirrored_mm is not None,
+                        len(crest.mirrored_mm) > 0,
                     )
                 )
     return found

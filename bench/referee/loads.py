@@ -48,7 +48,8 @@ def main() -> None:
     rows = {
         row["pocket"]: row
         for row in own.table().rows()
-        if not row["variant"] and row["certified"] == "1" and float(row["cpu_s"]) <= most
+        if row["loads"] != "consistent" and row["variant"] in ("", own.MEAN_WAY)
+        if row["certified"] == "1" and float(row["cpu_s"]) <= most
     }
     lines = [line(synthetic_pocket(shape), rows[shape.name]) for shape in shapes() if shape.name in rows]
     about = (

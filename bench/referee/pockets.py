@@ -1,8 +1,9 @@
 """The referee's pockets: 60 of virtual layups that nothing else uses, and 60 synthetic ones; the same on every machine.
 
 Of each half, 30 have a largest fibre excess within 40 % of the limit's (a ridge of 0.60 mm by h = dL/2 + 0.43 t), the
-others are farther from it. The excess meant here is that of the laid net at the recipe's default size. Made once and
-kept in build/referee/pockets, a file a pocket.
+others are farther from it. The excess meant here is that of the laid net at the recipe's default size. layups.txt names
+the layups' pockets, by seed and number, so that the set stays when the inspector finds one more or one less. Made once
+and kept in build/referee/pockets, a file a pocket.
 """
 
 from __future__ import annotations
@@ -11,9 +12,11 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
+from tables import HERE
 
 from debulk import Inspector, net, pocket, ridge, scenes, surface
 from debulk.recipe import Recipe
@@ -24,7 +27,6 @@ LIMIT_EXCESS_MM = 2 * (LIMIT_MM - (2 - np.pi / 2) * THICKNESS_MM)  # 0.943: the 
 NEAR = (0.6, 1.4)  # "near the limit", in units of its excess
 LARGEST_FOOT_MM2 = 5000.0  # larger ones need more nodes than a fine net can be solved with
 FOLDER = Path("build/referee/pockets")
-_FIRST_SEED = 300
 _GRID_MM = 1.0
 
 
@@ -93,18 +95,13 @@ def excess(made: Pocket) -> float:
     return ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, made.reference)
 
 
-def near(excess_mm: float) -> bool:
-    """Whether an excess lies within 40 % of the limit's."""
-    return NEAR[0] <= excess_mm / LIMIT_EXCESS_MM <= NEAR[1]
-
-
 def all_pockets(folder: Path = FOLDER) -> list[Pocket]:
     """The whole set, in a fixed order; made where it is not there yet."""
     index = folder / "index.txt"
     if not index.exists():
         folder.mkdir(parents=True, exist_ok=True)
         names = []
-        for makers in (synthetic_pockets(), layup_pockets(60)):
+        for makers in (synthetic_pockets(), layup_pockets()):
             for made in makers:
                 made.save(folder)
                 names.append(made.name)
@@ -125,33 +122,28 @@ def spread(pockets: list[Pocket]) -> list[Pocket]:
 # Pockets of virtual layups, found in scans with noise as the inspector finds them.
 
 
-def layup_pockets(count: int) -> Iterator[Pocket]:
-    """From seed 300 on: half of them near the limit, spread over that range; no row of the layups' table crowds in.
+def layup_pockets() -> Iterator[Pocket]:
+    """Those of layups.txt, from seed 300 on.
 
-    The cut height for which a layup sizes its pockets varies: smaller feet under the same peaks hold more excess.
+    They were taken in order, at most eight of a row of the layups' table far from the limit, and at most fourteen of
+    each fifth of the limit's excess near it, so that none crowds in.
     """
-    left = {True: count // 2, False: count - count // 2}
-    taken: dict[tuple[bool, int], int] = {}
-    for seed in range(_FIRST_SEED, _FIRST_SEED + 60):
-        for row, made in _of_layup(seed):
-            ratio = excess(made) / LIMIT_EXCESS_MM
-            close = near(ratio * LIMIT_EXCESS_MM)
-            kind = (close, int((ratio - NEAR[0]) / 0.2) if close else row)  # four bins; or the row
-            if left[close] == 0 or taken.get(kind, 0) >= (14 if close else 8):
-                continue
-            left[close] -= 1
-            taken[kind] = taken.get(kind, 0) + 1
-            yield made
-        if not any(left.values()):
-            return
+    names = (HERE / "layups.txt").read_text(encoding="utf-8").split()
+    for seed, wanted in groupby(names, key=lambda name: int(name[1:4])):
+        found = {made.name: made for made in _of_layup(seed)}
+        for name in wanted:
+            if name not in found:
+                raise LookupError(f"{name} of layups.txt: these sources find only {', '.join(found)} in that layup")
+            yield found[name]
 
 
-def _of_layup(seed: int) -> Iterator[tuple[int, Pocket]]:
+def _of_layup(seed: int) -> Iterator[Pocket]:
+    """The cut height for which a layup sizes its pockets varies: smaller feet under the same peaks hold more excess."""
     cut = float(np.random.default_rng(seed).uniform(1.2, 2.2))
     layup = scenes.layup(seed=seed, pixels=(1280, 960), cut_height_mm=cut)
     recipe = Recipe(segmentation={"regions": False})
     inspector = Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
-    for row, one in enumerate(inspector.find(layup.scan).pockets):
+    for one in inspector.find(layup.scan).pockets:
         found, foot = one.pocket, one.foot
         if foot.area_mm2 > LARGEST_FOOT_MM2:
             continue
@@ -172,7 +164,7 @@ def _of_layup(seed: int) -> Iterator[tuple[int, Pocket]]:
             at_edge=found.touches_ply_edge,
             mold_tol_mm=1.25 * one.feet.mold_tol_mm,
         )
-        yield row, made
+        yield made
 
 
 # Synthetic pockets: bells h = H cos^2(pi d / 2) over a foot of some shape, without noise.

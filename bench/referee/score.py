@@ -7,65 +7,20 @@ E; never right for a part.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from textwrap import fill
 
 import figures
-import mujoco_runs
 import numpy as np
-import own
-from pockets import LIMIT_EXCESS_MM, LIMIT_MM, THICKNESS_MM
+from members import changes, ensembles, refusals
+from pockets import LIMIT_EXCESS_MM, LIMIT_MM
 from tables import HERE
+from truth import Truth, extrapolated_excess, ridge, truths
 
 RMS_LIMIT_MM = 0.30
 MARGIN_MM = 0.02  # of the ridge height by excess within which the rule decides nothing
 SURE = 0.9  # a share of members above which a CEASE is false without doubt
-
-
-@dataclass
-class Truth:
-    """A pocket with what both referees found and what the criteria know."""
-
-    name: str
-    row: dict[str, str]
-    gathered: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))  # by referee, a member each
-    heights: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
-
-    def share(self, referee: str) -> float | None:
-        """Share of the members above the limit, or None without members; "both": of all members of either."""
-        referees = self.gathered if referee == "both" else (referee,)
-        members = [g for r in referees for g in self.gathered.get(r, [])]
-        return float(np.mean([g > LIMIT_EXCESS_MM for g in members])) if members else None
-
-    def value(self, column: str) -> float:
-        """A figure of the criteria."""
-        return float(self.row[column])
-
-    @property
-    def at_edge(self) -> bool:
-        """Whether the ply's edge cuts the pocket."""
-        return self.row["at_edge"] == "1"
-
-
-def ridge(excess_mm: float) -> float:
-    """Height by the formula, mm."""
-    return excess_mm / 2 + (2 - np.pi / 2) * THICKNESS_MM
-
-
-def truths() -> list[Truth]:
-    """All pockets that a referee has judged."""
-    found = {r["pocket"]: Truth(r["pocket"], r) for r in figures.table().rows()}
-    for r in own.table().rows():
-        if r["certified"] == "1" and r["variant"] == "" and r["pocket"] in found:
-            found[r["pocket"]].gathered["own"].append(float(r["gathered_mm"]))
-            found[r["pocket"]].heights["own"].append(float(r["height_mm"]))
-    for r in mujoco_runs.table().rows():
-        if r["accepted"] == "1" and r["variant"] == "" and r["pocket"] in found:
-            found[r["pocket"]].gathered["mujoco"].append(float(r["gathered_mm"]))
-            found[r["pocket"]].heights["mujoco"].append(float(r["height_mm"]))
-    return [t for t in found.values() if t.gathered]
 
 
 @dataclass(frozen=True)
@@ -85,12 +40,6 @@ class Criterion:
 
 def _excess(column: str) -> Callable[[Truth], float]:
     return lambda t: ridge(t.value(column))
-
-
-def extrapolated_excess(truth: Truth) -> float:
-    """Excess of a net without spacing, mm: the error of a chord net falls with the square of its spacing."""
-    coarse, fine = truth.value("excess_mm"), truth.value("excess_half_spacing_mm")
-    return fine + (fine - coarse) / 3
 
 
 def _extrapolated(truth: Truth) -> float:
@@ -232,34 +181,8 @@ def text(every: list[Truth]) -> str:
         lines += confusion(inner, referee)
         lines += heights(inner, referee)
         lines += shared(inner, referee)
-    lines += ["", *agreement(every), *sensitivities(every)]
+    lines += ["", *agreement(every), *ensembles(every), *refusals(), *changes(every)]
     return "\n".join(fill(line, 116) if len(line) > 116 else line for line in lines) + "\n"
-
-
-def sensitivities(every: list[Truth]) -> list[str]:
-    """How far each change moves the gathered excess and the height, in MuJoCo and in own nets."""
-    lines = []
-    known = {t.name: t for t in every}
-    for referee, table in (("own", own.table()), ("mujoco", mujoco_runs.table())):
-        good = "certified" if referee == "own" else "accepted"
-        moved: dict[str, list[tuple[float, float]]] = defaultdict(list)
-        for r in table.rows():
-            t = known.get(r["pocket"])
-            if r["variant"] and r[good] == "1" and t is not None and t.gathered.get(referee):
-                moved[r["variant"]].append(
-                    (
-                        float(r["gathered_mm"]) / np.mean(t.gathered[referee]),
-                        float(r["height_mm"]) / np.mean(t.heights[referee]),
-                    )
-                )
-        for variant, ratios in moved.items():
-            gathered, height = np.array(ratios).T
-            lines.append(
-                f"  {referee:<7} {variant:<18} {len(ratios):>3} runs: gathered x {np.median(gathered):.2f} "
-                f"({gathered.min():.2f} to {gathered.max():.2f}), height x {np.median(height):.2f} "
-                f"({height.min():.2f} to {height.max():.2f})"
-            )
-    return ["", "What a change does, over the mean of the pocket's members:", *lines] if lines else []
 
 
 def picture(every: list[Truth]) -> None:
@@ -273,7 +196,7 @@ def picture(every: list[Truth]) -> None:
     top = 1.55
     axes.axvspan(LIMIT_MM - MARGIN_MM, LIMIT_MM + MARGIN_MM, color="0.88", lw=0, label="undecided by the rule")
     axes.fill_between([0, LIMIT_MM - MARGIN_MM], LIMIT_MM, top, color="#f6d5d0", lw=0)
-    axes.text(0.12, top - 0.03, "false CEASE: the rule lets it\npass, a fold stands", va="top", color="#8c2d19")
+    axes.text(0.12, top - 0.03, "false CEASE: the rule lets\nit pass, a fold stands", va="top", color="#8c2d19")
     axes.text(top - 0.02, 0.52, "false CREASE", ha="right", color="0.35")
     axes.plot([0, top], [0, top], color="0.6", lw=0.8)
     axes.axhline(LIMIT_MM, color="0.3", lw=0.8)

@@ -125,6 +125,7 @@ def picture(combinations: list[Row], path: Path) -> None:
 
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
+    from matplotlib.ticker import SymmetricalLogLocator
 
     colours = {"certified": "#2a78b5", "compliant": "#e0a030", "failed": "#c02020"}
     names = {
@@ -142,7 +143,11 @@ def picture(combinations: list[Row], path: Path) -> None:
             )
         if name not in ("tilt_deg", "curvature"):
             least = min(float(getattr(r.case, name)) or np.inf for r in combinations)
-            axis.set_xscale("symlog", linthresh=10 ** np.floor(np.log10(least)))
+            threshold = 10 ** np.floor(np.log10(least))
+            axis.set_xscale("symlog", linthresh=threshold)
+            locator = SymmetricalLogLocator(base=10.0, linthresh=threshold)
+            locator.set_params(numticks=6)  # more lie on one another
+            axis.xaxis.set_major_locator(locator)
         axis.set_yscale("log")
         axis.set_xlabel(label)
     for axis in axes[:, 0]:

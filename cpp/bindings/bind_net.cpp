@@ -82,6 +82,7 @@ void bind_net(py::module_ m) {
       .def(py::init<>())
       .def_readwrite("spacing_mm", &FibreNetOptions::spacing)
       .def_readwrite("node_target", &FibreNetOptions::node_target)
+      .def_readwrite("finer_too", &FibreNetOptions::finer_too)
       .def_readwrite("free_edge_mm", &FibreNetOptions::edge_tol)
       .def_readwrite("mold_tol_mm", &FibreNetOptions::mold_tol)
       .def_property(
@@ -93,7 +94,6 @@ void bind_net(py::module_ m) {
       .def_property(
           "mode", [](const LayPocketOptions& o) { return name_of(o.mode); },
           [](LayPocketOptions& o, const std::string& name) { o.mode = patch_mode(name); })
-      .def_readwrite("finer_too", &LayPocketOptions::finer_too)
       .def_readwrite("net", &LayPocketOptions::net);
 
   m.def(

@@ -179,6 +179,13 @@ void bind_pocket(py::module_ m) {
       .def_readonly("pockets", &Segmentation::pockets)
       .def_readonly("dropped", &Segmentation::dropped)
       .def_readonly("specks", &Segmentation::specks)
+      .def_property_readonly("bridged",
+                             [](const Segmentation& s) {
+                               Grid<std::uint8_t> mask = s.heights.like<std::uint8_t>();
+                               for (const Run& run : s.bridged)
+                                 std::fill(&mask.at(run.begin, run.row), &mask.at(run.begin, run.row) + (run.end - run.begin), 1);
+                               return grid_values(std::move(mask));
+                             })
       .def_property_readonly("origin", [](const Segmentation& s) { return row(s.heights.origin); })
       .def_property_readonly("spacing", [](const Segmentation& s) { return s.heights.spacing; })
       .def_property_readonly("labels", viewer(&Segmentation::labels))

@@ -3,6 +3,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/net/fibre_net.hpp"
+#include "debulk/ridge/excess_crest.hpp"
 #include "debulk/ridge/held_excess.hpp"
 #include "debulk/ridge/mold_length.hpp"
 #include "debulk/ridge/post_process.hpp"
@@ -87,6 +88,12 @@ void bind_ridge(py::module_ m) {
       .def_readonly("segments", &HeldExcess::segments)
       .def_readonly("noise_gain", &HeldExcess::noise_gain);
   m.def("held_excess", &held_excess, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
+
+  py::class_<ExcessCrest>(m, "ExcessCrest")
+      .def_property_readonly("line_mm", [](const ExcessCrest& crest) { return to_array(crest.line); })
+      .def_property_readonly("mirrored_mm", [](const ExcessCrest& crest) { return to_array(crest.mirrored); })
+      .def_readonly("peak", &ExcessCrest::peak);
+  m.def("excess_crest", &excess_crest, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
 
   m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));
   m.def("post_process", &post_process_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("inside"), py::arg("surface"),

@@ -1,4 +1,5 @@
 #include <array>
+#include <limits>
 #include <optional>
 #include <sstream>
 
@@ -7,11 +8,13 @@
 #include "bindings/convert.hpp"
 #include "bindings/seen.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/surface/cliffs.hpp"
 #include "debulk/surface/fit_reference.hpp"
 #include "debulk/surface/front_end.hpp"
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/median.hpp"
 #include "debulk/surface/misfit.hpp"
+#include "debulk/surface/thin_plate.hpp"
 
 namespace debulk {
 namespace {
@@ -291,6 +294,39 @@ void bind_surface(py::module_ m) {
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("reference"), py::arg("threads"), py::arg("stop"));
 
+  m.def(
+      "above_cliffs",
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, int threads, const Stop& stop) {
+        const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
+        Grid<std::uint8_t> out;
+        {
+          py::gil_scoped_release release;
+          out = above_cliffs(heights, threads, stop);
+        }
+        return grid_values(std::move(out));
+      },
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("threads"), py::arg("stop"));
+
+  // The heights with those that are marked replaced by a plate; none where the others do not determine one.
+  m.def(
+      "bridged",
+      [](const Array<float>& values, const Array<std::uint8_t>& unknown, double levelling, const Stop& stop) -> py::object {
+        Grid<float> heights = to_grid(values, {0, 0}, 1.0, "heights");
+        const Grid<std::uint8_t> marked = to_grid(unknown, {0, 0}, 1.0, "unknown");
+        require(marked.nx == heights.nx && marked.ny == heights.ny, "unknown", "a mask of the heights' shape", shape_of(unknown));
+        std::vector<std::size_t> points;
+        for (std::size_t k = 0; k < marked.size(); ++k)
+          if (marked.values[k]) points.push_back(k), heights.values[k] = std::numeric_limits<float>::quiet_NaN();
+        std::vector<double> plate;
+        {
+          py::gil_scoped_release release;
+          plate = thin_plate(heights, points, levelling, stop);
+        }
+        if (plate.size() != points.size()) return py::none();
+        for (std::size_t n = 0; n < points.size(); ++n) heights.values[points[n]] = static_cast<float>(plate[n]);
+        return grid_values(std::move(heights));
+      },
+      py::arg("heights"), py::arg("unknown"), py::arg("levelling"), py::arg("stop"));
   m.def("extent", &extent, py::arg("surface"));
   bind_front_end(m);
 }

@@ -7,6 +7,7 @@ without a copy where the array is C-contiguous float32, and never change their i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from os import PathLike
 from typing import Any
 
@@ -54,18 +55,23 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
     debulk._core.InputError: scan: expected an (H, W, 3) or (N, 3) array of points, but got shape (4, 2)
     """
     cloud = as_cloud(points, name)
-    seen, low, high = _core.cloud.bounds(cloud, 0)
-    if seen == 0:
-        raise InputError(
-            f"{name}: expected at least one point with three finite coordinates, but got none of {cloud.size // 3}"
-        )
-    extent = max(h - lo for lo, h in zip(low, high, strict=True))
+    check_bounds([_core.cloud.bounds(cloud, 0)], cloud.size // 3, name, check_unit=check_unit)
+    return cloud
+
+
+def check_bounds(
+    parts: Sequence[tuple[int, list[float], list[float]]], count: int, name: str, *, check_unit: bool = True
+) -> None:
+    """Refuse a cloud of `count` points by the bounds of its parts, as `checked` does."""
+    boxes = np.array([(low, high) for seen, low, high in parts if seen])
+    if not len(boxes):
+        raise InputError(f"{name}: expected at least one point with three finite coordinates, but got none of {count}")
+    extent = float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max())
     if check_unit and extent < SMALLEST_EXTENT_MM:
         raise InputError(
             f"{name}: expected coordinates in mm, but got a cloud {extent:.4g} across; "
             "if they are metres, pass the points times 1000 (on the command line: --unit m)"
         )
-    return cloud
 
 
 @typed

@@ -315,8 +315,9 @@ def fit_reference(
     A quadratic is fitted to the heights round each node, weighted, in a window of ``2 * window_mm``, and gives the
     node's height: no bias on a mold that is gently curved over the window, little noise. Heights far off this fit are
     left out of a second one. Gaps and the border are filled in as a thin plate, which goes on linearly. Where such a
-    fit is off over several nodes, the window is half as wide. Beside a cliff the surface is that of the upper side, up
-    to its last point; on the lower side it is none for up to 40 mm: see `misfits`.
+    fit is off over several nodes, the window is half as wide, and where it is still off, a quarter. Beside a cliff the
+    surface is that of the upper side, up to its last point; on the lower side it is none for up to 40 mm: see
+    `misfits`.
 
     Parameters
     ----------
@@ -325,8 +326,8 @@ def fit_reference(
     spacing_mm
         Distance of the surface's nodes; rounded to a multiple of the grid's.
     window_mm
-        Half width of the window, at least. Details narrower than half the window are smoothed: a groove 16 mm wide
-        and 6 mm deep reads 5.8 mm with the default, one of 8 mm 3.8 mm.
+        Half width of the window, at least. Details narrower than a quarter of the window are smoothed: a groove 16 mm
+        wide and 6 mm deep reads 6.0 mm with the default, one of 8 mm 5.1 mm.
     robust
         Robust standard deviations beyond which a height is left out.
     doublings

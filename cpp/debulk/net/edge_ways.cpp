@@ -13,16 +13,23 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
 }
 
 // From a point inside the outline straight on until it is left; 0 from a point on it or outside.
-double way_out(const Polygon& outline, const Eigen::Vector2d& from, const Eigen::Vector2d& direction) {
+double way_out(const OutlineSearch& outline, const Eigen::Vector2d& from, const Eigen::Vector2d& direction) {
+  if (!outline.inside(from)) return 0.0;
+  const Polygon& corners = outline.polygon();
   double way = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < outline.size(); ++k) {
-    const Eigen::Vector2d corner = outline[k], side = outline[(k + 1) % outline.size()] - corner;
-    const double parallel = cross(direction, side);
-    if (parallel == 0) continue;
-    const double along = cross(corner - from, side) / parallel, share = cross(corner - from, direction) / parallel;
-    if (along >= 0 && share >= 0 && share <= 1) way = std::min(way, along);
+  Eigen::Vector2d before = corners.back() - from;
+  double beside_before = cross(before, direction);
+  for (const Eigen::Vector2d& corner : corners) {
+    const Eigen::Vector2d here = corner - from;
+    const double beside = cross(here, direction);
+    if (beside * beside_before <= 0 && beside != beside_before) {  // the side's ends lie on either side of the way, or on it
+      const Eigen::Vector2d side = here - before;
+      const double along = cross(before, side) / cross(direction, side);
+      if (along >= 0) way = std::min(way, along);
+    }
+    before = here, beside_before = beside;
   }
-  return way < std::numeric_limits<double>::infinity() && inside(outline, from) ? way : 0.0;
+  return way < std::numeric_limits<double>::infinity() ? way : 0.0;
 }
 
 }  // namespace
@@ -37,6 +44,7 @@ std::vector<double> ways_to_edge(const Net& net, const Polygon& ply) {
 
 std::vector<std::array<double, 2>> ways_along_fibres(const Net& net, const Polygon& ply) {
   std::vector<std::array<double, 2>> out(net.nodes.size(), {0.0, 0.0});
+  const OutlineSearch outline(ply);
   const auto xy = [&net](int node) { return Eigen::Vector2d(net.nodes[static_cast<std::size_t>(node)].head<2>()); };
   for (const int fibre : {0, 1}) {
     const Direction on = fibre == 0 ? east : north, back = fibre == 0 ? west : south;
@@ -49,8 +57,8 @@ std::vector<std::array<double, 2>> ways_along_fibres(const Net& net, const Polyg
         before = last;
         last = next;
       }
-      const double way = std::min(way_out(ply, xy(first), (xy(first) - xy(second)).normalized()),
-                                  way_out(ply, xy(last), (xy(last) - xy(before)).normalized()));
+      const double way = std::min(way_out(outline, xy(first), (xy(first) - xy(second)).normalized()),
+                                  way_out(outline, xy(last), (xy(last) - xy(before)).normalized()));
       for (int n = first; n >= 0; n = n == last ? -1 : net.neighbours[static_cast<std::size_t>(n)][on])
         out[static_cast<std::size_t>(n)][static_cast<std::size_t>(fibre)] = way;
     }

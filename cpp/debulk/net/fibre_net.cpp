@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "debulk/core/error.hpp"
 #include "debulk/net/area.hpp"
@@ -32,10 +35,17 @@ struct Place {
   bool inside = false;     // the perimeter
 };
 
+// The same of the place (i, j).
+struct Found {
+  int i, j;
+  Place place;
+};
+
 // Lays and trims one pocket's net at any spacing.
 class PocketMesher {
  public:
-  PocketMesher(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options)
+  // spacing: an estimate of those at which nets will be laid.
+  PocketMesher(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options, double spacing)
       : ply_(ply),
         mold_(mold),
         shape_(shape),
@@ -43,16 +53,19 @@ class PocketMesher {
         outline_(shape.outline),
         ply_outline_(shape.ply_outline),
         rms_outline_(shape.rms_outline),
-        box_(bounding_box(shape.outline)) {}
+        box_(bounding_box(shape.outline)),
+        rays_(fibre_rays(ply, shape.centre, shape.angles, spacing / kStepsPerSegment, options.paths)) {}
 
-  PocketNet net(double spacing, const Stop& stop) const {
+  PocketNet net(double spacing, const Stop& stop) {
     LayOptions laying;
     laying.stop = stop;
-    laying.paths = options_.paths;
     const NetDomain region = fibre_parallelogram(shape_.outline, shape_.centre, shape_.angles, 2 * spacing);
-    const Lattice lattice = lay_net(ply_, shape_.centre, shape_.angles, spacing, region, laying);
-    std::vector<Place> places = trimmed(lattice);
-    keep_what_hangs_on_centre(lattice, places);
+    NetLayer layer(ply_, rays_, shape_.angles, spacing, region, laying);
+    check_count(spacing, laying.most_nodes);
+    const std::vector<Found> found = spread(layer, spacing);
+    const Lattice lattice = layer.lattice();
+    std::vector<Place> places(lattice.nodes.size());
+    for (const Found& f : found) places[lattice.index(f.i, f.j)] = f.place;
     std::vector<NodeKind> kinds = kinds_of(lattice, places);
     remove_pendulums(lattice, places, kinds);
     fix_ends_on_mold(lattice, places, kinds);
@@ -75,35 +88,35 @@ class PocketMesher {
         if (places[lattice.index(i, j)].kept) body(i, j, lattice.index(i, j));
   }
 
-  std::vector<Place> trimmed(const Lattice& lattice) const {
-    std::vector<Place> places(lattice.nodes.size());
-    for (std::size_t k = 0; k < places.size(); ++k) {
-      const Vector2d xy = lattice.nodes[k].head<2>();
-      const double d = lattice.spacing;
-      if (!xy.allFinite() || ((xy - box_.low).array() < -d).any() || ((xy - box_.high).array() > d).any()) continue;
-      places[k].inside = outline_.inside(xy);
-      if (!places[k].inside && !outline_.within(xy, d)) continue;
-      places[k].past_edge = !ply_outline_.empty() && !ply_outline_.inside(xy);
-      places[k].kept = !places[k].past_edge;
-    }
-    return places;
+  void check_count(double spacing, long most_nodes) const {
+    const Vector2d size = (box_.high - box_.low) / spacing;
+    require(size.x() * size.y() <= static_cast<double>(most_nodes), "spacing_mm", "a spacing that needs fewer nodes in this region",
+            spacing);
   }
 
-  void keep_what_hangs_on_centre(const Lattice& lattice, std::vector<Place>& places) const {
-    std::vector<std::uint8_t> reached(places.size(), 0);
-    std::vector<std::array<int, 2>> open{{0, 0}};
-    reached[lattice.index(0, 0)] = 1;
-    while (!open.empty()) {
-      const auto [i, j] = open.back();
-      open.pop_back();
+  Place place_of(const Vector2d& xy, double spacing) const {
+    Place place;
+    if (((xy - box_.low).array() < -spacing).any() || ((xy - box_.high).array() > spacing).any()) return place;
+    place.inside = outline_.inside(xy);
+    if (!place.inside && !outline_.within(xy, spacing)) return place;
+    place.past_edge = !ply_outline_.empty() && !ply_outline_.inside(xy);
+    place.kept = !place.past_edge;
+    return place;
+  }
+
+  // The nodes that are kept and connected to the centre, and their neighbours: nothing else is laid but what those hang on.
+  std::vector<Found> spread(NetLayer& layer, double spacing) const {
+    std::vector<Found> found{{0, 0, place_of(shape_.centre, spacing)}};
+    std::set<std::array<int, 2>> seen{{0, 0}};
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      if (k > 0 && !found[k].place.kept) continue;
       for (const auto& step : kSteps) {
-        const int a = i + step[0], b = j + step[1];
-        if (!kept(lattice, places, a, b) || reached[lattice.index(a, b)]) continue;
-        reached[lattice.index(a, b)] = 1;
-        open.push_back({a, b});
+        const int i = found[k].i + step[0], j = found[k].j + step[1];
+        if (!seen.insert({i, j}).second) continue;
+        if (const Eigen::Vector3d* node = layer.at(i, j)) found.push_back({i, j, place_of(node->head<2>(), spacing)});
       }
     }
-    for (std::size_t k = 0; k < places.size(); ++k) places[k].kept = places[k].kept && reached[k];
+    return found;
   }
 
   // Whether the fibre through (i, j) ends at the ply's edge: its next node lies past it or, where none could be laid, the
@@ -181,6 +194,7 @@ class PocketMesher {
   const FibreNetOptions& options_;
   const OutlineSearch outline_, ply_outline_, rms_outline_;
   const Box box_;
+  FibreRays rays_;
 };
 
 // Spacing at which outline and band (area A + L d + pi d^2) hold `count` cells of d^2 sin(crossing).
@@ -193,7 +207,7 @@ double estimated_spacing(double area, double perimeter, double crossing_sine, do
 // The number of nodes falls with the spacing, but in steps and not always. So: scale the estimate until the count is within
 // 3 % of the target (the spacing then follows the outline's size smoothly, whatever the noise on it); once both sides of the
 // target are known, bisect between them; in the end take the best seen.
-PocketNet net_with_about(const PocketMesher& mesher, double target, double estimate, const Stop& stop) {
+PocketNet net_with_about(PocketMesher& mesher, double target, double estimate, const Stop& stop) {
   const double near_enough = std::max(1.0, 0.03 * target);
   double too_fine = 0, too_coarse = std::numeric_limits<double>::infinity(), spacing = estimate;
   PocketNet best;
@@ -218,7 +232,7 @@ PocketNet net_with_about(const PocketMesher& mesher, double target, double estim
 
 // A foot may be many times as large as what stands above the cut: then the target leaves a node or two inside the outline that
 // decides. So: finer, until there are enough, as long as the net does not grow beyond most_growth times the target.
-PocketNet with_enough_inside(const PocketMesher& mesher, PocketNet net, double target, const Stop& stop) {
+PocketNet with_enough_inside(PocketMesher& mesher, PocketNet net, double target, const Stop& stop) {
   constexpr double most_growth = 3;
   for (int trial = 0; trial < 8; ++trial) {
     const auto inside = static_cast<double>(std::count(net.net.inside.begin(), net.net.inside.end(), 1));
@@ -228,6 +242,16 @@ PocketNet with_enough_inside(const PocketMesher& mesher, PocketNet net, double t
     net = mesher.net(net.net.spacing * scale, stop);
   }
   return net;
+}
+
+// At half the spacing, where that closes the rim; else empty.
+Net finer_net(PocketMesher& mesher, double spacing, const Stop& stop) {
+  try {
+    PocketNet finer = mesher.net(spacing / 2, stop);
+    if (finer.open_ends.empty() && finer.held_all_round()) return std::move(finer.net);
+  } catch (const InputError&) {  // none can be laid at that spacing: the one at hand is what there is
+  }
+  return {};
 }
 
 }  // namespace
@@ -252,10 +276,10 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
   require(shape.ply_outline.empty() || inside(shape.ply_outline, shape.centre), "centre_mm", "a point inside ply_outline", place.str());
 
   if (stop.now()) throw Stopped("the laying of a net was stopped");
-  const PocketMesher mesher(ply, mold, shape, options);
-  const double area = shape.area ? *shape.area : surface_area(ply, shape.outline, shape.ply_outline);
+  const double area = surface_area(ply, shape.outline, shape.ply_outline);
   const double sine = std::max(std::abs(std::sin(shape.angles[1] - shape.angles[0])), 0.1);
   const double estimate = estimated_spacing(area, polygon_perimeter(shape.outline), sine, options.node_target);
+  PocketMesher mesher(ply, mold, shape, options, options.spacing.value_or(estimate));
   PocketNet net = options.spacing ? mesher.net(*options.spacing, stop) : net_with_about(mesher, options.node_target, estimate, stop);
   if (!options.spacing && !shape.rms_outline.empty()) net = with_enough_inside(mesher, std::move(net), options.node_target, stop);
   net.area = area;
@@ -263,6 +287,7 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
     net.net.to_edge = ways_to_edge(net.net, shape.ply_outline);
     net.hold_ways = ways_along_fibres(net.net, shape.ply_outline);
   }
+  if (options.finer_too && net.held_all_round()) net.finer = finer_net(mesher, net.net.spacing, stop);
   return net;
 }
 

@@ -22,7 +22,6 @@ struct PocketShape {
   std::vector<Eigen::Vector2d> outline;      // the perimeter
   std::vector<Eigen::Vector2d> ply_outline;  // empty: the ply's edge is unknown and no node is free
   std::vector<Eigen::Vector2d> rms_outline;  // decides Net::inside; empty: `outline` does
-  std::optional<double> area;                // mm2, of the surface inside the outlines where that is known already
 };
 
 // As many nodes at least are to lie inside the outline at the cut: fewer do not show how a pocket closes.
@@ -36,6 +35,7 @@ struct FibreNetOptions {
   double edge_tol = 20.0;               // mm from the ply's edge within which boundary nodes are free
   double mold_tol = kNominalMoldTolMm;  // mm between surface and mold within which a band node is a boundary node
   PathRule paths = PathRule::geodesic;
+  bool finer_too = false;  // PocketNet::finer
 
   void check() const;
 };
@@ -45,10 +45,10 @@ struct PocketNet {
   double area = 0.0;           // mm^2 of ply surface inside the perimeter (and the ply)
   std::vector<int> open_ends;  // inner nodes away from the ply's edge that miss a fibre neighbour: the rim is not closed there
   std::vector<std::array<double, 2>> hold_ways;  // ways_along_fibres(); empty where the ply's edge is not known
-  // Of lay_pocket() alone: the net at half the spacing on the same surface, empty where it was not asked for, a node is free, or
-  // its rim does not close; and the scan's noise in the height of a node, mm, one standard deviation.
+  // The net at half the spacing: empty where it was not asked for, a node is free, its rim does not close, or none can be laid. It is
+  // there for its lengths: without ways to the ply's edge.
   Net finer;
-  double noise = 0.0;
+  double noise = 0.0;  // of lay_pocket() alone: the scan's in the height of a node, mm, one standard deviation
 
   bool held_all_round() const { return std::count(net.kinds.begin(), net.kinds.end(), NodeKind::free) == 0; }
 };

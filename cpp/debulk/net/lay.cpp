@@ -83,56 +83,140 @@ std::optional<Vector3d> fourth_node(const Surface& surface, const Vector3d& comm
   return found;
 }
 
+FibreRays fibre_rays(const Surface& surface, const Vector2d& centre, const FibreAngles& angles, double step, PathRule rule) {
+  const double half_turn = 180 * kDegree;
+  const auto ray = [&](double angle) { return FibreRay(surface, centre, angle, step, rule); };
+  return {ray(angles[0]), ray(angles[0] + half_turn), ray(angles[1]), ray(angles[1] + half_turn)};
+}
+
+NetLayer::NetLayer(const Surface& surface, FibreRays& rays, const FibreAngles& angles, double spacing, const NetDomain& region,
+                   const LayOptions& options)
+    : surface_(surface),
+      region_(region),
+      options_(options),
+      turn_(std::sin(angles[1] - angles[0])),
+      paths_{RayNodes(rays[east], spacing, region), RayNodes(rays[west], spacing, region), RayNodes(rays[north], spacing, region),
+             RayNodes(rays[south], spacing, region)} {
+  options.check();
+  check_start(surface, rays[east].at(0).xy, angles, spacing);
+  lattice_.spacing = spacing;
+  lattice_.nodes.push_back(rays[east].at(0).position());
+  states_.push_back(State::laid);
+}
+
+// Twice as much at least each time.
+void NetLayer::make_room(int i, int j) {
+  if (within(i, j)) return;
+  Lattice wider = lattice_;
+  const int columns = lattice_.columns(), rows = lattice_.rows();
+  if (i < wider.west) wider.west = std::min(i, wider.west - columns);
+  if (i > wider.east) wider.east = std::max(i, wider.east + columns);
+  if (j < wider.south) wider.south = std::min(j, wider.south - rows);
+  if (j > wider.north) wider.north = std::max(j, wider.north + rows);
+  require(static_cast<long>(wider.columns()) * wider.rows() <= 4 * options_.most_nodes, "spacing_mm",
+          "a spacing that needs fewer nodes in this region", lattice_.spacing);
+  wider.nodes.assign(static_cast<std::size_t>(wider.columns()) * static_cast<std::size_t>(wider.rows()),
+                     Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+  std::vector<State> states(wider.nodes.size(), State::unknown);
+  for (int b = lattice_.south; b <= lattice_.north; ++b)
+    for (int a = lattice_.west; a <= lattice_.east; ++a) {
+      wider.nodes[wider.index(a, b)] = lattice_.at(a, b);
+      states[wider.index(a, b)] = states_[lattice_.index(a, b)];
+    }
+  lattice_ = std::move(wider);
+  states_ = std::move(states);
+}
+
+const Vector3d* NetLayer::on_path(int i, int j) {
+  const auto number = static_cast<std::size_t>(std::abs(i + j));
+  require(static_cast<long>(number) < options_.longest_path, "spacing_mm", "a spacing that needs fewer nodes in this region",
+          lattice_.spacing);
+  return paths_[j == 0 ? (i > 0 ? east : west) : (j > 0 ? north : south)].node(number);
+}
+
+// The node is unknown, and what it needs is not.
+void NetLayer::lay(int i, int j) {
+  const bool along_fibre = i == 0 || j == 0;  // which takes a hundred times as long
+  if ((along_fibre || ++laid_ % 64 == 0) && options_.stop.now()) throw Stopped("the laying of a net was stopped");
+  State& state = states_[lattice_.index(i, j)];
+  state = State::none;
+  const auto keep = [&](const Vector3d& node) {
+    lattice_.nodes[lattice_.index(i, j)] = node;
+    state = State::laid;
+  };
+  if (along_fibre) {
+    if (const Vector3d* node = on_path(i, j)) keep(*node);
+    return;
+  }
+  const int si = i > 0 ? 1 : -1, sj = j > 0 ? 1 : -1;
+  const Vector3d &common = lattice_.at(i - si, j - sj), &a = lattice_.at(i, j - sj), &b = lattice_.at(i - si, j);
+  const std::optional<Vector3d> found = fourth_node(surface_, common, a, b, lattice_.spacing);
+  if (!found || !region_(found->head<2>())) return;
+  const double side = turn_ * si * sj;
+  const bool folded = cross(a - common, b - common) * side <= 0 || cross(*found - b, *found - a) * side <= 0;
+  if (!folded) keep(*found);
+}
+
+const Vector3d* NetLayer::at(int i, int j) {
+  make_room(i, j);
+  if (state(i, j) == State::unknown) asked_.push_back({i, j});
+  while (!asked_.empty()) {
+    const auto [a, b] = asked_.back();
+    const int si = (a > 0) - (a < 0), sj = (b > 0) - (b < 0);
+    const std::array<std::array<int, 2>, 3> needed{{{a - si, b - sj}, {a, b - sj}, {a - si, b}}};
+    bool misses = false, waits = false;
+    if (si != 0 && sj != 0) {
+      for (const auto& [p, q] : needed) misses = misses || state(p, q) == State::none;
+      for (const auto& [p, q] : needed)
+        if (!misses && state(p, q) == State::unknown) {
+          asked_.push_back({p, q});
+          waits = true;
+        }
+    }
+    if (waits) continue;
+    asked_.pop_back();
+    if (misses)
+      states_[lattice_.index(a, b)] = State::none;
+    else if (state(a, b) == State::unknown)
+      lay(a, b);
+  }
+  return state(i, j) == State::laid ? &lattice_.at(i, j) : nullptr;
+}
+
+Lattice NetLayer::lattice() const {
+  Lattice out;
+  out.spacing = lattice_.spacing;
+  for (int j = lattice_.south; j <= lattice_.north; ++j)
+    for (int i = lattice_.west; i <= lattice_.east; ++i)
+      if (state(i, j) == State::laid) {
+        out.west = std::min(out.west, i), out.east = std::max(out.east, i);
+        out.south = std::min(out.south, j), out.north = std::max(out.north, j);
+      }
+  require(static_cast<long>(out.columns()) * out.rows() <= options_.most_nodes, "spacing_mm",
+          "a spacing that needs fewer nodes in this region", out.spacing);
+  out.nodes.reserve(static_cast<std::size_t>(out.columns()) * static_cast<std::size_t>(out.rows()));
+  for (int j = out.south; j <= out.north; ++j)
+    for (int i = out.west; i <= out.east; ++i) out.nodes.push_back(lattice_.at(i, j));
+  return out;
+}
+
 Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngles& angles, double spacing, const NetDomain& region,
                 const LayOptions& options) {
   options.check();
   check_start(surface, centre, angles, spacing);
-  const auto check = [&] {
-    if (options.stop.now()) throw Stopped("the laying of a net was stopped");
+  FibreRays rays = fibre_rays(surface, centre, angles, spacing / kStepsPerSegment, options.paths);
+  NetLayer layer(surface, rays, angles, spacing, region, options);
+  const auto path = [&](int di, int dj) {
+    int n = 0;
+    while (layer.at((n + 1) * di, (n + 1) * dj) != nullptr) ++n;
+    return n;
   };
-  const double half_turn = 180 * kDegree;
-  std::array<std::vector<Vector3d>, 4> paths;  // by Direction
-  for (const Direction d : {east, west, north, south}) {
-    check();
-    const double angle = angles[d / 2] + (d % 2 == 1 ? half_turn : 0.0);
-    paths[d] = fibre_path(surface, centre, angle, spacing, options.paths, region, options.longest_path);
-    require(static_cast<long>(paths[d].size()) < options.longest_path, "spacing_mm", "a spacing that needs fewer nodes in this region",
-            spacing);
-  }
-
-  Lattice lattice;
-  lattice.spacing = spacing;
-  lattice.east = static_cast<int>(paths[east].size());
-  lattice.west = -static_cast<int>(paths[west].size());
-  lattice.north = static_cast<int>(paths[north].size());
-  lattice.south = -static_cast<int>(paths[south].size());
-  require(static_cast<long>(lattice.columns()) * lattice.rows() <= options.most_nodes, "spacing_mm",
+  const int n_east = path(1, 0), n_west = path(-1, 0), n_north = path(0, 1), n_south = path(0, -1);
+  require(static_cast<long>(n_west + 1 + n_east) * (n_south + 1 + n_north) <= options.most_nodes, "spacing_mm",
           "a spacing that needs fewer nodes in this region", spacing);
-  lattice.nodes.assign(static_cast<std::size_t>(lattice.columns()) * lattice.rows(),
-                       Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
-  lattice.nodes[lattice.index(0, 0)] = {centre.x(), centre.y(), surface.height(centre)};
-  for (int i = 1; i <= lattice.east; ++i) lattice.nodes[lattice.index(i, 0)] = paths[east][i - 1];
-  for (int i = 1; i <= -lattice.west; ++i) lattice.nodes[lattice.index(-i, 0)] = paths[west][i - 1];
-  for (int j = 1; j <= lattice.north; ++j) lattice.nodes[lattice.index(0, j)] = paths[north][j - 1];
-  for (int j = 1; j <= -lattice.south; ++j) lattice.nodes[lattice.index(0, -j)] = paths[south][j - 1];
-
-  const double turn = std::sin(angles[1] - angles[0]);  // its sign: which way round the two fibres cross, seen from above
-  for (const int si : {1, -1})
-    for (const int sj : {1, -1})
-      for (int j = 1; j <= (sj > 0 ? lattice.north : -lattice.south); ++j) {
-        check();
-        for (int i = 1; i <= (si > 0 ? lattice.east : -lattice.west); ++i) {
-          const int ci = si * i, cj = sj * j;
-          if (!lattice.has(ci - si, cj - sj) || !lattice.has(ci, cj - sj) || !lattice.has(ci - si, cj)) continue;
-          const Vector3d &common = lattice.at(ci - si, cj - sj), &a = lattice.at(ci, cj - sj), &b = lattice.at(ci - si, cj);
-          const std::optional<Vector3d> found = fourth_node(surface, common, a, b, spacing);
-          if (!found || !region(found->head<2>())) continue;
-          const double side = turn * si * sj;
-          const bool folded = cross(a - common, b - common) * side <= 0 || cross(*found - b, *found - a) * side <= 0;
-          if (!folded) lattice.nodes[lattice.index(ci, cj)] = *found;
-        }
-      }
-  return lattice;
+  for (int j = -n_south; j <= n_north; ++j)
+    for (int i = -n_west; i <= n_east; ++i) layer.at(i, j);
+  return layer.lattice();
 }
 
 NetDomain fibre_parallelogram(const std::vector<Vector2d>& outline, const Vector2d& centre, const FibreAngles& angles, double margin) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -38,6 +39,42 @@ struct LayOptions {
   Stop stop;                  // raised: Stopped is thrown
 
   void check() const;
+};
+
+// The four initial paths from a centre, by Direction; `step` as of FibreRay.
+using FibreRays = std::array<FibreRay, 4>;
+FibreRays fibre_rays(const Surface& surface, const Eigen::Vector2d& centre, const FibreAngles& angles, double step, PathRule rule);
+
+// Lays the nodes of a net as they are asked for, each from its two neighbours towards the initial paths, as lay_net() says: which
+// others were asked for before makes no difference.
+class NetLayer {
+ public:
+  // The rays are those of this centre and these angles; they, the surface and the region are kept by reference.
+  NetLayer(const Surface& surface, FibreRays& rays, const FibreAngles& angles, double spacing, const NetDomain& region,
+           const LayOptions& options);
+
+  const Eigen::Vector3d* at(int i, int j);  // none where no node can be laid; valid until the next call
+  // All nodes laid so far.
+  Lattice lattice() const;
+
+ private:
+  enum class State : std::uint8_t { unknown, none, laid };
+
+  bool within(int i, int j) const { return i >= lattice_.west && i <= lattice_.east && j >= lattice_.south && j <= lattice_.north; }
+  State state(int i, int j) const { return within(i, j) ? states_[lattice_.index(i, j)] : State::unknown; }
+  void make_room(int i, int j);
+  void lay(int i, int j);
+  const Eigen::Vector3d* on_path(int i, int j);
+
+  const Surface& surface_;
+  const NetDomain& region_;
+  LayOptions options_;
+  double turn_;  // its sign: which way round the two fibres cross, seen from above
+  std::array<RayNodes, 4> paths_;
+  Lattice lattice_;
+  std::vector<State> states_;
+  std::vector<std::array<int, 2>> asked_;
+  long laid_ = 0;
 };
 
 // Lays a net from `centre`: the two initial paths, then each quadrant's nodes from their two neighbours towards the paths.

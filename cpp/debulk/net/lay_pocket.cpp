@@ -5,16 +5,18 @@
 #include <utility>
 
 #include "debulk/core/error.hpp"
+#include "debulk/net/raised.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/smooth.hpp"
-#include "debulk/surface/reference.hpp"
 
 namespace debulk {
 namespace {
 
-// The net reaches one spacing past the perimeter. The patch reaches this much further, mm, so that the spline through it is
-// sure of its slopes where the last nodes lie: it forgets its border by a factor of 4 per grid spacing.
+// The net reaches one spacing past the perimeter. At the ply's edge what stands up there goes on this much further, mm.
 constexpr double kMarginBeyondNet = 10.0;
+
+// Points of 0 round what stands up: the spline through it forgets by a factor of 4 per grid spacing, and ends below 1e-9 of it.
+constexpr int kBorder = 16;
 
 // The foot contour lies where the ply is mold_tol above the mold. The spline through the patch may stand a little higher
 // there, and a band node on it must still count as lying on the mold.
@@ -47,23 +49,23 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   check();
   const auto index = static_cast<std::size_t>(id - 1);
   const Pocket& pocket = segmentation.pockets[index];
+  const Polygon& outline = options.mode == PatchMode::paper ? pocket.outline : feet.feet[index].outline;
 
   PatchOptions window;
   window.mode = options.mode;
   window.margin_mm = kMarginBeyondNet + options.net.spacing.value_or(largest_spacing(feet.feet[index].area, options.net.node_target));
-  window.keep_reference = false;
-  Patch patch = make_patch(segmentation, feet, id, reference, window);
+  Grid<double> excess = patch_excess(segmentation, feet, id, window, kBorder);
   check();
-  const Reference surface(std::move(patch.surface));
+  const Raised surface(reference, std::move(excess));
   check();
 
   PocketShape shape;
   // On a foot that others share, most of which is theirs, from where its own ply stands up.
   const std::int32_t label = feet.feet[index].label;
   const auto sharing = std::count_if(feet.feet.begin(), feet.feet.end(), [&](const Foot& foot) { return foot.label == label; });
-  shape.centre = net_centre(sharing > 1 ? pocket.outline : patch.outline, pocket.centroid);
+  shape.centre = net_centre(sharing > 1 ? pocket.outline : outline, pocket.centroid);
   shape.angles = angles;
-  shape.outline = patch.outline;
+  shape.outline = outline;
   shape.ply_outline = ply_outline;
   shape.rms_outline = pocket.outline;
   FibreNetOptions net = options.net;
@@ -71,15 +73,15 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   // Geodesics would stray on the step at which the paper's patch is glued to the mold.
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
   PocketNet out = fibre_net(surface, reference, shape, net, stop);
-  out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);
-  if (!options.finer_too || !out.held_all_round()) return out;
-  net.spacing = out.net.spacing / 2;
-  shape.area = out.area;
-  try {
-    PocketNet finer = fibre_net(surface, reference, shape, net, stop);
-    if (finer.open_ends.empty() && finer.held_all_round()) out.finer = std::move(finer.net);
-  } catch (const InputError&) {  // no net can be laid at that spacing: the one at hand is what there is
+  if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
+    shape.centre = deepest_point(outline);
+    try {
+      PocketNet again = fibre_net(surface, reference, shape, net, stop);
+      if (again.open_ends.size() < out.open_ends.size()) out = std::move(again);
+    } catch (const InputError&) {  // none can be laid from there: the one at hand is what there is
+    }
   }
+  out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);
   return out;
 }
 

@@ -5,56 +5,14 @@
 #include "debulk/net/bracketed_root.hpp"
 
 namespace debulk {
-namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Steps of the integration to a segment. RK4 at 1/32: about 1e-10 of a segment where the surface's radius is ten segments.
-constexpr int kStepsPerSegment = 32;
+namespace {
+
 // A path whose chord does not reach the spacing within this many segments of arc curls up and ends.
 constexpr int kLongestArc = 8;
-
-struct PathPoint {
-  Vector2d xy;
-  Vector2d velocity;  // d(xy)/ds, s the arc length on the surface
-};
-
-Vector3d lifted(const Surface& surface, const Vector2d& xy) {
-  return {xy.x(), xy.y(), surface.height(xy)};
-}
-
-Vector2d at_unit_speed(const Vector2d& velocity, const Vector2d& gradient) {
-  const double rise = gradient.dot(velocity);
-  return velocity / std::sqrt(velocity.squaredNorm() + rise * rise);
-}
-
-// Geodesic of z = F(x, y): x'' = -(x' . H x') grad F / (1 + |grad F|^2), primes by arc length.
-PathPoint slope(const Surface& surface, const PathPoint& p) {
-  const SurfaceSample s = surface.sample(p.xy);
-  const double bend = p.velocity.dot(s.hessian * p.velocity) / (1 + s.gradient.squaredNorm());
-  return {p.velocity, -bend * s.gradient};
-}
-
-PathPoint moved(const PathPoint& p, double h, const PathPoint& along) {
-  return {p.xy + h * along.xy, p.velocity + h * along.velocity};
-}
-
-PathPoint geodesic_step(const Surface& surface, const PathPoint& p, double h) {
-  const PathPoint k1 = slope(surface, p);
-  const PathPoint k2 = slope(surface, moved(p, h / 2, k1));
-  const PathPoint k3 = slope(surface, moved(p, h / 2, k2));
-  const PathPoint k4 = slope(surface, moved(p, h, k3));
-  const Vector2d xy = p.xy + h / 6 * (k1.xy + 2 * k2.xy + 2 * k3.xy + k4.xy);
-  const Vector2d velocity = p.velocity + h / 6 * (k1.velocity + 2 * k2.velocity + 2 * k3.velocity + k4.velocity);
-  return {xy, at_unit_speed(velocity, surface.sample(xy).gradient)};
-}
-
-// The curve's projection is straight, so a step of any length stays on it: only its arc length is approximate.
-PathPoint plane_step(const Surface& surface, const PathPoint& p, double h) {
-  const Vector2d xy = p.xy + h * p.velocity;
-  return {xy, at_unit_speed(p.velocity, surface.sample(xy).gradient)};
-}
 
 }  // namespace
 
@@ -63,29 +21,81 @@ Vector3d fibre_direction(const Surface& surface, const Vector2d& xy, double angl
   return Vector3d(seen.x(), seen.y(), surface.sample(xy).gradient.dot(seen)).normalized();
 }
 
+FibreRay::FibreRay(const Surface& surface, const Vector2d& start, double angle, double step, PathRule rule)
+    : surface_(surface), step_(step), rule_(rule), points_{on_surface(start, {std::cos(angle), std::sin(angle)})} {}
+
+// Geodesic of z = F(x, y): x'' = -(x' . H x') grad F / (1 + |grad F|^2), primes by arc length.
+FibreRay::Point FibreRay::on_surface(const Vector2d& xy, const Vector2d& velocity) const {
+  const SurfaceSample s = surface_.sample(xy);
+  const double rise = s.gradient.dot(velocity);
+  const Vector2d at_unit_speed = velocity / std::sqrt(velocity.squaredNorm() + rise * rise);
+  const double bend = at_unit_speed.dot(s.hessian * at_unit_speed) / (1 + s.gradient.squaredNorm());
+  return {xy, at_unit_speed, -bend * s.gradient, s.height};
+}
+
+Vector2d FibreRay::turn(const Vector2d& xy, const Vector2d& velocity) const {
+  const SurfaceSample s = surface_.sample(xy);
+  return -velocity.dot(s.hessian * velocity) / (1 + s.gradient.squaredNorm()) * s.gradient;
+}
+
+FibreRay::Point FibreRay::beyond(const Point& p, double h) const {
+  // A vertical plane's curve is straight seen from above, so a step of any length stays on it: only its arc length is approximate.
+  if (rule_ == PathRule::vertical_plane) return on_surface(p.xy + h * p.velocity, p.velocity);
+  const Vector2d v2 = p.velocity + h / 2 * p.turn, a2 = turn(p.xy + h / 2 * p.velocity, v2);
+  const Vector2d v3 = p.velocity + h / 2 * a2, a3 = turn(p.xy + h / 2 * v2, v3);
+  const Vector2d v4 = p.velocity + h * a3, a4 = turn(p.xy + h * v3, v4);
+  return on_surface(p.xy + h / 6 * (p.velocity + 2 * v2 + 2 * v3 + v4), p.velocity + h / 6 * (p.turn + 2 * a2 + 2 * a3 + a4));
+}
+
+const FibreRay::Point& FibreRay::at(std::size_t k) {
+  while (points_.size() <= k) points_.push_back(beyond(points_.back(), step_));
+  return points_[k];
+}
+
+RayNodes::RayNodes(FibreRay& ray, double spacing, const NetDomain& region)
+    : ray_(ray), spacing_(spacing), region_(region), nodes_{ray.at(0).position()}, here_(ray.at(0)) {}
+
+const Vector3d* RayNodes::node(std::size_t n) {
+  while (nodes_.size() <= n)
+    if (!lay_next()) return nullptr;
+  return &nodes_[n];
+}
+
+bool RayNodes::lay_next() {
+  const Vector3d last = nodes_.back();
+  const auto excess = [&](const FibreRay::Point& p) { return (p.position() - last).norm() - spacing_; };
+  const double h = ray_.step(), farthest = arc_ + kLongestArc * spacing_;
+  FibreRay::Point from = here_;
+  double from_arc = arc_, before = -spacing_, after = ended_ ? std::nan("") : -spacing_;
+  while (after < 0 && from_arc < farthest) {
+    const FibreRay::Point& next = ray_.at(ahead_);
+    after = excess(next);
+    if (!(after < 0)) break;
+    from = next, before = after;
+    from_arc = static_cast<double>(ahead_++) * h;
+  }
+  ended_ = !(after >= 0);  // curled up, or left the surface (NaN)
+  if (ended_) return false;
+  const double width = static_cast<double>(ahead_) * h - from_arc;
+  const auto excess_after = [&](double part) { return excess(ray_.beyond(from, part)); };
+  const double part = bracketed_root(excess_after, 0.0, before, width, after, 1e-14 * spacing_);
+  here_ = ray_.beyond(from, part);
+  arc_ = from_arc + part;
+  // Turned back, it would lay a second net over the first.
+  ended_ = !region_(here_.xy) || here_.velocity.dot(ray_.at(0).velocity) <= 0;
+  if (!ended_) nodes_.push_back(here_.position());
+  return !ended_;
+}
+
 std::vector<Vector3d> fibre_path(const Surface& surface, const Vector2d& start, double angle, double spacing, PathRule rule,
                                  const NetDomain& region, long limit) {
-  const auto step = rule == PathRule::geodesic ? geodesic_step : plane_step;
-  const double h = spacing / kStepsPerSegment;
+  FibreRay ray(surface, start, angle, spacing / kStepsPerSegment, rule);
+  RayNodes path(ray, spacing, region);
   std::vector<Vector3d> nodes;
-  PathPoint here{start, fibre_direction(surface, start, angle).head<2>()};
-  Vector3d last = lifted(surface, start);
   while (static_cast<long>(nodes.size()) < limit) {
-    const auto excess = [&](const PathPoint& p) { return (lifted(surface, p.xy) - last).norm() - spacing; };
-    double before = -spacing, after = -spacing;
-    PathPoint ahead = here;
-    for (int k = 0; k < kLongestArc * kStepsPerSegment && after < 0; ++k) {
-      here = ahead;
-      before = after;
-      ahead = step(surface, here, h);
-      after = excess(ahead);
-    }
-    if (!(after >= 0)) break;  // curled up, or left the surface (NaN)
-    const auto excess_after = [&](double part) { return excess(step(surface, here, part)); };
-    here = step(surface, here, bracketed_root(excess_after, 0.0, before, h, after, 1e-14 * spacing));
-    if (!region(here.xy)) break;
-    last = lifted(surface, here.xy);
-    nodes.push_back(last);
+    const Vector3d* next = path.node(nodes.size() + 1);
+    if (next == nullptr) break;
+    nodes.push_back(*next);
   }
   return nodes;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "debulk/core/error.hpp"
@@ -102,6 +103,24 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
   return where;
 }
 
+// Points of a label at known heights that have a neighbour without one, row by row: where a flood begins.
+std::vector<Front> rim_of(const Grid<std::int32_t>& labels, const Grid<float>& heights) {
+  const int nx = labels.nx, ny = labels.ny;
+  std::vector<Front> rim;
+  // Whether column i - 1 is labelled in a row and both beside it, where these exist; nothing beyond the grid is without a label.
+  std::vector<std::uint8_t> column(static_cast<std::size_t>(nx) + 2, 1), at_rim(static_cast<std::size_t>(nx));
+  for (int j = 0; j < ny; ++j) {
+    const std::int32_t *row = &labels.at(0, j), *above = j > 0 ? row - nx : row, *below = j + 1 < ny ? row + nx : row;
+    for (int i = 0; i < nx; ++i) column[static_cast<std::size_t>(i) + 1] = (above[i] != 0) & (row[i] != 0) & (below[i] != 0);
+    for (std::size_t i = 0; i < at_rim.size(); ++i) at_rim[i] = (row[i] != 0) & !(column[i] & column[i + 1] & column[i + 2]);
+    for (auto at = at_rim.begin(); (at = std::find(at, at_rim.end(), 1)) != at_rim.end(); ++at) {
+      const int i = static_cast<int>(at - at_rim.begin());
+      if (const float h = heights.at(i, j); !std::isnan(h)) rim.push_back({h, i, j});
+    }
+  }
+  return rim;
+}
+
 // `labels` holds the seeds, which stay. Every point above `level` that the flood reaches gets the label of the point it came from.
 void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
   const int nx = labels.nx, ny = labels.ny;
@@ -112,19 +131,9 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
     for (int k = 0; k < 8; ++k)
       if (interior || labels.contains(i + kDi[k], j + kDj[k])) body(k);
   };
-  std::vector<Front> rim;
+  const std::vector<Front> rim = rim_of(labels, heights);
   float highest = 0;
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i) {
-      const std::int32_t* here = &labels.at(i, j);
-      const float h = heights.at(i, j);
-      if (*here == 0 || std::isnan(h)) continue;
-      bool at_rim = false;
-      for_neighbours(i, j, [&](int k) { at_rim |= here[offsets[k]] == 0; });
-      if (!at_rim) continue;
-      rim.push_back({h, i, j});
-      highest = std::max(highest, h);
-    }
+  for (const Front& front : rim) highest = std::max(highest, front.level);
   Fronts fronts(level - 1, highest);
   for (const Front& front : rim) fronts.push(front);
   Front front{};
@@ -143,11 +152,11 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
 
 // Where feet meet, the ply does not come down to the mold between them: they become one, labelled by the smallest of their pockets'
 // ids. What stands up without being a pocket joins a pocket's foot too, or goes. Returns each pocket's label.
-std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, int count) {
+std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, int count, int threads) {
   std::vector<std::int32_t> label_of(static_cast<std::size_t>(count));
   auto taken = labels.like<std::uint8_t>();
   for (std::size_t k = 0; k < labels.size(); ++k) taken.values[k] = labels.values[k] != 0;
-  const std::vector<Run> runs = find_runs(taken, true);
+  const std::vector<Run> runs = find_runs(taken, true, threads);
   RunJoining joining;
   const Components& components = joining.run(runs);
   for (std::size_t c = 0; c < static_cast<std::size_t>(components.count()); ++c) {
@@ -164,10 +173,10 @@ std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, int count) {
 }
 
 // Points that are surrounded by a single foot become part of it.
-void fill_within(Grid<std::int32_t>& labels) {
+void fill_within(Grid<std::int32_t>& labels, int threads) {
   auto taken = labels.like<std::uint8_t>();
   for (std::size_t k = 0; k < labels.size(); ++k) taken.values[k] = labels.values[k] > 0;
-  const std::vector<Run> runs = find_runs(taken, false);
+  const std::vector<Run> runs = find_runs(taken, false, threads);
   const std::vector<int> first = join_runs(runs, 0);
   constexpr std::int32_t unseen = 0, several = -1;
   std::vector<std::int32_t> owner(runs.size(), unseen);
@@ -207,16 +216,20 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, threads, stop);
   out.labels = segmentation.labels;
   const double hill = out.hill_mm = kHillShare * cut > level ? kHillShare * cut : cut;
+  float least = static_cast<float>(hill);  // the least float that is not below it
+  if (least < hill) least = std::nextafter(least, std::numeric_limits<float>::infinity());
+  const float *given = segmentation.heights.values.data(), *smooth = out.heights.values.data();
+  std::int32_t* claimed = out.labels.values.data();
   for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
-    if (out.labels.values[k] == 0 && segmentation.heights.values[k] >= hill && out.heights.values[k] >= hill)
-      out.labels.values[k] = kNobody;
+    claimed[k] = (claimed[k] == 0) & (given[k] >= least) & (smooth[k] >= least) ? kNobody : claimed[k];
   check(stop);
   flood_downhill(out.labels, out.heights, level, out.mold_tol_mm, stop);
   check(stop);
   const int count = static_cast<int>(segmentation.pockets.size());
-  const std::vector<std::int32_t> label_of = join_feet(out.labels, count);
-  fill_within(out.labels);
-
+  const std::vector<std::int32_t> label_of = join_feet(out.labels, count, threads);
+  check(stop);
+  fill_within(out.labels, threads);
+  check(stop);
   const std::vector<Outline> outlines =
       trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply, threads, stop);
   for (const std::int32_t label : label_of) {

@@ -25,12 +25,45 @@ struct Offset {
   int squared() const { return i * i + j * j; }
 };
 
+// Columns [begin, end) of a row.
+struct Span {
+  int begin, end;
+};
+
+// Of each row, the points that are not marked and that a mark may be within `reach` of: the others of the grid need no look.
+std::vector<std::vector<Span>> unmarked_within(const Grid<std::uint8_t>& marked, int reach) {
+  std::vector<Span> extent(static_cast<std::size_t>(marked.ny), {marked.nx, 0});  // of a row's marks
+  for (int j = 0; j < marked.ny; ++j) {
+    const std::uint8_t *row = &marked.at(0, j), *end = row + marked.nx, *first = std::find(row, end, 1);
+    if (first == end) continue;
+    while (end[-1] == 0) --end;
+    extent[static_cast<std::size_t>(j)] = {static_cast<int>(first - row), static_cast<int>(end - row)};
+  }
+  std::vector<std::vector<Span>> out(extent.size());
+  const int near = std::min(reach, std::max(marked.nx, marked.ny));
+  for (int j = 0; j < marked.ny; ++j) {
+    Span within{marked.nx, 0};
+    for (int k = std::max(0, j - near); k <= std::min(marked.ny - 1, j + near); ++k) {
+      within.begin = std::min(within.begin, extent[static_cast<std::size_t>(k)].begin);
+      within.end = std::max(within.end, extent[static_cast<std::size_t>(k)].end);
+    }
+    if (within.begin >= within.end) continue;
+    const std::uint8_t *row = &marked.at(0, j), *last = row + std::min(marked.nx, within.end + near);
+    for (const std::uint8_t* at = row + std::max(0, within.begin - near); at != last;) {
+      const std::uint8_t* begin = std::find(at, last, 0);
+      at = std::find(begin, last, 1);
+      if (begin != at) out[static_cast<std::size_t>(j)].push_back({static_cast<int>(begin - row), static_cast<int>(at - row)});
+    }
+  }
+  return out;
+}
+
 // From every point to (nearly) the nearest marked one, as far as `reach` points: vectors handed on from neighbour to
 // neighbour, down and up.
-Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked, int reach) {
+Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked, const std::vector<std::vector<Span>>& unmarked, int reach) {
   auto nearest = marked.like<Offset>();
-  for (std::size_t k = 0; k < marked.size(); ++k)
-    if (marked.values[k]) nearest.values[k] = {0, 0};
+  std::transform(marked.values.begin(), marked.values.end(), nearest.values.begin(),
+                 [](std::uint8_t mark) { return mark ? Offset{0, 0} : Offset(); });
   const int farthest = reach < Offset::kNone ? reach * reach : std::numeric_limits<int>::max();
   const auto take = [&](Offset& here, const Offset* row, int i, int di, int dj) {
     if (i + di < 0 || i + di >= marked.nx || !row[i + di].found()) return;
@@ -39,16 +72,15 @@ Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked, int reach) {
   };
   const auto sweep_row = [&](int j, int dj) {
     Offset* row = &nearest.at(0, j);
-    if (j + dj >= 0 && j + dj < marked.ny) {
-      const Offset* beside = &nearest.at(0, j + dj);
-      for (int i = 0; i < marked.nx; ++i)
-        if (!row[i].marked())
+    for (const Span& span : unmarked[static_cast<std::size_t>(j)]) {
+      if (j + dj >= 0 && j + dj < marked.ny) {
+        const Offset* beside = &nearest.at(0, j + dj);
+        for (int i = span.begin; i < span.end; ++i)
           for (int di = -1; di <= 1; ++di) take(row[i], beside, i, di, dj);
+      }
+      for (int i = span.begin; i < span.end; ++i) take(row[i], row, i, -1, 0);
+      for (int i = span.end - 1; i >= span.begin; --i) take(row[i], row, i, 1, 0);
     }
-    for (int i = 0; i < marked.nx; ++i)
-      if (!row[i].marked()) take(row[i], row, i, -1, 0);
-    for (int i = marked.nx - 1; i >= 0; --i)
-      if (!row[i].marked()) take(row[i], row, i, 1, 0);
   };
   for (int j = 0; j < marked.ny; ++j) sweep_row(j, -1);
   for (int j = marked.ny - 1; j >= 0; --j) sweep_row(j, 1);
@@ -62,7 +94,7 @@ double fade(double u) {
 
 // The part of the height map round the perimeter, and where its points lie in the map.
 struct PatchWindow {
-  int i0, j0;
+  int i0, j0, nx, ny;
   const Segmentation& segmentation;
   const FootMap& feet;
   PlyMask ply;  // on the patch's points, beyond the map too; everywhere for a pocket that does not touch the ply's edge
@@ -93,33 +125,46 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
   bottom = std::max(bottom - reach, 0), top = std::min(top + reach, within.ny - 1);
   Grid<std::uint8_t> marked(right - left + 1, top - bottom + 1, within.position(left, bottom), spacing);
   bool all_known = true;
-  for (int j = bottom; j <= top; ++j)
+  for (int j = std::max(bottom, -window.j0); j <= std::min(top, window.feet.heights.ny - 1 - window.j0); ++j) {
+    const std::uint8_t *in = &within.at(0, j), *on_ply = window.segmentation.ply.row(j + window.j0);
+    const float* height = &window.feet.heights.at(0, j + window.j0);
+    std::uint8_t* mark = &marked.at(0, j - bottom);
+    double* to = &surface.at(0, j);
     for (int i = left; i <= right; ++i) {
-      if (!within.at(i, j)) continue;
-      const bool known = window.known(i, j);
-      marked.at(i - left, j - bottom) = known;
+      if (!in[i]) continue;  // as all that does not lie on the map
+      const bool known = !std::isnan(height[i + window.i0]) && (!on_ply || on_ply[i + window.i0]);
+      mark[i - left] = known;
       all_known = all_known && known;
+      if (known) to[i] += std::max(height[i + window.i0] - t, 0.0);
     }
-
-  const Grid<Offset> nearest = nearest_marked(marked, all_known ? reach : Offset::kNone);
+  }
+  const int farthest = all_known ? reach : Offset::kNone;
+  const std::vector<std::vector<Span>> unmarked = unmarked_within(marked, farthest);
+  const Grid<Offset> nearest = nearest_marked(marked, unmarked, farthest);
   for (int j = bottom; j <= top; ++j)
-    for (int i = left; i <= right; ++i) {
-      const Offset o = nearest.at(i - left, j - bottom);
-      if (!o.found()) continue;
-      const double edge = std::max(window.height(i + o.i, j + o.j) - t, 0.0);  // for a point within: its own
-      if (within.at(i, j)) {
-        surface.at(i, j) += edge;
-        continue;
+    for (const Span& span : unmarked[static_cast<std::size_t>(j - bottom)])
+      for (int i = left + span.begin; i < left + span.end; ++i) {
+        const Offset o = nearest.at(i - left, j - bottom);
+        if (!o.found()) continue;
+        const double edge = std::max(window.height(i + o.i, j + o.j) - t, 0.0);
+        if (within.at(i, j)) {
+          surface.at(i, j) += edge;
+          continue;
+        }
+        const double here = window.known(i, j) ? std::clamp(window.height(i, j) - t, 0.0, edge) : edge;
+        const double width = window.off_ply(i, j) ? off_ply_mm : options.fade_mm;
+        if (width > 0) surface.at(i, j) += here * fade(std::sqrt(o.squared()) * spacing / width);
       }
-      const double here = window.known(i, j) ? std::clamp(window.height(i, j) - t, 0.0, edge) : edge;
-      const double width = window.off_ply(i, j) ? off_ply_mm : options.fade_mm;
-      if (width > 0) surface.at(i, j) += here * fade(std::sqrt(o.squared()) * spacing / width);
-    }
 }
 
-}  // namespace
+// Of a pocket, what the mode of the patch says of it.
+struct Chosen {
+  const Polygon& outline;
+  double area;
+  bool closed, touches_ply_edge, parted;
+};
 
-Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const PatchOptions& options) {
+Chosen chosen(const Segmentation& segmentation, const FootMap& feet, int id, const PatchOptions& options) {
   options.check();
   const int count = static_cast<int>(segmentation.pockets.size());
   require(id >= 1 && id <= count, "pocket_id", ("the id of a pocket, 1 to " + std::to_string(count)).c_str(), id);
@@ -127,42 +172,71 @@ Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, 
           "the feet of this segmentation", std::to_string(feet.feet.size()) + " feet for " + std::to_string(count) + " pockets");
   const Pocket& pocket = segmentation.pockets[static_cast<std::size_t>(id - 1)];
   const Foot& foot = feet.feet[static_cast<std::size_t>(id - 1)];
-  const bool paper = options.mode == PatchMode::paper;
+  if (options.mode == PatchMode::paper) return {pocket.outline, pocket.area, !pocket.touches_unknown, pocket.touches_ply_edge, false};
+  return {foot.outline, foot.area, foot.closed, pocket.touches_ply_edge || foot.touches_ply_edge, foot.parted};
+}
 
+// The part of the height map that holds the outline and `margin_mm` round it.
+PatchWindow window_round(const Polygon& outline, double margin_mm, const Segmentation& segmentation, const FootMap& feet) {
+  const Grid<float>& map = feet.heights;
+  const Box box = bounding_box(outline);
+  const Eigen::Vector2d low = map.locate(box.low - Eigen::Vector2d::Constant(margin_mm));
+  const Eigen::Vector2d high = map.locate(box.high + Eigen::Vector2d::Constant(margin_mm));
+  const int i0 = static_cast<int>(std::floor(low.x())), j0 = static_cast<int>(std::floor(low.y()));
+  const int nx = static_cast<int>(std::ceil(high.x())) - i0 + 1, ny = static_cast<int>(std::ceil(high.y())) - j0 + 1;
+  return {i0, j0, nx, ny, segmentation, feet, {}};
+}
+
+// The pocket's own points in the window, and what stands up there and round it above F, added to a surface on its points.
+Grid<std::uint8_t> add_excess(PatchWindow& window, int id, bool at_ply_edge, const PatchOptions& options, Grid<double>& surface) {
+  const bool paper = options.mode == PatchMode::paper;
+  auto within = surface.like<std::uint8_t>();
+  if (at_ply_edge && window.segmentation.options.ply_outline) window.ply = PlyMask(*window.segmentation.options.ply_outline, within);
+  const Grid<std::int32_t>& labels = paper ? window.segmentation.labels : window.feet.labels;
+  const std::int32_t label = paper ? id : window.feet.feet[static_cast<std::size_t>(id - 1)].label;
+  const int first = std::max(0, -window.i0), end = std::min(window.nx, labels.nx - window.i0);  // columns on the map
+  for (int j = std::max(0, -window.j0); j < std::min(window.ny, labels.ny - window.j0) && first < end; ++j) {
+    const std::int32_t* from = &labels.at(first + window.i0, j + window.j0);
+    std::transform(from, from + (end - first), &within.at(first, j), [label](std::int32_t l) { return l == label; });
+  }
+  if (!paper) {
+    add_foot_excess(window, within, options, surface);
+  } else {
+    for (int j = 0; j < window.ny; ++j)
+      for (int i = 0; i < window.nx; ++i)
+        if (within.at(i, j) && window.known(i, j)) surface.at(i, j) += window.height(i, j);
+  }
+  return within;
+}
+
+}  // namespace
+
+Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const PatchOptions& options) {
+  const Chosen what = chosen(segmentation, feet, id, options);
   Patch patch;
   patch.id = id;
   patch.mode = options.mode;
-  patch.outline = paper ? pocket.outline : foot.outline;
-  patch.area = paper ? pocket.area : foot.area;
-  patch.closed = paper ? !pocket.touches_unknown : foot.closed;
-  patch.touches_ply_edge = pocket.touches_ply_edge || (!paper && foot.touches_ply_edge);
-  patch.parted = !paper && foot.parted;
-
-  const Grid<float>& map = feet.heights;
-  const Box box = bounding_box(patch.outline);
-  const Eigen::Vector2d low = map.locate(box.low - Eigen::Vector2d::Constant(options.margin_mm));
-  const Eigen::Vector2d high = map.locate(box.high + Eigen::Vector2d::Constant(options.margin_mm));
-  PatchWindow window{static_cast<int>(std::floor(low.x())), static_cast<int>(std::floor(low.y())), segmentation, feet, {}};
-  const int nx = static_cast<int>(std::ceil(high.x())) - window.i0 + 1, ny = static_cast<int>(std::ceil(high.y())) - window.j0 + 1;
-  patch.within = Grid<std::uint8_t>(nx, ny, map.position(window.i0, window.j0), map.spacing);
-  if (patch.touches_ply_edge && segmentation.options.ply_outline) window.ply = PlyMask(*segmentation.options.ply_outline, patch.within);
-  const Grid<std::int32_t>& labels = paper ? segmentation.labels : feet.labels;
-  const std::int32_t label = paper ? id : foot.label;
-  const int first = std::max(0, -window.i0), end = std::min(nx, labels.nx - window.i0);  // columns on the map
-  for (int j = std::max(0, -window.j0); j < std::min(ny, labels.ny - window.j0); ++j)
-    for (int i = first; i < end; ++i) patch.within.at(i, j) = labels.at(i + window.i0, j + window.j0) == label;
-
-  patch.surface = patch.within.like<double>();
+  patch.outline = what.outline;
+  patch.area = what.area;
+  patch.closed = what.closed;
+  patch.touches_ply_edge = what.touches_ply_edge;
+  patch.parted = what.parted;
+  PatchWindow window = window_round(what.outline, options.margin_mm, segmentation, feet);
+  patch.surface = Grid<double>(window.nx, window.ny, feet.heights.position(window.i0, window.j0), feet.heights.spacing);
   reference.heights_on(patch.surface, 1);
-  if (options.keep_reference) patch.reference = patch.surface;
-  if (!paper) {
-    add_foot_excess(window, patch.within, options, patch.surface);
-  } else {
-    for (int j = 0; j < ny; ++j)
-      for (int i = 0; i < nx; ++i)
-        if (patch.within.at(i, j) && window.known(i, j)) patch.surface.at(i, j) += window.height(i, j);
-  }
+  patch.reference = patch.surface;
+  patch.within = add_excess(window, id, what.touches_ply_edge, options, patch.surface);
   return patch;
+}
+
+Grid<double> patch_excess(const Segmentation& segmentation, const FootMap& feet, int id, const PatchOptions& options, int border) {
+  const Chosen what = chosen(segmentation, feet, id, options);
+  const bool off_ply = what.touches_ply_edge && segmentation.options.ply_outline;
+  const double reach_mm = off_ply ? std::max(options.margin_mm, options.fade_mm) : options.fade_mm;
+  PatchWindow window = window_round(what.outline, reach_mm + border * feet.heights.spacing, segmentation, feet);
+  Grid<double> excess(window.nx, window.ny, feet.heights.position(window.i0, window.j0), feet.heights.spacing);
+  add_excess(window, id, what.touches_ply_edge, options, excess);
+  return excess;
 }
 
 }  // namespace debulk

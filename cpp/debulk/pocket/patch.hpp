@@ -17,9 +17,8 @@ enum class PatchMode : std::uint8_t {
 
 struct PatchOptions {
   PatchMode mode = PatchMode::foot;
-  double margin_mm = 30.0;     // of the window, round the outline: at least the offset of the net's boundary
-  double fade_mm = 4.0;        // outside the foot, over which what still stands up goes down to F; 0: at once
-  bool keep_reference = true;  // in Patch::reference
+  double margin_mm = 30.0;  // of the window, round the outline: at least the offset of the net's boundary
+  double fade_mm = 4.0;     // outside the foot, over which what still stands up goes down to F; 0: at once
   void check() const;
 };
 
@@ -34,7 +33,7 @@ struct Patch {
   bool touches_ply_edge = false;
   bool parted = false;        // see Foot
   Grid<double> surface;       // mm, mold frame; finite everywhere
-  Grid<double> reference;     // F at the same points; empty where it is not asked for
+  Grid<double> reference;     // F at the same points
   Grid<std::uint8_t> within;  // 1 at the points of the pocket's own region
 };
 
@@ -42,5 +41,9 @@ struct Patch {
 // pocket's own region with what is left there (mold_tol on the mold, more at a saddle to a neighbour), which fades to F over
 // fade_mm; past the ply's edge the edge's height fades over the margin, so that a net can be laid up to the edge.
 Patch make_patch(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const PatchOptions& options);
+
+// Only what the patch's surface has above F: on the smallest grid that holds it, and `border` points of 0 round that. A pocket that
+// touches the ply's edge stands up as far as the margin reaches.
+Grid<double> patch_excess(const Segmentation& segmentation, const FootMap& feet, int id, const PatchOptions& options, int border);
 
 }  // namespace debulk

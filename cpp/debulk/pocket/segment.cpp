@@ -149,7 +149,7 @@ void Segmenter::prepare(const Grid<float>& given, const SegmentOptions& options)
     grid.values.resize(given.size());
   };
   reshape(out_.heights), reshape(out_.labels);
-  out_.pockets.clear(), out_.dropped.clear(), out_.specks = 0;
+  out_.pockets.clear(), out_.dropped.clear(), out_.bridged.clear(), out_.specks = 0;
 }
 
 // Heights, what is unknown, what stands above the cut; labels emptied. `given` may be the result itself.
@@ -185,6 +185,7 @@ bool Segmenter::bridge_components(const Components& components, bool all_of_them
     auto value = bridged_[r].begin();
     if (value == bridged_[r].end()) continue;
     any = true;
+    out_.bridged.insert(out_.bridged.end(), components.begin(r), components.end(r));
     for (const Run* run = components.begin(r); run != components.end(r); ++run)
       for (int i = run->begin; i < run->end; ++i) out_.heights.at(i, run->row) = static_cast<float>(*value++);
   }

@@ -57,6 +57,7 @@ struct Segmentation {
   int specks = 0;                // dropped, too, and not worth listing: below a twentieth of area_tol_mm2
   Grid<std::int32_t> labels;     // 0: none, else the pocket's id
   Grid<float> heights;           // the input, unknown off the ply, bridged where that was allowed
+  std::vector<Run> bridged;      // of these heights
   SegmentOptions options;
   PlyMask ply;
 };

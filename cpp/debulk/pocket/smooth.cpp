@@ -16,7 +16,7 @@
 namespace debulk {
 namespace {
 
-constexpr long kRowsPerChunk = 32;
+constexpr long kRowsPerChunk = 64;
 constexpr std::size_t kSamples = 100000;  // of the noise: more do not tell more
 
 // Sums over the known points of one row's window: of x^a, and of x^a times the height.
@@ -100,10 +100,13 @@ RowMoments row_moments(const Grid<float>& heights, int i, int j, int half, const
 class IncompleteWindows {
  public:
   IncompleteWindows(const Grid<float>& heights, const WindowFit& fit, int half)
-      : heights_(heights), fit_(fit), half_(half), rows_(2 * half + 1), row_of_(static_cast<std::size_t>(heights.nx) * rows_, kNone) {}
+      : heights_(heights), fit_(fit), half_(half), rows_(2 * half + 1) {}
 
   double at_centre(int i, int j) {
-    if (moments_.empty()) moments_.resize(row_of_.size());
+    if (moments_.empty()) {
+      row_of_.assign(static_cast<std::size_t>(heights_.nx) * static_cast<std::size_t>(rows_), kNone);
+      moments_.resize(row_of_.size());
+    }
     return fit_.at_centre([&](int k) -> const RowMoments& { return moment(i, j + k); });
   }
 
@@ -127,16 +130,113 @@ class IncompleteWindows {
   std::vector<RowMoments> moments_;
 };
 
+constexpr int kColumns = 32;  // that the loops below take at once
+
 #define DEBULK_KERNEL "debulk/pocket/smooth_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
-void row_sums(const double* values, const int* known, const double* squares, int half, int count, double* s0, double* s2, int* number) {
-  return DEBULK_ON(best_isa(), row_sums(values, known, squares, half, count, s0, s2, number));
+// Columns [left, right] of a grid.
+struct Span {
+  int left, right;
+};
+
+// Columns in which anything is wanted in the rows first .. last; gaps narrower than a window are not worth leaving out.
+std::vector<Span> wanted_spans(const Grid<float>& heights, const Grid<std::uint8_t>* where, int first, int last, int half) {
+  if (!where) return {{0, heights.nx - 1}};
+  std::vector<std::uint8_t> any(static_cast<std::size_t>(heights.nx), 0);
+  for (int j = first; j <= last; ++j) {
+    const std::uint8_t* row = &where->at(0, j);
+    for (std::size_t i = 0; i < any.size(); ++i) any[i] |= row[i];
+  }
+  std::vector<Span> spans;
+  for (int i = 0; i < heights.nx; ++i) {
+    if (any[static_cast<std::size_t>(i)] == 0) continue;
+    if (spans.empty() || i > spans.back().right + 2 * half + 1) spans.push_back({i, i});
+    spans.back().right = i;
+  }
+  return spans;
 }
 
-void add_row(const double* s0, const double* s2, const int* number, double c0, double c2, int count, double* value, int* total) {
-  return DEBULK_ON(best_isa(), add_row(s0, s2, number, c0, c2, count, value, total));
-}
+// Slides a window down the rows of a span: each row's sums are made once, and kept while a window needs them.
+class SlidingFit {
+ public:
+  SlidingFit(const Grid<float>& heights, const WindowFit& fit, int half, Span span)
+      : heights_(heights),
+        fit_(fit),
+        half_(half),
+        left_(span.left),
+        rows_(2 * half + 1),
+        size_((static_cast<std::size_t>(span.right - span.left) + kColumns) / kColumns * kColumns),
+        values_(size_ + 2 * static_cast<std::size_t>(half)),
+        unknown_before_(values_.size() + 1),
+        s0_(size_ * rows_),
+        s2_(size_ * rows_),
+        number_(size_ * rows_),
+        value_(size_),
+        total_(size_) {
+    for (int k = -half; k <= half; ++k) {
+      squares_.push_back(fit.powers(k)[2]);
+      factors_.push_back(fit.a() + fit.b() * squares_.back());
+    }
+  }
+
+  // The fit's values at row j, and how many points of each window are known. Rows are asked for from the first on, one by one.
+  void to_row(int j) {
+    if (!begun_)
+      for (int row = j - half_; row < j + half_; ++row) add(row);
+    else
+      take_away(j - half_ - 1);
+    begun_ = true;
+    add(j + half_);
+    std::vector<const double*> s0, s2;
+    for (int row = j - half_; row <= j + half_; ++row) s0.push_back(&s0_[place(row)]), s2.push_back(&s2_[place(row)]);
+    DEBULK_ON(best_isa(), fit_row(s0.data(), s2.data(), factors_.data(), fit_.b(), half_, static_cast<int>(size_), value_.data()));
+  }
+  double value(int i) const { return value_[static_cast<std::size_t>(i - left_)]; }
+  int known(int i) const { return total_[static_cast<std::size_t>(i - left_)]; }
+
+ private:
+  std::size_t place(int row) const {
+    const int count = static_cast<int>(rows_);
+    return size_ * static_cast<std::size_t>(((row % count) + count) % count);
+  }
+
+  void add(int j) {
+    const bool inside = j >= 0 && j < heights_.ny;
+    for (std::size_t k = 0; k < values_.size(); ++k) {
+      const int i = left_ - half_ + static_cast<int>(k);
+      const float h = inside && i >= 0 && i < heights_.nx ? heights_.at(i, j) : std::numeric_limits<float>::quiet_NaN();
+      const bool unknown = std::isnan(h);
+      values_[k] = unknown ? 0.0 : static_cast<double>(h);
+      unknown_before_[k + 1] = unknown_before_[k] + unknown;
+    }
+    const std::size_t at = place(j);
+    DEBULK_ON(best_isa(), row_sums(values_.data(), squares_.data(), half_, static_cast<int>(size_), &s0_[at], &s2_[at]));
+    const int window = static_cast<int>(rows_);
+    for (std::size_t k = 0; k < size_; ++k) {
+      number_[at + k] = window - (unknown_before_[k + rows_] - unknown_before_[k]);
+      total_[k] += number_[at + k];
+    }
+  }
+
+  void take_away(int j) {
+    const std::size_t at = place(j);
+    for (std::size_t k = 0; k < size_; ++k) total_[k] -= number_[at + k];
+  }
+
+  const Grid<float>& heights_;
+  const WindowFit& fit_;
+  int half_, left_;
+  std::size_t rows_, size_;
+  std::vector<double> squares_, factors_;
+  std::vector<double> values_;
+  std::vector<int> unknown_before_;
+  std::vector<double> s0_, s2_;  // of the last rows, each in its turn
+  std::vector<int> number_;
+  std::vector<double> value_;
+  std::vector<int> total_;
+  bool begun_ = false;
+};
 
 }  // namespace
 
@@ -175,51 +275,27 @@ Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const
   auto out = heights;
   if (half < 1) return out;
   const WindowFit fit(half, options.blur_mm2 / std::pow(half * heights.spacing, 2));
-  std::vector<double> squares;
-  for (int k = -half; k <= half; ++k) squares.push_back(fit.powers(k)[2]);
   const auto wanted = [&](int i, int j) { return !where || where->at(i, j) != 0; };
   parallel_for(heights.ny, kRowsPerChunk, threads, stop, [&](long begin, long end) {
     const int first = static_cast<int>(begin), last = static_cast<int>(end) - 1;
-    int left = heights.nx, right = -1;  // columns in which anything is wanted
-    for (int j = first; j <= last; ++j)
-      for (int i = 0; i < heights.nx; ++i)
-        if (wanted(i, j)) left = std::min(left, i), right = std::max(right, i);
-    if (right < 0) return;
-    const int width = right - left + 1, rows = last - first + 1 + 2 * half;
-    const auto size = static_cast<std::size_t>(width);
-    std::vector<double> values(size + 2 * static_cast<std::size_t>(half)), s0(size * static_cast<std::size_t>(rows)), s2(s0.size());
-    std::vector<int> known(values.size()), number(s0.size());
-    for (int r = 0; r < rows; ++r) {
-      const int j = first - half + r;
-      for (int k = 0; k < width + 2 * half; ++k) {
-        const int i = left - half + k;
-        const float h = heights.contains(i, j) ? heights.at(i, j) : std::numeric_limits<float>::quiet_NaN();
-        values[static_cast<std::size_t>(k)] = std::isnan(h) ? 0.0 : static_cast<double>(h);
-        known[static_cast<std::size_t>(k)] = !std::isnan(h);
-      }
-      const std::size_t at = static_cast<std::size_t>(r) * size;
-      row_sums(values.data(), known.data(), squares.data(), half, width, &s0[at], &s2[at], &number[at]);
-    }
-    std::vector<double> value(size);
-    std::vector<int> total(size);
+    const std::vector<Span> spans = wanted_spans(heights, where, first, last, half);
+    if (spans.empty()) return;
     IncompleteWindows incomplete(heights, fit, half);
-    for (int j = first; j <= last; ++j) {
-      std::fill(value.begin(), value.end(), 0.0), std::fill(total.begin(), total.end(), 0);
-      for (int k = -half; k <= half; ++k) {
-        const std::size_t at = static_cast<std::size_t>(j - first + half + k) * size;
-        add_row(&s0[at], &s2[at], &number[at], fit.a() + fit.b() * fit.powers(k)[2], fit.b(), width, value.data(), total.data());
-      }
-      for (int i = left; i <= right; ++i) {
-        if (!wanted(i, j) || !ply.on_ply(i, j)) continue;
-        const auto k = static_cast<std::size_t>(i - left);
-        if (total[k] == static_cast<int>(fit.whole())) {
-          out.at(i, j) = static_cast<float>(value[k]);
-          continue;
+    for (const Span span : spans) {
+      SlidingFit sliding(heights, fit, half, span);
+      for (int j = first; j <= last; ++j) {
+        sliding.to_row(j);
+        for (int i = span.left; i <= span.right; ++i) {
+          if (!wanted(i, j) || !ply.on_ply(i, j)) continue;
+          if (sliding.known(i) == static_cast<int>(fit.whole())) {
+            out.at(i, j) = static_cast<float>(sliding.value(i));
+            continue;
+          }
+          const double least = std::isnan(heights.at(i, j)) ? fit.whole() * options.least_known : 0;
+          if (sliding.known(i) < std::max(9.0, least)) continue;
+          const double fitted = incomplete.at_centre(i, j);
+          if (!std::isnan(fitted)) out.at(i, j) = static_cast<float>(fitted);
         }
-        const double least = std::isnan(heights.at(i, j)) ? fit.whole() * options.least_known : 0;
-        if (total[k] < std::max(9.0, least)) continue;
-        const double fitted = incomplete.at_centre(i, j);
-        if (!std::isnan(fitted)) out.at(i, j) = static_cast<float>(fitted);
       }
     }
   });

@@ -105,13 +105,13 @@ std::optional<SmoothOutline> smooth_outline(const Components& found, std::size_t
   // over a side of length s by s² / 6.
   const double blur =
       options.blur_mm2 + heights.spacing * heights.spacing * (side * side - 1) / 12.0 + s.heights.spacing * s.heights.spacing / 6.0;
-  const Grid<float> surface = smooth_heights(s.heights, ply, {options.window_mm, blur, at_the_edge}, &where);
+  const Grid<float> surface = smooth_heights(s.heights, ply, {options.window_mm, blur, at_the_edge}, &where, 1);
 
   Grid<std::uint8_t> high = surface.like<std::uint8_t>();
   for (std::size_t k = 0; k < high.size(); ++k) high.values[k] = where.values[k] != 0 && surface.values[k] >= options.level;
   RunFilling filling;
   RunJoining joining;
-  const Components& components = joining.run(filling.run(find_runs(high, true), high.nx, high.ny));
+  const Components& components = joining.run(filling.run(find_runs(high, true, 1), high.nx, high.ny));
   std::size_t most = 0;
   long shared = 0;
   for (std::size_t r = 0; r < static_cast<std::size_t>(components.count()); ++r) {

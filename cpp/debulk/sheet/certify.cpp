@@ -1,12 +1,15 @@
 #include "debulk/sheet/certify.hpp"
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "debulk/solve/multipliers.hpp"
+#include "debulk/solve/skyline.hpp"
 
 namespace debulk {
 namespace {
@@ -154,22 +157,58 @@ struct Curvature {
   Eigen::VectorXd direction;  // unit length, within the active constraints; empty where none is negative
 };
 
+// H + rho A A^T + shift, and its factor: with the nodes numbered along the net's fibres it has a narrow skyline.
+class Penalised {
+ public:
+  Penalised(const Sparse& hessian, const Sparse& active) : hessian_(hessian), active_(active) {
+    std::vector<std::pair<int, int>> lower;
+    lower.reserve(static_cast<std::size_t>(hessian.nonZeros()) + 21 * static_cast<std::size_t>(active.cols()));
+    for_lower([&](int row, int column, double) { lower.emplace_back(row, column); });
+    for_products([&](int row, int column, double) { lower.emplace_back(row, column); });
+    factors_ = Skyline(static_cast<int>(hessian.rows()), lower);
+  }
+
+  // False where it is not positive definite.
+  bool factor(double rho, double shift) {
+    std::fill(factors_.values().begin(), factors_.values().end(), 0.0);
+    const auto at = [this](int row, int column) -> double& { return factors_.values()[factors_.place(row, column)]; };
+    for_lower([&](int row, int column, double value) { at(row, column) += value; });
+    for_products([&](int row, int column, double value) { at(row, column) += rho * value; });
+    for (int i = 0; i < factors_.size(); ++i) at(i, i) += shift;
+    return factors_.factor();
+  }
+  void solve(Eigen::VectorXd& x) const { factors_.solve(x); }
+
+ private:
+  template <class Body>
+  void for_lower(const Body& body) const {
+    for (int k = 0; k < hessian_.cols(); ++k)
+      for (Sparse::InnerIterator it(hessian_, k); it; ++it)
+        if (it.row() >= k) body(static_cast<int>(it.row()), k, it.value());
+  }
+  template <class Body>
+  void for_products(const Body& body) const {
+    for (int k = 0; k < active_.cols(); ++k)
+      for (Sparse::InnerIterator a(active_, k); a; ++a)
+        for (Sparse::InnerIterator b(active_, k); b && b.row() <= a.row(); ++b)
+          body(static_cast<int>(a.row()), static_cast<int>(b.row()), a.value() * b.value());
+  }
+
+  const Sparse &hessian_, &active_;
+  Skyline factors_;
+};
+
 // Is the Hessian positive on the null space of `active`? It is where H + rho A A^T has a Cholesky factorisation; where it
 // has none, inverse iteration finds the direction to blame, which is then projected into the null space and measured.
 Curvature smallest_curvature(const Sparse& hessian, const Sparse& active, const Stop& stop) {
   const double largest = std::max(1.0, hessian.coeffs().size() ? hessian.coeffs().abs().maxCoeff() : 0.0);
-  const Sparse normal = active * Sparse(active.transpose());
+  Penalised penalised(hessian, active);
   Curvature out;
   for (const double rho : {1e3 * largest, 1e6 * largest}) {
-    const Sparse penalised = hessian + rho * normal;
-    Eigen::SimplicialLLT<Sparse> factors;
-    factors.analyzePattern(penalised);
     double shift = -Certificate::curvature_limit / 2;
     const auto factor = [&] {
       if (stop.now()) throw Stopped("while the curvature was sought");
-      factors.setShift(shift);
-      factors.factorize(penalised);
-      return factors.info() == Eigen::Success;
+      return penalised.factor(rho, shift);
     };
     if (factor()) return {};
     bool done = false;
@@ -181,7 +220,9 @@ Curvature smallest_curvature(const Sparse& hessian, const Sparse& active, const 
     Eigen::VectorXd v(hessian.rows()), next;  // a start with every component in it, the same every time
     for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
     for (int step = 0; step < 60; ++step) {
-      next = factors.solve(v).normalized();
+      next = v;
+      penalised.solve(next);
+      next.normalize();
       const double turned = (next - v).squaredNorm();
       v.swap(next);
       if (turned < 1e-12) break;

@@ -26,10 +26,10 @@ constexpr int nobody = std::numeric_limits<int>::max();
 // Pieces of surface: squares linked to their neighbours along rows and columns, or to the next across a gap.
 class Pieces {
  public:
-  explicit Pieces(const Grid<float>& squares) : squares_(squares), steep_(steep(squares)), parent_(squares.size()) {
+  explicit Pieces(Grid<float> squares) : squares_(std::move(squares)), steep_(steep(squares_)), parent_(squares_.size()) {
     std::iota(parent_.begin(), parent_.end(), 0);
-    for (int j = 0; j < squares.ny; ++j) link(squares.nx, [&](int i) { return squares.index(i, j); });
-    for (int i = 0; i < squares.nx; ++i) link(squares.ny, [&](int j) { return squares.index(i, j); });
+    for (int j = 0; j < squares_.ny; ++j) link(squares_.nx, [&](int i) { return squares_.index(i, j); });
+    for (int i = 0; i < squares_.nx; ++i) link(squares_.ny, [&](int j) { return squares_.index(i, j); });
   }
 
   // For each square the rank of its piece: 0 is the one that stays beside all others. `nobody`: too small, or not seen.
@@ -103,7 +103,7 @@ class Pieces {
     return out;
   }
 
-  const Grid<float>& squares_;
+  Grid<float> squares_;
   Grid<std::uint8_t> steep_;
   std::vector<std::size_t> parent_;
   int count_ = 0;
@@ -166,6 +166,23 @@ Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads, const St
       }
   });
   return hidden;
+}
+
+Grid<std::uint8_t> above_cliffs(const Grid<float>& heights, int threads, const Stop& stop) {
+  const int side = pool_side(heights);
+  Pieces pieces(pooled_medians(heights, side, threads, stop));
+  const Grid<int> ranks = pieces.ranks();
+  if (pieces.count() < 2) return {};
+  Grid<std::uint8_t> out = heights.like<std::uint8_t>();
+  for (int j = 0; j < heights.ny; ++j)
+    for (int i = 0; i < heights.nx; ++i) {
+      int best = nobody;  // a square at a cliff is of no piece itself
+      for (int b = std::max(0, j / side - 2); b <= std::min(ranks.ny - 1, j / side + 2); ++b)
+        for (int a = std::max(0, i / side - 2); a <= std::min(ranks.nx - 1, i / side + 2); ++a) best = std::min(best, ranks.at(a, b));
+      const int own = ranks.at(i / side, j / side);
+      out.at(i, j) = own == 0 || (own == nobody && best == 0);
+    }
+  return out;
 }
 
 void go_on_over_cliffs(Grid<double>& nodes, const Grid<std::uint8_t>& squares) {

@@ -15,6 +15,9 @@ namespace debulk {
 // no cliff.
 Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads = 0, const Stop& stop = Stop());
 
+// 0 for heights on the lower side of a cliff, however far from it, 1 for all others. Empty: there is no cliff.
+Grid<std::uint8_t> above_cliffs(const Grid<float>& heights, int threads = 0, const Stop& stop = Stop());
+
 // Continues the nodes' surface (NaN: unknown) on to five rings of unknown nodes round it, straight, where one of the squares
 // is not farther away than 60 mm. A spline through nodes that leave the surface at its last one would ring on this side of it.
 void go_on_over_cliffs(Grid<double>& nodes, const Grid<std::uint8_t>& squares);

@@ -23,6 +23,7 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double bent_mm = 0.1;        // so far off, over several nodes, a fit in the least window does not follow the surface
 constexpr double bent_reach_mm = 8.0;  // from there to the nodes whose fits are to blame
+constexpr int halvings = 2;            // of the window there, one after the other: a shoulder of 5 mm radius needs a quarter of it
 constexpr double noisier = 30.0;       // a node is left out if its variance is so many times that with a full window
 
 // Sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z².
@@ -207,20 +208,31 @@ bool agree(const Grid<Quadratic::Fit>& narrow, const Grid<Quadratic::Fit>& wide,
   return 2 * count > (2 * reach + 1) * (2 * reach + 1) && squares <= 2 * noise && mean2 <= (squares - mean2) / 3;
 }
 
+// 1 for the nodes whose window is halved so many times at least.
+Grid<std::uint8_t> halved(const Grid<std::uint8_t>& bent, int times) {
+  Grid<std::uint8_t> out = bent;
+  for (std::uint8_t& mark : out.values) mark = mark >= times;
+  return out;
+}
+
 // The nodes' heights, each from the widest window, of a few, that agrees with the next narrower one, as that does; at the
-// `bent` nodes from a window half as wide as the least.
+// `bent` nodes from the least window, halved as many times as is marked there.
 Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
                          int threads, const Stop& stop) {
   std::vector<Grid<Quadratic::Fit>> fits;
   for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), {}, threads, stop));
-  Grid<Quadratic::Fit> narrow;
-  if (bent.size() != 0) narrow = fit_nodes(heights, nodes, Window(std::max(2, reach / 2)), bent, threads, stop);
+  std::vector<Grid<Quadratic::Fit>> narrow;
+  const int most = bent.size() == 0 ? 0 : *std::max_element(bent.values.begin(), bent.values.end());
+  for (int k = 1; k <= most; ++k)
+    narrow.push_back(fit_nodes(heights, nodes, Window(std::max(2, reach >> k)), halved(bent, k), threads, stop));
   Grid<double> out = fits.front().like<double>(nan);
   parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < nodes.nx; ++i) {
-        if (bent.size() != 0 && bent.at(i, j) != 0 && !std::isnan(narrow.at(i, j).height)) {
-          out.at(i, j) = narrow.at(i, j).height;
+        std::size_t level = most == 0 ? 0 : bent.at(i, j);
+        while (level > 0 && std::isnan(narrow[level - 1].at(i, j).height)) --level;
+        if (level > 0) {
+          out.at(i, j) = narrow[level - 1].at(i, j).height;
           continue;
         }
         const Quadratic::Fit& least = fits.front().at(i, j);
@@ -282,8 +294,11 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
   {
     Reference first = fitted(0);
     Grid<float> residual = residuals(kept, first, threads, stop);
-    bent = bent_nodes(residual, first.heights(), threads, stop);
-    if (bent.size() != 0) {
+    for (int k = 0; k < halvings; ++k) {
+      const Grid<std::uint8_t> off = bent_nodes(residual, first.heights(), threads, stop);
+      if (off.size() == 0) break;
+      if (bent.size() == 0) bent = off.like<std::uint8_t>();
+      for (std::size_t n = 0; n < off.size(); ++n) bent.values[n] = static_cast<std::uint8_t>(bent.values[n] + off.values[n]);
       first = fitted(0);
       residual = residuals(kept, first, threads, stop);
     }

@@ -21,9 +21,10 @@ struct FitOptions {
 // times as wide agree with the narrower ones within their noise, the widest that does is taken: the reference's noise is
 // the same in every cycle, and would shift a pocket's outline in every cycle alike. Nodes with too little round them (gaps,
 // the border of what was seen) are filled in so that the sum of squared second differences is least. The result covers
-// the grid. Where the fits are off over several nodes (see misfit.hpp) the window is half as wide; shape details narrower
-// than that are smoothed: this is for a mold, not for a ply. Beside a cliff the surface is the upper side's, up to its last
-// point, where the error of a noise of 0.05 mm is 0.005 mm in the mean and 0.02 mm at most; see cliffs.hpp. Throws Stopped.
+// the grid. Where the fits are off over several nodes (see misfit.hpp) the window is half as wide, and where they are
+// still off, a quarter; shape details narrower than that are smoothed: this is for a mold, not for a ply. Beside a cliff the surface is the
+// upper side's, up to its last point, where the error of a noise of 0.05 mm is 0.005 mm in the mean and 0.02 mm at most; see cliffs.hpp.
+// Throws Stopped.
 Reference fit_reference(const Grid<float>& heights, const FitOptions& options = {}, int threads = 0, const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -11,12 +11,12 @@ namespace debulk {
 namespace {
 
 // Cubic B-spline coefficients c[-1..n] of the spline through f[0..n-1], so that (c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i],
-// along every column of n rows of `wide` values at once, in place: row j of f is row j + 1 of `rows`, whose first and last
+// along `wide` columns of n rows at once, in place: row j of f is row j + 1 of `rows`, `stride` apart, whose first and last
 // are set too. The not-a-knot condition, c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, with the first three equations gives
 // c[1] = (8 f[1] - f[0] - f[2]) / 6 at once, likewise at the other end; a tridiagonal system is left between them.
-void spline_columns(double* rows, int wide, int n) {
+void spline_columns(double* rows, int wide, int stride, int n) {
   using Row = Eigen::Map<Eigen::ArrayXd>;
-  const auto c = [&](int j) { return Row(rows + static_cast<long>(j + 1) * wide, wide); };
+  const auto c = [&](int j) { return Row(rows + static_cast<long>(j + 1) * stride, wide); };
   const Eigen::ArrayXd first = c(0), second = c(1), next_to_last = c(n - 2), last = c(n - 1);
   const Eigen::ArrayXd third_from_last = c(n - 3);
   c(1) = (8 * second - first - c(2)) / 6;
@@ -40,7 +40,7 @@ struct Weights {
   std::array<double, 4> value, slope, curvature;
 };
 
-Weights weights_inside(double u, int n) {
+inline Weights weights_inside(double u, int n) {
   Weights w;
   w.first = std::clamp(static_cast<int>(std::floor(u)), 0, n - 2);
   const double t = u - w.first, s = 1 - t;
@@ -51,7 +51,7 @@ Weights weights_inside(double u, int n) {
 }
 
 // Outside, at a signed distance d from the border: value + d slope + log cosh(d) curvature, which is C2 there.
-Weights weights(double u, int n) {
+inline Weights weights(double u, int n) {
   const double border = std::clamp(u, 0.0, n - 1.0);
   Weights w = weights_inside(border, n);
   const double d = u - border;
@@ -103,12 +103,13 @@ Reference::Reference(Grid<double> given) : heights_(std::move(given)) {
     const int count = std::min(kRows, ny - j);
     for (int r = 0; r < count; ++r)
       for (int i = 0; i < nx; ++i) turned[static_cast<std::size_t>(i + 1) * kRows + r] = heights_.at(i, j + r);
-    spline_columns(turned.data(), kRows, nx);
+    spline_columns(turned.data(), kRows, kRows, nx);
     for (int r = 0; r < count; ++r)
       for (int i = 0; i < wide; ++i)
         coefficients_[static_cast<std::size_t>(j + r + 1) * wide + i] = turned[static_cast<std::size_t>(i) * kRows + r];
   }
-  spline_columns(coefficients_.data(), wide, ny);
+  constexpr int kColumns = 64;  // at a time: they stay in the cache
+  for (int i = 0; i < wide; i += kColumns) spline_columns(coefficients_.data() + i, std::min(kColumns, wide - i), wide, ny);
 }
 
 SurfaceSample Reference::sample_at(const Eigen::Vector2d& u) const {
@@ -157,6 +158,32 @@ void Reference::heights_on(Grid<double>& grid, int threads) const {
       for (int i = 0; i < grid.nx; ++i) grid.at(i, j) = height_of(rows, wide, across[static_cast<std::size_t>(i)], wy);
     }
   });
+}
+
+// The four rows of coefficients are summed once for the whole row.
+std::vector<Eigen::Vector2d> Reference::gradients_on_row(const std::vector<double>& x, double y) const {
+  std::vector<Eigen::Vector2d> out(x.size());
+  if (x.empty()) return out;
+  const Weights wy = weights(heights_.locate({0, y}).y(), heights_.ny);
+  const int first = weights(heights_.locate({x.front(), y}).x(), heights_.nx).first;
+  const int last = weights(heights_.locate({x.back(), y}).x(), heights_.nx).first + 3, wide = heights_.nx + 2;
+  Eigen::ArrayXd value = Eigen::ArrayXd::Zero(last - first + 1), slope = value;
+  for (std::size_t b = 0; b < 4; ++b) {
+    const std::size_t at = (static_cast<std::size_t>(wy.first) + b) * static_cast<std::size_t>(wide) + static_cast<std::size_t>(first);
+    const Eigen::Map<const Eigen::ArrayXd> row(&coefficients_[at], value.size());
+    value += wy.value[b] * row;
+    slope += wy.slope[b] * row;
+  }
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const Weights wx = weights(heights_.locate({x[k], y}).x(), heights_.nx);
+    double fx = 0, fy = 0;
+    for (std::size_t a = 0; a < 4; ++a) {
+      fx += wx.slope[a] * value[wx.first - first + static_cast<int>(a)];
+      fy += wx.value[a] * slope[wx.first - first + static_cast<int>(a)];
+    }
+    out[k] = Eigen::Vector2d(fx, fy) / heights_.spacing;
+  }
+  return out;
 }
 
 bool Reference::inside(const Eigen::Vector2d& xy) const {

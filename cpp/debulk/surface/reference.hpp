@@ -19,6 +19,7 @@ class Reference : public Surface {
   SurfaceSample sample_at(const Eigen::Vector2d& u) const;  // the same, u in grid spacings from the first height
   double height(const Eigen::Vector2d& xy) const override;  // sample(xy).height, to the same bits
   void heights_on(Grid<double>& grid, int threads = 0) const override;
+  std::vector<Eigen::Vector2d> gradients_on_row(const std::vector<double>& x, double y) const override;
   bool inside(const Eigen::Vector2d& xy) const;
   const Grid<double>& heights() const { return heights_; }
 

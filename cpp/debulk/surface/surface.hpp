@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "debulk/core/grid.hpp"
@@ -25,6 +27,13 @@ class Surface {
     (void)threads;
     for (int j = 0; j < grid.ny; ++j)
       for (int i = 0; i < grid.nx; ++i) grid.at(i, j) = height(grid.position(i, j));
+  }
+  // At every (x, y) of a row, its x in rising order.
+  virtual std::vector<Eigen::Vector2d> gradients_on_row(const std::vector<double>& x, double y) const {
+    std::vector<Eigen::Vector2d> out;
+    out.reserve(x.size());
+    for (const double at : x) out.push_back(sample({at, y}).gradient);
+    return out;
   }
 };
 

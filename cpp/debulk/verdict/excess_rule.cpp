@@ -23,7 +23,9 @@ ExcessRidge ridge_by_excess(const ExcessLengths& lengths, double thickness, doub
   out.excess = lengths.at_half + correction - out.noise_bias;
   out.height = height(out.excess);
   out.noise = std::hypot(lengths.noise_gain * lengths.noise, out.noise_bias) / 2;
-  out.spacing_error = std::abs(correction) / 2;
+  // Two spacings that differ by all that the finer one tells say nothing of a third.
+  const double difference = std::abs(lengths.at_half - lengths.at_spacing);
+  out.spacing_error = difference >= lengths.at_half ? difference : std::abs(correction) / 2;
   out.uncertainty = std::max(margin, std::hypot(2 * out.noise, out.spacing_error));
   out.range = {height(out.excess - 2 * out.uncertainty), height(out.excess + 2 * out.uncertainty)};
   return out;

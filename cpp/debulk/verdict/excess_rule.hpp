@@ -24,14 +24,15 @@ struct ExcessRidge {
   double noise_bias = 0.0;     // mm, false length that the noise has added to it
   double height = 0.0;         // mm, by the ridge formula; 0 where it stays within the consolidated ply
   double noise = 0.0;          // mm, standard deviation of the height from scan to scan
-  double spacing_error = 0.0;  // mm, by which the extrapolation has changed the height: no more than that is left
+  double spacing_error = 0.0;  // mm, by which the extrapolation has changed the height, or all that the spacings differ by
   double uncertainty = 0.0;    // mm: two standard deviations and the spacing's error, or the margin, whichever is more
   Spread range;                // mm, of the height
 };
 
 // Chords miss a share of the excess that falls with the square of the spacing, so that the difference of two spacings tells
 // it: e(half) + (e(half) - e(spacing)) / 3 (Richardson). White noise of standard deviation s in the heights of nodes d apart adds
-// s^2 / d a segment, the fibre's length times s^2 / d^2, which is taken off. `margin`: mm, the least uncertainty.
+// s^2 / d a segment, the fibre's length times s^2 / d^2, which is taken off. Where the two differ by as much as the finer one
+// itself, the range spans at least from the one to the other. `margin`: mm, the least uncertainty.
 ExcessRidge ridge_by_excess(const ExcessLengths& lengths, double thickness, double bulk_factor, double margin);
 
 }  // namespace debulk

@@ -16,6 +16,7 @@ class Drape(metaclass=_Bound):
     def net(self) -> Net: ...
 
 class FibreNetOptions(metaclass=_Bound):
+    finer_too: bool
     spacing_mm: float | None
     node_target: int
     free_edge_mm: float
@@ -24,7 +25,6 @@ class FibreNetOptions(metaclass=_Bound):
     def __init__(self) -> None: ...
 
 class LayPocketOptions(metaclass=_Bound):
-    finer_too: bool
     mode: str
     net: FibreNetOptions
     def __init__(self) -> None: ...

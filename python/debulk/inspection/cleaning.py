@@ -60,13 +60,26 @@ def _is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
     return plain and np.ndim(points) in (2, 3) and np.shape(points)[-1] == 3
 
 
-def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str) -> Cloud:
+def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> Cloud:
     """Check a cloud, and take out what the mask hides."""
-    checked = cloud.checked(points, name)
+    whole = taken(points, name, stop)
+    _check_bounds(whole, name, stop)
     if mask is None:
-        return checked
-    check_mask(mask, checked, name)
-    return np.where(mask[..., None], np.float32(np.nan), checked)
+        return whole
+    check_mask(mask, whole, name)
+    out = np.empty_like(whole)
+    filled = 0
+    for piece in pieces(whole, name, stop):
+        rows = slice(filled, filled + len(piece))
+        out[rows] = np.where(mask[rows, :, None], np.float32(np.nan), piece)
+        filled += len(piece)
+    return out
+
+
+def _check_bounds(points: Cloud, name: str, stop: _core.Stop) -> None:
+    """Refuse what `cloud.checked` refuses, and heed the stop."""
+    parts = [_core.cloud.bounds(piece, 0) for piece in pieces(points, name, stop)]
+    cloud.check_bounds(parts, points.size // 3, name)
 
 
 def check_mask(mask: NDArray[np.bool_] | None, points: Cloud, name: str) -> None:
@@ -75,12 +88,15 @@ def check_mask(mask: NDArray[np.bool_] | None, points: Cloud, name: str) -> None
         raise InputError(f"mask: expected the shape of the {name}'s image, {points.shape[:2]}, but got {mask.shape}")
 
 
-def hide(points: Cloud, mask: NDArray[np.bool_] | None, name: str) -> None:
+def hide(points: Cloud, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> None:
     """Check a cloud, and take out what the mask hides, in place."""
-    cloud.checked(points, name)
+    _check_bounds(points, name, stop)
     check_mask(mask, points, name)
     if mask is not None:
-        points[mask] = np.nan
+        filled = 0
+        for piece in pieces(points, name, stop):  # views of it
+            piece[mask[filled : filled + len(piece)]] = np.nan
+            filled += len(piece)
 
 
 def clean(

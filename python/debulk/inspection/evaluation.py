@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from debulk import _core, ridge, solve, verdict
-from debulk.inspection import dumps, left_out, ridges, starts, unseen
+from debulk.inspection import both_ways, dumps, hole_beside, left_out, ridges, starts, unseen
 from debulk.inspection.cycle import Cycle
+from debulk.inspection.evaluated import Evaluation
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
 from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
+from debulk.results.report import PocketNet, PocketReport, SolveReport
 from debulk.stopping import stopping
 
 if TYPE_CHECKING:
@@ -27,15 +28,6 @@ if TYPE_CHECKING:
 __all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged"]
 
 log = logging.getLogger("debulk")
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """A pocket's part of the report, what was left out for it, and what of it a deadline cut off; empty: nothing."""
-
-    report: PocketReport
-    left_out: tuple[LeftOut, ...] = ()
-    late: str = ""
 
 
 def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, begun: float) -> list[Evaluation]:
@@ -59,9 +51,14 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
     seen = _seen(found)
     if stop.now():
         return _late(found, seen)
-    if not found.foot.closed:
-        return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.beside(found)))
     try:
+        hole = hole_beside.beside(found, ply)
+        if hole is not None:
+            return both_ways.judged(
+                found, seen, hole, ply, stop, lambda piece: _evaluate(piece, _seen(piece), ply, stop, pool)
+            )
+        if not found.foot.closed:
+            return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.beside(found)))
         return _evaluate(found, seen, ply, stop, pool)
     except _core.Stopped:
         return _late(found, seen)

@@ -6,9 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk import _core, pocket, ridge, section
+from debulk import _core, ridge, section
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.net import Net
 from debulk.results.report import ExcessReport
@@ -17,8 +16,6 @@ from debulk.surface import Reference
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-Floats = NDArray[np.float64]
-
 __all__ = ["of_held_fibres", "of_net", "ridge_of"]
 
 # From scan to scan the outline moves with the noise, and the net with it: the excess scatters by so many times the
@@ -26,7 +23,6 @@ __all__ = ["of_held_fibres", "of_net", "ridge_of"]
 # 4, four scans each; the same with noise of 0.02 and of 0.05 mm in the scan.
 _SCATTER = 1.3
 _INNER = 0  # kind of a node that no contact holds
-_STEPS = 9  # in which a ply's edge is looked for beyond a fibre's end
 
 
 def of_net(laid: Net, reference: Reference, recipe: Recipe, noise_mm: float) -> ExcessReport | None:
@@ -74,28 +70,18 @@ def of_held_fibres(laid: Net, ply: PlyOnMold) -> float:
     Near an edge a net lets its nodes slide all the same: sideways, for fibres along the edge.
     """
     on_mold = laid.kinds != _INNER
+    ways_mm, enough_mm = laid._core.hold_ways, max(ply.recipe.net.free_edge_mm, laid.spacing_mm)
     neighbours = laid.neighbours.copy()
-    for ahead, back in ((0, 1), (2, 3)):
-        for first in np.flatnonzero(laid.neighbours[:, back] < 0):
-            fibre = [int(first)]
-            while (following := int(laid.neighbours[fibre[-1], ahead])) >= 0:
+    links = laid.neighbours.tolist()
+    for direction, (ahead, back) in enumerate(((0, 1), (2, 3))):
+        for first in np.flatnonzero(laid.neighbours[:, back] < 0).tolist():
+            fibre = [first]
+            while (following := links[fibre[-1]][ahead]) >= 0:
                 fibre.append(following)
-            if len(fibre) > 1 and on_mold[fibre[0]] and on_mold[fibre[-1]]:
-                xy = laid.nodes_mm[[fibre[0], fibre[1], fibre[-1], fibre[-2]], :2]
-                way_mm = max(ply.recipe.net.free_edge_mm, laid.spacing_mm)
-                if _goes_on(xy[0], xy[1], way_mm, ply) and _goes_on(xy[2], xy[3], way_mm, ply):
-                    continue
-            neighbours[fibre, ahead] = neighbours[fibre, back] = -1
+            goes_on = not ways_mm or ways_mm[first][direction] >= enough_mm
+            if not (len(fibre) > 1 and on_mold[fibre[0]] and on_mold[fibre[-1]] and goes_on):
+                neighbours[fibre, ahead] = neighbours[fibre, back] = -1
     return float(_core.ridge.largest_fibre_excess(laid.nodes_mm, neighbours, ply.reference))
-
-
-def _goes_on(end: Floats, before: Floats, way_mm: float, ply: PlyOnMold) -> bool:
-    """Whether the ply goes on for a way beyond the end of a fibre that comes from the node before."""
-    if ply.outline is None:
-        return True
-    way = (end - before) / np.linalg.norm(end - before)
-    steps = np.linspace(0.0, way_mm, _STEPS)[:, None]
-    return bool(pocket.inside(ply.outline, end + steps * way).all())
 
 
 def ridge_of(excess_mm: float, recipe: Recipe) -> float:

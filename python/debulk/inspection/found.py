@@ -34,6 +34,8 @@ class FoundPocket:
         Numbers of the other pockets whose feet are one with this one's: its net spans them too.
     net
         Laid on it already, to bound its excess; None: not yet.
+    masked
+        As of the `Found` that it is from.
     """
 
     number: int
@@ -45,6 +47,12 @@ class FoundPocket:
     doubt: str = ""
     joined: tuple[int, ...] = ()
     net: Net | None = None
+    masked: tuple[bool, ...] = ()
+
+    @property
+    def hidden(self) -> tuple[bool, ...]:
+        """For each of the holes of `unseen`, whether it is the mask that hides it."""
+        return self.masked or (False,) * len(self.unseen.holes)
 
     @property
     def pocket(self) -> Pocket:
@@ -146,7 +154,9 @@ class Found:
         for number, key in enumerate(keys, start=1):
             sharing.setdefault(key, []).append(number)
         return tuple(
-            FoundPocket(number, *place, self.unseen, joined=tuple(n for n in sharing[key] if n != number))
+            FoundPocket(
+                number, *place, self.unseen, joined=tuple(n for n in sharing[key] if n != number), masked=self.masked
+            )
             for number, (place, key) in enumerate(zip(places, keys, strict=True), start=1)
         )
 

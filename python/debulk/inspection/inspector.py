@@ -17,7 +17,7 @@ from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.grid import Grid
-from debulk.inspection import fingerprint, inputs, inspector_file, reporting, tolerances
+from debulk.inspection import fingerprint, inputs, inspector_file, mold_edge, reporting, tolerances
 from debulk.inspection.cleaning import clean, hide, owned, taken
 from debulk.inspection.comparing import check_place, compared, placing_of
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
@@ -28,7 +28,7 @@ from debulk.inspection.filled import Filled
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
 from debulk.inspection.masked_holes import masked_holes
-from debulk.inspection.placing import Placing
+from debulk.inspection.placing import Placed, Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.preparation import Preparation
 from debulk.inspection.prepared import Prepared, prepare
@@ -132,6 +132,9 @@ class Inspector:
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
         given = (self.mold_from_scanner, self.ply_outline)
+        self._below: mold_edge.Below | None = None
+        if self.ply_outline is None:
+            reference, self._below = mold_edge.parted(reference, recipe)
         self._placing = preparation.step("checks", 0.9, lambda: Placing(reference, *given, self.mask, recipe))
         self._wrinkles = WrinkleSearch(reference, *given, recipe)
         self._finder = preparation.step("regions", 0.96, lambda: finder_for(reference, *given, recipe))
@@ -244,6 +247,8 @@ class Inspector:
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
             points, sample = self._placing.look(taken(scan, "scan", cycle.stop), cycle.stop)
             placed = self._placing.gross(sample)
+            if placed is None and self._below is not None and (doubt := self._below.doubt(sample)):
+                placed = Placed(None, doubt)
             filled = Filled() if placed else self._placing.filled(points, sample, cycle.stop)
         if placed is not None:
             return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
@@ -286,6 +291,8 @@ class Inspector:
         """
         with self._finding:
             found = self._finder.find(scan, self.mask, stop)
+        if self._below is not None:
+            found = replace(found, left_out=(*found.left_out, self._below.left_out()))
         if self.mask is None:
             return found
         return replace(found, masked=masked_holes(found, self.mask, self.prepared, self.mold_from_scanner))
@@ -312,7 +319,7 @@ class Inspector:
         try:
             with self._running.holding(stop):
                 points = owned(debulked_scan, "debulked_scan", stop)
-                hide(points, self.mask, "debulked_scan")
+                hide(points, self.mask, "debulked_scan", stop)
                 placing = placing_of(report, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
                 _, sample = placing.look(points, stop)  # of the copy, before it is moved into the mold's frame
                 image = self.prepared.image

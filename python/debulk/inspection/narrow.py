@@ -25,8 +25,8 @@ def true_ridge_mm(one: FoundPocket, excess_mm: float, recipe: Recipe) -> float:
     """Return the ridge that a pocket makes if the filters have lowered its excess to what is given, in mm.
 
     Measured on bumps 1.6 to 4 mm high, heights 1 mm apart: they lower the excess by factors of 4.1, 1.5, 1.8, 1.3, 1.1
-    and 1.05 where the foot is 10, 12, 14, 16, 20 and 24 mm wide; this has 4.1, 2.5, 1.8, 1.5, 1.2 and 1.1. On bells and
-    long bumps 3.6 to 7 mm high and 24 to 100 mm wide, heights 0.6 to 3 mm apart, it falls short by 4 % at most.
+    and 1.05 where the foot is 10, 12, 14, 16, 20 and 24 mm wide; this has 4.1, 2.5, 1.8, 1.5, 1.2 and 1.1. No bound: on bells
+    and long bumps 3.6 to 7 mm high and 24 to 100 mm wide, heights 0.6 to 3 mm apart, it fell short by up to 4 %.
     """
     area, perimeter = one.foot.area_mm2, perimeter_mm(one.foot.outline_mm)
     # Of a disc its diameter, of a strip its width.

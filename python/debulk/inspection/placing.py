@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 __all__ = ["Placed", "Placing"]
 
 Floats = NDArray[np.float64]
-_SAME_SHARE = 0.5  # two scans of one thing agree bit for bit in hardly any point
+# Of the ply: what was scanned once without it and once with it agrees bit for bit in hardly any point.
+_SAME_SHARE = 0.5
 _LEAST_BLOCKS = 6  # as many as a paraboloid has factors
 _WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
 _PLY_SHARE = 0.5  # more of it wrong than this is not done by pockets
@@ -121,12 +122,13 @@ class Placing:
 
     def gross(self, sample: Sample) -> Placed | None:
         """Judge what no pocket can be the cause of, so that none need be looked for; None: nothing of that kind."""
-        if sample.same_share > _SAME_SHARE:
-            return Placed(None, same_reason(sample.same_share))
+        on = self._zones.inside(sample)
+        same = self._same_share(sample, on)
+        if same > (_SAME_SHARE if self._outline is not None else _BARE_SHARE):
+            return Placed(None, same_reason(same))
         unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
             return Placed(None, unit)
-        on = self._zones.inside(sample)
         coarse = coarse_reason(sample.points_mm[on, :2], sample.each, self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, f"the scan is too coarse: {coarse}")
@@ -167,6 +169,13 @@ class Placing:
         if not fit.judged or fit.off_share <= recipe.level.largest_edge_share:
             return placed
         return replace(placed, doubt=edge_reason(fit))
+
+    def _same_share(self, sample: Sample, on: NDArray[np.bool_]) -> float:
+        """Share of the ply's points that are the reference's: beside the ply both scans show the same thing.
+
+        Where its outline is not known the ply may be a small part of what was seen, and nearly all must be the same.
+        """
+        return float(np.mean(sample.same[on])) if on.any() else 0.0
 
     def _offset(self, sample: Sample) -> float:
         """Return the offset of the scan's height that the recipe allows to take out; 0: none worth it."""

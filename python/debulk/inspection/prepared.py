@@ -92,7 +92,7 @@ def _gridded(
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
     points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
     trace = step("reference: fingerprint", 0.1, lambda: fingerprint.of_cloud(points, stop))
-    hide(points, mask, "reference")
+    hide(points, mask, "reference", stop)
     image = None
     if points.ndim == 3:
         found = fit_camera(points) if camera is None else camera

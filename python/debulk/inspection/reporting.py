@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 
 from debulk.grid import Grid
-from debulk.inspection import left_out, tolerances, unseen, wrinkles
+from debulk.inspection import common_fibres, left_out, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.filled import Filled
 from debulk.inspection.found import Found
@@ -20,6 +21,10 @@ from debulk.verdict import Judgement, Verdict, judge_layup
 
 __all__ = ["out_of_place", "report", "too_late"]
 
+_NO_OUTLINE = (
+    "the ply's outline is not given: where that lies beside the ply, or at the mold's edge, give it (ply_outline, "
+    "--outline)"
+)
 log = logging.getLogger("debulk")
 
 
@@ -35,11 +40,18 @@ def report(
 ) -> Report:
     """Judge the layup by its evaluated pockets, and report all of it."""
     seen = found.unseen.coverage
-    pockets = tuple(evaluation.report for evaluation in evaluations)
+    judged_as = (*found.pockets, *tolerances.promoted(bumps, first_number=len(found.pockets) + 1))
+    pockets = common_fibres.without_shared_folds([evaluation.report for evaluation in evaluations], judged_as, ply)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
-    judged = unseen.worst(judged, [*unseen.doubts(found, pockets, ply.recipe), *tolerances.doubts(bumps)])
+    taken = [bump.dropped for bump in bumps if bump.found is not None]  # the last of the pockets
+    halves = [p.half_seen for p in pockets[len(pockets) - len(taken) :]]
+    judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
+    unknown = unseen.doubts(found, pockets, ply.recipe, judged_bumps)
+    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps)])
     judged = unseen.worst(judged, [*wrinkles.doubts(standing, ply.recipe), *filled.doubts(ply.recipe)])
+    if ply.outline is None and judged.verdict is Verdict.INVALID:
+        judged = replace(judged, reason=f"{judged.reason}; {_NO_OUTLINE}")
     # What is said of the coverage says more than that nothing can be said of the level.
     # Nor can anything be where no pockets were looked for: they stand in the level.
     telling = placed.level is not None or seen >= ply.recipe.verdict.min_coverage

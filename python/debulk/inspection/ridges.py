@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import section
+from debulk import _core, section
 from debulk.inspection import polyline
-from debulk.inspection.excess_crest import excess_crest
 from debulk.inspection.net_crests import net_crests
 from debulk.results.ridge import RidgeGeometry
 
@@ -40,13 +39,15 @@ def of_excess(laid: LaidPocket, foot: Foot) -> tuple[RidgeGeometry, ...]:
     the excess of the same fibres.
     """
     known = laid.excess
-    crest = excess_crest(laid.net, laid.reference) if known is not None and known.height_mm > 0 else None
-    if known is None or crest is None or len(crest.polyline_mm) < 2:
+    if known is None or not known.height_mm > 0:
+        return ()
+    crest = _core.ridge.excess_crest(laid.net._core.net, laid.reference)
+    if crest is None or len(crest.line_mm) < 2:
         return ()
     return (
         _geometry(
-            _on_mold(crest.polyline_mm, laid.reference),
-            None if crest.mirrored_mm is None else _on_mold(crest.mirrored_mm, laid.reference),
+            _on_mold(crest.line_mm, laid.reference),
+            _on_mold(crest.mirrored_mm, laid.reference) if len(crest.mirrored_mm) else None,
             _fibres(laid, laid.net.nodes_mm, [crest.peak]),
             known.length_mm,
             known.height_mm,

@@ -31,8 +31,8 @@ class Sample:
         (N,) above the reference along z; NaN where that was not seen.
     each
         How many points of the scan each of them stands for.
-    same_share
-        Share of the points that the reference cloud has bit for bit; 0 where that is not known.
+    same
+        (N,) which of the points the reference cloud has bit for bit; none where that is not known.
     removed_mm
         What was taken off the heights.
     """
@@ -40,13 +40,13 @@ class Sample:
     points_mm: Floats
     height_mm: Floats
     each: int
-    same_share: float = 0.0
+    same: NDArray[np.bool_]
     removed_mm: float = 0.0
 
     def lowered(self, offset_mm: float) -> Sample:
         """Return the same points, lower by so much."""
         down = self.points_mm - np.array([0.0, 0.0, offset_mm])
-        return Sample(down, self.height_mm - offset_mm, self.each, self.same_share, offset_mm)
+        return Sample(down, self.height_mm - offset_mm, self.each, self.same, offset_mm)
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""
@@ -70,9 +70,9 @@ def sampled(
     if whole.size < _FEW:
         cloud.checked(whole, "scan")
     points, each = thinned(whole, mask)
-    same = _same_share(points, prepared.sample)
-    points = points[_complete(np.isfinite(points))]
-    return replace(sample_of(points, prepared, mold_from_scanner, threads), each=each, same_share=same)
+    complete = _complete(np.isfinite(points))
+    same = _same(points, prepared.sample)[complete]
+    return replace(sample_of(points[complete], prepared, mold_from_scanner, threads), each=each, same=same)
 
 
 def sample_of(
@@ -82,7 +82,9 @@ def sample_of(
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
     in_mold = points.astype(np.float64, order="F")  # each coordinate in one piece: that is what the checks read
-    return Sample(in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), 1)
+    return Sample(
+        in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), 1, np.zeros(len(in_mold), np.bool_)
+    )
 
 
 def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
@@ -102,12 +104,10 @@ def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Float
     return heights
 
 
-def _same_share(points: NDArray[np.float32], reference: NDArray[np.float32] | None) -> float:
+def _same(points: NDArray[np.float32], reference: NDArray[np.float32] | None) -> NDArray[np.bool_]:
     if reference is None or reference.shape != points.shape:
-        return 0.0
-    seen = _complete(np.isfinite(points))
-    count = np.count_nonzero(seen)
-    return np.count_nonzero(seen & _complete(points == reference)) / count if count else 0.0
+        return np.zeros(len(points), dtype=np.bool_)
+    return _complete(points == reference)
 
 
 def _complete(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from debulk.inspection import excess, narrow
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
 from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.pocket import Dropped, Feet, Segmentation
+from debulk.pocket import Dropped, Feet, Segmentation, Unseen
 from debulk.recipe import Net, Recipe, options
 from debulk.results.report import LeftOut
 from debulk.stopping import stopping
@@ -61,6 +61,35 @@ class Bump:
     late: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A dropped bump, and the piece of the scan in which it stands.
+
+    Attributes
+    ----------
+    dropped
+        As the segmentation lists it.
+    cut_mm
+        The height at which it is cut out.
+    whole, feet
+        The piece of the scan.
+    unseen, masked
+        What the scan does not show, and what of it the mask hides.
+    """
+
+    dropped: Dropped
+    cut_mm: float
+    whole: Segmentation
+    feet: Feet
+    unseen: Unseen
+    masked: tuple[bool, ...]
+
+    def cell(self, heights: Grid) -> tuple[int, int]:
+        """Return the column and the row of its middle on a grid."""
+        i, j = np.rint((self.dropped.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
+        return int(i), int(j)
+
+
 def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """Bound what each dropped bump could become: lay a net on it, and take its largest excess as one ridge.
 
@@ -68,18 +97,25 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     section 8). At the ply's edge, where fibres can slip, the bound is not reached.
     """
     cut_mm = ply.recipe.segmentation.cut_height_mm
-    dropped = [(d, whole, feet, cut_mm) for whole, feet in found.parts for d in whole.dropped]
-    unlooked = False
-    for whole, feet in found.parts:
-        if feet.hill_mm < cut_mm:
-            try:
-                dropped += [(d, whole, feet, feet.hill_mm) for d in _hills(whole, feet, _without_tolerances(ply), stop)]
-            except _core.Stopped:
-                unlooked = True
-    dropped.sort(key=lambda one: -one[0].area_mm2)
+    places = [
+        _Place(d, cut_mm, whole, feet, found.unseen, found.masked) for whole, feet in found.parts for d in whole.dropped
+    ]
+
+    def hills(part: tuple[Segmentation, Feet]) -> list[_Place] | None:
+        whole, feet = part
+        try:
+            lower = _hills(whole, feet, _without_tolerances(ply), stop) if feet.hill_mm < cut_mm else ()
+            return [_Place(hill, feet.hill_mm, whole, feet, found.unseen, found.masked) for hill in lower]
+        except _core.Stopped:
+            return None
+
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
-        bumps = tuple(pool.map(lambda one: _weigh(one[0], one[1], one[2], one[3], found, ply, stop), dropped))
+        looked = list(pool.map(hills, found.parts))
+        places += [place for part in looked for place in part or ()]
+        places.sort(key=lambda place: -place.dropped.area_mm2)
+        bumps = tuple(pool.map(lambda place: _weigh(place, ply, stop), places))
+    unlooked = any(part is None for part in looked)
     if unlooked and not any(bump.late for bump in bumps):
         bumps += (Bump(Dropped("height", 0.0, 0.0, np.zeros(2)), "the deadline passed before it was found", late=True),)
     return bumps
@@ -132,7 +168,7 @@ def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions,
     """Find what stands half the cut's height without reaching it, off the pockets' feet."""
     wanted.cut_height_mm = feet.hill_mm
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
-    if not (np.nan_to_num(heights.values) >= feet.hill_mm)[feet.labels.values == 0].any():
+    if not ((heights.values >= feet.hill_mm) & (feet.labels.values == 0)).any():
         return
     lower = pocket.segment_with(wanted, heights, 1, stop)
     known = {int(label) for label in np.unique(lower.labels.values[feet.labels.values > 0])}
@@ -144,22 +180,16 @@ def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions,
             yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
 
 
-def _weigh(
-    dropped: Dropped,
-    whole: Segmentation,
-    feet: Feet,
-    cut_mm: float,
-    found: Found,
-    ply: PlyOnMold,
-    stop: _core.Stop,
-) -> Bump:
-    bounding = _resolving(ply)
+def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
+    dropped, bounding = place.dropped, _resolving(ply)
     try:
-        one = _looked_at_again(dropped, whole, feet, cut_mm, found, ply, stop)
+        one = _looked_at_again(place, ply, stop)
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
         if not one.foot.closed:
-            return Bump(dropped, "its foot is not known all round")
+            why = "its foot is not known all round"
+            listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
+            return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
         try:
             laid = lay_net(one, bounding, stop)
         except _core.InputError as error:
@@ -209,22 +239,15 @@ def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, flo
     return ridge_mm, math.sqrt(base_mm**2 + share * (ridge_mm**2 - base_mm**2))
 
 
-def _looked_at_again(
-    dropped: Dropped,
-    whole: Segmentation,
-    feet: Feet,
-    cut_mm: float,
-    found: Found,
-    ply: PlyOnMold,
-    stop: _core.Stop,
-) -> FoundPocket | None:
+def _looked_at_again(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> FoundPocket | None:
     """Segment a window round a bump without tolerances; None where it stands on the foot of a pocket."""
+    dropped, whole, feet = place.dropped, place.whole, place.feet
     wanted = _without_tolerances(ply)
-    wanted.cut_height_mm = cut_mm
+    wanted.cut_height_mm = place.cut_mm
     one = None
-    for rows, columns in _windows(dropped, whole.heights):
+    for rows, columns in _windows(place):
         window = _window(whole.heights, rows, columns)
-        if one is None and _frayed(dropped, whole.labels.values[rows, columns], window, feet.noise_mm, wanted, stop):
+        if one is None and _frayed(place, whole.labels.values[rows, columns], window, wanted, stop):
             return None
         again = pocket.segment_with(wanted, window, 1, stop)
         if not again.pockets:
@@ -241,30 +264,26 @@ def _looked_at_again(
         again.pockets[index] = replace(
             again.pockets[index], measured_share=dropped.measured_share, touches_unknown=dropped.touches_unknown
         )
-        one = FoundPocket(0, again, pocket.feet_with(lower, again, 1, stop), index, found.unseen)
+        its_feet = pocket.feet_with(lower, again, 1, stop)
+        one = FoundPocket(0, again, its_feet, index, place.unseen, masked=place.masked)
         if one.foot.closed:
             break
     return one
 
 
 def _frayed(
-    dropped: Dropped,
-    labels: NDArray[np.int32],
-    window: Grid,
-    noise_mm: float,
-    wanted: _core.pocket.SegmentOptions,
-    stop: _core.Stop,
+    place: _Place, labels: NDArray[np.int32], window: Grid, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
 ) -> bool:
     """Whether no more than noise parts a bump from a pocket: the contour of a broad one frays where it is flat."""
     cut_mm = wanted.cut_height_mm
-    wanted.cut_height_mm = dropped.peak_mm - min(_FRAYED * noise_mm, _MOST_FRAYED_MM)
+    wanted.cut_height_mm = place.dropped.peak_mm - min(_FRAYED * place.feet.noise_mm, _MOST_FRAYED_MM)
     try:
         if not 0 < wanted.cut_height_mm < cut_mm:
             return False
         lower = pocket.segment_with(wanted, window, 1, stop)
     finally:
         wanted.cut_height_mm = cut_mm
-    i, j = np.rint((dropped.centroid_mm - window.origin_mm) / window.spacing_mm).astype(int)
+    i, j = place.cell(window)
     number = lower.labels.values[j, i]
     return bool(number > 0 and (labels[lower.labels.values == number] > 0).any())
 
@@ -279,11 +298,12 @@ def _apart(candidate: pocket.Pocket, dropped: Dropped) -> float:
     return away + abs(math.sqrt(candidate.area_mm2) - math.sqrt(dropped.area_mm2))
 
 
-def _windows(dropped: Dropped, heights: Grid) -> Iterator[tuple[slice, slice]]:
+def _windows(place: _Place) -> Iterator[tuple[slice, slice]]:
     """Rows and columns round a bump, wider and wider, up to the whole grid."""
+    heights = place.whole.heights
     ny, nx = heights.values.shape
-    i, j = np.rint((dropped.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
-    half = math.ceil(max(_LEAST_HALF_MM, 3 * math.sqrt(dropped.area_mm2)) / heights.spacing_mm)
+    i, j = place.cell(heights)
+    half = math.ceil(max(_LEAST_HALF_MM, 3 * math.sqrt(place.dropped.area_mm2)) / heights.spacing_mm)
     while True:
         rows, columns = slice(max(0, j - half), min(ny, j + half + 1)), slice(max(0, i - half), min(nx, i + half + 1))
         yield rows, columns

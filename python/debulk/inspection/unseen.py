@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk import _core, pocket
+from debulk import pocket
 from debulk.inspection.found import Found, FoundPocket
+from debulk.inspection.hole_beside import BRIDGE_MM, listed_hole
+from debulk.pocket import Dropped
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
 from debulk.verdict import Judgement, Verdict
 
@@ -18,8 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "standing_mm", "worst"]
 
 _NEAR_MM = 10.0  # of a foot, whose smoothed heights reach a little past what was seen
-# A drop-out no thicker than this, with something high at its rim, is bridged by the segmentation.
-_BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 
 
 def standing_mm(recipe: Recipe) -> float:
@@ -36,7 +36,7 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
             extent_mm=_pair(hole.box[1] - hole.box[0]),
             thickness_mm=hole.thickness,
             rim_height_mm=hole.rim_height,
-            of="mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan",
+            of=listed_hole(hole, hidden).of,
             at_ply_edge=hole.at_ply_edge,
             at_best=None if (doubt := _doubt(hole, hidden, found, pockets, recipe)) is None else doubt.verdict,
         )
@@ -45,17 +45,23 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
     )
 
 
-def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> list[Judgement]:
+def doubts(
+    found: Found, pockets: Sequence[PocketReport], recipe: Recipe, judged_bumps: Sequence[pocket.Dropped] = ()
+) -> list[Judgement]:
     """Judge what was not seen: nothing better than its verdicts can be said of the layup.
 
     A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
-    whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket.
+    whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket, unless it is one of
+    `judged_bumps`, which are judged as pockets with the holes beside them.
     """
-    judged = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
-    out = [doubt for doubt in judged if doubt is not None]
+    of_holes = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
+    out = [doubt for doubt in of_holes if doubt is not None]
     for bump in found.dropped:
         share = bump.measured_share
-        if not bump.touches_unknown and share >= recipe.verdict.min_pocket_coverage:
+        if any(bump is one for one in judged_bumps):
+            continue
+        seen = share >= recipe.verdict.min_pocket_coverage
+        if not bump.touches_unknown and (seen or _may_be_mm2(bump, found, recipe) < recipe.segmentation.area_tol_mm2):
             continue
         why = "borders on what was not seen" if bump.touches_unknown else f"was seen to {100 * share:.0f} % only"
         place = f"({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm"
@@ -64,21 +70,47 @@ def doubts(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> lis
     return out
 
 
+def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
+    """Area of a bump with the hole, filled in, that hides the rest of it: smaller than a pocket, it is none.
+
+    The excess of what is known of it is bounded as that of every bump (tolerances.weigh).
+    """
+    holes = [
+        hole.area
+        for hole in found.unseen.holes
+        if hole.filled and (np.abs(bump.centroid_mm - hole.centre) < _reach(hole) + _NEAR_MM).all()
+    ]
+    return bump.area_mm2 + max(holes, default=0.5 * recipe.segmentation.area_tol_mm2)  # smaller ones are not listed
+
+
 def _doubt(
     hole: pocket.UnseenHole, hidden: bool, found: Found, pockets: Sequence[PocketReport], recipe: Recipe
 ) -> Judgement | None:
     """Judge one hole; None: it leaves the verdict as it is."""
     area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
-    name = _name(hole)
+    name = _name(hole, hidden)
     rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
     if hole.filled:
         if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
             return Judgement(Verdict.INVALID, rises)
     elif hole.rim_height >= high:
-        if hole.thickness > _BRIDGE_MM or not _bridged(hole, found, recipe):
+        if one := _judged_with(hole, pockets):
+            return Judgement(Verdict.UNDECIDED, f"{name} borders on pocket {one.id}: scan again")
+        if hidden:  # no other scan would show it
+            return Judgement(Verdict.UNDECIDED, f"{name}, whose rim stands {hole.rim_height:.1f} mm high")
+        if hole.thickness > BRIDGE_MM or not _bridged(hole, found, recipe):
             return Judgement(Verdict.INVALID, rises)
-    elif hole.thickness > _BRIDGE_MM and not hidden:
+    elif hole.thickness > BRIDGE_MM and not hidden:
         return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
+    return None
+
+
+def _judged_with(hole: pocket.UnseenHole, pockets: Sequence[PocketReport]) -> PocketReport | None:
+    """Return a pocket that was judged with the ply laid in this hole in each way; that verdict holds."""
+    for one in pockets:
+        half = one.half_seen
+        if half is not None and half.ways and any(of_it.centre_mm == _pair(hole.centre) for of_it in half.holes):
+            return one
     return None
 
 
@@ -90,10 +122,11 @@ def beside(found: FoundPocket) -> str:
         away = float(pocket.distance_to_outline(outline, hole.centre[None])[0])
         return away - _reach(hole)
 
-    nearest = min((hole for hole in found.unseen.holes if not hole.filled), key=gap_mm, default=None)
+    listed = [pair for pair in zip(found.unseen.holes, found.hidden, strict=True) if not pair[0].filled]
+    nearest = min(listed, key=lambda pair: gap_mm(pair[0]), default=None)
     name = "a part of the ply that was not seen"
-    if nearest is not None and gap_mm(nearest) < _NEAR_MM:
-        name = _name(nearest)
+    if nearest is not None and gap_mm(nearest[0]) < _NEAR_MM:
+        name = _name(*nearest)
     return f"{name} borders on it: scan again"
 
 
@@ -115,7 +148,7 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
     """Name every hole above the tolerance on area, and sum up the others."""
     entries = [
         LeftOut(
-            what=_name(hole),
+            what=_name(hole, hidden),
             why="the mask hides it"
             if hidden
             else "the reference is not known there: nothing was seen, or a smooth surface cannot follow it"
@@ -144,9 +177,8 @@ def _with_masked(found: Found) -> zip[tuple[pocket.UnseenHole, bool]]:
     return zip(holes, found.masked or (False,) * len(holes), strict=True)
 
 
-def _name(hole: pocket.UnseenHole) -> str:
-    what = "a gap in the reference" if hole.reference_share > 0.5 else "a hole"
-    return f"{what} of {hole.area / 100:.2g} cm² at ({hole.centre[0]:.0f}, {hole.centre[1]:.0f}) mm"
+def _name(hole: pocket.UnseenHole, hidden: bool) -> str:
+    return str(listed_hole(hole, hidden))
 
 
 def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport], reach_mm: float) -> bool:

@@ -66,7 +66,7 @@ class WholeScanFinder:
     def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan; see `Finder`."""
         stop = stop or _core.Stop()
-        points = masked(scan, mask, "scan")
+        points = masked(scan, mask, "scan", stop)
         front = self.prepare()
         heights = front.inspect(points, stop, copy=False)  # in the front end's memory, until the next scan
         times_ms, began = front.times_ms, time.perf_counter()
@@ -77,7 +77,7 @@ class WholeScanFinder:
                 unseen=unseen,
                 overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
                 times_ms=times_ms,
-                doubt=self._why_so_little(points),
+                doubt=self._why_so_little(points, stop),
             )
         wanted, threads = options.segment(self._recipe, self._ply_outline), self._recipe.run.threads
         segmentation = pocket.segment_with(wanted, heights, threads, stop)
@@ -90,10 +90,10 @@ class WholeScanFinder:
             times_ms=times_ms,
         )
 
-    def _why_so_little(self, points: NDArray[np.float32]) -> str:
+    def _why_so_little(self, points: NDArray[np.float32], stop: _core.Stop) -> str:
         """Say what is likely to be wrong with a scan that shows far too little."""
         if points.ndim == 3:
-            apart_mm = cloud.median_pitch(points, threads=self._recipe.run.threads)
+            apart_mm = cloud.median_pitch(points, threads=self._recipe.run.threads, stop=stop)
             if apart_mm > _FAR_PITCHES * self._prepared.grid_spacing_mm:
                 return (
                     f"no pocket was looked for: neighbouring pixels of the scan lie {apart_mm:.3g} mm apart; are its "

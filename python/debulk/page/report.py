@@ -14,6 +14,7 @@ from debulk.page.pockets import deciding_ridge, says, worst_first
 from debulk.page.render import render
 from debulk.page.trace import headline, trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
+from debulk.results.half_seen import half_seen_line
 from debulk.results.smoothing import smoothing, smoothing_line
 from debulk.verdict import Verdict
 
@@ -56,6 +57,7 @@ def page(report: ReportData) -> str:
         advice=advice(report),
         deciding=deciding(report),
         level_line=level_line(report.level) if report.level else "",
+        half_seen_line=half_seen_line,
         hole_line=hole_line,
         smoothing={p.id: smoothing_line(way) for p in report.creasing if (way := smoothing(p, report.ply_outline_mm))},
         verdict_of={p.id: p.verdict for p in report.pockets},

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from debulk._core import InputError
 from debulk.results.advice import hole_line, is_off, level_line, wrinkle_line
+from debulk.results.half_seen import HalfSeen, at_best, half_seen_line
 from debulk.verdict import Criteria, Verdict, judge
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ def check_fits(report: ReportData) -> None:
     for pocket in report.pockets:
         if pocket.verdict is Verdict.CEASE:
             _check_ceases(pocket, limits)
+        if pocket.half_seen is not None:
+            area_tol_mm2 = report.recipe.get("segmentation", {}).get("area_tol_mm2", 0.0)
+            _check_half_seen(pocket, pocket.half_seen, area_tol_mm2)
     worst = max(report.pockets, key=lambda pocket: pocket.verdict, default=None)
     if worst is not None and report.verdict < worst.verdict:
         raise InputError(f"verdict: {report.verdict} does not fit pocket {worst.id}, {worst.verdict}; {_REMEDY}")
@@ -94,6 +98,14 @@ def _check_ceases(pocket: PocketReport, limits: Criteria) -> None:
         raise InputError(f"{name}.{error}; {_REMEDY}") from None
     if judged.verdict is not Verdict.CEASE:
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit its figures: {judged.reason}; {_REMEDY}")
+
+
+def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) -> None:
+    best = at_best(half, area_tol_mm2)
+    if pocket.verdict < best:
+        name = f"pockets[{pocket.id - 1}]"
+        why = f"it {half_seen_line(half)}; {best} at best"
+        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
 
 
 def _criteria(report: ReportData) -> Criteria:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
+from debulk.results.half_seen import HalfSeen
 from debulk.results.level import Level
 from debulk.results.record import (
     Flags,
@@ -150,7 +151,8 @@ class ExcessReport:
     noise_mm
         Standard deviation of the height from scan to scan.
     spacing_error_mm
-        By how much the extrapolation has changed the height.
+        By how much the extrapolation has changed the height; where the two nets differ by as much as the finer one has,
+        that difference.
     uncertainty_mm
         Two of those deviations with the spacing's error, or the recipe's margin, whichever is more.
     bridge_bound_mm
@@ -201,6 +203,9 @@ class PocketReport(Record):
         Share of the area that the scanner saw; the rest was filled.
     promoted
         Why it is judged though it is below a tolerance of the segmentation; empty: it is not below any.
+    half_seen
+        What borders on it that was not seen, and what becomes of it however the ply lies there; all figures of the net
+        and its minimum are those with the holes filled in. None: nothing does.
     spacing_mm, node_count
         Of the net.
     rms_mm, rms_range_mm
@@ -253,6 +258,7 @@ class PocketReport(Record):
     volume_mm3: float
     measured_share: float = 1.0
     promoted: str = ""
+    half_seen: HalfSeen | None = None
     spacing_mm: float | None = None
     node_count: int | None = None
     rms_mm: float | None = None

@@ -11,6 +11,7 @@ import numpy as np
 from debulk._core import InputError
 from debulk.recipe import Recipe
 from debulk.study.curves import Mark, note_marks
+from debulk.study.plan import AS_INSPECTED
 from debulk.study.summary import Line, profile
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def _work_precision(plt: Any, results: Results) -> Any:
     panels = (
         ("rms_error_mean_mm", "mean RMS error, mm", None),
         ("ridge_error_mean_mm", "mean ridge error, mm", None),
-        ("wrong", "verdict flips, or no certificate", 0.10),
+        ("wrong", "paper's verdict flips, or no certificate", 0.10),
     )
     figure, axes = plt.subplots(len(_TITLES), len(panels), figsize=(14, 20))
     # By hand: the long titles would take the place of the panels beside them.
@@ -90,9 +91,9 @@ def _work_precision(plt: Any, results: Results) -> Any:
             if column == 0:
                 ax.set_title(_TITLES[name], loc="left", fontweight="bold")
     figure.suptitle(
-        "Work and precision: one setting varied, the others by the recipe. Filled: over the median time; hollow, "
-        "dashed: over the 99th percentile.\nErrors are against the converged reference of the same net; arrows: above "
-        "the axis.",
+        "Work and precision of the minima: one setting varied, the others as in an inspection. Filled: over the median "
+        "time; hollow, dashed: over the 99th percentile.\nErrors are against the converged reference of the same net; "
+        "arrows: above the axis.",
         fontsize=11,
         y=0.985,
     )
@@ -107,7 +108,8 @@ def _by_curve(sweep: str, found: Sequence[Line]) -> dict[str, list[Line]]:
         if sweep == "method":
             key = line.label.partition(" ")[0].replace("_", " ")
         elif sweep == "starts":
-            key = "further ones close to a limit" if " to " in line.label else "the same for all"
+            further = "further ones close to a limit" if " to " in line.label else "the same for all"
+            key = line.label if line.label == AS_INSPECTED else further
         else:
             key = ""
         curves.setdefault(key, []).append(line)
@@ -234,8 +236,8 @@ def _nodes(plt: Any, results: Results) -> Any:
             ax.plot(sizes, middle, color=COLOURS[1], lw=1.8, ls=style)
         if limit:
             ax.axhline(limit, color="black", lw=1)
-            ax.annotate(f"limit {limit:g}", (1, limit), xycoords=("axes fraction", "data"), xytext=(0, 3),
-                        textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
+            ax.annotate(f"limit {limit:g}", (0, limit), xycoords=("axes fraction", "data"), xytext=(2, 3),
+                        textcoords="offset points", fontsize=8)  # fmt: skip
         _sizes(ax, sizes)
         ax.set_title(f"{name.removesuffix(', mm').capitalize()} of the reference".replace("Rms", "RMS"), loc="left",
                      fontweight="bold")  # fmt: skip
@@ -253,7 +255,7 @@ def _nodes(plt: Any, results: Results) -> Any:
     _plain_log(ax.yaxis)
     _sizes(ax, list(x))
     ax.set_ylabel("CPU time a pocket, ms")
-    ax.set_title("Time by the recipe's starts, without the net", loc="left", fontweight="bold")
+    ax.set_title("Time as inspected, without the net", loc="left", fontweight="bold")
     ax.legend(loc="upper left", fontsize=8)
     return figure
 
@@ -303,7 +305,7 @@ def _minima(plt: Any, results: Results) -> Any:
         if field == "undecided":
             every = np.mean([r.verdict_of_all == "undecided" for _, r in results.solved])
             ax.axhline(every, color="black", lw=1)
-            ax.annotate("all starts of all sizes", (1, every), xytext=(0, 3), textcoords="offset points", fontsize=8)
+            ax.annotate("all starts of all sizes", (1, every), xytext=(0, -10), textcoords="offset points", fontsize=8)
         if not field.endswith("_mm"):
             ax.yaxis.set_major_formatter(lambda v, _: f"{100 * v:.3g} %")
         ax.set_title(title, loc="left", fontweight="bold")

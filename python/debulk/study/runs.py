@@ -28,6 +28,8 @@ class Setting:
     tolerance: float
     stiffness: float
     node_target: int
+    as_inspected: bool = True
+    """Pockets that the excess decides get the one start of the picture, as in an inspection; the others `starts`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +105,13 @@ class Row:
 
 def run(case: Case, setting: Setting, reference: Reference | None, deadline_s: float) -> Row:
     """Solve and post-process; time is the solving thread's on a CPU: waiting for other programs does not count."""
+    picture = setting.as_inspected and case.laid.by_excess
     names = ("method", "starts", "most_starts", "tolerance", "stiffness")
     recipe = case.recipe.model_copy(update={"solve": {name: getattr(setting, name) for name in names}})
     stop = _core.Stop()
     stop.set_deadline(deadline_s)
     began = time.thread_time()
-    settled = starts.settle(case.sheet, recipe, case.post_process, stop)
+    settled = starts.settle(case.sheet, recipe, case.post_process, stop, for_the_picture=picture)
     solution, figures = settled.solution, settled.best
     cpu_ms = 1e3 * (time.thread_time() - began)
     figured = reference.figures if reference else Figures(np.nan, np.nan, np.nan)

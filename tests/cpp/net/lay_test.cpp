@@ -79,6 +79,21 @@ TEST(LayNet, PathsLeaveInTheAskedDirectionsAndAreGreatCirclesOnASphere) {
   }
 }
 
+// A peak so steep that a fibre laid past it runs round it and back: a cone of slope 2 with a rounded tip.
+struct Peak : Surface {
+  SurfaceSample sample(const Eigen::Vector2d& p) const override {
+    const double r = std::sqrt(p.squaredNorm() + 25);
+    return {-2 * r, -2 * p / r, -2 / r * Eigen::Matrix2d::Identity() + 2 * p * p.transpose() / (r * r * r)};
+  }
+};
+
+TEST(LayNet, PathsEndWhereTheyTurnBack) {
+  const auto path = fibre_path(Peak(), {-60, 8}, 0.0, 3.0, PathRule::geodesic, disc(200), 1000);
+  ASSERT_GE(path.size(), 10U);
+  EXPECT_LT(path.size(), 100U);
+  for (std::size_t k = 1; k < path.size(); ++k) EXPECT_GT(path[k].x(), path[k - 1].x());
+}
+
 TEST(LayNet, VerticalPlanePathsAreStraightSeenFromAbove) {
   const exact::Hills hills(4, 0.12, {0.1, 0.05});
   const auto path = fibre_path(hills, {1, 2}, 0.6, 3.0, PathRule::vertical_plane, disc(60), 1000);
@@ -231,6 +246,50 @@ TEST(LayNet, TurnsWithTheSurfaceAndTheAngles) {
     ASSERT_EQ(before.nodes[k].allFinite(), after.nodes[k].allFinite());
     if (!before.nodes[k].allFinite()) continue;
     EXPECT_LT((turned.turn * before.nodes[k].head<2>() - after.nodes[k].head<2>()).norm(), 1e-8);
+  }
+}
+
+TEST(NetLayer, LaysTheSameNodesInWhateverOrderTheyAreAskedFor) {
+  const exact::Hills hills(5, 0.12, {0.2, -0.1});
+  const FibreAngles angles{0.1, 1.5};
+  const NetDomain region = disc(30);
+  const Lattice all = lay_net(hills, {4, -3}, angles, 2.5, region);
+  FibreRays rays = fibre_rays(hills, {4, -3}, angles, 2.5 / kStepsPerSegment, PathRule::geodesic);
+  NetLayer few(hills, rays, angles, 2.5, region, {});
+  const auto expect_node = [&](int i, int j) {
+    const Vector3d* node = few.at(i, j);
+    ASSERT_EQ(node != nullptr, all.has(i, j)) << i << " " << j;
+    if (node != nullptr) {
+      EXPECT_EQ(*node, all.at(i, j));
+    }
+  };
+  for (const auto& [i, j] : {std::pair{-5, 6}, {7, 3}, {7, -3}, {0, 0}, {-2, 0}, {1, 1}}) expect_node(i, j);
+  const Lattice some = few.lattice();
+  EXPECT_EQ((std::array<int, 4>{some.west, some.east, some.south, some.north}), (std::array<int, 4>{-5, 7, -3, 6}));
+  EXPECT_FALSE(some.has(-5, -3));
+  expect_node(40, 1);  // beyond the region
+  for (int j = all.north + 1; j >= all.south - 1; --j)
+    for (int i = all.west - 1; i <= all.east + 1; ++i) expect_node(i, j);
+  EXPECT_EQ(few.lattice().nodes.size(), all.nodes.size());
+}
+
+TEST(NetLayer, NetsOfOtherSpacingsShareTheRays) {
+  const exact::Sphere sphere(100);
+  const FibreAngles angles{0.3, 1.6};
+  FibreRays rays = fibre_rays(sphere, {10, 5}, angles, 6.0 / kStepsPerSegment, PathRule::geodesic);
+  const NetDomain region = disc(60);
+  for (const double spacing : {6.0, 3.0, 4.7}) {
+    NetLayer layer(sphere, rays, angles, spacing, region, {});
+    const Lattice alone = lay_net(sphere, {10, 5}, angles, spacing, region);
+    for (int j = alone.south; j <= alone.north; ++j)
+      for (int i = alone.west; i <= alone.east; ++i) {
+        const Vector3d* node = layer.at(i, j);
+        ASSERT_EQ(node != nullptr, alone.has(i, j));
+        if (node != nullptr) {
+          EXPECT_LT((*node - alone.at(i, j)).norm(), 1e-8);
+        }
+      }
+    expect_net_on(sphere, whole(layer.lattice()));
   }
 }
 

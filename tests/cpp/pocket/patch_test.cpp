@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bells.hpp"
@@ -258,6 +259,47 @@ TEST(Patch, GoesOnPastThePlysEdge) {
   EXPECT_NEAR(excess(patch, {80, 70}), 8, 0.05);
   EXPECT_NEAR(excess(patch, {82, 70}), 8, 0.2);
   EXPECT_LT(excess(patch, {109, 70}), 0.1);
+}
+
+// What the patch has above F, and 0 round it, on a grid of its own.
+void expect_same_excess(const Segmentation& s, const FootMap& feet, PatchMode mode) {
+  for (int id = 1; id <= static_cast<int>(s.pockets.size()); ++id) {
+    PatchOptions options;
+    options.mode = mode;
+    const Patch patch = make_patch(s, feet, id, Bowl(), options);
+    const Grid<double> alone = patch_excess(s, feet, id, options, 3);
+    EXPECT_LT(alone.size(), patch.surface.size());
+    for (int j = 0; j < patch.surface.ny; ++j)
+      for (int i = 0; i < patch.surface.nx; ++i) {
+        const Eigen::Vector2d u = alone.locate(patch.surface.position(i, j));
+        const int a = static_cast<int>(std::lround(u.x())), b = static_cast<int>(std::lround(u.y()));
+        const double e = patch.surface.at(i, j) - patch.reference.at(i, j);
+        ASSERT_NEAR(e, alone.contains(a, b) ? alone.at(a, b) : 0.0, 1e-12) << id << ": " << i << " " << j;
+        if (alone.contains(a, b) && std::min({a, b, alone.nx - 1 - a, alone.ny - 1 - b}) < 3) {
+          ASSERT_EQ(alone.at(a, b), 0.0);
+        }
+      }
+  }
+}
+
+TEST(Patch, HasTheSameExcessOnAGridOfItsOwn) {
+  auto heights = sampled_bells({{{70.3, 65.7}, 8, 40, 25, 0.4}, {{150, 130}, 6, 30, 30}}, 200, 180, 1.0, kT);
+  const Segmentation two = segment(heights, {});
+  expect_same_excess(two, find_feet(two, {}), PatchMode::foot);
+  expect_same_excess(two, find_feet(two, {}), PatchMode::paper);
+  drop_disc(heights, {75, 70}, 4);  // within a foot, no height is known there
+  const Segmentation holed = segment(heights, {});
+  expect_same_excess(holed, find_feet(holed, {}), PatchMode::foot);
+  SegmentOptions options;
+  options.ply_outline = Polygon{{10, 10}, {80.3, 10}, {80.3, 130}, {10, 130}};
+  const Segmentation at_edge = segment(sampled_bells({{{80.3, 70.2}, 8, 40, 40}}, 160, 140, 1.0, kT), options);
+  ASSERT_EQ(at_edge.pockets.size(), 1u);
+  PatchOptions given;
+  const Patch patch = make_patch(at_edge, find_feet(at_edge, {}), 1, Bowl(), given);
+  const Grid<double> alone = patch_excess(at_edge, find_feet(at_edge, {}), 1, given, 0);
+  const Eigen::Vector2d off_ply(90, 70), u = alone.locate(off_ply);
+  EXPECT_GT(excess(patch, off_ply), 1.0);
+  EXPECT_NEAR(alone.at(static_cast<int>(std::lround(u.x())), static_cast<int>(std::lround(u.y()))), excess(patch, off_ply), 1e-12);
 }
 
 TEST(Patch, OfThePaperIsGluedAtTheCut) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "debulk/core/error.hpp"
 #include "debulk/verdict/judge.hpp"
@@ -58,6 +59,18 @@ TEST(RidgeByExcess, NamesWhatIsWrong) {
   EXPECT_THROW(ridge_by_excess(wrong, 0.3, 1.2, 0.02), InputError);
   EXPECT_THROW(ridge_by_excess(lengths(1, 1), 0.3, 1.2, -0.1), InputError);
   EXPECT_THROW(ridge_by_excess(lengths(std::nan(""), 1), 0.3, 1.2, 0.02), InputError);
+}
+
+TEST(RidgeByExcess, SpansBothSpacingsWhereTheyDisagreeByAllThereIs) {
+  // A net that folded back on itself at the coarser spacing (765 mm), and one that missed the pocket there.
+  for (const auto& [coarse, half] : {std::pair(765.66, 0.32), std::pair(0.0, 1.0), std::pair(1.5, 0.1)}) {
+    const ExcessRidge ridge = ridge_by_excess(lengths(coarse, half), 0.3, 1.2, 0.02);
+    EXPECT_EQ(ridge.range.low, 0);
+    EXPECT_GE(ridge.range.high, ridge_by_excess(lengths(coarse, coarse), 0.3, 1.2, 0).height);
+    EXPECT_GE(ridge.range.high, ridge_by_excess(lengths(half, half), 0.3, 1.2, 0).height);
+  }
+  // Of next to nothing the one may be twice the other, and still nothing creases.
+  EXPECT_LT(ridge_by_excess(lengths(0.02, 0.01), 0.3, 1.2, 0.02).range.high, 0.25);
 }
 
 // A pocket inside the ply with a certified minimum that would crease by its RMS.

@@ -7,6 +7,13 @@ import pytest
 
 import debulk
 from debulk import Verdict, scenes
+from debulk.scenes.varied import faults, molds
+from debulk.scenes.varied.layup import _bumps
+from debulk.scenes.varied.ply import Ply
+from debulk.scenes.varied.polygons import random_ply
+from debulk.scenes.varied.rendering import Stage
+from debulk.scenes.varied.scanning import scanned
+from debulk.scenes.varied.seeing import Camera
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +41,70 @@ def test_what_stands_up_at_a_cliff_is_no_pocket(layup):
         assert is_true(layup, one)
 
 
-def test_without_an_outline_what_stands_in_the_cliffs_shadow_is_not_judged(layup):
+def oblique(seed, cliff_mm, tilt_deg, *, severity="benign", wide=False):
+    """A part above a table, seen by a camera 2 m away and askew; without other faults than noise."""
+    rng = [np.random.default_rng([seed, part]) for part in range(7)]
+    outline = random_ply(rng[0])
+    smooth = molds.make_mold(rng[1], "cliff", outline)
+    part, angle = smooth.part_outline, np.linspace(0, 2 * np.pi, 90, endpoint=False)
+    if wide:  # a round part, wider than the ply
+        away = np.linalg.norm(outline - outline.mean(axis=0), axis=1).max() + 15
+        part = outline.mean(axis=0) + away * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    low, high = (float(f(smooth.smooth_height(*part.T))) for f in (np.min, np.max))
+    mold = molds.Mold("cliff", smooth.terms, part, low - cliff_mm)
+    bumps = _bumps(rng[2], ["lobes", "gaussians"], severity, outline, (0.0, 90.0), 3.2)
+    tilt, towards = np.deg2rad(tilt_deg), rng[4].uniform(0, 2 * np.pi)
+    view = np.array([np.sin(tilt) * np.cos(towards), np.sin(tilt) * np.sin(towards), -np.cos(tilt)])
+    right = np.cross(view, [np.sin(towards + 0.3), -np.cos(towards + 0.3), 0.0])
+    right = np.cross(np.cross(view, right), view)
+    right /= np.linalg.norm(right)
+    pose = np.stack([right, np.cross(view, right), view], axis=1)
+    centre = np.append(part.mean(axis=0), high) - 2000 * view
+    around = np.column_stack([part.mean(axis=0) + 1.15 * (part - part.mean(axis=0)), np.full(len(part), high)])
+    pixels = Camera((900, 700), 1.0, (0.0, 0.0), pose, centre).project(around)
+    (left, top), (end, bottom) = pixels.min(axis=0), pixels.max(axis=0)
+    focal = 0.97 * min(899 / (end - left), 699 / (bottom - top))
+    middle = (449.5 - focal * 0.5 * (left + end), 349.5 - focal * 0.5 * (top + bottom))
+    camera = Camera((900, 700), float(focal), (float(middle[0]), float(middle[1])), pose, centre)
+    stage = Stage(camera, centre + 500 * pose[:, 0], Ply(mold, outline, 0.3, tuple(bumps)), None)
+    return scanned(rng[6], stage, (0.0, 90.0), faults.random_noise(rng[6], ()), [], 2.0)
+
+
+SEEN_ASKEW = [(22, 15, 30, True), (23, 40, 10, False), (24, 200, 20, False), (25, 80, 0, True)]
+
+
+@pytest.mark.parametrize(("seed", "cliff_mm", "tilt_deg", "wide"), SEEN_ASKEW)
+def test_without_an_outline_the_molds_edge_is_found_in_the_reference(seed, cliff_mm, tilt_deg, wide):
+    layup = oblique(seed, cliff_mm, tilt_deg, wide=wide)
+    report, known = inspected(layup, None), inspected(layup, layup.ply_outline)
+    assert report.verdict is known.verdict is Verdict.CEASE, (report.reason, known.reason)
+    assert len(report.pockets) == len(known.pockets) == len(layup.truth.pockets)
+    assert any("below the mold's edge" in entry.what for entry in report.left_out)
+
+
+@pytest.mark.parametrize(("seed", "cliff_mm", "tilt_deg"), [(31, 30, 15), (33, 120, 15)])
+def test_without_an_outline_a_creasing_pocket_on_such_a_mold_is_found(seed, cliff_mm, tilt_deg):
+    layup = oblique(seed, cliff_mm, tilt_deg, severity="one")
+    assert max(p.ridge_mm for p in layup.truth.pockets) > 0.7
+    assert inspected(layup, None).verdict is Verdict.CREASE
+
+
+def test_a_cliff_too_low_to_be_found_is_not_judged_and_the_outline_asked_for():
+    """In the shadow of 8 mm no step is seen that a slope could not explain."""
+    layup = oblique(43, 8, 30)
     report = inspected(layup, None)
     assert report.verdict is Verdict.INVALID
-    assert any(is_true(layup, one) for one in report.pockets)
-    for one in report.pockets:
-        assert is_true(layup, one) or one.verdict is Verdict.INVALID
+    assert "the mold's edge, give it (ply_outline" in report.reason
+    assert inspected(layup, layup.ply_outline).verdict is Verdict.CEASE
+
+
+def test_a_ply_that_reaches_below_the_molds_edge_is_refused_and_the_outline_asked_for(layup):
+    pose, table = layup.mold_from_scanner, layup.truth.ply.mold.table_mm
+    rise = layup.scan.astype(np.float64) @ pose[2, :3]
+    on_table = np.abs(rise + pose[2, 3] - table) < 1
+    x = (layup.scan.astype(np.float64) @ pose[0, :3] + pose[0, 3])[on_table]
+    lifted = layup.scan.copy()
+    lifted[on_table] *= (1 + np.where(x > np.quantile(x, 0.8), 0.3, 0.0) / rise[on_table])[:, None]
+    report = debulk.inspect(lifted, layup.reference, None, None, layup.fibre_angles_deg, pose)
+    assert report.verdict is Verdict.INVALID
+    assert "the mold's edge" in report.reason and "give the ply's outline" in report.reason

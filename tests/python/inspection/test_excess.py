@@ -101,6 +101,24 @@ def test_another_scan_of_the_ply_moves_the_ridge_within_its_uncertainty(layup, r
             assert abs(p.excess.height_mm - q.excess.height_mm) <= p.excess.uncertainty_mm + q.excess.uncertainty_mm
 
 
+def test_a_net_far_too_coarse_neither_folds_back_nor_passes():
+    """The first fibre of its largest pocket, 99 mm a segment, ran round beyond the foot and back over the pocket."""
+    coarse = scenes.layup(110, (1280, 960))
+    report = Inspector(
+        Recipe(net={"node_target": 25}),
+        coarse.reference,
+        coarse.ply_outline,
+        mold_from_scanner=coarse.mold_from_scanner,
+    ).inspect(coarse.scan)
+    largest = report.pockets[0]
+    assert largest.spacing_mm > 50
+    xy = largest.net.nodes_mm[:, :2]
+    apart = np.linalg.norm(xy[:, None] - xy, axis=-1) + np.diag(np.full(len(xy), np.inf))
+    assert apart.min() > largest.spacing_mm / 2
+    assert largest.verdict is not Verdict.CEASE
+    assert largest.excess.at_spacing_mm == pytest.approx(largest.excess.at_half_mm, rel=0.2)
+
+
 def test_an_unknown_criterion_is_named():
     with pytest.raises(InputError, match="criterion"):
         Recipe(verdict={"criterion": "rms"})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import laid_ply
-from debulk import InputError, Inspector, Recipe, Report, Verdict, scenes
+from debulk import InputError, Inspector, Recipe, Report, Verdict, pocket, scenes
 from debulk.scenes.varied import given_right
 from debulk.scenes.varied.given import moved, shift, turn
 
@@ -235,6 +235,29 @@ def test_an_inverted_pose_leans():
     aside = turn((1.0, 0.0, 0.0), 80, np.zeros(3))
     with pytest.raises(InputError, match=r"leans by 80 degrees|expected"):
         Inspector(None, g.reference, mold_from_scanner=aside @ g.mold_from_scanner)
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["outline", "no outline"])
+def test_a_scanner_that_sees_the_table_beside_the_ply_twice_alike_is_no_copied_scan(known):
+    """A scanner that fuses or quantises its scans can give the same points, bit for bit, where nothing has changed."""
+    g = given("varied")
+    x, y = np.moveaxis(g.in_mold(g.scan)[..., :2], -1, 0)
+    on = pocket.inside(g.ply_outline, np.nan_to_num(np.stack([x, y], axis=-1), nan=1e6).reshape(-1, 2)).reshape(x.shape)
+    scan = np.where(on[..., None], g.scan, g.reference)
+    assert np.mean((scan == g.reference).all(axis=-1)) > 0.5
+    looks = (
+        inspector("varied", True)
+        if known
+        else Inspector(None, prepared("varied"), None, g.fibre_angles_deg, g.mold_from_scanner)
+    )
+    one, other = looks.inspect(g.scan), looks.inspect(scan)
+    assert len(one.pockets) > 2
+    assert [p.verdict for p in other.pockets[:3]] == [p.verdict for p in one.pockets[:3]]
+    assert other.verdict is one.verdict, other.reason
+    # The ply's own points from the reference, and only the table's from another scan: the reference all the same.
+    assert (
+        "are the same: 100 %" in inspector("varied", True).inspect(np.where(on[..., None], g.reference, g.scan)).reason
+    )
 
 
 def _border(high_mm, wide_mm, corners):

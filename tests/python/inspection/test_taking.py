@@ -77,6 +77,31 @@ def test_a_stop_is_heeded_between_two_pieces():
         assert fingerprint.of_cloud(plain, Patience(looks)).sha256 is None
 
 
+def test_a_mask_is_taken_out_by_pieces_and_a_stop_heeded_between_them():
+    plain, mask = IMAGE.astype(np.float32), RNG.random(IMAGE.shape[:2]) < 0.3
+    given, without = plain.copy(), np.where(mask[..., None], np.float32(np.nan), plain)
+    np.testing.assert_array_equal(cleaning.masked(plain, mask, "scan", _core.Stop()), without)
+    np.testing.assert_array_equal(plain, given)
+    assert np.shares_memory(cleaning.masked(plain, None, "scan", _core.Stop()), plain)
+    for looks in (0, 5, 13, 20):  # while it is checked, and while it is copied
+        with pytest.raises(_core.Stopped):
+            cleaning.masked(plain, mask, "scan", Patience(looks))
+    hidden = plain.copy()
+    cleaning.hide(hidden, mask, "scan", _core.Stop())
+    np.testing.assert_array_equal(hidden, without)
+    with pytest.raises(_core.Stopped):
+        cleaning.hide(hidden, mask, "scan", Patience(1))
+
+
+@pytest.mark.parametrize("wrong", [np.full((70, 50, 3), np.nan), IMAGE / 1e3, IMAGE[:, :0]])
+def test_what_is_wrong_with_a_cloud_is_said_in_the_same_words(wrong):
+    with pytest.raises(InputError) as one_go:
+        cloud.checked(wrong, "scan")
+    with pytest.raises(InputError) as by_pieces:
+        cleaning.masked(wrong, None, "scan", _core.Stop())
+    assert str(by_pieces.value) == str(one_go.value)
+
+
 def test_a_scan_is_raised_by_pieces():
     plain = IMAGE.astype(np.float32)
     np.testing.assert_allclose(raised(plain, None, 1.5, along_rays=False), plain + np.float32([0, 0, 1.5]))

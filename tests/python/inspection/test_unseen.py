@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import debulk
+import laid_ply
 from debulk import Verdict, pocket, scenes
 from debulk.inspection import unseen
 from debulk.inspection.evaluation import evaluate
@@ -90,7 +91,7 @@ def test_no_hole_over_a_creasing_pocket_makes_it_pass(
         scan = with_hole(layup, at, half, rng.uniform(0, np.pi), bar=rng.random() < 0.4)
         said.append(verdict_round(inspector, scan, outline, size))
     assert Verdict.CEASE not in said, said
-    assert Verdict.INVALID in said
+    assert Verdict.CREASE in said  # what was seen of them is enough
 
 
 @pytest.fixture(scope="module")
@@ -169,11 +170,11 @@ def test_the_reason_of_a_cut_pocket_names_the_hole(creasing: tuple[Any, debulk.I
     outline = max(outlines, key=pocket.polygon_area)
     at = outline[0]  # across its rim
     report = inspector.inspect(with_hole(layup, at, np.array([30.0, 20.0])))
-    assert report.verdict is Verdict.INVALID
-    cut = [p for p in report.pockets if "borders on it" in p.reason]
-    assert [p.verdict for p in cut] == [Verdict.INVALID] * len(cut)
+    assert report.verdict >= Verdict.CREASE
+    cut = [p for p in report.pockets if p.half_seen is not None]
     assert cut
-    assert all("a hole of" in p.reason for p in cut)
+    assert all(p.verdict >= Verdict.CREASE and "a hole of" in p.reason for p in cut)
+    assert all("rim is not closed" not in p.reason for p in report.pockets)
 
 
 def test_what_the_mask_hides_is_listed_and_no_reason_against_the_layup(flat_and_one: Any) -> None:
@@ -196,3 +197,22 @@ def test_what_the_mask_hides_is_listed_and_no_reason_against_the_layup(flat_and_
     assert hole.of == "mask" and hole.at_best is None
     assert report.verdict is plain.inspect(layup.scan).verdict is Verdict.CEASE
     assert any(entry.why == "the mask hides it" for entry in report.left_out)
+
+
+@pytest.mark.parametrize(
+    ("wide_mm", "high_mm", "verdict"),
+    [(22, 2.5, Verdict.CEASE), (14, 4.0, Verdict.INVALID), (24, 6.0, Verdict.INVALID)],
+)
+def test_a_bump_half_lost_counts_where_it_and_its_hole_could_be_a_pocket_or_crease(
+    wide_mm: float, high_mm: float, verdict: Verdict
+) -> None:
+    """Of a small bump a ring round its top is lost, as where it shines: it is filled in from what stands beside it."""
+    scan = laid_ply.scan(laid_ply.bell(150, 80, wide_mm, high_mm))
+    pose, inspector = laid_ply.layup().mold_from_scanner, laid_ply.inspector()
+    x, y = np.moveaxis(scan.astype(np.float64) @ pose[:3, :3].T + pose[:3, 3], -1, 0)[:2]
+    away = np.hypot(x - 150, y - 80)
+    scan[(away > 2.5) & (away < (9 if wide_mm == 24 else 6.5))] = np.nan
+    (bump,) = inspector.find(scan).dropped
+    assert bump.measured_share < 0.8 and not bump.touches_unknown
+    report = inspector.inspect(scan)
+    assert report.verdict is verdict, report.reason

@@ -15,6 +15,7 @@ import pytest
 
 from debulk import InputError, solve, study
 from debulk.recipe import Recipe
+from debulk.study.plan import AS_INSPECTED
 from debulk.study.runs import Row
 from debulk.study.summary import lines, profile
 
@@ -58,6 +59,15 @@ def test_every_setting_meets_every_pocket(quick):
     for line in results.lines:
         mine = [r for r in runs if (r["sweep"], r["label"]) == (line.sweep, line.label)]
         assert len({(r["layup"], r["pocket"]) for r in mine}) == line.pockets == results.plan.pockets
+
+
+def test_pockets_inside_the_ply_get_one_start_as_in_an_inspection(quick):
+    results, _ = quick
+    held = {(case.layup, case.pocket): case.laid.by_excess for case, _ in results.solved}
+    rows = [r for r in results.rows if (r.sweep, r.label) == ("starts", AS_INSPECTED)]
+    assert len(rows) == len(held) and any(held.values())
+    for row in rows:
+        assert row.starts == 1 if held[row.layup, row.pocket] else row.starts >= Recipe().solve.starts
 
 
 def test_lines_sum_up_the_runs_as_written(quick):
@@ -265,7 +275,45 @@ def test_scans_are_compared_pair_by_pair():
     ]
     line = next(line for line in script["table"](seen, 1, 3).splitlines() if line.split()[:3] == ["the", "recipe", "2"])
     # Of six pairs two are opposite and two differ otherwise; RMS differ by 0.01, 0.02 and 0.01.
-    assert line.split()[2:] == ["2", "2.0", "33.3%", "6", "33.33%", "33.33%", "0.0133", "0.000"]
+    assert line.split()[2:] == ["2", "2.0", "33.3%", "6", "33.33%", "33.33%", "0.0133", "0.000", "–"]
+
+
+def bench(name):
+    return runpy.run_path(str(Path(__file__).parents[3] / "bench" / "study" / name))
+
+
+def test_errors_of_the_excess_are_of_the_ridge(tmp_path, monkeypatch):
+    """Of a row made by hand; then of a small layup, whose extrapolated nets come nearer than the coarse ones."""
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr(sys, "path", [*sys.path])  # it adds the folder of the truth's excess
+    script = bench("spacings.py")
+    one = script["Row"]("spacing", 8.0, 0, 1, 8.0, 100, 1.0, 0.9, 0.98, 1.01, 1.0, 1.0, 1.5, 3.0)
+    assert [one.error_mm(r) for r in ("one", "half", "both")] == pytest.approx([0.05, 0.01, 0.005])
+    assert [one.ms(r) for r in ("one", "half", "both")] == [1.5, 3.0, 3.0]
+    script["main"](["--layups", "0", "0", "--pixels", "640", "480", "--out", str(tmp_path)])
+    rows = [r for r in read(tmp_path / "spacings.csv") if (r["sweep"], r["setting"]) == ("spacing", "12")]
+    off = {k: [abs(float(r[f"{k}_mm"]) - float(r["reference_mm"])) for r in rows] for k in ("one", "half", "both")}
+    assert len(rows) >= 8
+    assert np.median(off["one"]) > np.median(off["half"])
+    assert np.mean(off["both"]) < 0.5 * np.mean(off["half"])
+    assert cv2.imread(str(tmp_path / "spacings.png")).std() > 5
+
+
+def test_every_part_of_the_range_round_the_limit_weighs_the_same():
+    script = bench("limit.py")
+
+    def said(truth_mm, verdict):
+        return script["Row"](0, "", truth_mm, "the inspection", verdict, truth_mm, 0.02, np.nan, "excess", "")
+
+    edges = np.linspace(0.3, 0.9, 13)
+    rows = [said(mm + 0.01, "cease" if mm < 0.6 else "crease") for mm in edges[:-1] for _ in range(3)]
+    assert script["share"](rows, ("undecided",)) == (0.0, 0.0)
+    assert not any(script["wrong"](r) for r in rows)
+    rows += [said(0.61, "undecided")] * 3  # half of the six in the seventh of twelve parts
+    part, error = script["share"](rows, ("undecided",))
+    assert part == pytest.approx(0.5 / 12)
+    assert error == pytest.approx(np.sqrt(0.25 / 6) / 12)
+    assert script["wrong"](said(0.61, "cease")) and script["wrong"](said(0.59, "crease"))
 
 
 def test_bad_input_is_named(tmp_path, monkeypatch):

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "debulk/surface/reference.hpp"
+
+namespace debulk {
+
+// A surface with a bump on it: the spline through heights above it that are 0 along their grid's border, and 0 outside.
+class Raised : public Surface {
+ public:
+  Raised(const Surface& below, Grid<double> heights_above) : below_(below), above_(std::move(heights_above)) {}
+
+  SurfaceSample sample(const Eigen::Vector2d& xy) const override {
+    SurfaceSample s = below_.sample(xy);
+    if (!above_.inside(xy)) return s;
+    const SurfaceSample more = above_.sample(xy);
+    s.height += more.height;
+    s.gradient += more.gradient;
+    s.hessian += more.hessian;
+    return s;
+  }
+  double height(const Eigen::Vector2d& xy) const override { return below_.height(xy) + (above_.inside(xy) ? above_.height(xy) : 0.0); }
+  std::vector<Eigen::Vector2d> gradients_on_row(const std::vector<double>& x, double y) const override {
+    std::vector<Eigen::Vector2d> out = below_.gradients_on_row(x, y);
+    std::vector<double> on;
+    std::size_t first = 0;
+    while (first < x.size() && !above_.inside({x[first], y})) ++first;
+    for (std::size_t k = first; k < x.size() && above_.inside({x[k], y}); ++k) on.push_back(x[k]);
+    const std::vector<Eigen::Vector2d> more = above_.gradients_on_row(on, y);
+    for (std::size_t k = 0; k < more.size(); ++k) out[first + k] += more[k];
+    return out;
+  }
+
+ private:
+  const Surface& below_;
+  Reference above_;
+};
+
+}  // namespace debulk

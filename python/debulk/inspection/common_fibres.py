@@ -1,0 +1,257 @@
+"""Fibres that cross several pockets: what those have to spare may gather in one fold (docs/verdicts.md).
+
+The ply between two pockets lies on the mold, and friction holds it there up to some way only. Whether the excess of the
+one is drawn into the fold of the other depends on the history of the vacuum; so where both together would exceed the
+limit nothing is decided.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core, pocket
+from debulk.inspection import excess
+from debulk.inspection.found import FoundPocket
+from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.results.report import PocketNet, PocketReport
+from debulk.verdict import Verdict, natural_length
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["friction_length", "without_shared_folds"]
+
+Floats = NDArray[np.float64]
+
+_FIXED = 1  # kind of a node that is held
+_FACING = -math.sqrt(
+    0.5
+)  # cosine between the ends of one fibre on either side of a gap: those of the other direction cross it
+
+
+class _End(NamedTuple):
+    """Where a fibre leaves the foot of its pocket, and the unit vector in which it goes on, mold XY."""
+
+    xy: Floats
+    way: Floats
+
+
+class _Fibre(NamedTuple):
+    """A fibre that is held at both ends: what it has to spare, and where it leaves the foot."""
+
+    spare_mm: float
+    ends: tuple[_End, _End]
+
+
+@dataclass(frozen=True, eq=False)
+class _Spare:
+    """A pocket's fibres, with the standing uncertainty of what they have to spare."""
+
+    numbers: frozenset[int]  # its own, and those of the pockets whose foot is the same
+    number: int
+    spacing_mm: float
+    uncertainty_mm: float
+    fibres: tuple[_Fibre, ...]
+
+
+class _Shared(NamedTuple):
+    """What a fibre has to spare in other pockets."""
+
+    spare_mm: float = 0.0
+    variance_mm2: float = 0.0
+    numbers: tuple[int, ...] = ()
+    taken: frozenset[int] = frozenset()
+
+
+def without_shared_folds(
+    reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], ply: PlyOnMold
+) -> tuple[PocketReport, ...]:
+    """Take CEASE from the pockets whose fibres have too much to spare together with those of others nearby."""
+    reports = tuple(reports)
+    if ply.recipe.verdict.criterion != "excess":
+        return reports
+    way_mm = friction_length(ply.recipe)
+    joined = {found.number: frozenset((found.number, *found.joined)) for found in pockets}
+    close = _close_by(reports, way_mm)
+    near = {p.id: _near(p, close, joined[p.id], ply.recipe) for p in reports if p.verdict is Verdict.CEASE}
+    wanted = {number for numbers in near.values() for number in numbers}
+    spare = {p.id: _spare(p, p.net, joined[p.id], ply) for p in reports if p.id in wanted and p.net is not None}
+    out = []
+    for p in reports:
+        others = [spare[number] for number in near.get(p.id, ()) if number in spare and number != p.id]
+        doubt = _doubt(spare[p.id], others, way_mm, ply.recipe) if others and p.id in spare else ""
+        out.append(replace(p, verdict=Verdict.UNDECIDED, reason=doubt, decided_by="") if doubt else p)
+    return tuple(out)
+
+
+def friction_length(recipe: Recipe) -> float:
+    """Return how much of a flat ply, mm, the fold of the limit's height pushes or draws against friction: H / (mu P).
+
+    Its end force H is by the closed form for small folds, which lies above the exact one (docs/model.md, section 6).
+    """
+    material, limits, pressure_mpa = recipe.material, recipe.verdict, recipe.loads.pressure_mpa
+    if material.friction == 0:
+        return math.inf
+    natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
+    held_mm = max(2 * limits.max_ridge_mm - (4 - math.pi) * material.thickness_mm, 1e-3 * natural_mm)
+    return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
+
+
+def _close_by(reports: Sequence[PocketReport], way_mm: float) -> dict[int, list[PocketReport]]:
+    """Return, by number, the other pockets with a net to whose feet it is no farther than a way."""
+    laid = [p for p in reports if p.net is not None]
+    feet = [p.foot_outline_mm for p in laid if p.foot_outline_mm is not None]  # as many: a net has a foot
+    close: dict[int, list[PocketReport]] = {p.id: [] for p in laid}
+    if len(laid) < 2:
+        return close
+    low, high = (np.array([end(foot, axis=0) for foot in feet]) for end in (np.min, np.max))
+    boxes_apart = np.maximum(0.0, np.maximum(low[:, None] - high, low - high[:, None]))
+    for i, j in np.argwhere(np.hypot(*np.moveaxis(boxes_apart, -1, 0)) <= way_mm).tolist():
+        facing = feet[j][((feet[j] >= low[i] - way_mm) & (feet[j] <= high[i] + way_mm)).all(axis=1)]
+        if i < j and len(facing) and pocket.distance_to_outline(feet[i], facing).min() <= way_mm:
+            close[laid[i].id].append(laid[j])
+            close[laid[j].id].append(laid[i])
+    return close
+
+
+def _near(p: PocketReport, close: dict[int, list[PocketReport]], same_foot: frozenset[int], recipe: Recipe) -> set[int]:
+    """Return by number what may share a fold with one, and that itself; none where all of their excess would not do."""
+    within, open_ones, whole_mm = {p.id}, [p], _largest_mm(p, recipe)
+    while open_ones:
+        for other in close.get(open_ones.pop().id, ()):
+            if other.id not in within | same_foot:
+                within.add(other.id)
+                open_ones.append(other)
+                whole_mm += _largest_mm(other, recipe)
+    enough = len(within) > 1 and excess.ridge_of(whole_mm, recipe) > recipe.verdict.max_ridge_mm
+    return within if enough else set()
+
+
+def _largest_mm(p: PocketReport, recipe: Recipe) -> float:
+    at_spacing_mm = p.excess_length_mm if p.excess is None else p.excess.at_spacing_mm
+    return (at_spacing_mm or 0.0) * _scale(p) + 2 * _uncertainty_mm(p, recipe)
+
+
+def _scale(p: PocketReport) -> float:
+    """By what the excess grows from the net's own spacing to none."""
+    if p.excess is None or p.excess.at_spacing_mm <= 0:
+        return 1.0
+    return max(p.excess.length_mm, 0.0) / p.excess.at_spacing_mm
+
+
+def _uncertainty_mm(p: PocketReport, recipe: Recipe) -> float:
+    """Of the ridge that the excess makes: half of that of the excess."""
+    return recipe.verdict.excess_margin_mm if p.excess is None else p.excess.uncertainty_mm
+
+
+def _spare(p: PocketReport, laid: PocketNet, numbers: frozenset[int], ply: PlyOnMold) -> _Spare:
+    assert p.spacing_mm is not None and p.foot_outline_mm is not None  # it has a net
+    xy = laid.nodes_mm[:, :2]
+    inside, away = pocket.inside(p.foot_outline_mm, xy), pocket.distance_to_outline(p.foot_outline_mm, xy)
+    links, scale, fibres = laid.neighbours.tolist(), _scale(p), []
+    for ahead, back in ((0, 1), (2, 3)):
+        for first in np.flatnonzero((laid.neighbours[:, back] < 0) & (laid.neighbours[:, ahead] >= 0)).tolist():
+            nodes = [first]
+            while (following := links[nodes[-1]][ahead]) >= 0:
+                nodes.append(following)
+            if not inside[nodes].any() or (laid.kinds[[nodes[0], nodes[-1]]] != _FIXED).any():
+                continue
+            ends = (
+                _end(xy[nodes], inside[nodes], away[nodes]),
+                _end(xy[nodes[::-1]], inside[nodes[::-1]], away[nodes[::-1]]),
+            )
+            fibres.append(_Fibre(scale * _excess_mm(laid.nodes_mm[nodes], ply), ends))
+    return _Spare(numbers, p.id, p.spacing_mm, _uncertainty_mm(p, ply.recipe), tuple(fibres))
+
+
+def _end(xy: Floats, inside: NDArray[np.bool_], away: Floats) -> _End:
+    """Find where a fibre that begins at the first of the points comes into the foot."""
+    k = int(np.argmax(inside))
+    out, within = (0, 1) if k == 0 else (k - 1, k)
+    share = away[out] / (away[out] + away[within]) if k and away[out] + away[within] > 0 else 0.0
+    way = xy[out] - xy[within]
+    return _End(xy[out] - share * way, way / np.linalg.norm(way))
+
+
+def _excess_mm(points: Floats, ply: PlyOnMold) -> float:
+    """Length of one fibre beyond that of the mold."""
+    chain = np.full((len(points), 4), -1, dtype=np.int32)
+    chain[:-1, 0] = np.arange(1, len(points))
+    chain[1:, 1] = np.arange(len(points) - 1)
+    return float(_core.ridge.largest_fibre_excess(points, chain, ply.reference))
+
+
+def _doubt(one: _Spare, others: Sequence[_Spare], way_mm: float, recipe: Recipe) -> str:
+    """Say with which other pockets a fibre has more to spare than the limit allows; empty: with none."""
+    worst_mm, worst, limit_mm = recipe.verdict.max_ridge_mm, _Shared(), recipe.verdict.max_ridge_mm
+    whole_mm = 0.0
+    for fibre in one.fibres:
+        shared = _Shared(taken=one.numbers)
+        for end in fibre.ends:
+            shared = _beyond(end, others, way_mm, shared)
+        total_mm = fibre.spare_mm + shared.spare_mm
+        # Of the ridge u, of the excess 2u.
+        most_mm = total_mm + 2 * math.sqrt(one.uncertainty_mm**2 + shared.variance_mm2)
+        if shared.spare_mm > 0 and (ridge_mm := excess.ridge_of(most_mm, recipe)) > worst_mm:
+            worst_mm, worst, whole_mm = ridge_mm, shared, total_mm
+    if not worst.numbers:
+        return ""
+    plural = "s" * (len(worst.numbers) > 1)
+    names = " and ".join(str(number) for number in sorted(worst.numbers))
+    return (
+        f"a fibre over it and pocket{plural} {names} is {whole_mm:.2f} mm longer than the mold: "
+        f"a ridge of up to {worst_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; "
+        f"only more than {way_mm:.3g} mm of flat ply between them would hold it apart by friction"
+    )
+
+
+def _beyond(end: _End, others: Sequence[_Spare], way_mm: float, shared: _Shared) -> _Shared:
+    """Add what a fibre that leaves a foot has to spare in the pockets beyond, over all of whose gaps it is drawn."""
+    most = shared
+    for other in others:
+        if other.numbers & shared.taken:
+            continue
+        found = _continued(end, other)
+        if found is None or found[0] > way_mm or found[1] <= 0:
+            continue
+        gap_mm, spare_mm, far = found
+        more = _Shared(
+            shared.spare_mm + spare_mm,
+            shared.variance_mm2 + other.uncertainty_mm**2,
+            (*shared.numbers, other.number),
+            shared.taken | other.numbers,
+        )
+        most = max(most, _beyond(far, others, way_mm - gap_mm, more), key=lambda one: one.spare_mm)
+    return most
+
+
+def _continued(end: _End, other: _Spare) -> tuple[float, float, _End] | None:
+    """Follow a fibre straight on into another pocket: the gap, what it has to spare there, and where it comes out."""
+    facing = [
+        (fibre, fibre.ends[k], fibre.ends[1 - k])
+        for fibre in other.fibres
+        for k in (0, 1)
+        if fibre.ends[k].way @ end.way < _FACING
+    ]
+    if not facing:
+        return None
+    off = np.array([near.xy for _, near, _ in facing]) - end.xy
+    ahead, aside = off @ end.way, off @ np.array([-end.way[1], end.way[0]])
+    order = np.argsort(aside)
+    step = other.spacing_mm  # beyond the outermost fibres there is nothing to spare
+    places = np.array([aside[order[0]] - step, *aside[order], aside[order[-1]] + step])
+    if not places[0] < 0 < places[-1]:
+        return None
+    gap_mm = float(np.interp(0.0, places, ahead[[order[0], *order, order[-1]]]))
+    if gap_mm < -step / 2:  # it lies behind
+        return None
+    # Of the fibres on either side the one with more: between them it may be as much.
+    k = int(np.searchsorted(places, 0.0))
+    spare = [0.0, *(facing[n][0].spare_mm for n in order), 0.0]
+    return max(gap_mm, 0.0), max(spare[k - 1 : k + 1]), facing[int(np.argmin(np.abs(aside)))][2]

@@ -1,0 +1,208 @@
+"""What was not seen beside a pocket and within its foot: which cells of the height map, and how much of the rim."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core, pocket
+from debulk.grid import Grid
+from debulk.inspection.found import FoundPocket
+from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.results.half_seen import HoleBeside
+
+__all__ = ["BRIDGE_MM", "Beside", "beside", "listed_hole", "rim_share"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# A drop-out no thicker than this, with something high at its rim, is bridged by the segmentation.
+BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
+_MARGIN_MM = 60.0  # of the window, round foot and holes: what a net, its patch and the windows of the smoothing need
+_FARTHEST_MM = 120.0  # from the foot: of a hole that goes on beyond, the pocket's rim is not known, and stays open
+_NEAR_MM = 10.0  # a hole is listed by a coarser map
+_NEAR_CELLS = 2  # a contour runs along the pixels of what is unknown, up to so far from their middles
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What was not seen beside a pocket, in a window of the height map.
+
+    Attributes
+    ----------
+    heights
+        Of the ply above the reference in the window, NaN where nothing is known.
+    unknown
+        (ny, nx): the cells of the holes that border on the pocket's foot, or lie within it.
+    pocket
+        (ny, nx): the cells of the pocket itself, above the cut.
+    holes
+        These holes, largest first.
+    rim_share
+        Share of the foot's perimeter that runs along them.
+    """
+
+    heights: Grid
+    unknown: Flags
+    pocket: Flags
+    holes: tuple[HoleBeside, ...]
+    rim_share: float
+
+
+def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
+    """Find what was not seen beside a pocket; None: nothing, or nothing that is listed and a closed foot all the same.
+
+    A hole is what the scan, the reference or the mask leaves unknown on the ply after the rules for small holes and for
+    drop-outs, also where the segmentation bridged it because a pocket surrounds it.
+    """
+    listed = [(hole, hidden) for hole, hidden in zip(found.unseen.holes, found.hidden, strict=True) if not hole.filled]
+    heights, own = found.segmentation.heights, _box(found.foot.outline_mm)
+    thick = [one for one in listed if one[0].thickness > BRIDGE_MM and _meet(one[0].box, own, _NEAR_MM)]
+    if found.foot.closed and not thick:
+        return None
+    rows, columns, unknown = _reached(found, own, [hole.box for hole, _ in thick], ply)
+    if not unknown.any():
+        return None
+    window = Grid(
+        np.where(unknown, np.float32(np.nan), heights.values[rows, columns]),
+        heights.origin_mm + heights.spacing_mm * np.array([columns.start, rows.start]),
+        heights.spacing_mm,
+    )
+    holes = tuple(_holes(unknown, window, listed))
+    if found.foot.closed and not {listed_hole(*one) for one in thick} & set(holes):
+        return None
+    pocket_cells = found.segmentation.labels.values[rows, columns] == found.pocket.id
+    return Beside(window, unknown, pocket_cells, holes, rim_share(found.foot.outline_mm, unknown, window))
+
+
+def listed_hole(hole: pocket.UnseenHole, hidden: bool) -> HoleBeside:
+    """Name a hole that the core lists, and what is missing in it."""
+    of = "mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan"
+    return HoleBeside(centre_mm=(float(hole.centre[0]), float(hole.centre[1])), area_mm2=float(hole.area), of=of)
+
+
+def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
+    """Return the share of a closed outline's length that runs along, or within, what is unknown."""
+    near = unknown
+    for _ in range(_NEAR_CELLS):
+        near = _dilated(near)
+    ends = np.roll(outline_mm, -1, axis=0)
+    lengths = np.linalg.norm(ends - outline_mm, axis=1)
+    cells = np.rint((0.5 * (outline_mm + ends) - window.origin_mm) / window.spacing_mm).astype(np.int64)
+    ny, nx = unknown.shape
+    i, j = np.clip(cells, 0, [nx - 1, ny - 1]).T
+    total = float(lengths.sum())
+    return float(lengths[near[j, i]].sum()) / total if total > 0 else 0.0
+
+
+def _reached(
+    found: FoundPocket, own_mm: Floats, thick_mm: Sequence[Floats], ply: PlyOnMold
+) -> tuple[slice, slice, Flags]:
+    """Rows and columns that hold a foot, the holes that border on it, and a margin; and these holes' cells.
+
+    Other feet beside these holes are in them too: filled in, they may be one.
+    """
+    heights, feet = found.segmentation.heights, found.feet.labels.values
+    steps = math.ceil(_FARTHEST_MM / heights.spacing_mm)
+    rows, columns = _cells(own_mm, heights, _MARGIN_MM)
+    while True:
+        missing = np.isnan(heights.values[rows, columns])
+        if thick_mm:
+            missing |= _within(thick_mm, heights, rows, columns) & _bridged(found, rows, columns)
+        labels = feet[rows, columns]
+        unknown = _flood(_on_ply(missing, heights, rows, columns, ply), labels == found.foot.label, steps)
+        beside = set(np.unique(labels[_dilated(unknown)]).tolist())
+        boxes = [own_mm, *(_box(foot.outline_mm) for foot in found.feet.feet if foot.label in beside)]
+        if unknown.any():
+            cells = np.argwhere(unknown)[:, ::-1] + [columns.start, rows.start]
+            boxes.append(_box(heights.origin_mm + heights.spacing_mm * cells))
+        wider = _cells(_box(np.concatenate(boxes)), heights, _MARGIN_MM)
+        if wider == (rows, columns):
+            return rows, columns, unknown
+        rows, columns = wider
+
+
+def _bridged(found: FoundPocket, rows: slice, columns: slice) -> Flags:
+    bridged: Flags = found.segmentation._core.bridged.view(np.bool_)
+    return bridged[rows, columns]
+
+
+def _within(boxes_mm: Sequence[Floats], heights: Grid, rows: slice, columns: slice) -> Flags:
+    """Cells of a part of the map that lie in one of the boxes."""
+    x, y = (
+        heights.origin_mm[axis] + heights.spacing_mm * np.arange(part.start, part.stop)
+        for axis, part in enumerate((columns, rows))
+    )
+    out = np.zeros((len(y), len(x)), dtype=np.bool_)
+    for (left, low), (right, high) in boxes_mm:
+        out |= ((y >= low) & (y <= high))[:, None] & (x >= left) & (x <= right)
+    return out
+
+
+def _box(xy_mm: Floats) -> Floats:
+    return np.stack([xy_mm.min(axis=0), xy_mm.max(axis=0)])
+
+
+def _meet(one_mm: Floats, other_mm: Floats, near_mm: float) -> bool:
+    return bool((one_mm[0] <= other_mm[1] + near_mm).all() and (other_mm[0] <= one_mm[1] + near_mm).all())
+
+
+def _cells(box_mm: Floats, heights: Grid, margin_mm: float) -> tuple[slice, slice]:
+    """Rows and columns of a box with a margin, as far as they are in the map."""
+    ny, nx = heights.values.shape
+    wide_mm = box_mm + np.array([[-margin_mm], [margin_mm]])
+    (i0, j0), (i1, j1) = np.rint((wide_mm - heights.origin_mm) / heights.spacing_mm).astype(int).tolist()
+    return slice(max(0, j0), min(ny, j1 + 1)), slice(max(0, i0), min(nx, i1 + 1))
+
+
+def _on_ply(missing: Flags, heights: Grid, rows: slice, columns: slice, ply: PlyOnMold) -> Flags:
+    on = missing.copy()
+    if ply.outline is None or not on.any():
+        return on
+    cells = np.argwhere(missing)
+    xy = heights.origin_mm + heights.spacing_mm * (cells[:, ::-1] + [columns.start, rows.start])
+    on[missing] = pocket.inside(ply.outline, xy)
+    return on
+
+
+def _flood(into: Flags, start: Flags, steps: int) -> Flags:
+    """Cells of `into` that so many steps lead to from `start` through cells of `into`, by sides and corners."""
+    reached = into & (start | _dilated(start))
+    front = reached
+    for _ in range(steps):
+        front = into & _dilated(front) & ~reached
+        if not front.any():
+            break
+        reached = reached | front
+    return reached
+
+
+def _dilated(cells: Flags) -> Flags:
+    wide = cells.copy()
+    wide[:, 1:] |= cells[:, :-1]
+    wide[:, :-1] |= cells[:, 1:]
+    out = wide.copy()
+    out[1:] |= wide[:-1]
+    out[:-1] |= wide[1:]
+    return out
+
+
+def _holes(unknown: Flags, window: Grid, listed: list[tuple[pocket.UnseenHole, bool]]) -> Iterator[HoleBeside]:
+    """Name the unknown cells by the listed holes that they belong to; cells of none are one hole of their own."""
+    cell_mm2 = window.spacing_mm**2
+    xy = window.origin_mm + window.spacing_mm * np.argwhere(unknown)[:, ::-1]
+    rest = np.ones(len(xy), dtype=np.bool_)
+    for hole, hidden in listed:
+        within = ((xy >= hole.box[0]) & (xy <= hole.box[1])).all(axis=1)
+        if 2 * np.count_nonzero(within) * cell_mm2 < hole.area:
+            continue
+        rest &= ~within
+        yield listed_hole(hole, hidden)
+    left = np.count_nonzero(rest) * cell_mm2
+    if left > 0 and (rest.all() or left > cell_mm2 * len(xy) / 2):
+        x, y = xy[rest].mean(axis=0)
+        yield HoleBeside(centre_mm=(float(x), float(y)), area_mm2=float(left), of="scan")

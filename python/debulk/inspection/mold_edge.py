@@ -1,0 +1,103 @@
+"""The mold's edge where no outline says how far the ply reaches: what lies below a cliff in the reference is no ply."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+from debulk.grid import Grid
+from debulk.inspection.prepared import Prepared
+from debulk.inspection.sample import Sample
+from debulk.results.report import LeftOut
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Below", "parted"]
+
+_SQUARE_MM = 40.0
+_LEAST_POINTS = 9  # in a square
+_MARGIN_MM = 8.0  # beside the edge a scan may hold points between both sides, and the ply is not seen from above alone
+_CLIFF_MM = 200.0  # as far from the edge the table is seen again, behind the cliff's shadow
+
+
+@dataclass(frozen=True, eq=False)
+class Below:
+    """What the reference shows below the mold's edge: a table, if a scan shows nothing on it.
+
+    Attributes
+    ----------
+    heights
+        Of the reference there, mm; NaN elsewhere.
+    share
+        Of all that is known of the reference.
+    laid_mm
+        The ply's thickness: what stands half of it above the table is a ply.
+    """
+
+    heights: Grid
+    share: float
+    laid_mm: float
+
+    def doubt(self, sample: Sample) -> str:
+        """Say that a ply, or something else, lies there; empty if a scan shows the same there as the reference."""
+        grid = self.heights
+        column, row = np.rint((sample.points_mm[:, :2] - grid.origin_mm) / grid.spacing_mm).astype(np.int64).T
+        on = (column >= 0) & (row >= 0) & (column < grid.values.shape[1]) & (row < grid.values.shape[0])
+        above = np.full(len(on), np.nan)
+        above[on] = sample.points_mm[on, 2] - grid.values[row[on], column[on]]
+        known = np.flatnonzero(np.isfinite(above))
+        square = np.floor(sample.points_mm[known, :2] / _SQUARE_MM).astype(np.int64)
+        places, which, counts = np.unique(square, axis=0, return_inverse=True, return_counts=True)
+        order = np.lexsort((above[known], which.ravel()))
+        first = np.cumsum(counts) - counts
+        medians = above[known][order][first + counts // 2] if len(known) else np.zeros(0)
+        stands = (counts >= _LEAST_POINTS) & (medians > 0.5 * self.laid_mm)
+        if not stands.any():
+            return ""
+        x, y = (places[stands][0] + 0.5) * _SQUARE_MM
+        return (
+            "the ply's outline is not given, and the mold's edge does not tell where the ply ends: the reference falls "
+            f"by a cliff, and below it the scan stands above the reference in {np.count_nonzero(stands)} squares of "
+            f"{_SQUARE_MM:g} mm, the first round ({x:.0f}, {y:.0f}) mm; give the ply's outline (ply_outline, --outline)"
+        )
+
+    def left_out(self) -> LeftOut:
+        """Name what is not judged."""
+        return LeftOut(
+            what=f"{100 * self.share:.0f} % of the reference, below the mold's edge",
+            why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
+            "the table",
+            bound=f"no square of {_SQUARE_MM:g} mm there stands {0.5 * self.laid_mm:.2g} mm above the reference; a ply "
+            "that hangs over the edge is judged up to {_MARGIN_MM:g} mm from the edge only",
+        )
+
+
+def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, Below | None]:
+    """Return the reference without what lies below a cliff, and that; None where there is no cliff."""
+    seen = prepared.seen
+    marks: NDArray[np.uint8] = _core.surface.above_cliffs(*prepared.seen_on_grid(), recipe.run.threads, _core.Stop())
+    if not marks.size:
+        return prepared, None
+    above = marks.view(np.bool_)
+    known = np.isfinite(seen.values)
+    beside = _near(known & ~above, _CLIFF_MM / seen.spacing_mm) & _near(~(known & above), _MARGIN_MM / seen.spacing_mm)
+    below = Grid(np.where(above, np.nan, seen.values), seen.origin_mm, seen.spacing_mm)
+    share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))
+    mold = Grid(
+        np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype), seen.origin_mm, seen.spacing_mm
+    )
+    return replace(prepared, seen=mold), Below(below, share, recipe.material.thickness_mm)
+
+
+def _near(marks: NDArray[np.bool_], cells: float) -> NDArray[np.bool_]:
+    """Tell where a mark is not farther away than so many cells along each axis."""
+    reach, out = round(cells), marks
+    for _ in range(2):
+        counts = np.cumsum(np.pad(out, ((0, 0), (reach + 1, reach))), axis=1, dtype=np.int32)
+        out = (counts[:, 2 * reach + 1 :] > counts[:, : -2 * reach - 1]).T
+    return out
