@@ -24,6 +24,7 @@ from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
+from debulk.inspection.filled import Filled
 from debulk.inspection.finder import finder_for
 from debulk.inspection.found import Found
 from debulk.inspection.masked_holes import masked_holes
@@ -248,6 +249,7 @@ class Inspector:
             placed = self._placing.gross(sample)
             if placed is None and self._below is not None and (doubt := self._below.doubt(sample)):
                 placed = Placed(None, doubt)
+            filled = Filled() if placed else self._placing.filled(points, sample, cycle.stop)
         if placed is not None:
             return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
         with cycle.stage("height map", 0.0):  # clean, grid, find
@@ -265,7 +267,7 @@ class Inspector:
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return reporting.report(found, placed, bumps, standing, evaluations, self.ply, cycle.timings_ms())
+            return reporting.report(found, placed, filled, bumps, standing, evaluations, self.ply, cycle.timings_ms())
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

@@ -13,6 +13,7 @@ from debulk import _core, pocket
 from debulk.grid import Grid
 from debulk.inspection import frame
 from debulk.inspection.edge_check import Outline
+from debulk.inspection.filled import Filled, FilledSearch
 from debulk.inspection.found import Found
 from debulk.inspection.level import Deviation, departure, deviation, level_of
 from debulk.inspection.level_reason import edge_reason, level_reason, same_reason, swapped_reason
@@ -108,6 +109,7 @@ class Placing:
         self._ply_outline = ply_outline
         self._outline = None if ply_outline is None else Outline(ply_outline)
         self._zones = PlyZones(prepared.reference, ply_outline, low, high)
+        self._filled = FilledSearch(prepared, mold_from_scanner, self._zones, recipe)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
         """Take the sample that all checks are made on; and the scan, without its offset if the recipe allows that."""
@@ -136,6 +138,10 @@ class Placing:
             return None
         placed = self._judge(sample, ())
         return placed if placed.doubt else None
+
+    def filled(self, scan: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> Filled:
+        """Look for patches of a scan that its scanner filled in, once it is known to be one of this ply."""
+        return self._filled.find(scan, sample, self._mask, stop)
 
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets, and their share of the ply."""

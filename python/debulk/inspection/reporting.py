@@ -9,6 +9,7 @@ from dataclasses import replace
 from debulk.grid import Grid
 from debulk.inspection import common_fibres, left_out, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
+from debulk.inspection.filled import Filled
 from debulk.inspection.found import Found
 from debulk.inspection.laid_pocket import criteria
 from debulk.inspection.placing import Placed
@@ -30,6 +31,7 @@ log = logging.getLogger("debulk")
 def report(
     found: Found,
     placed: Placed,
+    filled: Filled,
     bumps: Sequence[Bump],
     standing: Standing,
     evaluations: Sequence[Evaluation],
@@ -47,7 +49,7 @@ def report(
     judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
     unknown = unseen.doubts(found, pockets, ply.recipe, judged_bumps)
     judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps)])
-    judged = unseen.worst(judged, wrinkles.doubts(standing, ply.recipe))
+    judged = unseen.worst(judged, [*wrinkles.doubts(standing, ply.recipe), *filled.doubts(ply.recipe)])
     if ply.outline is None and judged.verdict is Verdict.INVALID:
         judged = replace(judged, reason=f"{judged.reason}; {_NO_OUTLINE}")
     # What is said of the coverage says more than that nothing can be said of the level.
@@ -56,7 +58,7 @@ def report(
     if placed.doubt and telling and not found.doubt:
         judged = Judgement(Verdict.INVALID, placed.doubt)
     entries = tolerances.left_out(bumps, ply.recipe) + left_out.of_scan(found, ply.outline is not None)
-    entries += standing.left_out
+    entries += standing.left_out + filled.left_out()
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
     entries += left_out.of_late([(one.report.id, one.late) for one in evaluations if one.late])
     reason = judged.reason + (f"; {found.doubt}" if found.doubt else "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from debulk.inspection.prepared import Prepared
 from debulk.inspection.thinning import thinned
 from debulk.surface import Reference
 
-__all__ = ["Sample", "sampled"]
+__all__ = ["Sample", "sample_of", "sampled"]
 
 Floats = NDArray[np.float64]
 _FEW = 10_000  # coordinates: a cloud of fewer may be none at all
@@ -72,11 +72,19 @@ def sampled(
     points, each = thinned(whole, mask)
     complete = _complete(np.isfinite(points))
     same = _same(points, prepared.sample)[complete]
-    points = points[complete]
+    return replace(sample_of(points[complete], prepared, mold_from_scanner, threads), each=each, same=same)
+
+
+def sample_of(
+    points: NDArray[np.float32], prepared: Prepared, mold_from_scanner: Floats | None, threads: int
+) -> Sample:
+    """Make a sample of (N, 3) points of a scan, all finite, that stand for themselves."""
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
     in_mold = points.astype(np.float64, order="F")  # each coordinate in one piece: that is what the checks read
-    return Sample(in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), each, same)
+    return Sample(
+        in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), 1, np.zeros(len(in_mold), np.bool_)
+    )
 
 
 def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:

@@ -1,0 +1,130 @@
+"""Patches that a scanner's own software filled in or clipped: what lies there was not seen, however it looks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+from debulk.inspection import unseen
+from debulk.inspection.sample import sample_of
+from debulk.inspection.smooth_patches import SIDE, Squares, quiet_squares, squares_of, touching
+from debulk.inspection.thinning import pitch_of
+from debulk.results.report import LeftOut
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.inspection.ply_zones import PlyZones
+    from debulk.inspection.prepared import Prepared
+    from debulk.inspection.sample import Sample
+    from debulk.recipe import Recipe
+
+__all__ = ["Filled", "FilledSearch", "Patch"]
+
+Floats = NDArray[np.float64]
+_LARGEST_MM2 = 200.0  # a patch of this area is looked for, however large the smallest pocket that is asked for
+_LEAST_SQUARES = 4  # that touch: one alone may be quiet by chance
+_LOST = 0.3  # of a square's side: so near to a patch's rim a square in it still holds noise from beside
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A part of the scan that carries no noise.
+
+    Attributes
+    ----------
+    centre_mm
+        Mold XY.
+    area_mm2
+        About.
+    height_mm
+        Its highest, above the reference.
+    """
+
+    centre_mm: tuple[float, float]
+    area_mm2: float
+    height_mm: float
+
+
+@dataclass(frozen=True)
+class Filled:
+    """The patches of a scan that carry no noise, or why they could not be looked for."""
+
+    patches: tuple[Patch, ...] = ()
+    unknown: str = ""
+
+    def doubts(self, recipe: Recipe) -> list[Judgement]:
+        """Judge each as a hole of its size: INVALID where it stands up, UNDECIDED where a pocket may lie below it."""
+        out = []
+        for patch in self.patches:
+            x, y = patch.centre_mm
+            high = patch.height_mm >= unseen.standing_mm(recipe)
+            reason = (
+                f"some {patch.area_mm2 / 100:.2g} cm² at ({x:.0f}, {y:.0f}) mm, up to {patch.height_mm:.1f} mm high, "
+                "carry no measuring noise, unlike the rest of the scan: filled in or clipped by the scanner's "
+                "software? Switch its hole filling and clipping off, or give the raw cloud"
+            )
+            out.append(Judgement(Verdict.INVALID if high else Verdict.UNDECIDED, reason))
+        return out
+
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Say that patches could not be looked for."""
+        if not self.unknown:
+            return ()
+        bound = "none: such a patch is judged as if it had been measured; switch the scanner's hole filling off"
+        what = "patches that the scanner's own software may have filled in or clipped"
+        return (LeftOut(what=what, why=self.unknown, bound=bound),)
+
+
+class FilledSearch:
+    """Looks for them in scan after scan.
+
+    Parameters
+    ----------
+    prepared
+        Of the reference.
+    mold_from_scanner
+        (4, 4), or None: the same frame.
+    zones
+        Where the ply is.
+    recipe
+        The sections segmentation and run.
+    """
+
+    def __init__(self, prepared: Prepared, mold_from_scanner: Floats | None, zones: PlyZones, recipe: Recipe) -> None:
+        self._prepared, self._pose, self._zones, self._threads = prepared, mold_from_scanner, zones, recipe.run.threads
+        self._up = np.array([0.0, 0.0, 1.0]) if mold_from_scanner is None else mold_from_scanner[2, :3]
+        self._least_mm2 = min(recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
+
+    def find(
+        self, scan: NDArray[np.float32], sample: Sample, mask: NDArray[np.bool_] | None, stop: _core.Stop
+    ) -> Filled:
+        """Look for them in a scan, of which a sample was taken; (H, W) True in the mask: not to be used."""
+        if scan.ndim != 3:
+            return Filled(unknown="the scan is no image: which of its points are neighbours is not known")
+        pitch_mm = pitch_of(sample.points_mm[:, :2], sample.each)
+        squares = squares_of(scan.shape, pitch_mm, 2 * float(np.sqrt(self._least_mm2 / np.pi)))
+        if squares is None:
+            return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
+        with np.errstate(invalid="ignore"):  # what is not finite is not seen
+            quiet = quiet_squares(scan, squares, lambda points: self._zones.inside(self._of(points)), self._up, stop)
+        if quiet is None:
+            return Filled(unknown="the scan has too little noise, or is rounded too coarsely, to miss noise in a patch")
+        if mask is not None and mask.shape == scan.shape[:2]:
+            quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
+        pieces = [piece for piece in touching(quiet) if len(piece) >= _LEAST_SQUARES]
+        found = [self._patch(scan, squares, piece, pitch_mm) for piece in pieces]
+        return Filled(tuple(patch for patch in found if patch.area_mm2 >= self._least_mm2))
+
+    def _patch(self, scan: NDArray[np.float32], squares: Squares, piece: NDArray[np.int64], pitch_mm: float) -> Patch:
+        row, column = squares.rows[piece[:, 0]] + SIDE // 2, squares.columns[piece[:, 1]] + SIDE // 2
+        of = self._of(scan[row, column])
+        radius = np.sqrt(len(piece) / np.pi) * squares.step + _LOST * SIDE
+        x, y = of.points_mm[:, :2].mean(axis=0)
+        return Patch((float(x), float(y)), float(np.pi * (radius * pitch_mm) ** 2), float(of.height_mm.max()))
+
+    def _of(self, points: NDArray[np.float32]) -> Sample:
+        return sample_of(points, self._prepared, self._pose, self._threads)

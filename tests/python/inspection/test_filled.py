@@ -1,0 +1,194 @@
+"""What a scanner's own software fills in or clips has not been seen, and passes no pocket."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+import debulk
+from debulk import _core
+from debulk.inspection.smooth_patches import quiet_squares, squares_of
+from debulk.verdict import Verdict
+from stranger_scenes import bump, cloud, flat, laid, outline, ridge_mm
+
+SIZE, PLY = (460.0, 420.0), (420.0, 380.0)
+RADIUS, HIGH, PITCH = 60.0, 9.5, 1.0
+TOLD = "carry no measuring noise"
+
+
+def _tilted(degrees):
+    """Pose of a scanner that looks at the mold from 800 mm above, aslant."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    mold_from_scanner = np.eye(4)
+    mold_from_scanner[:3, :3] = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ np.diag([1.0, -1.0, -1.0])
+    mold_from_scanner[:3, 3] = -800 * mold_from_scanner[:3, 2]
+    return mold_from_scanner
+
+
+def _noise(kind, shape, rng):
+    """Heights' errors of a kind, mm."""
+    white = 0.03 * rng.standard_normal(shape)
+    if kind == "correlated":
+        return white / 2 + 0.3 * cv2.GaussianBlur(rng.standard_normal(shape), (0, 0), 4)
+    if kind == "banding":
+        return white + 0.04 * np.sin(0.4 * np.arange(shape[1]))
+    if kind == "highlights":
+        y, x = np.mgrid[: shape[0], : shape[1]]
+        return white * (1 + 9 * (np.hypot(y - 210, x - 160) < 40))
+    if kind == "smoothed":  # by the scanner's own filter
+        return cv2.blur(white, (3, 3))
+    if kind == "median":
+        return cv2.medianBlur(white.astype(np.float32), 5)
+    if kind == "uneven":
+        return white * np.linspace(0.4, 2, shape[1])
+    return white
+
+
+def _scans(kind="white", standing=None):
+    surfaces = [laid(flat, standing or bump(RADIUS, HIGH), PLY), flat]
+    scans = []
+    for seed, surface in enumerate(surfaces, start=1):
+        points = cloud(surface, SIZE, PITCH, seed, noise_mm=0.0)
+        points[..., 2] += _noise(kind, points.shape[:2], np.random.default_rng(seed))
+        if kind.startswith("quantised"):
+            step = float(kind.split()[1])
+            points[..., 2] = np.round(points[..., 2] / step) * step
+        scans.append(points)
+    return scans
+
+
+def _within(points, radius_mm):
+    return np.hypot(points[..., 0], points[..., 1]) < radius_mm
+
+
+def _plane(points, radius_mm):
+    inside = _within(points, radius_mm)
+    rim = _within(points, radius_mm + 3) & ~inside
+    terms = np.dstack([points[..., 0], points[..., 1], np.ones(inside.shape)])
+    points[inside, 2] = terms[inside] @ np.linalg.lstsq(terms[rim], points[rim, 2], rcond=None)[0]
+
+
+def _laplace(points, radius_mm):
+    """Heights of no mean curvature between those of the rim, by relaxation; those of a rim that was smoothed."""
+    inside, z = _within(points, radius_mm), points[..., 2]
+    smooth = cv2.GaussianBlur(z, (0, 0), 3)
+    z[inside] = z[_within(points, radius_mm + 3) & ~inside].mean()
+    known = np.where(inside, z, smooth)
+    for _ in range(4000):
+        known = np.where(inside, cv2.filter2D(known, -1, np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4), known)
+    z[inside] = known[inside]
+
+
+def _thin_plate(points, radius_mm):
+    """A curved crown: the paraboloid that meets the rim's heights and slopes."""
+    inside, z = _within(points, radius_mm), points[..., 2]
+    rim = _within(points, radius_mm + 6) & ~_within(points, radius_mm)
+    r2 = points[..., 0] ** 2 + points[..., 1] ** 2
+    slope, base = np.polyfit(r2[rim], z[rim], 1)
+    z[inside] = 0.3 * slope * (r2[inside] - radius_mm**2) + base + slope * radius_mm**2
+
+
+def _constant(points, radius_mm):
+    inside = _within(points, radius_mm)
+    points[inside, 2] = np.median(points[_within(points, radius_mm + 3) & ~inside, 2])
+
+
+def _clipped(points, high_mm):
+    np.minimum(points[..., 2], high_mm, out=points[..., 2])
+
+
+def _inspected(scan, reference, pose=None, **recipe):
+    pose = np.eye(4) if pose is None else pose
+    scan, reference = ((points - pose[:3, 3]) @ pose[:3, :3] for points in (scan, reference))
+    return debulk.inspect(scan, reference, debulk.Recipe(**recipe), outline(*PLY), mold_from_scanner=pose)
+
+
+def _doubted(report):
+    return report.verdict in (Verdict.UNDECIDED, Verdict.INVALID) and TOLD in report.reason
+
+
+@pytest.mark.parametrize("regions", [True, False])
+@pytest.mark.parametrize(
+    ("fill", "size"),
+    [(_plane, 30), (_plane, 58), (_plane, 15), (_laplace, 40), (_thin_plate, 35), (_constant, 45), (_clipped, 1.9),
+     (_clipped, 0.5)],
+)  # fmt: skip
+def test_a_patch_without_noise_passes_no_pocket(fill, size, regions):
+    assert ridge_mm(bump(RADIUS, HIGH), RADIUS) > 0.9
+    scan, reference = _scans()
+    fill(scan, size)
+    report = _inspected(scan, reference, segmentation={"regions": regions})
+    assert _doubted(report) or (report.verdict is Verdict.CREASE and size < 20), report.reason
+
+
+@pytest.mark.parametrize("fill", [_plane, _clipped])
+def test_it_is_found_from_aslant(fill):
+    scan, reference = _scans()
+    fill(scan, 45 if fill is _plane else 1.9)
+    assert _doubted(_inspected(scan, reference, _tilted(20)))
+
+
+@pytest.mark.parametrize("kind", ["correlated", "banding", "highlights", "smoothed", "median", "uneven"])
+def test_it_is_found_in_other_noise(kind):
+    scan, reference = _scans(kind)
+    _plane(scan, 45)
+    assert _doubted(_inspected(scan, reference))
+
+
+def test_the_reason_names_the_patch():
+    scan, reference = _scans()
+    scan[..., 0] -= 20
+    _plane(scan, 30)  # beside the crown
+    scan[..., 0] += 20
+    report = _inspected(scan, reference)
+    assert report.verdict is Verdict.INVALID  # a crown that stands up
+    place, area = (20.0, 0.0), np.pi * 3.0**2
+    words = report.reason.split(TOLD)[0].replace("(", "").replace(")", "").replace(",", "").split()
+    at = words.index("cm²")
+    assert float(words[at - 1]) == pytest.approx(area, rel=0.15)
+    assert [float(words[at + 2]), float(words[at + 3])] == pytest.approx(place, abs=2.0)
+    assert "hole filling" in report.reason
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["white", "correlated", "banding", "highlights", "smoothed", "median", "uneven",
+     *(f"quantised {step}" for step in (0.02, 0.05, 0.07, 0.1, 0.2, 1.0))],
+)  # fmt: skip
+def test_no_noise_is_taken_for_a_patch(kind):
+    assert TOLD not in _inspected(*_scans(kind, bump(60, 3.0))).reason
+
+
+@pytest.mark.parametrize("steps", [4, 4.5, 5.5, 7.5, 9.5])
+@pytest.mark.parametrize("slope", [0.1, 0.2, 0.36, 0.7])
+def test_coarse_steps_on_a_slope_are_not_told_from_a_patch(slope, steps):
+    """Where the slope is a whole number of steps a pixel, plateaus are as quiet as what was filled in."""
+    step, (y, x) = 0.03 * steps, 0.7 * np.mgrid[:400, :600].astype(np.float32)
+    z = 800 + slope * x + ((x - 210) ** 2 + (y - 140) ** 2) / 40000
+    z += 0.03 * np.random.default_rng(1).standard_normal(z.shape)
+    scan = np.dstack([x, y, np.round(z / step) * step]).astype(np.float32)
+    squares = squares_of(scan.shape, 0.7, 16.0)
+    up = np.array([0.0, 0.0, 1.0])
+    assert quiet_squares(scan, squares, lambda at: np.ones(len(at), dtype=bool), up, _core.Stop()) is None
+
+
+def _left_out(report):
+    return [entry.why for entry in report.left_out if "filled in or clipped" in entry.what]
+
+
+def test_what_cannot_be_looked_at_is_left_out():
+    scan, reference = _scans("quantised 0.1", bump(60, 3.0))
+    assert "rounded" in _left_out(_inspected(scan, reference))[0]
+    scan, reference = _scans(standing=bump(60, 3.0))
+    assert not _left_out(_inspected(scan, reference))
+    assert "no image" in _left_out(_inspected(scan.reshape(-1, 3), reference.reshape(-1, 3)))[0]
+
+
+def test_the_search_ends_with_a_raised_stop():
+    scan = cloud(flat, SIZE, PITCH, 1).astype(np.float32)
+    stop = _core.Stop()
+    stop.cancel()
+    squares = squares_of(scan.shape, PITCH, 16.0)
+    with pytest.raises(_core.Stopped):
+        quiet_squares(scan, squares, lambda at: np.ones(len(at), dtype=bool), np.array([0.0, 0.0, 1.0]), stop)
