@@ -13,6 +13,7 @@ namespace debulk {
 namespace {
 
 constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
+constexpr int block = 64;  // places that are passed over at once where nothing stands
 constexpr double pi = 3.14159265358979323846;
 
 int steps(double wanted) {
@@ -26,7 +27,7 @@ double middle_of(std::vector<double> values) {
 }
 
 // How far a point stands above the middle of those on both sides, or the one that was seen.
-float out_of(float left, float here, float right) {
+inline float out_of(float left, float here, float right) {
   const float l = left == left ? left : right, r = right == right ? right : left;
   return here - 0.5f * (l + r);
 }
@@ -57,6 +58,14 @@ struct WrinkleFinder::BumpSearch {
     return finder.moved(image.cloud.point(pixel));
   }
 
+  // Whether a point that stands out so far is on the ply, and does not stand on something wide.
+  bool may_be_top(Pixel pixel, double out) const {
+    const Eigen::Vector3d seen = point(pixel);
+    if (finder.known(seen) != 2) return false;
+    const double height = finder.above(seen);
+    return height > options.stands_out_mm && out > 0.5 * height;
+  }
+
   // Points of the ply that stand out from their row, or across the rows; only depths are read to find them.
   std::vector<Pixel> seeds(const Stop& stop) const {
     const int rows = (image.cloud.height - 1) / row_step + 1, columns = (image.cloud.width - 1) / step + 1;
@@ -78,13 +87,19 @@ struct WrinkleFinder::BumpSearch {
       const auto least = static_cast<float>(options.stands_out_mm), most = static_cast<float>(options.highest_mm);
       for (int r = static_cast<int>(begin); r < end; ++r) {
         const auto line = [&](int k) { return k < 0 || k >= rows ? none.data() : &z[static_cast<std::size_t>(k) * width]; };
-        const float *here = line(r), *above = line(r - across), *below = line(r + across);
-        for (int c = along; c + along < columns; ++c) {
-          const float a = out_of(here[c - along], here[c], here[c + along]), b = out_of(above[c], here[c], below[c]);
-          const bool out = (a > least && a < most) || (b > least && b < most);
-          if (!out) continue;
-          const Eigen::Vector3d seen = point({r * row_step, c * step});
-          if (finder.known(seen) == 2 && finder.above(seen) > least) by_row[static_cast<std::size_t>(r)].push_back({r * row_step, c * step});
+        const float *here = line(r), *before = line(r - across), *behind = line(r + across);
+        const auto out = [&](int c) {
+          const float a = out_of(here[c - along], here[c], here[c + along]), b = out_of(before[c], here[c], behind[c]);
+          const float in_row = a < most ? a : 0.0f, in_column = b < most ? b : 0.0f;
+          return in_row > in_column ? in_row : in_column;
+        };
+        for (int first = along; first < columns - along; first += block) {
+          const int last = std::min(first + block, columns - along);
+          int any = 0;
+          for (int c = first; c < last; ++c) any |= static_cast<int>(out(c) > least);
+          for (int c = first; any && c < last; ++c)
+            if (const Pixel pixel{r * row_step, c * step}; out(c) > least && may_be_top(pixel, out(c)))
+              by_row[static_cast<std::size_t>(r)].push_back(pixel);
         }
       }
     });
@@ -186,6 +201,9 @@ struct WrinkleFinder::BumpSearch {
       for (const int b : patch) longest = std::max(longest, std::hypot(window.row(a) - window.row(b), window.column(a) - window.column(b)));
     out.length = (longest + 1) * sample;
     out.width = 4 / pi * static_cast<double>(patch.size()) * sample * sample / out.length;
+    // The crest lies between samples: so high is a bell, half as wide at half its height, that shows this much on average.
+    const double off = std::min(0.25, 0.6 * sample / (2 * out.width));
+    out.height /= std::pow(std::cos(pi * off), 2);
     out.top = point(window.pixel(half * side + half)).head<2>();
     if (out.width > options.widest_mm) return std::nullopt;
     return out;

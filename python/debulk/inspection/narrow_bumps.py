@@ -10,7 +10,6 @@ limit leaves the layup undecided.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,9 +21,11 @@ from debulk.results.report import LeftOut
 from debulk.ridge import ridge_height
 from debulk.verdict import Judgement, Verdict
 
-__all__ = ["NarrowBump", "bell_excess_mm", "critical", "doubts", "left_out", "not_searched"]
+__all__ = ["NarrowBump", "bell_excess_mm", "critical", "doubts", "left_out", "not_looked_for"]
 
 _SURE = 0.75  # of the limit: a bump whose ridge comes out lower is below it, though pixels miss its top and its foot
+_PIXELS = 5.0  # that a bump's foot is wide, or mm where pixels are finer: below, too few of them stand up
+_LOST_CELLS = 9.0  # bells as wide at their foot vanish in the filters
 _BELL_MM = 2.0
 
 
@@ -70,25 +71,62 @@ def critical(found: Sequence[Sequence[float]], recipe: Recipe) -> tuple[NarrowBu
     return tuple(bumps)
 
 
-def named(bump: NarrowBump) -> str:
-    """Name a bump by its size and place."""
-    x, y = bump.top_mm
-    return (
-        f"a bump {bump.height_mm:.1f} mm high and {bump.width_mm:.1f} mm wide at half its height, at ({x:.0f}, {y:.0f}) mm"
-    )
-
-
 def doubts(bumps: Sequence[NarrowBump]) -> list[Judgement]:
     """Judge bumps: none is resolved, so that each leaves the layup undecided."""
     return [
         Judgement(
             Verdict.UNDECIDED,
-            f"{named(bump)}, is narrower than what the height map resolves, and its excess length could make a ridge of "
-            f"{bump.ridge_mm:.2f} mm: look there, and scan again",
+            f"{_named(bump)}, is narrower than what the height map resolves, and its excess length could make a ridge "
+            f"of {bump.ridge_mm:.2f} mm: look there, and scan again",
         )
         for bump in bumps
     ]
 
 
 def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...]:
-    return ()
+    """Name the bumps on which nothing could be laid, and those that the search does not see.
+
+    Of bells on a scan with pixels 1 mm apart, 5 mm and more at their foot and 2 mm high, it saw all but a few in a
+    thousand; narrower ones cover too few pixels.
+    """
+    narrowest_mm = _PIXELS * max(1.0, pitch_mm)
+    entries = [
+        LeftOut(
+            what=_named(bump),
+            why="it is narrower than what the height map resolves: nothing can be laid on it",
+            bound=f"a fibre over a bell of this size is {bump.excess_mm:.2g} mm longer than the mold, which makes a "
+            f"ridge of {bump.ridge_mm:.2f} mm",
+        )
+        for bump in bumps
+    ]
+    unseen = LeftOut(
+        what=f"bumps narrower than {narrowest_mm:.2g} mm at their foot, and narrow ones on a pocket or beside a hole",
+        why=f"the pixels are {pitch_mm:.2g} mm apart, and what covers so few of them, or stands on no even ground, is "
+        "not told from a highlight",
+        bound=f"none: a fibre over a bell {narrowest_mm:.2g} mm wide and {_BELL_MM:g} mm high is "
+        f"{bell_excess_mm(_BELL_MM, narrowest_mm):.2g} mm longer than the mold, and over a higher one more",
+    )
+    return (*entries, unseen)
+
+
+def not_looked_for(spacing_mm: float) -> LeftOut:
+    """Name what the filters take for noise, where the raw scan was not searched for it.
+
+    Of bells on heights 1 mm apart the height map showed none that was up to 9 mm wide at its foot and 2 mm high, 8 mm
+    and 3 mm, or 6 mm and 6 mm; all of 10 mm and more.
+    """
+    wide_mm = _LOST_CELLS * spacing_mm
+    return LeftOut(
+        what=f"bumps narrower than {wide_mm:.2g} mm at their foot",
+        why=f"the heights are {spacing_mm:.2g} mm apart, and the filters take what is so narrow for noise",
+        bound=f"none: a fibre over a bell so wide, {_BELL_MM:g} mm high, is {bell_excess_mm(_BELL_MM, wide_mm):.2g} mm "
+        "longer than the mold, and over a higher one more",
+    )
+
+
+def _named(bump: NarrowBump) -> str:
+    x, y = bump.top_mm
+    return (
+        f"a bump about {2 * bump.width_mm:.0f} mm wide at its foot and {bump.height_mm:.1f} mm high at "
+        f"({x:.0f}, {y:.0f}) mm"
+    )

@@ -52,13 +52,13 @@ class Standing:
     doubt
         What follows where neither is known, that wrinkles stand nor that none do; else None.
     bumps
-        Narrow ones whose ridge could be above the limit, highest first.
+        Narrow ones whose ridge could be above the limit, highest first; None: not looked for.
     """
 
     wrinkles: tuple[Wrinkle, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
     doubt: Judgement | None = None
-    bumps: tuple[NarrowBump, ...] = ()
+    bumps: tuple[NarrowBump, ...] | None = None
 
 
 class WrinkleSearch:
@@ -168,7 +168,7 @@ def doubts(standing: Standing, recipe: Recipe) -> list[Judgement]:
         )
         for w in standing.wrinkles
     ]
-    judged += narrow_bumps.doubts(standing.bumps)
+    judged += narrow_bumps.doubts(standing.bumps or ())
     return [*judged, standing.doubt] if standing.doubt else judged
 
 
