@@ -125,9 +125,7 @@ struct WrinkleFinder::BumpSearch {
       if (!asked[n]) asked[n] = 1, values[n] = static_cast<float>(search.finder.above(search.point(pixel(k))));
       return values[n];
     }
-    bool on_border(int k) const {
-      return row(k) == 0 || column(k) == 0 || row(k) == search.side - 1 || column(k) == search.side - 1;
-    }
+    bool on_border(int k) const { return row(k) == 0 || column(k) == 0 || row(k) == search.side - 1 || column(k) == search.side - 1; }
 
     // The samples above a level that hang together with the one in the middle; none if they reach the border.
     Patch above(double level) {

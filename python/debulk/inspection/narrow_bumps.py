@@ -2,10 +2,10 @@
 
 A foreign body under the ply, 5 to 9 mm wide at its foot, covers a few dozen points: the spike filter and the median of
 the height map take its top away, and with it the bump. So the scan is looked at before any filter, in rows of pixels
-2 mm apart: where a point stands out from both sides, what hangs together with it is measured among the pixels around it
-(cpp/debulk/region/narrow_bumps.hpp). The height map does not resolve it, so that nothing can be laid on it and it is not
-judged as a pocket: what its ridge would be is worked out from its height and its width, and one that could be above the
-limit leaves the layup undecided.
+2 mm apart: where a point stands out from both sides, what hangs together with it is measured among the pixels around
+it (cpp/debulk/region/narrow_bumps.hpp). The height map does not resolve it, so that nothing can be laid on it and it is
+not judged as a pocket: what its ridge would be is worked out from its height and its width, and one that could be above
+the limit leaves the layup undecided.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from debulk import _core
 from debulk.recipe import Recipe
 from debulk.results.report import LeftOut
 from debulk.ridge import ridge_height
@@ -59,7 +58,7 @@ def bell_excess_mm(height_mm: float, wide_mm: float) -> float:
 
 
 def critical(found: Sequence[Sequence[float]], recipe: Recipe) -> tuple[NarrowBump, ...]:
-    """Return those bumps whose ridge could be above the limit, highest first, from their x, y, height, width, length."""
+    """Return those of x, y, height, width and length whose ridge could be above the limit, highest first."""
     thickness_mm, limit_mm = recipe.material.thickness_mm, recipe.verdict.max_ridge_mm
     bumps = []
     for x, y, height_mm, width_mm, length_mm in found:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,15 @@ from debulk import Inspector, Recipe, Verdict, _core, scenes
 from debulk.inspection import narrow_bumps
 from debulk.scenes.varied import given_right
 
-PLACES_MM = [(60, 40), (-140.5, 80.3), (10.2, -120.7)]
+BELLS = [  # x, y, width at the foot, height, mm
+    (60, 40, 5, 2),
+    (-140.5, 80.3, 7, 2),
+    (10.2, -120.7, 9, 2),
+    (0.4, 100.6, 6, 3),
+    (-80.7, -60.2, 8, 3),
+    (100.1, -40.5, 5, 6),
+    (-30.6, 20.9, 6, 6),
+]
 THICKNESS_SHARE = 0.43  # of the thickness, in a ridge without excess length
 
 
@@ -22,9 +32,14 @@ def _true_ridge_mm(wide_mm, high_mm):
     return (weights @ arc - wide_mm) / 2 + THICKNESS_SHARE * laid_ply.THICKNESS_MM
 
 
-def _bells(wide_mm, high_mm, places=PLACES_MM):
-    bells = [laid_ply.bell(x, y, wide_mm, high_mm) for x, y in places]
-    return lambda x, y: sum(bell(x, y) for bell in bells)
+def _bells(*bells):
+    shapes = [laid_ply.bell(*bell) for bell in bells]
+    return lambda x, y: sum(shape(x, y) for shape in shapes)
+
+
+@functools.cache
+def _scan(count=len(BELLS)):
+    return laid_ply.scan(_bells(*BELLS[:count]), noise_mm=0.05)
 
 
 def _quantised(scan, step_mm, seed=1):
@@ -34,32 +49,30 @@ def _quantised(scan, step_mm, seed=1):
 
 
 @pytest.mark.parametrize("step_mm", [0, 0.12], ids=["white", "quantised"])
-@pytest.mark.parametrize(("wide_mm", "high_mm"), [(5, 2), (7, 2), (9, 2), (6, 3), (8, 3), (5, 6), (6, 6)])
-def test_a_bell_that_the_filters_take_away_is_found_with_its_place_height_and_ridge(wide_mm, high_mm, step_mm):
-    scan = laid_ply.scan(_bells(wide_mm, high_mm), noise_mm=0.05)
-    found = laid_ply.inspector()._wrinkles.find(_quantised(scan, step_mm) if step_mm else scan, None).bumps
-    assert len(found) == len(PLACES_MM)
-    for place in PLACES_MM:
-        bump = min(found, key=lambda one: np.linalg.norm(np.subtract(one.top_mm, place)))
-        assert np.linalg.norm(np.subtract(bump.top_mm, place)) < 2
+def test_bells_that_the_filters_take_away_are_found_with_place_height_and_ridge(step_mm):
+    scan = _quantised(_scan(), step_mm) if step_mm else _scan()
+    found = laid_ply.inspector()._wrinkles.find(scan, None).bumps
+    assert len(found) == len(BELLS)
+    for x, y, wide_mm, high_mm in BELLS:
+        bump = min(found, key=lambda one: np.linalg.norm(np.subtract(one.top_mm, (x, y))))
+        assert np.linalg.norm(np.subtract(bump.top_mm, (x, y))) < 2
         assert bump.height_mm == pytest.approx(high_mm, rel=0.3)
+        assert _true_ridge_mm(wide_mm, high_mm) > laid_ply.inspector().recipe.verdict.max_ridge_mm
         assert bump.ridge_mm == pytest.approx(_true_ridge_mm(wide_mm, high_mm), rel=0.4)
 
 
 @pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_it_leaves_the_layup_undecided_and_the_report_says_where(regions):
-    report = laid_ply.inspector(regions).inspect(laid_ply.scan(_bells(7, 2.5, PLACES_MM[:1])))
-    assert _true_ridge_mm(7, 2.5) > laid_ply.inspector().recipe.verdict.max_ridge_mm
+def test_they_leave_the_layup_undecided_and_the_report_says_where(regions):
+    report = laid_ply.inspector(regions).inspect(_scan(3))
+    assert report.pockets == ()
     assert report.verdict is Verdict.UNDECIDED
-    assert "mm wide at its foot" in report.reason
-    assert "(60, 40) mm" in report.reason
-    (entry,) = (one for one in report.left_out if one.what.startswith("a bump about"))
-    assert "(60, 40) mm" in entry.what
+    assert "narrower than what the height map resolves" in report.reason
+    assert sum(one.what.startswith("a bump about") for one in report.left_out) == 3
 
 
 def test_one_too_low_for_a_ridge_passes():
     assert _true_ridge_mm(9, 1) < 0.5 * laid_ply.inspector().recipe.verdict.max_ridge_mm
-    assert laid_ply.inspector().inspect(laid_ply.scan(_bells(9, 1))).verdict is Verdict.CEASE
+    assert laid_ply.inspector().inspect(laid_ply.scan(_bells((60, 40, 9, 1)))).verdict is Verdict.CEASE
 
 
 def test_flying_pixels_highlights_and_pockets_are_no_bumps():
@@ -86,7 +99,7 @@ def test_good_layups_with_holes_clamps_and_all_noise_raise_no_alarm(seed):
 
 
 def test_the_search_is_the_same_on_any_number_of_threads():
-    scan = laid_ply.scan(_bells(6, 3), noise_mm=0.05)
+    scan = _scan()
     one, many = (
         Inspector(
             Recipe(run={"threads": threads}),
@@ -102,7 +115,7 @@ def test_the_search_is_the_same_on_any_number_of_threads():
 
 def test_where_it_was_not_looked_for_the_class_is_named():
     search = laid_ply.inspector()._wrinkles
-    scan = laid_ply.scan(_bells(7, 2))
+    scan = _scan()
     late = _core.Stop()
     late.set_deadline(1e-9)
     assert search.find(scan, None, late).bumps is None
