@@ -119,8 +119,6 @@ void bind_region(py::module_ m) {
 
   py::class_<NarrowBumpOptions>(m, "NarrowBumpOptions")
       .def(py::init<>())
-      .def_readwrite("widest_mm", &NarrowBumpOptions::widest_mm)
-      .def_readwrite("window_mm", &NarrowBumpOptions::window_mm)
       .def_readwrite("most", &NarrowBumpOptions::most);
 
   py::class_<WrinkleFinder>(m, "WrinkleFinder")

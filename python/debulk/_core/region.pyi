@@ -55,8 +55,6 @@ class WrinkleOptions(metaclass=_Bound):
     def __init__(self) -> None: ...
 
 class NarrowBumpOptions(metaclass=_Bound):
-    widest_mm: float
-    window_mm: float
     most: int
     def __init__(self) -> None: ...
 
