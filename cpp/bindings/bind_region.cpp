@@ -117,9 +117,7 @@ void bind_region(py::module_ m) {
       .def_readwrite("links", &WrinkleOptions::links)
       .def_readwrite("most", &WrinkleOptions::most);
 
-  py::class_<NarrowBumpOptions>(m, "NarrowBumpOptions")
-      .def(py::init<>())
-      .def_readwrite("most", &NarrowBumpOptions::most);
+  py::class_<NarrowBumpOptions>(m, "NarrowBumpOptions").def(py::init<>()).def_readwrite("most", &NarrowBumpOptions::most);
 
   py::class_<WrinkleFinder>(m, "WrinkleFinder")
       .def(py::init([](std::shared_ptr<Reference> reference, const SeenArray& seen, const Array<double>& pose,

@@ -26,6 +26,7 @@ _SURE = 0.75  # of the limit: a bump whose ridge comes out lower is below it, th
 _PIXELS = 5.0  # that a bump's foot is wide, or mm where pixels are finer: below, too few of them stand up
 _LOST_CELLS = 9.0  # bells as wide at their foot vanish in the filters
 _BELL_MM = 2.0
+_LONGEST_MM = 12.0  # at half the height: what is longer was, of 50 good layups, a piece of a clamp or a highlight
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def critical(found: Sequence[Sequence[float]], recipe: Recipe) -> tuple[NarrowBu
         excess_mm = bell_excess_mm(height_mm, 2 * width_mm)  # a bell is half as wide at half its height
         span_mm = 2 * thickness_mm + excess_mm
         ridge_mm = min(height_mm, ridge_height(span_mm + excess_mm, span_mm, thickness_mm))
-        if ridge_mm > _SURE * limit_mm:
+        if ridge_mm > _SURE * limit_mm and length_mm < _LONGEST_MM:
             bumps.append(NarrowBump((x, y), height_mm, width_mm, length_mm, excess_mm, ridge_mm))
     return tuple(bumps)
 
@@ -99,7 +100,8 @@ def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...
         for bump in bumps
     ]
     unseen = LeftOut(
-        what=f"bumps narrower than {narrowest_mm:.2g} mm at their foot, and narrow ones on a pocket or beside a hole",
+        what=f"bumps narrower than {narrowest_mm:.2g} mm at their foot, and narrow ones on a pocket or beside a "
+        f"hole, or longer than {_LONGEST_MM:g} mm and too short for a wrinkle",
         why=f"the pixels are {pitch_mm:.2g} mm apart, and what covers so few of them, or stands on no even ground, is "
         "not told from a highlight",
         bound=f"none: a fibre over a bell {narrowest_mm:.2g} mm wide and {_BELL_MM:g} mm high is "
