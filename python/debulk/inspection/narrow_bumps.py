@@ -26,7 +26,7 @@ _SURE = 0.75  # of the limit: a bump whose ridge comes out lower is below it, th
 _PIXELS = 5.0  # that a bump's foot is wide, or mm where pixels are finer: below, too few of them stand up
 _LOST_CELLS = 9.0  # bells as wide at their foot vanish in the filters
 _BELL_MM = 2.0
-_LONGEST_MM = 12.0  # at half the height: what is longer was, of 50 good layups, a piece of a clamp or a highlight
+_LONGEST_MM = 12.0  # at half the height: two of 50 good layups showed longer ones, which were none
 
 
 @dataclass(frozen=True)
