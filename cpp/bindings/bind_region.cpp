@@ -117,6 +117,8 @@ void bind_region(py::module_ m) {
       .def_readwrite("links", &WrinkleOptions::links)
       .def_readwrite("most", &WrinkleOptions::most);
 
+  py::class_<NarrowBumpOptions>(m, "NarrowBumpOptions").def(py::init<>()).def_readwrite("most", &NarrowBumpOptions::most);
+
   py::class_<WrinkleFinder>(m, "WrinkleFinder")
       .def(py::init([](std::shared_ptr<Reference> reference, const SeenArray& seen, const Array<double>& pose,
                        const Array<double>& ply_outline, int threads) {
@@ -142,6 +144,23 @@ void bind_region(py::module_ m) {
             py::list wrinkles;
             for (const StandingWrinkle& one : found.wrinkles) wrinkles.append(py::make_tuple(to_array(one.along), one.height, one.width));
             return py::make_tuple(wrinkles, found.gave_up);
+          },
+          py::arg("scan"), py::arg("mask").none(true), py::arg("pitch_mm"), py::arg("options"), py::arg("stop"))
+      // Each bump's x, y, height, width and length; and whether the search gave up.
+      .def(
+          "find_bumps",
+          [](const WrinkleFinder& finder, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, double pitch_mm,
+             const NarrowBumpOptions& options, const Stop& stop) {
+            const CloudView cloud = cloud_view(scan, "scan");
+            const std::uint8_t* masked = mask_of(mask, cloud);
+            NarrowBumps found;
+            {
+              const py::gil_scoped_release release;
+              found = finder.find_bumps(cloud, masked, pitch_mm, options, stop);
+            }
+            std::vector<std::array<double, 5>> bumps;
+            for (const NarrowBump& one : found.bumps) bumps.push_back({one.top.x(), one.top.y(), one.height, one.width, one.length});
+            return py::make_tuple(bumps, found.gave_up);
           },
           py::arg("scan"), py::arg("mask").none(true), py::arg("pitch_mm"), py::arg("options"), py::arg("stop"));
 }

@@ -5,6 +5,7 @@
 
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/region/crossings.hpp"
+#include "debulk/region/narrow_bumps.hpp"
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {
@@ -46,8 +47,13 @@ class WrinkleFinder {
   StandingWrinkles find(const CloudView& scan, const std::uint8_t* masked, double pitch, const WrinkleOptions& options = WrinkleOptions(),
                         const Stop& stop = Stop()) const;
 
+  // Looks for bumps that are narrow every way, or too short for a wrinkle: the filters take these for noise, too. As above.
+  NarrowBumps find_bumps(const CloudView& scan, const std::uint8_t* masked, double pitch,
+                         const NarrowBumpOptions& options = NarrowBumpOptions(), const Stop& stop = Stop()) const;
+
  private:
   struct Search;
+  struct BumpSearch;
 
   Eigen::Vector3d moved(const float* point) const;
   std::uint8_t known(const Eigen::Vector3d& point) const;

@@ -54,6 +54,10 @@ class WrinkleOptions(metaclass=_Bound):
     most: int
     def __init__(self) -> None: ...
 
+class NarrowBumpOptions(metaclass=_Bound):
+    most: int
+    def __init__(self) -> None: ...
+
 class WrinkleFinder(metaclass=_Bound):
     def __init__(
         self,
@@ -66,3 +70,6 @@ class WrinkleFinder(metaclass=_Bound):
     def find(
         self, scan: ArrayLike, mask: ArrayLike | None, pitch_mm: float, options: WrinkleOptions, stop: Stop
     ) -> tuple[list[tuple[_Floats, float, float]], bool]: ...
+    def find_bumps(
+        self, scan: ArrayLike, mask: ArrayLike | None, pitch_mm: float, options: NarrowBumpOptions, stop: Stop
+    ) -> tuple[list[list[float]], bool]: ...

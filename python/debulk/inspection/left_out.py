@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from debulk import sheet
-from debulk.inspection import unseen
+from debulk.inspection import narrow_bumps, unseen
 from debulk.inspection.found import Found
 from debulk.inspection.starts import Settled
 from debulk.results.report import LeftOut
@@ -15,8 +13,6 @@ from debulk.verdict import Judgement
 
 __all__ = ["merged", "of_late", "of_pocket", "of_scan", "of_stages", "of_unsolved"]
 
-_LOST_CELLS = 9.0  # bells as wide at their foot vanish in the filters
-_BELL_MM = 2.0
 _TERMS = {
     "friction": LeftOut(
         what="friction of pockets inside the ply",
@@ -74,7 +70,7 @@ def of_stages(stage: str) -> tuple[LeftOut, ...]:
     )
 
 
-def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:
+def of_scan(found: Found, outline_known: bool, bumps_searched: bool) -> tuple[LeftOut, ...]:
     """Name the ply's edge where it is not known, and what the finder did not look at."""
     entries = []
     if not outline_known:
@@ -86,26 +82,9 @@ def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:
                 "both come out higher, not lower",
             )
         )
-    entries += [_narrow(max(whole.heights.spacing_mm for whole, _ in found.parts))] if found.parts else []
+    if found.parts and not bumps_searched:
+        entries.append(narrow_bumps.not_looked_for(max(whole.heights.spacing_mm for whole, _ in found.parts)))
     return (*entries, *unseen.left_out(found), *found.left_out)
-
-
-def _narrow(spacing_mm: float) -> LeftOut:
-    """Name the bumps that the filters take for noise.
-
-    Of bells on heights 1 mm apart none was seen that was up to 9 mm wide at its foot and 2 mm high, 8 mm and 3 mm, or
-    6 mm and 6 mm; all of 10 mm and more were.
-    """
-    wide_mm = _LOST_CELLS * spacing_mm
-    x = np.linspace(0.0, wide_mm, 200)
-    bell = _BELL_MM * np.sin(np.pi * x / wide_mm) ** 2
-    excess_mm = float(np.hypot(np.diff(x), np.diff(bell)).sum()) - wide_mm
-    return LeftOut(
-        what=f"bumps narrower than {wide_mm:.2g} mm at their foot",
-        why=f"the heights are {spacing_mm:.2g} mm apart, and the filters take what is so narrow for noise",
-        bound=f"none: a fibre over a bell so wide, {_BELL_MM:g} mm high, is {excess_mm:.2g} mm longer than the mold, "
-        "and over a higher one more",
-    )
 
 
 def merged(entries: tuple[LeftOut, ...]) -> tuple[LeftOut, ...]:

@@ -57,7 +57,8 @@ def report(
     telling = placed.level is not None or seen >= ply.recipe.verdict.min_coverage
     if placed.doubt and telling and not found.doubt:
         judged = Judgement(Verdict.INVALID, placed.doubt)
-    entries = tolerances.left_out(bumps, ply.recipe) + left_out.of_scan(found, ply.outline is not None)
+    entries = tolerances.left_out(bumps, ply.recipe)
+    entries += left_out.of_scan(found, ply.outline is not None, standing.bumps is not None)
     entries += standing.left_out + filled.left_out()
     entries += tuple(entry for evaluation in evaluations for entry in evaluation.left_out)
     entries += left_out.of_late([(one.report.id, one.late) for one in evaluations if one.late])

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, pocket
+from debulk.inspection import narrow_bumps
+from debulk.inspection.narrow_bumps import NarrowBump
 from debulk.inspection.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.results.report import LeftOut, Wrinkle
@@ -30,6 +32,7 @@ Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
 _SEARCH = _core.region.WrinkleOptions()
+_BUMPS = _core.region.NarrowBumpOptions()
 _SAME_MM = 15.0  # two chains so near to one another are one wrinkle
 _FEWEST_PIXELS = 8  # along each side of an image
 _NARROWEST_MM = 2.0  # a fold of a ply is no narrower
@@ -48,11 +51,14 @@ class Standing:
         Where none could be looked for, or not all be found.
     doubt
         What follows where neither is known, that wrinkles stand nor that none do; else None.
+    bumps
+        Narrow ones whose ridge could be above the limit, highest first; None: not looked for.
     """
 
     wrinkles: tuple[Wrinkle, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
     doubt: Judgement | None = None
+    bumps: tuple[NarrowBump, ...] | None = None
 
 
 class WrinkleSearch:
@@ -106,19 +112,21 @@ class WrinkleSearch:
         stop = stop or _core.Stop()
         try:
             found, gave_up = self._core.find(scan, hidden, pitch_mm, _SEARCH, stop)
+            bumps, wild = self._core.find_bumps(scan, hidden, pitch_mm, _BUMPS, stop)
         except _core.Stopped:
             if stop.cancelled:
                 raise
             why = "the deadline passed before the scan was searched for wrinkles that stand already"
             return Standing((), (_not_searched("the deadline passed"),), Judgement(Verdict.UNDECIDED, why))
         wrinkles = self._longest_first(found, pitch_mm)
-        if gave_up:
+        narrow = tuple(b for b in narrow_bumps.critical(bumps, self._recipe) if not _on_any(b, wrinkles))
+        if gave_up or wild:
             why = (
                 f"the scan is spoiled: in more than {_SEARCH.most} places it stands out sharply from both sides, and "
                 "among them no standing wrinkle can be found or ruled out"
             )
             return Standing(wrinkles, (_not_searched(why),), Judgement(Verdict.INVALID, f"{why}; scan again"))
-        return Standing(wrinkles, _too_narrow(pitch_mm))
+        return Standing(wrinkles, _too_narrow(pitch_mm) + narrow_bumps.left_out(narrow, pitch_mm), None, narrow)
 
     def _longest_first(self, found: Sequence[tuple[Floats, float, float]], pitch_mm: float) -> tuple[Wrinkle, ...]:
         measured = [
@@ -160,6 +168,7 @@ def doubts(standing: Standing, recipe: Recipe) -> list[Judgement]:
         )
         for w in standing.wrinkles
     ]
+    judged += narrow_bumps.doubts(standing.bumps or ())
     return [*judged, standing.doubt] if standing.doubt else judged
 
 
@@ -195,6 +204,17 @@ def _pitch_mm(scan: Cloud) -> float:
         steps = np.linalg.norm(np.diff(middle, axis=1), axis=2)
         steps = steps[np.isfinite(steps)]
     return float(np.median(steps)) if steps.size else math.nan
+
+
+def _on_any(bump: NarrowBump, wrinkles: Sequence[Wrinkle]) -> bool:
+    """Tell whether a bump is a piece of a wrinkle."""
+    for wrinkle in wrinkles:
+        start, end, top = (np.asarray(place) for place in (wrinkle.start_mm, wrinkle.end_mm, bump.top_mm))
+        way = end - start
+        share = np.clip(np.dot(top - start, way) / max(float(np.dot(way, way)), 1e-9), 0.0, 1.0)
+        if float(np.linalg.norm(start + share * way - top)) < _SAME_MM:
+            return True
+    return False
 
 
 def _apart_mm(a: Floats, b: Floats) -> float:
