@@ -24,6 +24,8 @@ __all__ = ["NarrowBump", "bell_excess_mm", "critical", "doubts", "left_out", "no
 
 _SURE = 0.75  # of the limit: a bump whose ridge comes out lower is below it, though pixels miss its top and its foot
 _PIXELS = 5.0  # that a bump's foot is wide, or mm where pixels are finer: below, too few of them stand up
+_MEASURED = 0.78  # of its foot, at least; flying points side by side measure up to 0.75 of the narrowest
+_STEEPEST = 2.0  # times its foot's width is a bump high: what is steeper is no ply
 _LOST_CELLS = 9.0  # bells as wide at their foot vanish in the filters
 _BELL_MM = 2.0
 _LONGEST_MM = 12.0  # at half the height: two of 46 good layups showed longer ones, which were none
@@ -58,12 +60,15 @@ def bell_excess_mm(height_mm: float, wide_mm: float) -> float:
     return float(np.hypot(np.diff(x), np.diff(bell)).sum()) - wide_mm
 
 
-def critical(found: Sequence[Sequence[float]], recipe: Recipe) -> tuple[NarrowBump, ...]:
+def critical(found: Sequence[Sequence[float]], pitch_mm: float, recipe: Recipe) -> tuple[NarrowBump, ...]:
     """Return those of x, y, height, width and length whose ridge could be above the limit, highest first."""
     thickness_mm, limit_mm = recipe.material.thickness_mm, recipe.verdict.max_ridge_mm
     bumps = []
     for x, y, height_mm, width_mm, length_mm in found:
-        excess_mm = bell_excess_mm(height_mm, 2 * width_mm)  # a bell is half as wide at half its height
+        foot_mm = 2 * width_mm  # a bell is half as wide at half its height
+        if foot_mm < _MEASURED * _narrowest_mm(pitch_mm) or height_mm > _STEEPEST * foot_mm:
+            continue
+        excess_mm = bell_excess_mm(height_mm, foot_mm)
         span_mm = 2 * thickness_mm + excess_mm
         ridge_mm = min(height_mm, ridge_height(span_mm + excess_mm, span_mm, thickness_mm))
         if ridge_mm > _SURE * limit_mm and length_mm < _LONGEST_MM:
@@ -86,10 +91,10 @@ def doubts(bumps: Sequence[NarrowBump]) -> list[Judgement]:
 def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...]:
     """Name the bumps on which nothing could be laid, and those that the search does not see.
 
-    Of bells on a scan with pixels 1 mm apart, 5 mm and more at their foot and 2 mm high, it saw all but a few in a
-    thousand; narrower ones cover too few pixels.
+    On a scan with pixels 1 mm apart it saw 96 to 100 of 100 bells 5 mm and more wide at their foot and 2 mm high, 80 to
+    95 that were 1.5 mm high; narrower ones cover too few pixels.
     """
-    narrowest_mm = _PIXELS * max(1.0, pitch_mm)
+    narrowest_mm = _narrowest_mm(pitch_mm)
     entries = [
         LeftOut(
             what=_named(bump),
@@ -123,6 +128,10 @@ def not_looked_for(spacing_mm: float) -> LeftOut:
         bound=f"none: a fibre over a bell so wide, {_BELL_MM:g} mm high, is {bell_excess_mm(_BELL_MM, wide_mm):.2g} mm "
         "longer than the mold, and over a higher one more",
     )
+
+
+def _narrowest_mm(pitch_mm: float) -> float:
+    return _PIXELS * max(1.0, pitch_mm)
 
 
 def _named(bump: NarrowBump) -> str:

@@ -244,5 +244,6 @@ class Placing:
 def _too_little(share: float) -> str:
     return (
         f"the level of the ply cannot be told: between the pockets only {100 * share:.1f} % of it was seen by scan and "
-        "reference; check that the outline, the scan and the reference are of the same part, in mm, with their pose"
+        "reference; check that the outline, the scan and the reference are of the same part, in mm, with their pose: z "
+        "is to point up, away from the mold"
     )

@@ -71,14 +71,14 @@ def doubts(
 
 
 def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
-    """Area of a bump with the hole, filled in, that hides the rest of it: smaller than a pocket, it is none.
+    """Area of a bump with the hole that hides the rest of it: smaller than a pocket, it is none.
 
     The excess of what is known of it is bounded as that of every bump (tolerances.weigh).
     """
     holes = [
         hole.area
         for hole in found.unseen.holes
-        if hole.filled and (np.abs(bump.centroid_mm - hole.centre) < _reach(hole) + _NEAR_MM).all()
+        if (np.abs(bump.centroid_mm - hole.centre) < _reach(hole) + _NEAR_MM).all()
     ]
     return bump.area_mm2 + max(holes, default=0.5 * recipe.segmentation.area_tol_mm2)  # smaller ones are not listed
 

@@ -119,7 +119,7 @@ class WrinkleSearch:
             why = "the deadline passed before the scan was searched for wrinkles that stand already"
             return Standing((), (_not_searched("the deadline passed"),), Judgement(Verdict.UNDECIDED, why))
         wrinkles = self._longest_first(found, pitch_mm)
-        narrow = tuple(b for b in narrow_bumps.critical(bumps, self._recipe) if not _on_any(b, wrinkles))
+        narrow = tuple(b for b in narrow_bumps.critical(bumps, pitch_mm, self._recipe) if not _on_any(b, wrinkles))
         if gave_up or wild:
             why = (
                 f"the scan is spoiled: in more than {_SEARCH.most} places it stands out sharply from both sides, and "

@@ -61,6 +61,15 @@ def test_bells_that_the_filters_take_away_are_found_with_place_height_and_ridge(
         assert bump.ridge_mm == pytest.approx(_true_ridge_mm(wide_mm, high_mm), rel=0.4)
 
 
+@pytest.mark.parametrize("pixels", [(640, 480), (1280, 960)], ids=["640", "1280"])
+@pytest.mark.parametrize("seed", [0, 111])
+def test_flying_points_side_by_side_are_none(seed, pixels):
+    """Two or three of them, 3 to 35 mm high, stand out as a bump does; the first family has dozens a scan."""
+    layup = scenes.layup(seed, pixels)
+    inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    assert inspector._wrinkles.find(layup.scan, None).bumps == ()
+
+
 @pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
 def test_they_leave_the_layup_undecided_and_the_report_says_where(regions):
     report = laid_ply.inspector(regions).inspect(_scan(3))
