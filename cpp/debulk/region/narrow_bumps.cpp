@@ -13,7 +13,8 @@ namespace debulk {
 namespace {
 
 constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
-constexpr int block = 64;  // places that are passed over at once where nothing stands
+constexpr int block = 64;            // places that are passed over at once where nothing stands
+constexpr float lone_share = 0.75f;  // of its height, by which a lone point stands above those beside it
 constexpr double pi = 3.14159265358979323846;
 
 int steps(double wanted) {
@@ -50,6 +51,7 @@ struct WrinkleFinder::BumpSearch {
   const int row_step = steps(options.rows_mm / pitch), step = steps(options.sample_mm / pitch);
   const double sample = step * pitch;  // mm
   const int half = steps(options.window_mm / sample), side = 2 * half + 1;
+  const std::size_t most_samples = static_cast<std::size_t>(2 * side * steps(options.widest_mm / sample));
 
   Eigen::Vector3d point(Pixel p) const {
     if (p.row < 0 || p.column < 0 || p.row >= image.cloud.height || p.column >= image.cloud.width) return Eigen::Vector3d::Constant(nan_f);
@@ -93,12 +95,18 @@ struct WrinkleFinder::BumpSearch {
           const float in_row = a < most ? a : 0.0f, in_column = b < most ? b : 0.0f;
           return in_row > in_column ? in_row : in_column;
         };
+        // The highest of its row there, and not alone: a bell as narrow as 5 mm stands 0.65 of its height 1 mm beside its top,
+        // where a flying point has none of it.
+        const auto is_top = [&](int c) {
+          const float left = here[c - 1], right = here[c + 1], least_there = here[c] - lone_share * out(c);
+          return !(left > here[c]) && !(right > here[c]) && (left > least_there || right > least_there);
+        };
         for (int first = along; first < columns - along; first += block) {
           const int last = std::min(first + block, columns - along);
           int any = 0;
           for (int c = first; c < last; ++c) any |= static_cast<int>(out(c) > least);
           for (int c = first; any && c < last; ++c)
-            if (const Pixel pixel{r * row_step, c * step}; out(c) > least && may_be_top(pixel, out(c)))
+            if (const Pixel pixel{r * row_step, c * step}; out(c) > least && is_top(c) && may_be_top(pixel, out(c)))
               by_row[static_cast<std::size_t>(r)].push_back(pixel);
         }
       }
@@ -127,14 +135,15 @@ struct WrinkleFinder::BumpSearch {
     }
     bool on_border(int k) const { return row(k) == 0 || column(k) == 0 || row(k) == search.side - 1 || column(k) == search.side - 1; }
 
-    // The samples above a level that hang together with the one in the middle; none if they reach the border.
+    // The samples above a level that hang together with the one in the middle; none if they reach the border, or are twice as
+    // many as of the widest bump that is as long as the window.
     Patch above(double level) {
       std::vector<std::uint8_t> taken(values.size(), 0);
       Patch out{search.half * search.side + search.half};
       taken[static_cast<std::size_t>(out[0])] = 1;
       for (std::size_t n = 0; n < out.size(); ++n) {
         const int k = out[n];
-        if (on_border(k)) return {};
+        if (on_border(k) || out.size() > search.most_samples) return {};
         for (int dj = -1; dj <= 1; ++dj)
           for (int di = -1; di <= 1; ++di) {
             const int next = k + dj * search.side + di;
