@@ -139,7 +139,7 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
     filled = _worst(evaluations[_FILLED])
     names, limits = hole_names(half.holes), ply.recipe.verdict
     best = at_best(half, ply.recipe.segmentation.area_tol_mm2)
-    told = "; ".join(f"{way.holes}: {way.reason}" for way in half.ways)
+    told = ", ".join(f"{way.verdict.name} with it {way.holes}" for way in half.ways)
     late = ", ".join(dict.fromkeys(one.late for done in evaluations.values() for one in done if one.late))
     if late:
         cut = next(one for done in evaluations.values() for one in done if one.late)
@@ -153,7 +153,7 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
     elif best is not half.ways[0].verdict:
         judgement = Judgement(best, f"{names} borders on it and may hide more than its rim shows: scan again; {told}")
     else:
-        judgement = Judgement(best, f"{names} borders on it; {told}")
+        judgement = Judgement(best, f"{half.ways[0].reason}, however the ply lies in {names} beside it")
     report = replace(
         filled.report,
         verdict=judgement.verdict,
