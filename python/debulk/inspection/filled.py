@@ -105,11 +105,11 @@ class FilledSearch:
         """Look for them in a scan, of which a sample was taken; (H, W) True in the mask: not to be used."""
         if scan.ndim != 3:
             return Filled(unknown="the scan is no image: which of its points are neighbours is not known")
-        pitch_mm = pitch_of(sample.points_mm[:, :2], sample.each)
+        pitch_mm = pitch_of(sample.points_mm[self._zones.inside(sample), :2], sample.each)
         squares = squares_of(scan.shape, pitch_mm, 2 * float(np.sqrt(self._least_mm2 / np.pi)))
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
-        with np.errstate(invalid="ignore"):  # what is not finite is not seen
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite, or far off, is not seen
             quiet = quiet_squares(scan, squares, lambda points: self._zones.inside(self._of(points)), self._up, stop)
         if quiet is None:
             return Filled(unknown="the scan has too little noise, or is rounded too coarsely, to miss noise in a patch")

@@ -75,7 +75,7 @@ def pitch_of(xy_mm: NDArray[np.floating], each: int) -> float:
 def _filled(column: NDArray[np.floating], row: NDArray[np.floating]) -> int:
     """Count different cells, by their whole numbers."""
     wide, tall = np.ptp(column) + 1, np.ptp(row) + 1
-    if wide * tall > _MANY * len(row):  # points far off: sorting takes less than so many marks
+    if not wide * tall <= _MANY * len(row):  # points far off: sorting takes less than so many marks
         return len(np.unique(np.stack([column, row], axis=1), axis=0))
     marks = np.zeros((int(tall), int(wide)), dtype=np.bool_)
     marks[(row - row.min()).astype(np.int64), (column - column.min()).astype(np.int64)] = True
