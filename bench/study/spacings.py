@@ -95,7 +95,7 @@ def lay(
     angles = np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm))
     times_ms = []
     for finer_too in (False, True) if timed else (True,):
-        chosen.finer_too = finer_too
+        chosen.net.finer_too = finer_too
         began = time.thread_time()
         try:
             made = _core.net.lay_pocket(

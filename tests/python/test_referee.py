@@ -85,7 +85,7 @@ def test_synthetic_pockets_have_the_excess_that_their_shape_asks_for():
 
 
 def test_half_of_the_synthetic_pockets_lie_near_the_limit():
-    assert sum(pockets.near(shape.excess_mm) for shape in pockets.shapes()) == 30
+    assert sum(0.6 <= shape.excess_mm / pockets.LIMIT_EXCESS_MM <= 1.4 for shape in pockets.shapes()) == 30
 
 
 def test_mujoco_folds_a_strip_as_high_as_the_closed_form_says():
