@@ -267,7 +267,9 @@ class Inspector:
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):
-            return reporting.report(found, placed, filled, bumps, standing, evaluations, self.ply, cycle.timings_ms())
+            return reporting.report(
+                found, placed, filled, bumps, standing, pockets, evaluations, self.ply, cycle.timings_ms()
+            )
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

@@ -10,7 +10,7 @@ from debulk.grid import Grid
 from debulk.inspection import common_fibres, left_out, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.filled import Filled
-from debulk.inspection.found import Found
+from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria
 from debulk.inspection.placing import Placed
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -34,13 +34,16 @@ def report(
     filled: Filled,
     bumps: Sequence[Bump],
     standing: Standing,
+    judged_as: Sequence[FoundPocket],
     evaluations: Sequence[Evaluation],
     ply: PlyOnMold,
     timings_ms: dict[str, float],
 ) -> Report:
-    """Judge the layup by its evaluated pockets, and report all of it."""
+    """Judge the layup by its evaluated pockets, and report all of it.
+
+    Each evaluation is of the pocket at its place in `judged_as`: first those found, then the bumps that are judged.
+    """
     seen = found.unseen.coverage
-    judged_as = (*found.pockets, *tolerances.promoted(bumps, first_number=len(found.pockets) + 1))
     pockets = common_fibres.without_shared_folds([evaluation.report for evaluation in evaluations], judged_as, ply)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
