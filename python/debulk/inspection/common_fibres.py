@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from debulk import _core, pocket
 from debulk.inspection import excess
 from debulk.inspection.found import FoundPocket
+from debulk.inspection.net_fibres import fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.results.report import PocketNet, PocketReport
 from debulk.verdict import Verdict, natural_length
@@ -153,20 +154,16 @@ def _spare(p: PocketReport, laid: PocketNet, numbers: frozenset[int], ply: PlyOn
     assert p.spacing_mm is not None and p.foot_outline_mm is not None  # it has a net
     xy = laid.nodes_mm[:, :2]
     inside, away = pocket.inside(p.foot_outline_mm, xy), pocket.distance_to_outline(p.foot_outline_mm, xy)
-    links, scale, fibres = laid.neighbours.tolist(), _scale(p), []
-    for ahead, back in ((0, 1), (2, 3)):
-        for first in np.flatnonzero((laid.neighbours[:, back] < 0) & (laid.neighbours[:, ahead] >= 0)).tolist():
-            nodes = [first]
-            while (following := links[nodes[-1]][ahead]) >= 0:
-                nodes.append(following)
-            if not inside[nodes].any() or (laid.kinds[[nodes[0], nodes[-1]]] != _FIXED).any():
-                continue
-            ends = (
-                _end(xy[nodes], inside[nodes], away[nodes]),
-                _end(xy[nodes[::-1]], inside[nodes[::-1]], away[nodes[::-1]]),
-            )
-            fibres.append(_Fibre(scale * _excess_mm(laid.nodes_mm[nodes], ply), ends))
-    return _Spare(numbers, p.id, p.spacing_mm, _uncertainty_mm(p, ply.recipe), tuple(fibres))
+    scale, held = _scale(p), []
+    for _, nodes in fibres(laid.neighbours):
+        if len(nodes) < 2 or not inside[nodes].any() or (laid.kinds[[nodes[0], nodes[-1]]] != _FIXED).any():
+            continue
+        ends = (
+            _end(xy[nodes], inside[nodes], away[nodes]),
+            _end(xy[nodes[::-1]], inside[nodes[::-1]], away[nodes[::-1]]),
+        )
+        held.append(_Fibre(scale * _excess_mm(laid.nodes_mm[nodes], ply), ends))
+    return _Spare(numbers, p.id, p.spacing_mm, _uncertainty_mm(p, ply.recipe), tuple(held))
 
 
 def _end(xy: Floats, inside: NDArray[np.bool_], away: Floats) -> _End:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, ridge, section
+from debulk.inspection.net_fibres import ALONG, fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.net import Net
 from debulk.results.report import ExcessReport
@@ -72,15 +73,10 @@ def of_held_fibres(laid: Net, ply: PlyOnMold) -> float:
     on_mold = laid.kinds != _INNER
     ways_mm, enough_mm = laid._core.hold_ways, max(ply.recipe.net.free_edge_mm, laid.spacing_mm)
     neighbours = laid.neighbours.copy()
-    links = laid.neighbours.tolist()
-    for direction, (ahead, back) in enumerate(((0, 1), (2, 3))):
-        for first in np.flatnonzero(laid.neighbours[:, back] < 0).tolist():
-            fibre = [first]
-            while (following := links[fibre[-1]][ahead]) >= 0:
-                fibre.append(following)
-            goes_on = not ways_mm or ways_mm[first][direction] >= enough_mm
-            if not (len(fibre) > 1 and on_mold[fibre[0]] and on_mold[fibre[-1]] and goes_on):
-                neighbours[fibre, ahead] = neighbours[fibre, back] = -1
+    for direction, fibre in fibres(laid.neighbours):
+        goes_on = not ways_mm or ways_mm[fibre[0]][direction] >= enough_mm
+        if not (len(fibre) > 1 and on_mold[fibre[0]] and on_mold[fibre[-1]] and goes_on):
+            neighbours[np.ix_(fibre, ALONG[direction])] = -1
     return float(_core.ridge.largest_fibre_excess(laid.nodes_mm, neighbours, ply.reference))
 
 

@@ -1,0 +1,24 @@
+"""The fibres of a net, node by node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ALONG", "fibres"]
+
+ALONG = ((0, 1), (2, 3))
+"""Columns of a net's neighbours, ahead and back along the fibres of each direction."""
+
+
+def fibres(neighbours: NDArray[np.integer]) -> Iterator[tuple[int, list[int]]]:
+    """Follow every fibre of a net with these (N, 4) neighbours: its direction, 0 or 1, and its nodes, end to end."""
+    links = neighbours.tolist()
+    for direction, (ahead, back) in enumerate(ALONG):
+        for first in np.flatnonzero(neighbours[:, back] < 0).tolist():
+            nodes = [first]
+            while (following := links[nodes[-1]][ahead]) >= 0:
+                nodes.append(following)
+            yield direction, nodes
