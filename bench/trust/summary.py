@@ -11,7 +11,8 @@ from cases import MARGIN_MM, Outcome
 from debulk.recipe import Recipe
 
 SAID = ("cease", "undecided", "crease", "invalid", "InputError", "other error", "crash", "hang")
-COLOURS = ("#2a78d6", "#eda100", "#e87ba4", "#1baf7a", "#4a3aa7", "#8a3b12", "#000000", "#9a9a96")
+# The verdicts in the colours of the page.
+COLOURS = ("#00775a", "#efb32c", "#d55e00", "#8b3f75", "#4a6fa5", "#8a3b12", "#000000", "#9a9a96")
 
 
 def said(outcome: Outcome) -> str:
