@@ -69,7 +69,7 @@ std::unique_ptr<RegionFront::Work> RegionFront::fresh_work(const Window& window)
     spare_works_.erase(found);
   }
   out->region->window = window;
-  out->done = false, out->to_refine.clear();
+  out->done = false, out->exact.clear(), out->to_make.clear(), out->to_refine.clear();
   return out;
 }
 
@@ -99,6 +99,35 @@ void RegionFront::lay_coarse(Work& work) const {
       row[i] = cell >= 0 ? cells[static_cast<std::size_t>(cell)] : nan;
     }
   }
+}
+
+// Exact heights of the windows that this one replaces stay; the rest of its rectangles is to be made.
+void RegionFront::take_over(Work& work, double margin) const {
+  if (earlier_.empty()) {
+    work.to_make = work.exact;
+    return;
+  }
+  constexpr int side = Blocks::side;
+  Blocks missing(frame_);
+  const auto holds = [](const Window& w, const Window& o) { return w.i0 <= o.i0 && w.j0 <= o.j0 && o.i1 <= w.i1 && o.j1 <= w.j1; };
+  for (const Window& strip : work.exact)
+    for (int j = strip.j0; j < strip.j1; j += side)
+      for (int i = strip.i0; i < strip.i1; i += side) {
+        const Window block{i, j, std::min(i + side, strip.i1), std::min(j + side, strip.j1), strip.top};
+        const auto has = [&](const auto& old) {
+          return std::any_of(old->exact.begin(), old->exact.end(), [&](const Window& w) { return holds(w, block); });
+        };
+        const auto old = std::find_if(earlier_.begin(), earlier_.end(), has);
+        if (old == earlier_.end()) {
+          missing.add(block, block.top);
+          continue;
+        }
+        const Window &to = work.window(), &from = (*old)->window();
+        for (int row = block.j0; row < block.j1; ++row)
+          std::copy_n(&(*old)->unfiltered.at(i - from.i0, row - from.j0), block.i1 - i, &work.map.heights.at(i - to.i0, row - to.j0));
+      }
+  for (const Window& strip : work.exact)
+    for (const Window& window : missing.rectangles(strip, margin)) work.to_make.push_back(window);
 }
 
 // False: not the camera's.
@@ -145,6 +174,7 @@ void RegionFront::filter(Work& work, int threads, const Stop& stop) {
   const std::shared_ptr<Scratch> scratch = scratch_.borrow();
   Grid<float>& heights = work.map.heights;
   check();
+  work.unfiltered = heights;
   gaps_.hide(heights, work.window().i0, work.window().j0);
   scratch->filling.run(heights, options_.front.fill, work.map.measured, threads, stop);
   if (options_.front.spike > 0) {

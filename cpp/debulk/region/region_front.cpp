@@ -143,6 +143,7 @@ bool RegionFront::run_coarse_pass(const CloudView& scan, const std::uint8_t* mas
   WindowOptions around;
   around.low_mm = options_.feet.thickness_mm + options_.feet.mold_tol_mm / 2;
   windows = find_windows(pass_, mesh_, base_, view_, tile_near_, frame_, around, blocks);
+  look_closer(windows, blocks);
   times_.coarse = laps.lap();
   return true;
 }
@@ -151,12 +152,18 @@ bool RegionFront::run_coarse_pass(const CloudView& scan, const std::uint8_t* mas
 void RegionFront::lay_out(const std::vector<Window>& windows, const std::vector<std::uint8_t>& again) {
   std::vector<std::unique_ptr<Work>> old = std::move(works_);
   works_.clear();
+  retire(earlier_);
   for (std::size_t k = 0; k < windows.size(); ++k) {
     const auto same = std::find_if(old.begin(), old.end(), [&](const auto& w) { return w && w->window() == windows[k]; });
     works_.push_back(same != old.end() && !again[k] ? std::move(*same) : fresh_work(windows[k]));
   }
   for (std::unique_ptr<Work>& work : old)
-    if (work) spare_works_.push_back(std::move(work));
+    if (work) earlier_.push_back(std::move(work));
+}
+
+void RegionFront::retire(std::vector<std::unique_ptr<Work>>& works) {
+  for (std::unique_ptr<Work>& work : works) spare_works_.push_back(std::move(work));
+  works.clear();
 }
 
 // From the scan to the pockets and feet of the windows that are not done. False: refused.
@@ -179,14 +186,19 @@ bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, con
     for (const Window& window : blocks.rectangles(work->window(), margin)) {
       const CloudPart part = image_part(window, threshold_.value);
       image_share_ += static_cast<double>(part.width) * part.height / static_cast<double>(scan.size());
-      if (!work->done) parts.push_back({window, work.get()});
+      if (!work->done) work->exact.push_back(window);
     }
   }
   if (image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
 
   Clock laps;
   std::atomic<bool> fits{true};
-  largest_first(jobs, [&](Job& job, int) { lay_coarse(*job.work); });
+  largest_first(jobs, [&](Job& job, int) {
+    lay_coarse(*job.work);
+    take_over(*job.work, margin);
+  });
+  for (const Job& job : jobs)
+    for (const Window& window : job.work->to_make) parts.push_back({window, job.work});
   largest_first(parts, [&](Part& part, int threads) {
     if (!make_exact(part.window, *part.work, scan, masked, threads, stop)) fits = false;
   });
@@ -217,8 +229,7 @@ bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, con
 bool RegionFront::run(const CloudView& scan, const std::uint8_t* masked, const Stop& stop) {
   times_ = {};
   regions_.clear();
-  for (std::unique_ptr<Work>& work : works_) spare_works_.push_back(std::move(work));
-  works_.clear();
+  retire(works_), retire(earlier_);
   if (!usable_) return false;
   if (scan.width != view_.width || scan.height != view_.height) return refuse("the scan has another shape than the reference");
   Blocks blocks(frame_);

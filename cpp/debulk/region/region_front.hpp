@@ -60,15 +60,18 @@ class RegionFront {
   bool refuse(const char* why);
   bool run_coarse_pass(const CloudView& scan, const std::uint8_t* masked, Blocks& blocks, std::vector<Window>& windows, const Stop& stop);
   void lay_out(const std::vector<Window>& windows, const std::vector<std::uint8_t>& again);
+  void retire(std::vector<std::unique_ptr<Work>>& works);
   bool process(const CloudView& scan, const std::uint8_t* masked, const Blocks& blocks, FootOptions& feet, const Stop& stop);
   void prepare_ply();
   void prepare_overview();
   CloudPart image_part(const Window& window, double threshold) const;
   void lay_coarse(Work& work) const;
+  void take_over(Work& work, double margin) const;
   bool make_exact(const Window& strip, Work& work, const CloudView& scan, const std::uint8_t* masked, int threads, const Stop& stop);
   void filter(Work& work, int threads, const Stop& stop);
   void segment(Work& work, int threads, const Stop& stop);
   std::vector<Window> blocks_to_refine(const Work& work, const Blocks& blocks) const;
+  void look_closer(const std::vector<Window>& windows, Blocks& blocks) const;
   void grow(Window& window, const std::vector<Window>& to_refine, Blocks& blocks) const;
   std::unique_ptr<Work> fresh_work(const Window& window);
   template <class Item, class Body>
@@ -95,6 +98,7 @@ class RegionFront {
   SampledThreshold threshold_;
   std::vector<std::shared_ptr<const Region>> regions_;
   std::vector<std::unique_ptr<Work>> works_;        // of the regions
+  std::vector<std::unique_ptr<Work>> earlier_;      // that larger ones have just replaced
   std::vector<std::unique_ptr<Work>> spare_works_;  // whose memory may be used
   Pool<Scratch> scratch_;
   bool usable_ = false;

@@ -87,6 +87,24 @@ void RegionFront::prepare_overview() {
     }
 }
 
+// A cell of the coarse pass that stands above the cut where nothing else in its window does: two flying pixels, mostly, which exact heights
+// leave out. Asked for only after the feet were found, they would cost the window a second round.
+void RegionFront::look_closer(const std::vector<Window>& windows, Blocks& blocks) const {
+  const Blocks before = blocks;
+  const std::vector<float>& cells = pass_.cell_height();
+  const int step = overview_step_, side = Blocks::side;
+  for (const Window& w : windows)
+    for (int j = (w.j0 + step - 1) / step; j * step < w.j1; ++j)
+      for (int i = (w.i0 + step - 1) / step; i * step < w.i1; ++i) {
+        const int cell = overview_cell_.at(i, j);
+        if (cell < 0 || before.wanted(i * step / side, j * step / side)) continue;
+        if (!(cells[static_cast<std::size_t>(cell)] > options_.segment.cut_height_mm)) continue;
+        if (!marked_at(on_ply_, overview_cell_.position(i, j))) continue;
+        const Window ring = grown({i * step, j * step, (i + 1) * step, (j + 1) * step}, side, frame_.nx, frame_.ny);
+        blocks.add({std::max(ring.i0, w.i0), std::max(ring.j0, w.j0), std::min(ring.i1, w.i1), std::min(ring.j1, w.j1)}, w.top);
+      }
+}
+
 Overview RegionFront::overview() const {
   Overview out{overview_cell_.like<float>(nan), overview_cell_.like<std::uint8_t>(), overview_reference_};
   const std::vector<float>& cells = pass_.cell_height();
