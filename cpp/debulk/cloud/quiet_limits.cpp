@@ -20,7 +20,7 @@ constexpr float ulps = 4.0f;           // what rounding to single precision leav
 constexpr float level_ground = 1.2f;   // steps in the scatter: with less, fourth differences of noise are often none
 constexpr std::size_t for_steps = 60;  // squares whose levels are sorted
 constexpr float fine = 6.0f;           // steps in the scatter: what is smooth shows in the differences then, rounded or not
-constexpr float apart = 3.0f;          // standard deviations of the share, between squares with noise and without
+constexpr float apart = 4.0f;          // standard deviations of the share, between squares with noise and without
 constexpr float wary = 5.0f;           // of them, below which a square with noise does not come
 // Of a square's pixels: a smooth surface that was rounded has fewer beyond half a step and a tenth in 99 of 100 squares.
 constexpr float least_share = 0.03f;

@@ -127,8 +127,8 @@ def _unknown(limits: list[_core.cloud.QuietLimits]) -> str:
     step_mm = max(along.step_mm for along in limits if not along.told)
     if any(along.stepped for along in limits):
         return (
-            f"the scan's depths come in steps of {step_mm:.2g} mm, which hide its noise: what was filled in before they "
-            "were rounded looks like the rest"
+            f"the scan's depths are rounded to steps of {step_mm:.2g} mm, which hide its noise: what was filled in "
+            "before that looks like the rest"
         )
     return "the scan has too little noise, or is rounded too coarsely, to miss noise in a patch"
 
