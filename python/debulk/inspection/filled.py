@@ -12,7 +12,6 @@ from debulk import _core
 from debulk.inspection import unseen
 from debulk.inspection.sample import sample_of
 from debulk.inspection.smooth_patches import SIDE, Squares, quiet_squares, squares_of, touching
-from debulk.inspection.thinning import pitch_of
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement, Verdict
 
@@ -105,19 +104,19 @@ class FilledSearch:
         """Look for them in a scan, of which a sample was taken; (H, W) True in the mask: not to be used."""
         if scan.ndim != 3:
             return Filled(unknown="the scan is no image: which of its points are neighbours is not known")
-        pitch_mm = pitch_of(sample.points_mm[self._zones.inside(sample), :2], sample.each)
-        squares = squares_of(scan.shape, pitch_mm, 2 * float(np.sqrt(self._least_mm2 / np.pi)))
+        squares = squares_of(scan.shape, sample.pitch_mm, 2 * float(np.sqrt(self._least_mm2 / np.pi)))
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite, or far off, is not seen
-            quiet = quiet_squares(scan, squares, lambda points: self._zones.inside(self._of(points)), self._up, stop)
-        if quiet is None:
-            return Filled(unknown="the scan has too little noise, or is rounded too coarsely, to miss noise in a patch")
+            found = quiet_squares(
+                scan, squares, lambda points: self._zones.inside(self._of(points)), self._up, stop, self._threads
+            )
+        quiet = found.squares
         if mask is not None and mask.shape == scan.shape[:2]:
             quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
         pieces = [piece for piece in touching(quiet) if len(piece) >= _LEAST_SQUARES]
-        found = [self._patch(scan, squares, piece, pitch_mm) for piece in pieces]
-        return Filled(tuple(patch for patch in found if patch.area_mm2 >= self._least_mm2))
+        patches = [self._patch(scan, squares, piece, sample.pitch_mm) for piece in pieces]
+        return Filled(tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2), found.unknown)
 
     def _patch(self, scan: NDArray[np.float32], squares: Squares, piece: NDArray[np.int64], pitch_mm: float) -> Patch:
         row, column = squares.rows[piece[:, 0]] + SIDE // 2, squares.columns[piece[:, 1]] + SIDE // 2

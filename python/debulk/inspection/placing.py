@@ -22,6 +22,7 @@ from debulk.inspection.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.resolution import coarse_reason
 from debulk.inspection.sample import Sample, sampled
+from debulk.inspection.thinning import pitch_of
 from debulk.inspection.unit import unit_reason, width_of
 from debulk.results.level import Level
 
@@ -114,6 +115,8 @@ class Placing:
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
         """Take the sample that all checks are made on; and the scan, without its offset if the recipe allows that."""
         sample = sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
+        on = self._zones.inside(sample)
+        sample = replace(sample, pitch_mm=pitch_of(sample.points_mm[on, :2], sample.each))
         offset_mm = self._offset(sample)
         if not offset_mm:
             return scan, sample
@@ -129,7 +132,7 @@ class Placing:
         unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
             return Placed(None, unit)
-        coarse = coarse_reason(sample.points_mm[on, :2], sample.each, self._recipe) if on.any() else ""
+        coarse = coarse_reason(sample.pitch_mm, self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, f"the scan is too coarse: {coarse}")
         blocks = self._blocks(sample, on, ())

@@ -35,6 +35,8 @@ class Sample:
         (N,) which of the points the reference cloud has bit for bit; none where that is not known.
     removed_mm
         What was taken off the heights.
+    pitch_mm
+        From point to point of the scan, where it shows the ply; inf: not known.
     """
 
     points_mm: Floats
@@ -42,11 +44,12 @@ class Sample:
     each: int
     same: NDArray[np.bool_]
     removed_mm: float = 0.0
+    pitch_mm: float = np.inf
 
     def lowered(self, offset_mm: float) -> Sample:
         """Return the same points, lower by so much."""
         down = self.points_mm - np.array([0.0, 0.0, offset_mm])
-        return Sample(down, self.height_mm - offset_mm, self.each, self.same, offset_mm)
+        return Sample(down, self.height_mm - offset_mm, self.each, self.same, offset_mm, self.pitch_mm)
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""

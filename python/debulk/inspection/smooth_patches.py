@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 
-__all__ = ["SIDE", "Squares", "quiet_squares", "squares_of", "touching"]
+__all__ = ["SIDE", "Quiet", "Squares", "quiet_squares", "squares_of", "touching"]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -18,20 +18,10 @@ Whole = NDArray[np.int64]
 Cloud = NDArray[np.float32]
 OnPly = Callable[[Cloud], Bools]
 
-SIDE = 12  # pixels, of a square
-_ROWS = np.arange(0, SIDE, 3)  # of a square, that are looked at
-_ORDER = 4  # of the differences: a crown filled in by a thin plate is curved, and has second ones of its own
+SIDE = _core.cloud.square_side  # pixels, of a square
 _ACROSS = 3.0  # squares begin so many times in the width of the smallest patch that is asked for
-_QUIET = 0.1  # of the scan's median: a lower difference carries no noise of this scan
-_SHARE = 0.7  # of a square's differences: of noise 0.05 are as low, of quantised noise half in the worst of squares
-_SHARE_OF_ROW = 0.5  # of one row's; noise alone has it in one square of 2000
-_STEPS = 0.25  # share of second differences that are alike: 0.11 of noise, 0.29 where heights come in steps as high
-_ALIKE = 0.2  # of their median
-_LEAST_SEEN = 0.5  # of a square's differences
-_FOR_MEDIAN = 4000  # squares, over all of the image
-_ULPS = 4.0  # what rounding to single precision leaves of a smooth surface's differences
+_FOR_LIMITS = 1000  # squares, over all of the image
 _LEVEL = 0.01  # of the mold's z along the scanner's XY: with less both z have the same differences
-_BAND = 1 << 14  # squares, a few milliseconds: so soon a raised stop is heeded
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +40,26 @@ class Squares:
     columns: Whole
     step: int
 
-    def corners(self, index: Whole) -> Whole:
-        """Return the (N, 2) row and column of the first pixel of squares, counted row by row."""
-        return np.stack([self.rows[index // len(self.columns)], self.columns[index % len(self.columns)]], axis=1)
+    def middles(self, scan: Cloud, index: Whole) -> Cloud:
+        """Return the (N, 3) points in the middle of squares, counted row by row."""
+        half, wide = SIDE // 2, len(self.columns)
+        return np.asarray(scan[self.rows[index // wide] + half, self.columns[index % wide] + half])
+
+
+@dataclass(frozen=True, eq=False)
+class Quiet:
+    """Which squares of a scan carry no noise.
+
+    Attributes
+    ----------
+    squares
+        (R, C).
+    unknown
+        Why noise may be missing elsewhere, too, and not be missed; empty: it would be.
+    """
+
+    squares: Bools
+    unknown: str = ""
 
 
 def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squares | None:
@@ -64,8 +71,10 @@ def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squar
     return Squares(rows, columns, step)
 
 
-def quiet_squares(scan: Cloud, squares: Squares, on_ply: OnPly, up: Floats, stop: _core.Stop) -> Bools | None:
-    """Tell which squares on the ply hold differences far below the scan's; None: its noise does not allow to tell.
+def quiet_squares(
+    scan: Cloud, squares: Squares, on_ply: OnPly, up: Floats, stop: _core.Stop, threads: int = 0
+) -> Quiet:
+    """Tell which squares on the ply carry none of the scan's noise.
 
     Parameters
     ----------
@@ -79,30 +88,20 @@ def quiet_squares(scan: Cloud, squares: Squares, on_ply: OnPly, up: Floats, stop
         (3,) the mold's z in the scanner's frame: heights may have been clipped along it, and not along the scanner's.
     stop
         Heeded.
-
-    Returns
-    -------
-    NDArray[np.bool_]
-        (R, C), or None where the noise is no more than what rounding leaves, or is quantised too coarsely.
+    threads
+        0: as many as there are processors.
     """
-    count = len(squares.rows) * len(squares.columns)
-    quiet = np.zeros(count, dtype=np.bool_)
-    some = _those_on_ply(scan, squares, np.arange(0, count, -(-count // _FOR_MEDIAN)), on_ply)
+    shape = len(squares.rows), len(squares.columns)
+    count = shape[0] * shape[1]
+    some = _those_on_ply(scan, squares, np.arange(0, count, -(-count // _FOR_LIMITS)), on_ply)
     if not len(some):
-        return quiet.reshape(len(squares.rows), -1)
-    least = _ULPS * float(np.spacing(np.nanmax(np.abs(scan[tuple((squares.corners(some) + SIDE // 2).T)]))))
-    axes = [np.array([0.0, 0.0, 1.0]), up] if np.hypot(*up[:2]) > _LEVEL else [np.array([0.0, 0.0, 1.0])]
-    limits = [_limit(_differences(scan, squares.corners(some), axis, 2)) for axis in axes]
-    if any(limit is None or limit < least for limit in limits):
-        return None
-    known = [(axis, limit) for axis, limit in zip(axes, limits, strict=True) if limit is not None]
-    maybe = _those_on_ply(scan, squares, np.flatnonzero(_quiet_in_a_row(scan, squares, known, stop)), on_ply)
-    for first in range(0, len(maybe), _BAND):
-        _heed(stop)
-        part = maybe[first : first + _BAND]
-        shares = [_share(_differences(scan, squares.corners(part), axis, _ORDER), limit) for axis, limit in known]
-        quiet[part] = np.max(shares, axis=0) >= _SHARE
-    return quiet.reshape(len(squares.rows), -1)
+        return Quiet(np.zeros(shape, dtype=np.bool_))
+    axes = [(0.0, 0.0, 1.0), tuple(up)] if np.hypot(*up[:2]) > _LEVEL else [(0.0, 0.0, 1.0)]
+    limits = _core.cloud.quiet_limits(scan, squares.step, some, axes, threads, stop)
+    maybe = np.flatnonzero(_core.cloud.quiet_squares(scan, squares.step, limits, threads, stop))
+    quiet = np.zeros(count, dtype=np.bool_)
+    quiet[_those_on_ply(scan, squares, maybe, on_ply)] = True
+    return Quiet(quiet.reshape(shape), _unknown(limits))
 
 
 def touching(quiet: Bools) -> list[Whole]:
@@ -122,75 +121,21 @@ def touching(quiet: Bools) -> list[Whole]:
     return pieces
 
 
+def _unknown(limits: list[_core.cloud.QuietLimits]) -> str:
+    if all(along.told for along in limits):
+        return ""
+    step_mm = max(along.step_mm for along in limits if not along.told)
+    if any(along.stepped for along in limits):
+        return (
+            f"the scan's depths are rounded to steps of {step_mm:.2g} mm, which hide its noise: what was filled in "
+            "before that looks like the rest"
+        )
+    return "the scan has too little noise, or is rounded too coarsely, to miss noise in a patch"
+
+
 def _those_on_ply(scan: Cloud, squares: Squares, index: Whole, on_ply: OnPly) -> Whole:
     """Return those of the squares whose middles were seen, and lie on the ply."""
-    middles = scan[tuple((squares.corners(index) + SIDE // 2).T)]
+    middles = squares.middles(scan, index)
     seen = np.isfinite(middles).all(axis=1)
     index = index[seen]
     return index[on_ply(middles[seen])] if len(index) else index
-
-
-def _quiet_in_a_row(scan: Cloud, squares: Squares, known: list[tuple[Floats, float]], stop: _core.Stop) -> Bools:
-    """Tell which squares may be quiet, by one row of each: that costs a fraction of all, and leaves hardly any."""
-    wide, out = len(squares.columns), []
-    for first in range(0, len(squares.rows), max(1, _BAND // wide)):
-        _heed(stop)
-        rows = scan[squares.rows[first : first + max(1, _BAND // wide)] + SIDE // 2]
-        reach = squares.step * (wide - 1) + 1
-        pixels = np.stack([rows[:, k : k + reach : squares.step] for k in range(SIDE)])
-        differences = np.diff(pixels, n=_ORDER, axis=0)
-        quiet = np.zeros(differences.shape[1:3], dtype=np.bool_)
-        for axis, limit in known:
-            low = np.abs(_along(differences, axis)) <= limit
-            quiet |= np.count_nonzero(low, axis=0) >= _SHARE_OF_ROW * len(differences)
-        out.append(quiet)
-    return np.concatenate(out).ravel()
-
-
-def _differences(scan: Cloud, corners: Whole, axis: Floats, order: int) -> Cloud:
-    """(N, rows, SIDE - order) differences along the rows of squares, of what lies along an axis of the scanner's.
-
-    They are taken before the axis is: those of single-precision neighbours are exact.
-    """
-    rows = corners[:, 0, None, None] + _ROWS[:, None]
-    columns = corners[:, 1, None, None] + np.arange(SIDE)
-    return _along(np.diff(scan[rows, columns], n=order, axis=2), axis)
-
-
-def _along(points: Cloud, axis: Floats) -> Cloud:
-    """Last axis of (..., 3) numbers, as far as it lies along an axis."""
-    parts = [np.float32(axis[k]) * points[..., k] for k in np.flatnonzero(axis)]
-    return np.asarray(sum(parts[1:], start=parts[0]))
-
-
-def _limit(second: Cloud) -> float | None:
-    """Height below which a fourth difference is quiet, from (N, rows, n) second ones; None: too coarsely quantised.
-
-    Squares that are all but free of noise do not count for the latter: they are what is looked for.
-    """
-    fourth = np.diff(second, n=_ORDER - 2)
-    limit = _QUIET * _median(np.abs(fourth))
-    sizes = np.abs(second[_share(fourth, limit) < _SHARE])
-    sizes = np.sort(sizes[np.isfinite(sizes)])
-    if not len(sizes):
-        return None
-    alike = np.searchsorted(sizes, sizes + _ALIKE * np.median(sizes), side="right") - np.arange(len(sizes))
-    return None if alike.max() > _STEPS * len(sizes) else limit
-
-
-def _median(sizes: Cloud) -> float:
-    seen = sizes[np.isfinite(sizes)]
-    return float(np.median(seen)) if len(seen) else 0.0
-
-
-def _share(differences: Cloud, limit: float) -> Floats:
-    """(N,) share of each square's differences below the limit; 0 where too few were seen."""
-    size = np.abs(differences).reshape(len(differences), differences.shape[1] * differences.shape[2])
-    seen = np.count_nonzero(np.isfinite(size), axis=1)
-    share = np.count_nonzero(size <= limit, axis=1) / np.maximum(seen, 1)
-    return np.where(seen >= _LEAST_SEEN * size.shape[1], share, 0.0)
-
-
-def _heed(stop: _core.Stop) -> None:
-    if stop.now():
-        raise _core.Stopped("the search for filled patches was stopped")

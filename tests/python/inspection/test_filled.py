@@ -8,7 +8,7 @@ import pytest
 
 import debulk
 from debulk import _core
-from debulk.inspection.smooth_patches import quiet_squares, squares_of
+from debulk.inspection.smooth_patches import quiet_squares, squares_of, touching
 from debulk.verdict import Verdict
 from stranger_scenes import bump, cloud, flat, laid, outline, ridge_mm
 
@@ -98,6 +98,19 @@ def _clipped(points, high_mm):
     np.minimum(points[..., 2], high_mm, out=points[..., 2])
 
 
+def _rounded(points, how, step):
+    """Round heights as a scanner does: along z, as a disparity from 800 mm above, or as single precision far off does."""
+    z = points[..., 2]
+    if how == "disparity":
+        depth, whole = 800 - z, 800**2 / step
+        z[:] = 800 - whole / np.round(whole / depth)
+    elif how == "far":  # one step of single precision
+        far = 2.0**23 * step
+        z[:] = (z + 1.5 * far).astype(np.float32).astype(np.float64) - 1.5 * far
+    else:
+        z[:] = np.round(z / step) * step
+
+
 def _inspected(scan, reference, pose=None, **recipe):
     pose = np.eye(4) if pose is None else pose
     scan, reference = ((points - pose[:3, 3]) @ pose[:3, :3] for points in (scan, reference))
@@ -136,6 +149,49 @@ def test_it_is_found_in_other_noise(kind):
     assert _doubted(_inspected(scan, reference))
 
 
+@pytest.mark.parametrize("how", ["z", "disparity", "far"])
+@pytest.mark.parametrize("late", [False, True])  # filled in after the rounding
+@pytest.mark.parametrize(
+    ("fill", "size", "step"),
+    [(_plane, 30, 0.0625), (_laplace, 40, 0.0625), (_thin_plate, 35, 0.03125), (_constant, 45, 0.03125),
+     (_clipped, 1.9, 0.0625)],
+)  # fmt: skip
+def test_it_is_found_in_a_rounded_scan(fill, size, step, late, how):
+    """Up to twice the noise: a step hides what lies within half of it, but no noise reaches farther."""
+    scan, reference = _scans()
+    if late:
+        _rounded(scan, how, step)
+    fill(scan, size)
+    if not late:
+        _rounded(scan, how, step)
+    _rounded(reference, how, step)
+    assert _doubted(_inspected(scan, reference))
+
+
+@pytest.mark.parametrize("kind", ["smoothed", "uneven", "banding", "correlated"])
+def test_it_is_found_in_other_noise_that_is_rounded(kind):
+    scan, reference = _scans(kind)
+    _plane(scan, 45)
+    step = 0.02 if kind == "smoothed" else 0.03
+    _rounded(scan, "z", step), _rounded(reference, "z", step)
+    report = _inspected(scan, reference)
+    assert _doubted(report) or (kind in ("smoothed", "uneven") and _left_out(report))
+
+
+def test_steps_that_hide_all_noise_are_said():
+    """A patch that was filled in before the rounding cannot be told there; one that was filled in after it can."""
+    scan, reference = _scans(standing=bump(60, 3.0))
+    for points in (scan, reference):
+        _rounded(points, "z", 0.2)
+    report = _inspected(scan, reference)
+    assert TOLD not in report.reason
+    assert "steps of 0.2 mm" in _left_out(report)[0]
+    late, _ = _scans()
+    _rounded(late, "z", 0.2)
+    _thin_plate(late, 35)
+    assert _doubted(_inspected(late, reference))
+
+
 def test_the_reason_names_the_patch():
     scan, reference = _scans()
     scan[..., 0] -= 20
@@ -170,7 +226,8 @@ def test_coarse_steps_on_a_slope_are_not_told_from_a_patch(slope, steps):
     scan = np.dstack([x, y, np.round(z / step) * step]).astype(np.float32)
     squares = squares_of(scan.shape, 0.7, 16.0)
     up = np.array([0.0, 0.0, 1.0])
-    assert quiet_squares(scan, squares, lambda at: np.ones(len(at), dtype=bool), up, _core.Stop()) is None
+    quiet = quiet_squares(scan, squares, lambda at: np.ones(len(at), dtype=bool), up, _core.Stop())
+    assert max((len(piece) for piece in touching(quiet.squares)), default=0) < 4
 
 
 def _left_out(report):
@@ -178,7 +235,7 @@ def _left_out(report):
 
 
 def test_what_cannot_be_looked_at_is_left_out():
-    scan, reference = _scans("quantised 0.1", bump(60, 3.0))
+    scan, reference = _scans("quantised 0.2", bump(60, 3.0))
     assert "rounded" in _left_out(_inspected(scan, reference))[0]
     scan, reference = _scans(standing=bump(60, 3.0))
     assert not _left_out(_inspected(scan, reference))

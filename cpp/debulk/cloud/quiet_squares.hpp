@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "debulk/cloud/quiet_limits.hpp"
+
+namespace debulk {
+
+// Which squares carry no noise along one of the axes, as a scanner's own software leaves them where it filled in a hole or clipped
+// heights: 1, else 0. Throws Stopped.
+std::vector<std::uint8_t> quiet_squares(const SquareLattice& lattice, const std::vector<QuietLimits>& limits, int threads = 0,
+                                        const Stop& stop = Stop());
+
+}  // namespace debulk
