@@ -18,7 +18,6 @@ Floats = NDArray[np.float64]
 # What gridding and the 3 by 3 median blur the heights with, as a variance in squares of their spacing: a quarter is the
 # gridding's kernel (surface/image_gridding.hpp), a half what the median does to a round crest.
 _BLUR = 0.75
-_CAUGHT = 0.5  # of what lies beyond the foot: the net goes on for a spacing
 _SLOPE_MM = 1.5  # to either side, over which the slope at the foot is taken
 _PLACES = 64  # of the foot's outline
 
@@ -32,7 +31,7 @@ def missed_share(found: FoundPocket, laid: Net, reference: Reference) -> float:
     mm where it is 35 mm wide, and 0.02 to 0.04 mm lacked; up to 0.01 mm from 80 mm on, and nothing lacked.
 
     Below the mold tolerance the ply is taken to lie. A parabola that comes down to the mold from that height with a
-    slope s has tolerance * s / 3 more than its chord.
+    slope s has tolerance * s / 3 to spare; the net goes on for a spacing, and catches a part of it.
     """
     nodes = np.array(laid.nodes_mm)
     before_mm = _core.ridge.largest_fibre_excess(nodes, laid.neighbours, reference)
@@ -41,7 +40,7 @@ def missed_share(found: FoundPocket, laid: Net, reference: Reference) -> float:
     nodes[:, 2] += _once_more(found.feet.heights, nodes[:, :2], found.feet.smooth_mm)
     after_mm = _core.ridge.largest_fibre_excess(nodes, laid.neighbours, reference)
     ends_mm = 2 * found.feet.mold_tol_mm * _slope(found.feet.heights, found.foot.outline_mm) / 3
-    return max(0.0, 1 - after_mm / before_mm) + (1 - _CAUGHT) * ends_mm / before_mm
+    return max(0.0, 1 - after_mm / before_mm) + ends_mm / before_mm
 
 
 def _once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:
