@@ -8,7 +8,7 @@ limit nothing is decided.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +20,9 @@ from debulk.inspection import excess
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.net_fibres import fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.results.report import PocketNet, PocketReport
+from debulk.inspection.spare import SpareNet
+from debulk.inspection.tolerances import Bump, bump_name
+from debulk.results.report import PocketReport
 from debulk.verdict import Verdict, natural_length
 
 if TYPE_CHECKING:
@@ -51,7 +53,7 @@ class _Fibre(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Spare:
-    """A pocket's fibres, with the standing uncertainty of what they have to spare."""
+    """The fibres of a pocket or a bump, with the standing uncertainty of what they have to spare."""
 
     numbers: frozenset[int]  # its own, and those of the pockets whose foot is the same
     number: int
@@ -70,22 +72,35 @@ class _Shared(NamedTuple):
 
 
 def without_shared_folds(
-    reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], ply: PlyOnMold
+    reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], bumps: Sequence[Bump], ply: PlyOnMold
 ) -> tuple[PocketReport, ...]:
-    """Take CEASE from the pockets whose fibres have too much to spare together with those of others nearby."""
+    """Take CEASE from the pockets whose fibres have too much to spare together with those of others nearby.
+
+    `bumps`: those below the tolerances; what they have to spare counts, as far as a net was laid on them.
+    """
     reports = tuple(reports)
     if ply.recipe.verdict.criterion != "excess":
         return reports
     way_mm = friction_length(ply.recipe)
-    joined = {found.number: frozenset((found.number, *found.joined)) for found in pockets}
-    close = _close_by(reports, way_mm)
-    near = {p.id: _near(p, close, joined[p.id], ply.recipe) for p in reports if p.verdict is Verdict.CEASE}
+    nets = {p.id: laid for p in reports if (laid := _of_pocket(p)) is not None}
+    same_foot = {found.number: frozenset((found.number, *found.joined)) for found in pockets}
+    names = {p.id: str(p.id) for p in reports}
+    for number, bump in enumerate(bumps, start=len(reports) + 1):
+        if bump.spare is not None and bump.found is None:
+            nets[number], same_foot[number] = bump.spare, frozenset((number,))
+            names[number] = f"the {bump_name(bump.dropped)}"
+    close = _close_by(nets, way_mm)
+    near = {
+        p.id: _near(p.id, nets, close, same_foot[p.id], ply.recipe)
+        for p in reports
+        if p.verdict is Verdict.CEASE and p.id in nets
+    }
     wanted = {number for numbers in near.values() for number in numbers}
-    spare = {p.id: _spare(p, p.net, joined[p.id], ply) for p in reports if p.id in wanted and p.net is not None}
+    spare = {number: _spare(number, nets[number], same_foot[number], ply) for number in sorted(wanted)}
     out = []
     for p in reports:
-        others = [spare[number] for number in near.get(p.id, ()) if number in spare and number != p.id]
-        doubt = _doubt(spare[p.id], others, way_mm, ply.recipe) if others and p.id in spare else ""
+        others = [spare[number] for number in sorted(near.get(p.id, ())) if number != p.id]
+        doubt = _doubt(spare[p.id], others, names, way_mm, ply.recipe) if others else ""
         out.append(replace(p, verdict=Verdict.UNDECIDED, reason=doubt, decided_by="") if doubt else p)
     return tuple(out)
 
@@ -103,67 +118,59 @@ def friction_length(recipe: Recipe) -> float:
     return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
 
 
-def _close_by(reports: Sequence[PocketReport], way_mm: float) -> dict[int, list[PocketReport]]:
-    """Return, by number, the other pockets with a net to whose feet it is no farther than a way."""
-    laid = [p for p in reports if p.net is not None]
-    feet = [p.foot_outline_mm for p in laid if p.foot_outline_mm is not None]  # as many: a net has a foot
-    close: dict[int, list[PocketReport]] = {p.id: [] for p in laid}
-    if len(laid) < 2:
+def _of_pocket(p: PocketReport) -> SpareNet | None:
+    if p.net is None:
+        return None
+    assert p.spacing_mm is not None and p.foot_outline_mm is not None  # it has a net
+    at_spacing_mm = p.excess_length_mm if p.excess is None else p.excess.at_spacing_mm
+    return SpareNet(p.net, p.spacing_mm, p.foot_outline_mm, at_spacing_mm or 0.0, p.excess)
+
+
+def _close_by(nets: Mapping[int, SpareNet], way_mm: float) -> dict[int, list[int]]:
+    """Return, by number, the others to whose feet it is no farther than a way."""
+    numbers, feet = list(nets), [one.foot_outline_mm for one in nets.values()]
+    close: dict[int, list[int]] = {number: [] for number in numbers}
+    if len(numbers) < 2:
         return close
     low, high = (np.array([end(foot, axis=0) for foot in feet]) for end in (np.min, np.max))
     boxes_apart = np.maximum(0.0, np.maximum(low[:, None] - high, low - high[:, None]))
     for i, j in np.argwhere(np.hypot(*np.moveaxis(boxes_apart, -1, 0)) <= way_mm).tolist():
         facing = feet[j][((feet[j] >= low[i] - way_mm) & (feet[j] <= high[i] + way_mm)).all(axis=1)]
         if i < j and len(facing) and pocket.distance_to_outline(feet[i], facing).min() <= way_mm:
-            close[laid[i].id].append(laid[j])
-            close[laid[j].id].append(laid[i])
+            close[numbers[i]].append(numbers[j])
+            close[numbers[j]].append(numbers[i])
     return close
 
 
-def _near(p: PocketReport, close: dict[int, list[PocketReport]], same_foot: frozenset[int], recipe: Recipe) -> set[int]:
-    """Return by number what may share a fold with one, and that itself; none where all of their excess would not do."""
-    within, open_ones, whole_mm = {p.id}, [p], _largest_mm(p, recipe)
+def _near(
+    number: int, nets: Mapping[int, SpareNet], close: dict[int, list[int]], same_foot: frozenset[int], recipe: Recipe
+) -> set[int]:
+    """Return what may share a fold with one, and that itself; none where all of their excess would not do."""
+    within, open_ones, whole_mm = {number}, [number], nets[number].most_mm(recipe)
     while open_ones:
-        for other in close.get(open_ones.pop().id, ()):
-            if other.id not in within | same_foot:
-                within.add(other.id)
+        for other in close[open_ones.pop()]:
+            if other not in within | same_foot:
+                within.add(other)
                 open_ones.append(other)
-                whole_mm += _largest_mm(other, recipe)
+                whole_mm += nets[other].most_mm(recipe)
     enough = len(within) > 1 and excess.ridge_of(whole_mm, recipe) > recipe.verdict.max_ridge_mm
     return within if enough else set()
 
 
-def _largest_mm(p: PocketReport, recipe: Recipe) -> float:
-    at_spacing_mm = p.excess_length_mm if p.excess is None else p.excess.at_spacing_mm
-    return (at_spacing_mm or 0.0) * _scale(p) + 2 * _uncertainty_mm(p, recipe)
-
-
-def _scale(p: PocketReport) -> float:
-    """By what the excess grows from the net's own spacing to none."""
-    if p.excess is None or p.excess.at_spacing_mm <= 0:
-        return 1.0
-    return max(p.excess.length_mm, 0.0) / p.excess.at_spacing_mm
-
-
-def _uncertainty_mm(p: PocketReport, recipe: Recipe) -> float:
-    """Of the ridge that the excess makes: half of that of the excess."""
-    return recipe.verdict.excess_margin_mm if p.excess is None else p.excess.uncertainty_mm
-
-
-def _spare(p: PocketReport, laid: PocketNet, numbers: frozenset[int], ply: PlyOnMold) -> _Spare:
-    assert p.spacing_mm is not None and p.foot_outline_mm is not None  # it has a net
-    xy = laid.nodes_mm[:, :2]
-    inside, away = pocket.inside(p.foot_outline_mm, xy), pocket.distance_to_outline(p.foot_outline_mm, xy)
-    scale, held = _scale(p), []
-    for _, nodes in fibres(laid.neighbours):
-        if len(nodes) < 2 or not inside[nodes].any() or (laid.kinds[[nodes[0], nodes[-1]]] != _FIXED).any():
+def _spare(number: int, one: SpareNet, numbers: frozenset[int], ply: PlyOnMold) -> _Spare:
+    nodes_mm, kinds = one.net.nodes_mm, one.net.kinds
+    xy = nodes_mm[:, :2]
+    inside, away = pocket.inside(one.foot_outline_mm, xy), pocket.distance_to_outline(one.foot_outline_mm, xy)
+    held = []
+    for _, nodes in fibres(one.net.neighbours):
+        if len(nodes) < 2 or not inside[nodes].any() or (kinds[[nodes[0], nodes[-1]]] != _FIXED).any():
             continue
         ends = (
             _end(xy[nodes], inside[nodes], away[nodes]),
             _end(xy[nodes[::-1]], inside[nodes[::-1]], away[nodes[::-1]]),
         )
-        held.append(_Fibre(scale * _excess_mm(laid.nodes_mm[nodes], ply), ends))
-    return _Spare(numbers, p.id, p.spacing_mm, _uncertainty_mm(p, ply.recipe), tuple(held))
+        held.append(_Fibre(one.scale * _excess_mm(nodes_mm[nodes], ply), ends))
+    return _Spare(numbers, number, one.spacing_mm, one.uncertainty_mm(ply.recipe), tuple(held))
 
 
 def _end(xy: Floats, inside: NDArray[np.bool_], away: Floats) -> _End:
@@ -183,8 +190,8 @@ def _excess_mm(points: Floats, ply: PlyOnMold) -> float:
     return float(_core.ridge.largest_fibre_excess(points, chain, ply.reference))
 
 
-def _doubt(one: _Spare, others: Sequence[_Spare], way_mm: float, recipe: Recipe) -> str:
-    """Say with which other pockets a fibre has more to spare than the limit allows; empty: with none."""
+def _doubt(one: _Spare, others: Sequence[_Spare], names: Mapping[int, str], way_mm: float, recipe: Recipe) -> str:
+    """Say with which others a fibre has more to spare than the limit allows; empty: with none."""
     worst_mm, worst, limit_mm = recipe.verdict.max_ridge_mm, _Shared(), recipe.verdict.max_ridge_mm
     whole_mm = 0.0
     for fibre in one.fibres:
@@ -198,10 +205,10 @@ def _doubt(one: _Spare, others: Sequence[_Spare], way_mm: float, recipe: Recipe)
             worst_mm, worst, whole_mm = ridge_mm, shared, total_mm
     if not worst.numbers:
         return ""
-    plural = "s" * (len(worst.numbers) > 1)
-    names = " and ".join(str(number) for number in sorted(worst.numbers))
+    pockets, bumps = ([names[n] for n in sorted(worst.numbers) if names[n].isdigit() is told] for told in (True, False))
+    named = [f"pocket{'s' * (len(pockets) > 1)} {' and '.join(pockets)}"] if pockets else []
     return (
-        f"a fibre over it and pocket{plural} {names} is {whole_mm:.2f} mm longer than the mold: "
+        f"a fibre over it and {' and '.join(named + bumps)} is {whole_mm:.2f} mm longer than the mold: "
         f"a ridge of up to {worst_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; "
         f"only more than {way_mm:.3g} mm of flat ply between them would hold it apart by friction"
     )

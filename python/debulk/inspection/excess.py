@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, ridge, section
+from debulk.inspection.found import FoundPocket
+from debulk.inspection.missed import missed_share
 from debulk.inspection.net_fibres import ALONG, fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.net import Net
@@ -26,8 +28,8 @@ _SCATTER = 1.3
 _INNER = 0  # kind of a node that no contact holds
 
 
-def of_net(laid: Net, reference: Reference, recipe: Recipe, noise_mm: float) -> ExcessReport | None:
-    """Measure the fibres of a net that `lay_net` has laid on heights with this noise.
+def of_net(laid: Net, reference: Reference, recipe: Recipe, found: FoundPocket) -> ExcessReport | None:
+    """Measure the fibres of a net that `lay_net` has laid on a pocket.
 
     Returns
     -------
@@ -45,20 +47,24 @@ def of_net(laid: Net, reference: Reference, recipe: Recipe, noise_mm: float) -> 
     lengths.segments, lengths.noise_gain = half.segments, half.noise_gain
     if made.noise > 0:
         lengths.noise_mm = made.noise
-        lengths.noise_gain = math.hypot(half.noise_gain, _SCATTER * noise_mm / made.noise)
-    made_of_it = _core.verdict.ridge_by_excess(
-        lengths, recipe.material.thickness_mm, recipe.material.bulk_factor, recipe.verdict.excess_margin_mm
-    )
+        lengths.noise_gain = math.hypot(half.noise_gain, _SCATTER * found.feet.noise_mm / made.noise)
+    rule = recipe.material.thickness_mm, recipe.material.bulk_factor, recipe.verdict.excess_margin_mm
+    made_of_it = _core.verdict.ridge_by_excess(lengths, *rule)
+    # Filters only take away, so that what is missed lifts the upper end of the range alone.
+    missed_mm = missed_share(found, laid, reference) * max(made_of_it.excess_mm, 0.0)
+    lengths.at_spacing_mm, lengths.at_half_mm = coarse.largest_mm + missed_mm, half.largest_mm + missed_mm
+    most = _core.verdict.ridge_by_excess(lengths, *rule)
     return ExcessReport(
         length_mm=made_of_it.excess_mm,
         at_spacing_mm=coarse.largest_mm,
         at_half_mm=half.largest_mm,
         noise_bias_mm=made_of_it.noise_bias_mm,
         height_mm=made_of_it.height_mm,
-        range_mm=(made_of_it.range.low, made_of_it.range.high),
+        range_mm=(made_of_it.range.low, most.range.high),
         elastic_mm=section.elastic_height(made_of_it.excess_mm, recipe),
         noise_mm=made_of_it.noise_mm,
         spacing_error_mm=made_of_it.spacing_error_mm,
+        missed_mm=missed_mm / 2,
         uncertainty_mm=made_of_it.uncertainty_mm,
         bridge_bound_mm=max(coarse.bridge_bound_mm, half.bridge_bound_mm),
     )

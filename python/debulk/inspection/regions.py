@@ -116,10 +116,10 @@ class RegionFinder:
     def _found(self) -> Found:
         core = self._core
         *overview, unseen = core.overview(options.unseen(self._recipe, self._ply_outline))
-        parts = []
+        parts, wanted = [], options.feet(self._recipe)
         for segmentation, feet in core.regions():
             found = pocket.from_core(segmentation)
-            parts.append((found, pocket.feet_from_core(found, feet, self._recipe.material.thickness_mm)))
+            parts.append((found, pocket.feet_from_core(found, feet, wanted)))
         rows, columns, pixel_mm, eye_mm2 = core.mesh
         threshold_mm, error_mm, sample = core.threshold
         figures = RegionFigures(

@@ -44,7 +44,9 @@ def report(
     Each evaluation is of the pocket at its place in `judged_as`: first those found, then the bumps that are judged.
     """
     seen = found.unseen.coverage
-    pockets = common_fibres.without_shared_folds([evaluation.report for evaluation in evaluations], judged_as, ply)
+    pockets = common_fibres.without_shared_folds(
+        [evaluation.report for evaluation in evaluations], judged_as, bumps, ply
+    )
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
     taken = [bump.dropped for bump in bumps if bump.found is not None]  # the last of the pockets

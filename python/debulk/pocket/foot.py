@@ -64,7 +64,7 @@ class Feet:
         (ny, nx) float32: smoothed heights above the reference. Read-only.
     noise_mm, mold_tol_mm
         Sigma of the heights before smoothing, and the mold tolerance used (at least three times that).
-    thickness_mm
+    thickness_mm, smooth_mm
         As given.
     hill_mm
         Height above which what is no pocket stands up: half the cut, or the cut where feet begin above that.
@@ -76,6 +76,7 @@ class Feet:
     noise_mm: float
     mold_tol_mm: float
     thickness_mm: float
+    smooth_mm: float
     hill_mm: float
     _core: Any = field(repr=False)
 
@@ -136,18 +137,19 @@ def feet(
 def feet_with(options: _core.pocket.FootOptions, segmentation: Segmentation, threads: int, stop: _core.Stop) -> Feet:
     """Do the same with compiled options."""
     core = _core.pocket.find_feet(segmentation._core, options, threads, stop)
-    return feet_from_core(segmentation, core, options.thickness_mm)
+    return feet_from_core(segmentation, core, options)
 
 
-def feet_from_core(segmentation: Segmentation, core: Any, thickness_mm: float) -> Feet:
-    """Wrap compiled feet of a segmentation."""
+def feet_from_core(segmentation: Segmentation, core: Any, options: _core.pocket.FootOptions) -> Feet:
+    """Wrap compiled feet of a segmentation, found with these options."""
     found = [
         Foot(pocket.id, f.label, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
         for pocket, f in zip(segmentation.pockets, core.feet, strict=True)
     ]
     grid = segmentation.labels
     labels, heights = _like(grid, core.labels), _like(grid, core.heights)
-    return Feet(found, labels, heights, core.noise, core.mold_tol, thickness_mm, core.hill, core)
+    given = options.thickness_mm, options.smooth_mm
+    return Feet(found, labels, heights, core.noise, core.mold_tol, *given, core.hill, core)
 
 
 def _like(grid: Grid, values: NDArray[Any]) -> Grid:

@@ -155,6 +155,9 @@ class ExcessReport:
         that difference.
     uncertainty_mm
         Two of those deviations with the spacing's error, or the recipe's margin, whichever is more.
+    missed_mm
+        By how much the ridge may be higher for what the filters take away and what lies beyond the foot: `range_mm`
+        reaches so much higher than the uncertainty.
     bridge_bound_mm
         No bridge can stand higher than this; 0 where no fibre is too short for its mold.
     verdict
@@ -172,6 +175,7 @@ class ExcessReport:
     spacing_error_mm: float
     uncertainty_mm: float
     bridge_bound_mm: float
+    missed_mm: float = 0.0
     verdict: Verdict | None = None
 
 

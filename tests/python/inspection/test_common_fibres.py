@@ -93,3 +93,41 @@ def test_feet_that_merge_below_the_molds_tolerance_pass_no_pair_that_creases():
         away = [np.linalg.norm(p.outline_mm.mean(axis=0) - true.centre_mm) for p in report.pockets]
         assert report.pockets[int(np.argmin(away))].verdict is not Verdict.CEASE
     assert sum(p.verdict is Verdict.CEASE for p in report.pockets) == 2
+
+
+BELL = (0.0, 0.0, WIDE_MM, 5.3)  # 0.70 mm to spare: a ridge of 0.48 mm
+BUMP = (30.0, 2.3)  # width and height: 0.42 mm to spare, below the tolerances on area and peak
+
+
+def beside_a_bump(x, y, wide_mm, high_mm):
+    bell, bump = laid_ply.bell(*BELL), laid_ply.bell(x, y, wide_mm, high_mm)
+    return inspect(laid_ply.scan(lambda x, y: bell(x, y) + bump(x, y)))
+
+
+def exact_arc_mm(wide_mm, high_mm):
+    """Excess of the straight line over the middle of a squared cosine."""
+    x = np.linspace(0.0, wide_mm, 20_001)
+    return float(np.hypot(np.diff(x), np.diff(high_mm * np.sin(np.pi * x / wide_mm) ** 2)).sum()) - wide_mm
+
+
+def test_a_bump_below_the_tolerances_counts_where_it_makes_a_pocket_crease():
+    limit_mm = 2 * (Recipe().verdict.max_ridge_mm - 0.43 * laid_ply.THICKNESS_MM)
+    singly = exact_arc_mm(WIDE_MM, 5.3), exact_arc_mm(*BUMP)
+    assert max(singly) < 0.8 * limit_mm < limit_mm < sum(singly)
+    report = beside_a_bump(71.0, 0.0, *BUMP)
+    (p,) = report.pockets
+    assert p.excess.verdict is Verdict.CEASE
+    assert p.verdict is report.verdict is Verdict.UNDECIDED
+    said = re.match(r"a fibre over it and the bump of [\d.]+ cm² at \(71, -?0\) mm is ([\d.]+) mm longer", p.reason)
+    assert float(said[1]) == pytest.approx(sum(singly), abs=0.08)
+
+
+@pytest.mark.parametrize(
+    "bump",
+    [(71.0, 0.0, 30.0, 1.3), (108.0, 0.0, *BUMP), (50.0, 65.0, *BUMP)],
+    ids=["tiny", "40 mm away", "not on its fibres"],
+)
+def test_a_bump_that_cannot_add_enough_changes_nothing(bump):
+    report = beside_a_bump(*bump)
+    assert any(entry.what.startswith("bump of") for entry in report.left_out)
+    assert [p.verdict for p in report.pockets] == [Verdict.CEASE]
