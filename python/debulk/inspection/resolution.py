@@ -32,7 +32,8 @@ def coarse_reason(xy_mm: Floats, each: int, recipe: Recipe) -> str:
     found, most = pitch_of(xy_mm, each), np.sqrt(wanted) / _ACROSS
     if not wanted or found <= most:
         return ""
+    came = f"one for every {found:.2g} x {found:.2g} mm" if np.isfinite(found) else f"only {len(xy_mm)} of them"
     return (
         f"expected points at most {most:.2g} mm apart, {_ACROSS:g} across a pocket of {wanted / 100:g} cm² "
-        f"(segmentation.area_tol_mm2), but got one for every {found:.2g} x {found:.2g} mm; give the full cloud"
+        f"(segmentation.area_tol_mm2), but got {came}; give the full cloud"
     )
