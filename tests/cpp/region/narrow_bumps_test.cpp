@@ -32,7 +32,7 @@ NarrowBumps found_in(const Shape& shape, double noise = 0.0) {
 }
 
 TEST(NarrowBumps, HaveTheClosedFormsHeightOnceTheirTopIsASample) {
-  for (const double wide : {6.0, 8.0, 10.0})
+  for (const double wide : {6.0, 7.0, 10.0})  // none whose circle at half height runs through samples
     for (const double high : {1.5, 3.0, 6.0}) {
       SCOPED_TRACE(testing::Message() << wide << " mm wide, " << high << " mm high");
       const NarrowBumps found = found_in(Bell{0.25, -0.25, wide, wide, high});  // the middle of a pixel that is looked at
