@@ -5,6 +5,7 @@
 #include "bindings/convert.hpp"
 #include "bindings/pocket_modes.hpp"
 #include "debulk/pocket/foot_contours.hpp"
+#include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/patch.hpp"
 #include "debulk/pocket/segment.hpp"
 #include "debulk/pocket/smooth.hpp"
@@ -65,18 +66,18 @@ Segmentation segment_arrays(const Array<float>& heights, const Array<double>& or
 }
 
 py::array_t<double> distances(const Array<double>& polygon, const Array<double>& at) {
-  const Polygon outline = points<2>(polygon, "outline_mm");
+  const OutlineSearch outline(points<2>(polygon, "outline_mm"));
   std::vector<double> out;
-  for (const Eigen::Vector2d& p : points<2>(at, "xy_mm")) out.push_back(distance_to_outline(outline, p));
+  for (const Eigen::Vector2d& p : points<2>(at, "xy_mm")) out.push_back(outline.distance(p));
   const auto count = static_cast<py::ssize_t>(out.size());
   return to_array(std::move(out), {count});
 }
 
 py::array_t<bool> insides(const Array<double>& polygon, const Array<double>& at) {
-  const Polygon outline = points<2>(polygon, "outline_mm");
+  const OutlineSearch outline(points<2>(polygon, "outline_mm"));
   const auto xy = points<2>(at, "xy_mm");
   py::array_t<bool> out(static_cast<py::ssize_t>(xy.size()));
-  for (std::size_t k = 0; k < xy.size(); ++k) out.mutable_data()[k] = inside(outline, xy[k]);
+  for (std::size_t k = 0; k < xy.size(); ++k) out.mutable_data()[k] = outline.inside(xy[k]);
   return out;
 }
 

@@ -21,6 +21,27 @@ const std::uint8_t* mask_of(const std::optional<Array<std::uint8_t>>& mask, cons
   return mask->data();
 }
 
+// Binds a search of the raw scan that ends with what `listed` makes of its findings, and whether it gave up.
+template <class Found, class Options, class Listed>
+void def_search(py::class_<WrinkleFinder>& finder, const char* name,
+                Found (WrinkleFinder::*search)(const CloudView&, const std::uint8_t*, double, const Options&, const Stop&) const,
+                const Listed& listed) {
+  finder.def(
+      name,
+      [search, listed](const WrinkleFinder& in, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, double pitch_mm,
+                       const Options& options, const Stop& stop) {
+        const CloudView cloud = cloud_view(scan, "scan");
+        const std::uint8_t* masked = mask_of(mask, cloud);
+        Found found;
+        {
+          const py::gil_scoped_release release;
+          found = (in.*search)(cloud, masked, pitch_mm, options, stop);
+        }
+        return py::make_tuple(listed(found), found.gave_up);
+      },
+      py::arg("scan"), py::arg("mask").none(true), py::arg("pitch_mm"), py::arg("options"), py::arg("stop"));
+}
+
 }  // namespace
 
 void bind_region(py::module_ m) {
@@ -119,50 +140,28 @@ void bind_region(py::module_ m) {
 
   py::class_<NarrowBumpOptions>(m, "NarrowBumpOptions").def(py::init<>()).def_readwrite("most", &NarrowBumpOptions::most);
 
-  py::class_<WrinkleFinder>(m, "WrinkleFinder")
-      .def(py::init([](std::shared_ptr<Reference> reference, const SeenArray& seen, const Array<double>& pose,
-                       const Array<double>& ply_outline, int threads) {
-             const Eigen::Matrix4d motion = pose_of(pose);
-             const Polygon outline = points<2>(ply_outline, "ply_outline");
-             const std::optional<Grid<float>> fitted_to = seen_grid(seen);
-             const py::gil_scoped_release release;
-             return std::make_unique<WrinkleFinder>(std::move(reference), *fitted_to, motion, outline, threads);
-           }),
-           py::arg("reference"), py::arg("seen"), py::arg("mold_from_scanner"), py::arg("ply_outline"), py::arg("threads"))
-      // Each wrinkle's crest with its height and its width; and whether the search gave up.
-      .def(
-          "find",
-          [](const WrinkleFinder& finder, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, double pitch_mm,
-             const WrinkleOptions& options, const Stop& stop) {
-            const CloudView cloud = cloud_view(scan, "scan");
-            const std::uint8_t* masked = mask_of(mask, cloud);
-            StandingWrinkles found;
-            {
-              const py::gil_scoped_release release;
-              found = finder.find(cloud, masked, pitch_mm, options, stop);
-            }
-            py::list wrinkles;
-            for (const StandingWrinkle& one : found.wrinkles) wrinkles.append(py::make_tuple(to_array(one.along), one.height, one.width));
-            return py::make_tuple(wrinkles, found.gave_up);
-          },
-          py::arg("scan"), py::arg("mask").none(true), py::arg("pitch_mm"), py::arg("options"), py::arg("stop"))
-      // Each bump's x, y, height, width and length; and whether the search gave up.
-      .def(
-          "find_bumps",
-          [](const WrinkleFinder& finder, const CloudArray& scan, const std::optional<Array<std::uint8_t>>& mask, double pitch_mm,
-             const NarrowBumpOptions& options, const Stop& stop) {
-            const CloudView cloud = cloud_view(scan, "scan");
-            const std::uint8_t* masked = mask_of(mask, cloud);
-            NarrowBumps found;
-            {
-              const py::gil_scoped_release release;
-              found = finder.find_bumps(cloud, masked, pitch_mm, options, stop);
-            }
-            std::vector<std::array<double, 5>> bumps;
-            for (const NarrowBump& one : found.bumps) bumps.push_back({one.top.x(), one.top.y(), one.height, one.width, one.length});
-            return py::make_tuple(bumps, found.gave_up);
-          },
-          py::arg("scan"), py::arg("mask").none(true), py::arg("pitch_mm"), py::arg("options"), py::arg("stop"));
+  py::class_<WrinkleFinder> finder(m, "WrinkleFinder");
+  finder.def(py::init([](std::shared_ptr<Reference> reference, const SeenArray& seen, const Array<double>& pose,
+                         const Array<double>& ply_outline, int threads) {
+               const Eigen::Matrix4d motion = pose_of(pose);
+               const Polygon outline = points<2>(ply_outline, "ply_outline");
+               const std::optional<Grid<float>> fitted_to = seen_grid(seen);
+               const py::gil_scoped_release release;
+               return std::make_unique<WrinkleFinder>(std::move(reference), *fitted_to, motion, outline, threads);
+             }),
+             py::arg("reference"), py::arg("seen"), py::arg("mold_from_scanner"), py::arg("ply_outline"), py::arg("threads"));
+  // Each wrinkle's crest with its height and its width; and whether the search gave up.
+  def_search(finder, "find", &WrinkleFinder::find, [](const StandingWrinkles& found) {
+    py::list wrinkles;
+    for (const StandingWrinkle& one : found.wrinkles) wrinkles.append(py::make_tuple(to_array(one.along), one.height, one.width));
+    return wrinkles;
+  });
+  // Each bump's x, y, height, width and length; and whether the search gave up.
+  def_search(finder, "find_bumps", &WrinkleFinder::find_bumps, [](const NarrowBumps& found) {
+    std::vector<std::array<double, 5>> bumps;
+    for (const NarrowBump& one : found.bumps) bumps.push_back({one.top.x(), one.top.y(), one.height, one.width, one.length});
+    return bumps;
+  });
 }
 
 }  // namespace debulk

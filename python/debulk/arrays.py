@@ -15,7 +15,8 @@ __all__ = ["came", "corners", "numbers", "outline", "pair", "points_xy", "positi
 Floats = NDArray[np.float64]
 LARGEST_MM = 1e5
 """Farther from the origin than this, no corner is a ply's."""
-_CHUNK = 512  # sides of an outline that are held against others at a time
+_GROUP = 32  # sides of an outline
+_CHUNK = 256  # groups of them that are held against others at a time
 
 
 def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected: str, *, nan: bool = False) -> Floats:
@@ -162,26 +163,46 @@ def whole(value: float, name: str) -> int:
 
 
 def _crossing(polygon: Floats) -> tuple[int, int, Floats] | None:
-    """Find two sides that cross, and where. Sides are taken from left to right, so that few are held against each."""
+    """Find two sides that cross, and where.
+
+    Sides are taken in groups that follow one another: only groups whose boxes meet are held against each other, side by
+    side, so that many short sides take hardly longer than few.
+    """
+    count = len(polygon)
     ends = np.roll(polygon, -1, axis=0)
     low, high = np.minimum(polygon, ends), np.maximum(polygon, ends)
-    order = np.argsort(low[:, 0], kind="stable")
-    a, b, low, high = polygon[order], ends[order], low[order], high[order]
-    for begin in range(0, len(a), _CHUNK):
-        rows = slice(begin, begin + _CHUNK)
-        end = int(np.searchsorted(low[:, 0], high[rows, 0].max(), side="right"))
-        columns = slice(begin, end)
-        near = ((low[rows, None] <= high[None, columns]) & (low[None, columns] <= high[rows, None])).all(axis=2)
-        i, j = np.nonzero(near)
-        i, j = (i + begin)[j > i], (j + begin)[j > i]
-        t = _side(a[i], b[i], a[j]), _side(a[i], b[i], b[j]), _side(a[j], b[j], a[i]), _side(a[j], b[j], b[i])
+    first = np.arange(0, count, _GROUP)
+    one, other = _meeting(np.minimum.reduceat(low, first), np.maximum.reduceat(high, first))
+    for begin in range(0, len(one), _CHUNK):
+        sides = np.arange(_GROUP)
+        i, j = np.broadcast_arrays(
+            _GROUP * one[begin : begin + _CHUNK, None, None] + sides[:, None],
+            _GROUP * other[begin : begin + _CHUNK, None, None] + sides,
+        )
+        real = (i < j) & (j < count)
+        i, j = i[real], j[real]
+        near = ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1)
+        i, j = i[near], j[near]
+        a, b, c, d = polygon[i], ends[i], polygon[j], ends[j]
+        t = _side(a, b, c), _side(a, b, d), _side(c, d, a), _side(c, d, b)
         crosses = np.flatnonzero((t[0] * t[1] < 0) & (t[2] * t[3] < 0))
         if len(crosses):
             k = crosses[0]
             share = t[2][k] / (t[2][k] - t[3][k])
-            first, second = sorted((int(order[i[k]]), int(order[j[k]])))
-            return first, second, a[i[k]] + share * (b[i[k]] - a[i[k]])
+            return int(i[k]), int(j[k]), a[k] + share * (b[k] - a[k])
     return None
+
+
+def _meeting(low: Floats, high: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs of (G, 2) boxes that meet, each also with itself, the first not behind the second."""
+    pairs = []
+    for begin in range(0, len(low), _CHUNK):
+        rows = slice(begin, begin + _CHUNK)
+        x, y = ((low[rows, k, None] <= high[begin:, k]) & (low[begin:, k] <= high[rows, k, None]) for k in (0, 1))
+        i, j = np.nonzero(x & y)
+        pairs.append((i[j >= i] + begin, j[j >= i] + begin))
+    one, other = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    return one, other
 
 
 def _side(a: Floats, b: Floats, p: Floats) -> Floats:

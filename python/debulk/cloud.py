@@ -198,7 +198,9 @@ def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     """Bring points into the form that the package computes on, like `checked`, but look at shape and type only."""
     if isinstance(points, np.ma.MaskedArray):  # what is masked was not seen
         if points.dtype.kind != "f":
-            raise InputError(f"{name}: expected float32 or float64 coordinates, but got {points.dtype}")
+            raise InputError(
+                f"{name}: expected float32 or float64 coordinates, but got {points.dtype}{_convert(points)}"
+            )
         points = points.filled(np.nan)
     try:
         array: NDArray[Any] = np.asarray(points)
@@ -207,7 +209,12 @@ def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
         remedy = "; debulk.files.load_cloud() reads one" if isinstance(points, (str, PathLike)) else ""
         raise InputError(f"{name}: expected {_CLOUD}, but got {arrays.came(points, array)}{remedy}")
-    if array.dtype not in (np.float32, np.float64):
-        raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}")
+    if array.dtype.newbyteorder("=") not in (np.float32, np.float64):  # in either order of their bytes
+        raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}{_convert(array)}")
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(array, dtype=np.float32)
+
+
+def _convert(array: NDArray[Any]) -> str:
+    """Say how numbers of another type are converted; empty for what are none."""
+    return "; pass them as .astype(numpy.float32)" if array.dtype.kind in "fiu" else ""

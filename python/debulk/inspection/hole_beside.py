@@ -13,6 +13,7 @@ from debulk import _core, pocket
 from debulk.grid import Grid
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.windows import cells_round, cut_out, grown
 from debulk.results.half_seen import HoleBeside
 
 __all__ = ["BRIDGE_MM", "Beside", "beside", "listed_hole", "rim_share"]
@@ -67,11 +68,8 @@ def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
     rows, columns, unknown = _reached(found, own, [hole.box for hole, _ in thick], ply)
     if not unknown.any():
         return None
-    window = Grid(
-        np.where(unknown, np.float32(np.nan), heights.values[rows, columns]),
-        heights.origin_mm + heights.spacing_mm * np.array([columns.start, rows.start]),
-        heights.spacing_mm,
-    )
+    window = cut_out(heights, rows, columns)
+    window.values[unknown] = np.nan
     holes = tuple(_holes(unknown, window, listed))
     if found.foot.closed and not {listed_hole(*one) for one in thick} & set(holes):
         return None
@@ -87,9 +85,7 @@ def listed_hole(hole: pocket.UnseenHole, hidden: bool) -> HoleBeside:
 
 def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
     """Return the share of a closed outline's length that runs along, or within, what is unknown."""
-    near = unknown
-    for _ in range(_NEAR_CELLS):
-        near = _dilated(near)
+    near = grown(unknown, _NEAR_CELLS)
     ends = np.roll(outline_mm, -1, axis=0)
     lengths = np.linalg.norm(ends - outline_mm, axis=1)
     cells = np.rint((0.5 * (outline_mm + ends) - window.origin_mm) / window.spacing_mm).astype(np.int64)
@@ -108,19 +104,19 @@ def _reached(
     """
     heights, feet = found.segmentation.heights, found.feet.labels.values
     steps = math.ceil(_FARTHEST_MM / heights.spacing_mm)
-    rows, columns = _cells(own_mm, heights, _MARGIN_MM)
+    rows, columns = cells_round(own_mm, heights, _MARGIN_MM)
     while True:
         missing = np.isnan(heights.values[rows, columns])
         if thick_mm:
             missing |= _within(thick_mm, heights, rows, columns) & _bridged(found, rows, columns)
         labels = feet[rows, columns]
         unknown = _flood(_on_ply(missing, heights, rows, columns, ply), labels == found.foot.label, steps)
-        beside = set(np.unique(labels[_dilated(unknown)]).tolist())
+        beside = set(np.unique(labels[grown(unknown)]).tolist())
         boxes = [own_mm, *(_box(foot.outline_mm) for foot in found.feet.feet if foot.label in beside)]
         if unknown.any():
             cells = np.argwhere(unknown)[:, ::-1] + [columns.start, rows.start]
             boxes.append(_box(heights.origin_mm + heights.spacing_mm * cells))
-        wider = _cells(_box(np.concatenate(boxes)), heights, _MARGIN_MM)
+        wider = cells_round(_box(np.concatenate(boxes)), heights, _MARGIN_MM)
         if wider == (rows, columns):
             return rows, columns, unknown
         rows, columns = wider
@@ -151,14 +147,6 @@ def _meet(one_mm: Floats, other_mm: Floats, near_mm: float) -> bool:
     return bool((one_mm[0] <= other_mm[1] + near_mm).all() and (other_mm[0] <= one_mm[1] + near_mm).all())
 
 
-def _cells(box_mm: Floats, heights: Grid, margin_mm: float) -> tuple[slice, slice]:
-    """Rows and columns of a box with a margin, as far as they are in the map."""
-    ny, nx = heights.values.shape
-    wide_mm = box_mm + np.array([[-margin_mm], [margin_mm]])
-    (i0, j0), (i1, j1) = np.rint((wide_mm - heights.origin_mm) / heights.spacing_mm).astype(int).tolist()
-    return slice(max(0, j0), min(ny, j1 + 1)), slice(max(0, i0), min(nx, i1 + 1))
-
-
 def _on_ply(missing: Flags, heights: Grid, rows: slice, columns: slice, ply: PlyOnMold) -> Flags:
     on = missing.copy()
     if ply.outline is None or not on.any():
@@ -171,24 +159,14 @@ def _on_ply(missing: Flags, heights: Grid, rows: slice, columns: slice, ply: Ply
 
 def _flood(into: Flags, start: Flags, steps: int) -> Flags:
     """Cells of `into` that so many steps lead to from `start` through cells of `into`, by sides and corners."""
-    reached = into & (start | _dilated(start))
+    reached = into & (start | grown(start))
     front = reached
     for _ in range(steps):
-        front = into & _dilated(front) & ~reached
+        front = into & grown(front) & ~reached
         if not front.any():
             break
         reached = reached | front
     return reached
-
-
-def _dilated(cells: Flags) -> Flags:
-    wide = cells.copy()
-    wide[:, 1:] |= cells[:, :-1]
-    wide[:, :-1] |= cells[:, 1:]
-    out = wide.copy()
-    out[1:] |= wide[:-1]
-    out[:-1] |= wide[1:]
-    return out
 
 
 def _holes(unknown: Flags, window: Grid, listed: list[tuple[pocket.UnseenHole, bool]]) -> Iterator[HoleBeside]:

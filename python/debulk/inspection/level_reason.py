@@ -8,6 +8,7 @@ import numpy as np
 
 from debulk.inspection.edge_check import EdgeFit
 from debulk.inspection.level import Deviation
+from debulk.inspection.level_step import Step, step_of
 from debulk.results.level import Level
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["edge_reason", "level_reason", "same_reason", "swapped_reason"]
 
+_ROUNDS_TO_NOTHING_MM = 0.005
 _EXPLAINED = 0.25  # a fit that leaves no more than this of what was wrong is what is wrong
 
 
@@ -78,11 +80,16 @@ def level_reason(
         )
     enough = max(share, _EXPLAINED * wrong)
     left = [found.left(tol, k) for k in range(3)]
-    # A constant or a plane that is hardly there is not what is wrong, though what it leaves be little.
-    counts = (abs(median) > 0.5 * tol, float(np.ptp(found.fits_mm[1])) > tol, True)
+    # A fit that is hardly there is not what is wrong, though what it leaves be little.
+    sizes = zip((abs(median), float(np.ptp(found.fits_mm[1])), level.bow_mm), (0.5, 1.0, 0.5), strict=True)
+    counts = [size_mm > max(share_of_tol * tol, _ROUNDS_TO_NOTHING_MM) for size_mm, share_of_tol in sizes]
     small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
     order = next((k for k in range(3) if counts[k] and small[k]), None)
-    what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
+    step = step_of(found, 2 if order is None else max(1, order))
+    if step is not None and step.height_mm > tol and np.mean(np.abs(step.rest_mm) > tol) <= enough:
+        what, remedy = _step(step)
+    else:
+        what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
     return (
         f"{what} (between the pockets the ply stands {level.laid_mm:.2f} mm above the reference, its thickness is "
         f"{level.thickness_mm:g} mm): {remedy}"
@@ -107,6 +114,17 @@ def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[
     return (
         f"the scan is bent by {level.bow_mm:.2f} mm over the ply{also}",
         "check the scanner's calibration and temperature, how the mold is held, and whether the reference is of it",
+    )
+
+
+def _step(step: Step) -> tuple[str, str]:
+    """Name a step, and a remedy."""
+    x, y = step.at_mm
+    return (
+        f"{100 * step.share:.0f} % of the ply lies {step.height_mm:.2f} mm higher than the rest, by a step along a "
+        f"line through ({x:.0f}, {y:.0f}) mm at {step.line_deg:.0f} degrees from x",
+        "look whether backing paper was left on there, or whether another ply lies below; if neither, check whether "
+        "scanner or mold moved",
     )
 
 

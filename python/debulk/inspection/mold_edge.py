@@ -12,6 +12,7 @@ from debulk import _core
 from debulk.grid import Grid
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.sample import Sample
+from debulk.inspection.windows import grown
 from debulk.results.report import LeftOut
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class Below:
             why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
             "the table",
             bound=f"no square of {_SQUARE_MM:g} mm there stands {0.5 * self.laid_mm:.2g} mm above the reference; a ply "
-            "that hangs over the edge is judged up to {_MARGIN_MM:g} mm from the edge only",
+            f"that hangs over the edge is judged up to {_MARGIN_MM:g} mm from the edge only",
         )
 
 
@@ -85,19 +86,11 @@ def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, Below | None]:
         return prepared, None
     above = marks.view(np.bool_)
     known = np.isfinite(seen.values)
-    beside = _near(known & ~above, _CLIFF_MM / seen.spacing_mm) & _near(~(known & above), _MARGIN_MM / seen.spacing_mm)
+    cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (_CLIFF_MM, _MARGIN_MM))
+    beside = grown(known & ~above, cliff) & grown(~(known & above), margin)
     below = Grid(np.where(above, np.nan, seen.values), seen.origin_mm, seen.spacing_mm)
     share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))
     mold = Grid(
         np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype), seen.origin_mm, seen.spacing_mm
     )
     return replace(prepared, seen=mold), Below(below, share, recipe.material.thickness_mm)
-
-
-def _near(marks: NDArray[np.bool_], cells: float) -> NDArray[np.bool_]:
-    """Tell where a mark is not farther away than so many cells along each axis."""
-    reach, out = round(cells), marks
-    for _ in range(2):
-        counts = np.cumsum(np.pad(out, ((0, 0), (reach + 1, reach))), axis=1, dtype=np.int32)
-        out = (counts[:, 2 * reach + 1 :] > counts[:, : -2 * reach - 1]).T
-    return out

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import ridge
+from debulk.inspection.net_fibres import ALONG
 
 __all__ = ["NetCrest", "net_crests"]
 
-# Columns of the neighbours ahead and back along a fibre of either direction, and from fibre to fibre.
-_ALONG, _ACROSS = ((0, 1), (2, 3)), ((2, 3), (0, 1))
+_ACROSS = ALONG[::-1]  # from fibre to fibre
 
 Floats = NDArray[np.float64]
 Links = list[list[int]]
@@ -60,7 +60,7 @@ def net_crests(found: ridge.PostProcessed, neighbours: NDArray[np.int32], nodes_
 
 def _trace(start: int, fibre: int, links: Links, peaks: Collection[int], nodes_mm: Floats) -> tuple[int, ...]:
     """Follow a crest both ways; it may shift by one node from a fibre to the next, and takes the nearest peak."""
-    ahead, back = _ALONG[fibre]
+    ahead, back = ALONG[fibre]
     ways = []
     for side in _ACROSS[fibre]:
         way = [start]
@@ -85,7 +85,7 @@ def _outward(node: int, links: Links, nodes_mm: Floats, side: int, fibre: int) -
         return np.asarray(nodes_mm[links[node][side]] - nodes_mm[node])
     if links[node][other] >= 0:
         return np.asarray(nodes_mm[node] - nodes_mm[links[node][other]])
-    ends = [nodes_mm[links[node][way] if links[node][way] >= 0 else node] for way in _ALONG[fibre]]
+    ends = [nodes_mm[links[node][way] if links[node][way] >= 0 else node] for way in ALONG[fibre]]
     x, y = (ends[0] - ends[1])[:2]
     segment_mm = max(float(np.linalg.norm(end - nodes_mm[node])) for end in ends)
     to_north = 1.0 if (side == _ACROSS[fibre][0]) == (fibre == 0) else -1.0

@@ -13,6 +13,7 @@ from debulk import _core, pocket
 from debulk.grid import Grid
 from debulk.inspection import frame
 from debulk.inspection.edge_check import Outline
+from debulk.inspection.few_squares import few_squares_reason
 from debulk.inspection.filled import Filled, FilledSearch
 from debulk.inspection.found import Found
 from debulk.inspection.level import Deviation, departure, deviation, level_of
@@ -208,7 +209,11 @@ class Placing:
         hanging = float(np.count_nonzero(sample.height_mm[on] < -cut)) / count * zones.area_mm2
         blocks = self._blocks(sample, on, outlines)
         if len(blocks.height_mm) < _LEAST_BLOCKS:
-            return Placed(None, _too_little(blocks.ply_share))
+            outlined = self._outline is not None
+            return Placed(
+                None,
+                few_squares_reason(zones, sample, on, least=_LEAST_BLOCKS, share=blocks.ply_share, outlined=outlined),
+            )
         found = deviation(blocks, thickness, self._least_mm)
         level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
         loose = self._loose_share(found, blocks)
@@ -242,11 +247,3 @@ class Placing:
             border, left = np.concatenate([border, left[touches]]), left[~touches]
         share = len(border) / len(off)
         return share if share <= _LOOSE_SHARE else 0.0
-
-
-def _too_little(share: float) -> str:
-    return (
-        f"the level of the ply cannot be told: between the pockets only {100 * share:.1f} % of it was seen by scan and "
-        "reference; check that the outline, the scan and the reference are of the same part, in mm, with their pose: z "
-        "is to point up, away from the mold"
-    )

@@ -88,6 +88,9 @@ class PlyZones:
         squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
         block = self._block_of(xy[on])
         self._block_cells = np.bincount(block, minlength=squares)
+        self.inset_mm = _INSET_MM
+        self.inner_mm2 = float(np.count_nonzero(on)) * _CELL_MM**2
+        self.squares = int(np.count_nonzero(self._block_cells * _CELL_MM**2 >= _LEAST_SHARE * self.side_mm**2))
         factor = np.sqrt(1 + (reference.gradient(xy[on]) ** 2).sum(axis=1))
         self._block_factor = np.bincount(block, factor, minlength=squares) / np.maximum(self._block_cells, 1)
 

@@ -72,7 +72,7 @@ def prepare(
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
     heights, image, sample, trace = _gridded(reference, mold_from_scanner, camera, mask, recipe, preparation)
-    fitted = step("reference: fit", 0.65, lambda: surface.fit_reference(heights, threads=threads, stop=stop))
+    fitted = step("reference: fit", 0.65, lambda: _fitted(heights, threads, stop))
     step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
     return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace)
 
@@ -109,6 +109,20 @@ def _gridded(
         lambda: surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop),
     )
     return heights, image, of_scanner, trace
+
+
+def _fitted(heights: Grid, threads: int, stop: _core.Stop) -> surface.Reference:
+    """Fit the surface, or say of the cloud what the fit says of its heights."""
+    try:
+        return surface.fit_reference(heights, threads=threads, stop=stop)
+    except InputError as error:
+        known = int(np.isfinite(heights.values).sum())
+        rows, columns = heights.values.shape
+        raise InputError(
+            "reference: expected a cloud wide enough for a surface to be fitted to it, but got one of "
+            f"{heights.spacing_mm * columns:.3g} by {heights.spacing_mm * rows:.3g} mm with {known} heights; give the "
+            "whole cloud of what is below the ply"
+        ) from error
 
 
 def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:

@@ -32,7 +32,8 @@ def coarse_reason(pitch_mm: float, recipe: Recipe) -> str:
     most = np.sqrt(wanted) / _ACROSS
     if not wanted or pitch_mm <= most:
         return ""
+    came = f"one for every {pitch_mm:.2g} x {pitch_mm:.2g} mm" if np.isfinite(pitch_mm) else "a handful of them"
     return (
         f"expected points at most {most:.2g} mm apart, {_ACROSS:g} across a pocket of {wanted / 100:g} cm² "
-        f"(segmentation.area_tol_mm2), but got one for every {pitch_mm:.2g} x {pitch_mm:.2g} mm; give the full cloud"
+        f"(segmentation.area_tol_mm2), but got {came}; give the full cloud"
     )

@@ -17,6 +17,7 @@ from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
+from debulk.inspection.windows import cells_round, cut_out
 from debulk.pocket import Dropped, Feet, Segmentation, Unseen
 from debulk.recipe import Net, Recipe, options
 from debulk.results.report import LeftOut
@@ -271,7 +272,7 @@ def _looked_at_again(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> FoundPo
     wanted.cut_height_mm = place.cut_mm
     one = None
     for rows, columns in _windows(place):
-        window = _window(whole.heights, rows, columns)
+        window = cut_out(whole.heights, rows, columns)
         if one is None and _frayed(place, whole.labels.values[rows, columns], window, wanted, stop):
             return None
         again = pocket.segment_with(wanted, window, 1, stop)
@@ -313,11 +314,6 @@ def _frayed(
     return bool(number > 0 and (labels[lower.labels.values == number] > 0).any())
 
 
-def _window(heights: Grid, rows: slice, columns: slice) -> Grid:
-    origin = heights.origin_mm + heights.spacing_mm * np.array([columns.start, rows.start])
-    return Grid(np.ascontiguousarray(heights.values[rows, columns]), origin, heights.spacing_mm)
-
-
 def _apart(candidate: pocket.Pocket, dropped: Dropped) -> float:
     away = float(np.linalg.norm(candidate.centroid_mm - dropped.centroid_mm))
     return away + abs(math.sqrt(candidate.area_mm2) - math.sqrt(dropped.area_mm2))
@@ -327,11 +323,10 @@ def _windows(place: _Place) -> Iterator[tuple[slice, slice]]:
     """Rows and columns round a bump, wider and wider, up to the whole grid."""
     heights = place.whole.heights
     ny, nx = heights.values.shape
-    i, j = place.cell(heights)
-    half = math.ceil(max(_LEAST_HALF_MM, 3 * math.sqrt(place.dropped.area_mm2)) / heights.spacing_mm)
+    middle, half_mm = place.dropped.centroid_mm, max(_LEAST_HALF_MM, 3 * math.sqrt(place.dropped.area_mm2))
     while True:
-        rows, columns = slice(max(0, j - half), min(ny, j + half + 1)), slice(max(0, i - half), min(nx, i + half + 1))
+        rows, columns = cells_round(np.stack([middle, middle]), heights, half_mm)
         yield rows, columns
         if (rows.start, columns.start, rows.stop, columns.stop) == (0, 0, ny, nx):
             return
-        half *= 2
+        half_mm *= 2

@@ -6,33 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <random>
 
-#include "looking_down.hpp"
+#include "flat_scan.hpp"
 
 namespace debulk {
 namespace {
 
-constexpr int kWidth = 480, kHeight = 360;
-constexpr double kPitch = 0.5;
-
-using Shape = std::function<double(double x, double y)>;
-
-// The scan of what stands on the plane z = 0, by so much along each pixel's ray.
-std::vector<float> scan_of(const Shape& height, double noise = 0.0) {
-  const View view = looking_down(kWidth, kHeight);
-  std::mt19937 random(3);
-  std::normal_distribution<double> off(0.0, 1.0);
-  std::vector<float> points;
-  for (int j = 0; j < kHeight; ++j)
-    for (int i = 0; i < kWidth; ++i) {
-      const double u = view.camera.u(i), v = view.camera.v(j);
-      const double depth = 500 - height(500 * u, -500 * v) + noise * off(random);
-      for (const double c : {u * depth, v * depth, depth}) points.push_back(static_cast<float>(c));
-    }
-  return points;
-}
+using namespace flat_scan;
 
 // A wrinkle through the middle, a squared cosine across it from foot to foot.
 Shape wrinkle(double angle, double wide, double high, double from, double to) {
@@ -42,16 +22,6 @@ Shape wrinkle(double angle, double wide, double high, double from, double to) {
     const double c = std::cos(std::acos(-1.0) * across / wide);
     return high * c * c;
   };
-}
-
-WrinkleFinder finder(const Polygon& ply = {}) {
-  const Grid<double> flat(61, 49, {-120, -96}, 4.0, 0.0);
-  Grid<float> seen(481, 385, {-120, -96}, 0.5, 0.0f);
-  return WrinkleFinder(std::make_shared<Reference>(flat), seen, looking_down(kWidth, kHeight).mold_from_scanner, ply, 2);
-}
-
-CloudView view_of(const std::vector<float>& points) {
-  return {points.data(), kWidth, kHeight};
 }
 
 TEST(StandingWrinkles, AreFoundWithTheirPlaceHeightAndWidth) {

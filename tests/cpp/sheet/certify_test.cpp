@@ -126,7 +126,7 @@ double plain_residual(const Sheet& sheet, const Points& x, double stiffness = 0)
   } else {  // tensions take what lies along the fibres; of the mold's pushes, too
     const Eigen::CompleteOrthogonalDecomposition<MatrixXd> tensions(matrix(pulls));
     force -= matrix(pulls) * tensions.solve(force);
-    push -= matrix(pulls) * MatrixXd(tensions.solve(push));
+    if (!pushes.empty()) push -= matrix(pulls) * MatrixXd(tensions.solve(push));  // Eigen solves no system of no columns
   }
   if (!pushes.empty()) force -= push * non_negative_least_squares(push, force);
   return force.lpNorm<Eigen::Infinity>() / sheet.force_unit_n();

@@ -174,3 +174,21 @@ def test_nets_have_enough_nodes_inside_the_outline(family):
             assert np.count_nonzero(p.net.inside) >= 20
         if p.node_count is not None:
             assert p.node_count <= 3.2 * Recipe().net.node_target
+
+
+X, Y = np.meshgrid(np.arange(200.0), np.arange(160.0))
+FLAT = np.stack([X, Y, 0 * X], axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("cloud", "came"),
+    [
+        (FLAT[:3, :30], r"one of 30 by 3 mm with 90 heights; give the whole cloud"),
+        (FLAT[:1].reshape(-1, 3), r"one of 200 by 1.5 mm with 0 heights; give the whole cloud"),
+        (20 * FLAT[:2, :2], r"only 4 of them; give the full cloud"),
+    ],
+    ids=["strip", "line", "four points"],
+)
+def test_a_reference_too_small_for_a_surface_is_refused_by_its_name(cloud, came):
+    with pytest.raises(InputError, match=rf"^reference: expected .*but got {came}"):
+        Inspector(None, cloud)

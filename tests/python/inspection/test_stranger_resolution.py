@@ -38,7 +38,7 @@ def test_the_reason_asks_for_a_denser_scan():
     assert "give a denser scan" in report.reason
 
 
-@pytest.mark.parametrize("net", [{"node_target": 9}, {"spacing_mm": 40.0}, {"spacing_mm": 10.0}])
+@pytest.mark.parametrize("net", [{"node_target": 20}, {"spacing_mm": 40.0}, {"spacing_mm": 10.0}])
 def test_a_net_that_steps_over_a_small_bump_does_not_bound_it(net):
     report = _inspected(16, 3.6, 1.0, net=net)
     assert report.verdict in (Verdict.UNDECIDED, Verdict.CREASE)

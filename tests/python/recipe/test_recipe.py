@@ -123,6 +123,11 @@ def test_an_unknown_name_is_told_its_neighbour(values, suggestion):
     assert suggestion in error_of(Recipe, **values)
 
 
+def test_a_net_of_so_few_nodes_that_nothing_can_move_is_refused():
+    assert re.match(r"net\.node_target: expected .*20.*, got 9", error_of(Recipe, net={"node_target": 9}))
+    Recipe(net={"node_target": 20})
+
+
 def test_nothing_is_suggested_that_is_not_near():
     assert error_of(Recipe, qqq=1) == "qqq: not a known setting"
 

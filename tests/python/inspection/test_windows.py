@@ -1,0 +1,40 @@
+"""Windows of a grid and marks that grow, against what plain loops say."""
+
+import numpy as np
+import pytest
+
+from debulk.grid import Grid
+from debulk.inspection.windows import cells_round, cut_out, grown
+
+
+def _plain(marks, cells):
+    out = np.zeros_like(marks)
+    for j, i in np.argwhere(marks):
+        out[max(0, j - cells) : j + cells + 1, max(0, i - cells) : i + cells + 1] = True
+    return out
+
+
+@pytest.mark.parametrize("cells", [0, 1, 2, 3, 4, 5, 12, 13, 14, 40, 41])
+def test_marks_grow_by_so_many_cells_along_each_axis(cells):
+    marks = np.random.default_rng(cells).random((37, 29)) < 0.004
+    marks[0, 0] = marks[20, 28] = True
+    before = marks.copy()
+    np.testing.assert_array_equal(grown(marks, cells), _plain(marks, cells))
+    np.testing.assert_array_equal(marks, before)
+    assert not grown(np.zeros((5, 6), dtype=bool), cells).any()
+
+
+def test_a_window_holds_the_box_and_its_margin_as_far_as_the_grid_goes():
+    grid = Grid(np.arange(20.0 * 30).reshape(20, 30), np.array([-5.0, 100.0]), 0.5)
+    rows, columns = cells_round(np.array([[-3.0, 102.0], [0.0, 104.0]]), grid, 1.0)
+    assert (rows, columns) == (slice(2, 11), slice(2, 13))
+    window = cut_out(grid, rows, columns)
+    assert (window.x_mm[0], window.x_mm[-1], window.y_mm[0], window.y_mm[-1]) == (-4.0, 1.0, 101.0, 105.0)
+    np.testing.assert_array_equal(window.values, grid.values[2:11, 2:13])
+    assert cells_round(np.array([[-3.0, 102.0], [0.0, 104.0]]), grid, 99.0) == (slice(0, 20), slice(0, 30))
+
+
+def test_a_window_is_a_copy_also_where_it_is_the_whole_grid():
+    grid = Grid(np.zeros((4, 5)), np.zeros(2), 1.0)
+    cut_out(grid, slice(0, 4), slice(0, 5)).values[:] = np.nan
+    assert np.isfinite(grid.values).all()
