@@ -22,7 +22,7 @@ from members import span
 from pockets import LIMIT_EXCESS_MM, Pocket, all_pockets
 from tables import HERE, Table, build
 
-from debulk import net, sheet, solve
+from debulk import _core, net, sheet, solve
 from debulk.pocket import distance_to_outline
 from debulk.recipe import Recipe
 
@@ -53,20 +53,20 @@ def ways(pocket: Pocket, laid: net.Net, sharing: str) -> np.ndarray:
     if sharing == "mean":
         return np.full_like(nearest, nearest[laid.kinds == 2].mean())
     if sharing == "along":
-        return along_fibres(pocket, laid)
+        return along_fibres(pocket.ply_outline_mm, laid)
     if sharing == "held":
         return np.where(nearest > 2 * laid.spacing_mm, FIRM_MM, nearest)
     return nearest
 
 
-def along_fibres(pocket: Pocket, laid: net.Net) -> np.ndarray:
+def along_fibres(ply_outline_mm: np.ndarray, laid: net.Net) -> np.ndarray:
     """(N,) way straight on from a fibre's end to the ply's edge, mm; of two fibres that end there the longer."""
     xy, found = laid.nodes_mm[:, :2], np.zeros(len(laid.nodes_mm))
     for ahead, back in ((0, 1), (1, 0), (2, 3), (3, 2)):
         ends = np.flatnonzero((laid.neighbours[:, ahead] < 0) & (laid.neighbours[:, back] >= 0))
         for i in ends:
             step = xy[i] - xy[laid.neighbours[i, back]]
-            found[i] = max(found[i], _to_outline(xy[i], step / np.linalg.norm(step), pocket.ply_outline_mm))
+            found[i] = max(found[i], _to_outline(xy[i], step / np.linalg.norm(step), ply_outline_mm))
     return np.minimum(found, FIRM_MM)
 
 
@@ -136,11 +136,19 @@ def _row(
     }
 
 
+def _both_ends(pocket: Pocket) -> tuple[net.Net, net.Net]:
+    """The default net as an inspection settles it where it would cease: as it slips, and with its rim held."""
+    laid = pocket.lay()
+    return laid, net.from_core(_core.net.with_rim_held(laid._core))
+
+
 def text(pockets: list[Pocket]) -> str:
     """The ranges."""
     rows = [row for row in table().rows() if row["certified"] == "1"]
     lines = [
-        f"  {'pocket':<8} " + " ".join(f"{s:>14}" for s in (*SHARINGS, LAID)) + f" {'sides':>6} {'default net':>14}",
+        f"  {'pocket':<8} "
+        + " ".join(f"{s:>14}" for s in (*SHARINGS, LAID))
+        + f" {'sides':>6} {'default net':>14} {'its rim held':>14}",
     ]
     for pocket in pockets:
         mine = [row for row in rows if row["pocket"] == pocket.name]
@@ -152,14 +160,15 @@ def text(pockets: list[Pocket]) -> str:
             f"  {pocket.name:<8} "
             + " ".join(f"{span(gathered):>14}" for gathered in ends.values())
             + f" {'above' if all(above) else 'both' if any(above) else 'below':>6}"
-            + f" {span(list(settled(pocket, pocket.lay(), Recipe()).ridge_mm)):>14}"
+            + "".join(f" {span(list(settled(pocket, rim, Recipe()).ridge_mm)):>14}" for rim in _both_ends(pocket))
         )
     said = "; ".join(f"{name}: {what}" for name, what in ABOUT.items())
     about = (
         f"Gathered by the worst fold of the fine net over its starts, mm; the limit's excess is {LIMIT_EXCESS_MM:.3f} "
         f"mm. {said}; {LAID}: MuJoCo with {LAID_MM:.0f} mm of ply laid out round the foot, each of its nodes rubbing "
         "on the mold, so that nothing is shared out. Sides: of that limit, over a row's fine nets. Default net: range "
-        "of its ridge over its starts, mm; the limit is 0.60 mm. An elastic sheet with E = 360 MPa; no part was tested."
+        "of its ridge over its starts, mm, as it slips and with its rim held; the limit is 0.60 mm. An elastic sheet "
+        "with E = 360 MPa; no part was tested."
     )
     return "\n".join(["FRICTION AT THE PLY'S EDGE", "", fill(about, 110), "", *lines]) + "\n"
 

@@ -10,6 +10,7 @@
 #include "debulk/net/area.hpp"
 #include "debulk/net/drape.hpp"
 #include "debulk/net/fibre_net.hpp"
+#include "debulk/net/held_rim.hpp"
 #include "debulk/net/lay_pocket.hpp"
 #include "debulk/surface/reference.hpp"
 
@@ -123,6 +124,8 @@ void bind_net(py::module_ m) {
       },
       py::arg("segmentation"), py::arg("feet"), py::arg("pocket_id"), py::arg("reference"), py::arg("angles"),
       py::arg("ply_outline").none(true), py::arg("options"), py::arg("stop"));
+
+  m.def("with_rim_held", &with_rim_held, py::arg("laid"));
 
   m.def(
       "surface_area",

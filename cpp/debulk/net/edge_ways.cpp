@@ -66,4 +66,18 @@ std::vector<std::array<double, 2>> ways_along_fibres(const Net& net, const Polyg
   return out;
 }
 
+std::vector<double> ways_past_ends(const Net& net, const Polygon& ply) {
+  std::vector<double> out(net.nodes.size(), 0.0);
+  const OutlineSearch outline(ply);
+  constexpr std::array<Direction, 4> opposite = {west, east, south, north};
+  for (std::size_t i = 0; i < out.size(); ++i)
+    for (const Direction on : {east, west, north, south}) {
+      const int before = net.neighbours[i][opposite[on]];
+      if (net.neighbours[i][on] >= 0 || before < 0) continue;
+      const Eigen::Vector2d end = net.nodes[i].head<2>();
+      out[i] = std::max(out[i], way_out(outline, end, (end - net.nodes[static_cast<std::size_t>(before)].head<2>()).normalized()));
+    }
+  return out;
+}
+
 }  // namespace debulk

@@ -15,4 +15,8 @@ std::vector<double> ways_to_edge(const Net& net, const Polygon& ply);
 // ends the lesser. Over that way friction holds a fibre that is pulled towards the pocket; 0 for a fibre of a single node.
 std::vector<std::array<double, 2>> ways_along_fibres(const Net& net, const Polygon& ply);
 
+// For each node, mm in XY: the way straight on to the ply's edge from a fibre that ends at it, of two such the longer; 0 at a node
+// where no fibre ends.
+std::vector<double> ways_past_ends(const Net& net, const Polygon& ply);
+
 }  // namespace debulk

@@ -28,6 +28,10 @@ Polygon outline_with_area(const Polygon& corners, const char* argument) {
   return polygon;
 }
 
+bool lies_on(const Surface& mold, const Eigen::Vector3d& node, double tol) {
+  return std::abs(node.z() - mold.height(node.head<2>())) <= tol;
+}
+
 // What trimming knows about one lattice place.
 struct Place {
   bool kept = false;
@@ -133,7 +137,7 @@ class PocketMesher {
     return unlaid && edge_within(lattice.at(i, j).head<2>(), lattice.spacing);
   }
 
-  bool on_mold(const Eigen::Vector3d& node) const { return std::abs(node.z() - mold_.height(node.head<2>())) <= options_.mold_tol; }
+  bool on_mold(const Eigen::Vector3d& node) const { return lies_on(mold_, node, options_.mold_tol); }
 
   std::vector<NodeKind> kinds_of(const Lattice& lattice, const std::vector<Place>& places) const {
     std::vector<NodeKind> kinds(places.size(), NodeKind::inner);
@@ -286,6 +290,9 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
   if (!shape.ply_outline.empty()) {
     net.net.to_edge = ways_to_edge(net.net, shape.ply_outline);
     net.hold_ways = ways_along_fibres(net.net, shape.ply_outline);
+    net.past_ends = ways_past_ends(net.net, shape.ply_outline);
+    for (std::size_t i = 0; i < net.past_ends.size(); ++i)
+      if (!lies_on(mold, net.net.nodes[i], options.mold_tol)) net.past_ends[i] = 0;
   }
   if (options.finer_too && net.held_all_round()) net.finer = finer_net(mesher, net.net.spacing, stop);
   return net;

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from debulk import _core, ridge, solve, verdict
-from debulk.inspection import both_ways, dumps, hole_beside, left_out, ridges, starts, unseen
+from debulk.inspection import both_ways, dumps, edge_friction, hole_beside, left_out, ridges, starts, unseen
 from debulk.inspection.cycle import Cycle
 from debulk.inspection.evaluated import Evaluation
 from debulk.inspection.found import FoundPocket
@@ -107,17 +107,19 @@ def _evaluate(
         laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion=criterion)
         for criterion in (None, "paper")
     )
-    by_rule = replace(by_rule, reason=by_rule.reason + _drawn_in(settled.best, laid.recipe))
+    with watch.step("solve"):
+        ends = edge_friction.at_both_ends(laid, settled, by_rule, post_process, stop, pool)
+    by_rule = replace(ends.judged, reason=ends.judged.reason + _drawn_in(settled.best, laid.recipe))
     if found.promoted and settled.solution.status in REFUSED:
         by_rule = _refused(found, settled.solution.explanation)
     by_rule = _with_joined(by_rule, found)
     if laid.excess is None:
         with watch.step("ridge"):
-            stands = ridges.of_minima(laid, settled, found.foot)
-    debulked = {"ridges": stands, **_debulked_figures(laid, settled)}
+            stands = ridges.of_minima(laid, ends.shown, found.foot)
+    debulked = {"ridges": stands, "edge_friction": ends.report, **_debulked_figures(laid, ends.counted)}
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, debulked)
-    cut = "the certified minimum" if late and not settled.cut else ""
-    return Evaluation(report, left_out.of_pocket(laid.sheet, settled), cut)
+    cut = "the certified minimum" if late and not settled.cut else ends.late
+    return Evaluation(report, left_out.of_pocket(laid.sheet, settled) + ends.left_out, cut)
 
 
 def _report(

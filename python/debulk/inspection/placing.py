@@ -133,7 +133,7 @@ class Placing:
         unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
             return Placed(None, unit)
-        coarse = coarse_reason(sample.pitch_mm, self._recipe) if on.any() else ""
+        coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, f"the scan is too coarse: {coarse}")
         blocks = self._blocks(sample, on, ())

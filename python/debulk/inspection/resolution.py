@@ -21,18 +21,21 @@ _ACROSS = 4.0  # points across the smallest pocket: 16 in it, with fewer its are
 
 def check_reference(xy_mm: Floats, each: int, recipe: Recipe) -> None:
     """Refuse a reference too coarse for the smallest pocket; (N, 2) of its points, as `thinned` takes them."""
-    reason = coarse_reason(pitch_of(xy_mm, each), recipe)
+    reason = coarse_reason(pitch_of(xy_mm, each), len(xy_mm), recipe)
     if reason:
         raise InputError(f"reference: {reason}")
 
 
-def coarse_reason(pitch_mm: float, recipe: Recipe) -> str:
-    """Say why a cloud of this pitch is too coarse; empty if it is not. With an area tolerance of 0 none is."""
+def coarse_reason(pitch_mm: float, count: int, recipe: Recipe) -> str:
+    """Say why a cloud of this pitch is too coarse; empty if it is not. With an area tolerance of 0 none is.
+
+    Of too few points (`count`) the pitch is not known, and infinite.
+    """
     wanted = recipe.segmentation.area_tol_mm2
     most = np.sqrt(wanted) / _ACROSS
     if not wanted or pitch_mm <= most:
         return ""
-    came = f"one for every {pitch_mm:.2g} x {pitch_mm:.2g} mm" if np.isfinite(pitch_mm) else "a handful of them"
+    came = f"one for every {pitch_mm:.2g} x {pitch_mm:.2g} mm" if np.isfinite(pitch_mm) else f"only {count} of them"
     return (
         f"expected points at most {most:.2g} mm apart, {_ACROSS:g} across a pocket of {wanted / 100:g} cm² "
         f"(segmentation.area_tol_mm2), but got {came}; give the full cloud"

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from debulk import _core, ridge, sheet, solve
@@ -54,6 +54,10 @@ class Settled:
     """Ridges of each of these."""
     cut: bool
     """Whether a deadline cut off starts that the rule asks for."""
+
+    def and_of(self, other: Settled) -> Settled:
+        """Let the minima of the same net under another friction count, too; the best one stays."""
+        return replace(self, counted=self.counted + other.counted, every=self.every + other.every)
 
     @property
     def rms_mm(self) -> Range:

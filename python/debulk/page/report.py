@@ -14,6 +14,7 @@ from debulk.page.pockets import deciding_ridge, says, worst_first
 from debulk.page.render import render
 from debulk.page.trace import headline, trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
+from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import half_seen_line
 from debulk.results.smoothing import smoothing, smoothing_line
 from debulk.verdict import Verdict
@@ -58,6 +59,7 @@ def page(report: ReportData) -> str:
         deciding=deciding(report),
         level_line=level_line(report.level) if report.level else "",
         half_seen_line=half_seen_line,
+        edge_friction_line=edge_friction_line,
         hole_line=hole_line,
         smoothing={p.id: smoothing_line(way) for p in report.creasing if (way := smoothing(p, report.ply_outline_mm))},
         verdict_of={p.id: p.verdict for p in report.pockets},
@@ -76,7 +78,7 @@ def page(report: ReportData) -> str:
                 [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in pockets],
                 limits.get("max_rms_mm"),
                 3,
-                "thin line: range over the starts" + (f"; {floor.why}" if floor else ""),
+                "thin line: range over the minima" + (f"; {floor.why}" if floor else ""),
                 floor=floor.rms_mm if floor else 0.0,
             ),
             bar_chart(
@@ -84,7 +86,7 @@ def page(report: ReportData) -> str:
                 [Row(p.id, p.verdict, p.ridge_height_mm, p.ridge_range_mm) for p in pockets],
                 limits.get("max_ridge_mm"),
                 2,
-                "thin line: range over the starts",
+                "thin line: range over the minima",
             ),
         ],
         timings=_timings(report),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from debulk._core import InputError
 from debulk.results.advice import hole_line, is_off, level_line, wrinkle_line
+from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import HalfSeen, at_best, half_seen_line
 from debulk.verdict import Criteria, Verdict, judge
 
@@ -98,6 +99,9 @@ def _check_ceases(pocket: PocketReport, limits: Criteria) -> None:
         raise InputError(f"{name}.{error}; {_REMEDY}") from None
     if judged.verdict is not Verdict.CEASE:
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit its figures: {judged.reason}; {_REMEDY}")
+    both = pocket.edge_friction
+    if both is not None and {both.slipping.verdict, both.held.verdict} != {Verdict.CEASE}:
+        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: it {edge_friction_line(both)}; {_REMEDY}")
 
 
 def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) -> None:

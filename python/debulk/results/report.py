@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
+from debulk.results.edge_friction import EdgeFriction
 from debulk.results.half_seen import HalfSeen
 from debulk.results.level import Level
 from debulk.results.record import (
@@ -210,21 +211,25 @@ class PocketReport(Record):
     half_seen
         What borders on it that was not seen, and what becomes of it however the ply lies there; all figures of the net
         and its minimum are those with the holes filled in. None: nothing does.
+    edge_friction
+        Of a pocket at the ply's edge that closes as it slips there: what becomes of it so, and with its rim held. None
+        of any other, and with ``verdict.criterion = "paper"``.
     spacing_mm, node_count
         Of the net.
     rms_mm, rms_range_mm
-        RMS of the post-processed gaps inside the outline; its lowest and highest value over all starts.
+        RMS of the post-processed gaps inside the outline; its lowest and highest value over all starts, at both ends of
+        the friction at the ply's edge.
     ridge_height_mm, ridge_length_mm
         Of the worst ridge.
     excess_length_mm
         Largest excess over the mold of a fibre of the laid net that is held at both ends; 0 where none has any. What
         slips in at the ply's edge is not in it.
     ridge_range_mm
-        Lowest and highest ridge height over all starts.
+        Lowest and highest ridge height over the same.
     ridges
         Where ridges run and how they look, the decisive one first; empty where none stands, or where a minimum would be
         needed and is none. Where `excess` is known it is one ridge, that of the excess, whatever the net at the minimum
-        shows; else they are the net's.
+        shows; else they are the net's, with its rim held where that decides.
     ridge_nodes
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
@@ -263,6 +268,7 @@ class PocketReport(Record):
     measured_share: float = 1.0
     promoted: str = ""
     half_seen: HalfSeen | None = None
+    edge_friction: EdgeFriction | None = None
     spacing_mm: float | None = None
     node_count: int | None = None
     rms_mm: float | None = None

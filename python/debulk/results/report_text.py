@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.results.advice import advice, hole_line, level_line
+from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import half_seen_line
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ def table(report: ReportData, width: int | None = None) -> str:
     lines = [f"do: {line}" for line in advice(report)]
     after = [f"pocket {p.id} is judged: {p.promoted}" for p in report.pockets if p.promoted]
     after += [f"pocket {p.id} {half_seen_line(p.half_seen)}" for p in report.pockets if p.half_seen]
+    after += [f"pocket {p.id} {edge_friction_line(p.edge_friction)}" for p in report.pockets if p.edge_friction]
     if report.level is not None:
         after.append(f"level: {level_line(report.level)}")
     for hole in report.unseen:

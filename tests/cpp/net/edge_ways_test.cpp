@@ -44,6 +44,17 @@ TEST(EdgeWays, AreNoneWhereNothingLiesBeyondTheFibre) {
   EXPECT_EQ(ways_along_fibres(single, kPly)[0], (std::array<double, 2>{0, 0}));
 }
 
+TEST(EdgeWays, PastAnEndAreThoseOfTheFibresThatEndThere) {
+  const Net net = test::flat_net(5, 4, 10.0);  // x 0 to 40, y 0 to 30; numbered row by row
+  const std::vector<double> past = ways_past_ends(net, kPly);
+  EXPECT_NEAR(past[0], 100, 1e-12);   // a corner: of 100 to the left and 50 down the longer
+  EXPECT_NEAR(past[2], 50, 1e-12);    // the lower side: down
+  EXPECT_NEAR(past[9], 100, 1e-12);   // the right side: on to the right, however near the upper edge is
+  EXPECT_NEAR(past[17], 40, 1e-12);   // the upper side: up
+  EXPECT_NEAR(past[19], 100, 1e-12);  // the corner at (40, 30)
+  EXPECT_EQ(past[6], 0);              // both fibres go on within the net
+}
+
 TEST(EdgeWays, ComeWithANetWhoseEdgeIsKnown) {
   const test::Plane mold;
   const test::Bell ply(mold, 5.0, 30.0);
@@ -52,10 +63,12 @@ TEST(EdgeWays, ComeWithANetWhoseEdgeIsKnown) {
   for (int k = 0; k < 48; ++k) shape.outline.emplace_back(30 * std::cos(k * M_PI / 24), 30 * std::sin(k * M_PI / 24));
   EXPECT_TRUE(fibre_net(ply, mold, shape).net.to_edge.empty());
   EXPECT_TRUE(fibre_net(ply, mold, shape).hold_ways.empty());
+  EXPECT_TRUE(fibre_net(ply, mold, shape).past_ends.empty());
   shape.ply_outline = kPly;
   const PocketNet laid = fibre_net(ply, mold, shape);
   ASSERT_EQ(laid.net.to_edge.size(), laid.net.nodes.size());
   ASSERT_EQ(laid.hold_ways.size(), laid.net.nodes.size());
+  ASSERT_EQ(laid.past_ends.size(), laid.net.nodes.size());
 }
 
 }  // namespace
