@@ -99,7 +99,7 @@ def _clipped(points, high_mm):
 
 
 def _rounded(points, how, step):
-    """Round heights as a scanner does: along z, as a disparity from 800 mm above, or as single precision far off does."""
+    """Round heights as a scanner does: along z, as a disparity from 800 mm above, or far off in single precision."""
     z = points[..., 2]
     if how == "disparity":
         depth, whole = 800 - z, 800**2 / step
