@@ -34,7 +34,7 @@ _LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can cre
 _FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
 _MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 # Squares of the heights' spacing, the window of the spike filter: what flying points side by side leave has a foot of
-# 15 to 20 (four clumps in fifteen scans with four to six times the usual share of them, one with the usual share), what
+# 15 to 20 (three clumps in fifteen scans with four to six times the usual share of them, one with the usual share), what
 # bells 9 to 14 wide leave 44 and more. Of narrower ones, which the search in the raw scan sees, one had 23.
 _CLUMP_CELLS = 25
 _SEARCHED_MM2 = 100.0  # of a foot: the search in the raw scan sees what is up to 6 mm wide at half its height
