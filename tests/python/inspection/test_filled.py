@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from stranger_scenes import bump, cloud, flat, laid, outline, ridge_mm
 SIZE, PLY = (460.0, 420.0), (420.0, 380.0)
 RADIUS, HIGH, PITCH = 60.0, 9.5, 1.0
 TOLD = "carry no measuring noise"
+CAPTURES = Path(__file__).resolve().parents[4] / "shared" / "data" / "organised_clouds"
 
 
 def _tilted(degrees):
@@ -99,7 +102,7 @@ def _clipped(points, high_mm):
 
 
 def _rounded(points, how, step):
-    """Round heights as a scanner does: along z, as a disparity from 800 mm above, or far off in single precision."""
+    """Round heights as a scanner does: along z, as a disparity 800 mm below it, or as single precision far off."""
     z = points[..., 2]
     if how == "disparity":
         depth, whole = 800 - z, 800**2 / step
@@ -240,6 +243,21 @@ def test_what_cannot_be_looked_at_is_left_out():
     scan, reference = _scans(standing=bump(60, 3.0))
     assert not _left_out(_inspected(scan, reference))
     assert "no image" in _left_out(_inspected(scan.reshape(-1, 3), reference.reshape(-1, 3)))[0]
+
+
+@pytest.mark.parametrize("slant", [0.0, 0.2])
+@pytest.mark.parametrize("name", ["office1", "milk_cartoon_all_small_clorox"])
+def test_steps_of_a_real_camera_are_no_patches(name, slant):
+    path = CAPTURES / f"{name}.pcd"
+    if not path.exists():
+        pytest.skip(f"{path} is not there")
+    scan = np.asarray(debulk.files.load_cloud(path, unit="m"), dtype=np.float32)
+    up = np.array([slant, 0.0, np.sqrt(1 - slant**2)])
+    found = quiet_squares(
+        scan, squares_of(scan.shape, 1.0, 16.0), lambda at: np.ones(len(at), dtype=bool), up, _core.Stop()
+    )
+    assert "rounded to steps" in found.unknown
+    assert max((len(piece) for piece in touching(found.squares)), default=0) < 4
 
 
 def test_the_search_ends_with_a_raised_stop():
