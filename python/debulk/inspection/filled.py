@@ -26,6 +26,8 @@ __all__ = ["Filled", "FilledSearch", "Patch"]
 Floats = NDArray[np.float64]
 _LARGEST_MM2 = 200.0  # a patch of this area is looked for, however large the smallest pocket that is asked for
 _LEAST_SQUARES = 4  # that touch: one alone may be quiet by chance
+_SEEN_PIXELS = 20  # across a patch that hardly any ground hides: a smaller one holds too few whole squares
+_NOTED = 1.5  # of the smallest pocket's width: less is not worth a line in each report
 _LOST = 0.3  # of a square's side: so near to a patch's rim a square in it still holds noise from beside
 
 
@@ -104,7 +106,8 @@ class FilledSearch:
         """Look for them in a scan, of which a sample was taken; (H, W) True in the mask: not to be used."""
         if scan.ndim != 3:
             return Filled(unknown="the scan is no image: which of its points are neighbours is not known")
-        squares = squares_of(scan.shape, sample.pitch_mm, 2 * float(np.sqrt(self._least_mm2 / np.pi)))
+        wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
+        squares = squares_of(scan.shape, sample.pitch_mm, wide_mm)
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite, or far off, is not seen
@@ -116,7 +119,10 @@ class FilledSearch:
             quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
         pieces = [piece for piece in touching(quiet) if len(piece) >= _LEAST_SQUARES]
         patches = [self._patch(scan, squares, piece, sample.pitch_mm) for piece in pieces]
-        return Filled(tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2), found.unknown)
+        unknown, seen_mm = found.unknown, _SEEN_PIXELS * sample.pitch_mm
+        if not unknown and seen_mm > _NOTED * wide_mm:
+            unknown = f"on pixels {sample.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
+        return Filled(tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2), unknown)
 
     def _patch(self, scan: NDArray[np.float32], squares: Squares, piece: NDArray[np.int64], pitch_mm: float) -> Patch:
         row, column = squares.rows[piece[:, 0]] + SIDE // 2, squares.columns[piece[:, 1]] + SIDE // 2

@@ -242,6 +242,7 @@ def test_what_cannot_be_looked_at_is_left_out():
     assert "rounded" in _left_out(_inspected(scan, reference))[0]
     scan, reference = _scans(standing=bump(60, 3.0))
     assert not _left_out(_inspected(scan, reference))
+    assert "patches less than 41 mm wide" in _left_out(_inspected(scan[::2, ::2], reference))[0]
     assert "no image" in _left_out(_inspected(scan.reshape(-1, 3), reference.reshape(-1, 3)))[0]
 
 
