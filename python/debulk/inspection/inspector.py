@@ -263,7 +263,7 @@ class Inspector:
             if placed.doubt:
                 evaluations = not_judged(pockets, "the scan is not in its place")
             else:
-                bumps = tolerances.weigh(found, self.ply, cycle.stop, searched=standing.bumps is not None)
+                bumps = tolerances.weigh(found, self.ply, cycle.stop)
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
         with cycle.stage("report", 1.0):

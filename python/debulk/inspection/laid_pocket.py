@@ -154,10 +154,18 @@ class LaidPocket:
         return self._doubted(judged, self.recipe)
 
     def _doubted(self, judged: verdict.Judgement, recipe: Recipe) -> verdict.Judgement:
-        doubt = self.doubt or self.lowered.reason(recipe.verdict.max_ridge_mm)
+        limit_mm = recipe.verdict.max_ridge_mm
+        taken = self.lowered.reason(limit_mm)
+        doubt = self.doubt or taken
         if judged.verdict is verdict.Verdict.CEASE and doubt:
             return verdict.Judgement(verdict.Verdict.UNDECIDED, doubt)
+        if judged.verdict is verdict.Verdict.UNDECIDED and taken and self._only_missed(limit_mm):
+            return verdict.Judgement(verdict.Verdict.UNDECIDED, taken)  # which says what to do
         return judged
+
+    def _only_missed(self, limit_mm: float) -> bool:
+        """Whether the excess is below the limit but for what the filters may have taken."""
+        return self.excess is not None and self.excess.range_mm[1] - self.excess.missed_mm < limit_mm
 
     def _excess_evidence(self) -> _ExcessEvidence:
         limits, known = self.recipe.verdict, self.excess

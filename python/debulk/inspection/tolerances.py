@@ -33,15 +33,6 @@ _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
 _LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
 _FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
 _MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
-# Squares of the heights' spacing, the window of the spike filter: what flying points side by side leave has a foot of
-# 15 to 20 (three clumps in fifteen scans with four to six times the usual share of them, one with the usual share), what
-# bells 9 to 14 wide leave 44 and more. Of narrower ones, which the search in the raw scan sees, one had 23.
-_CLUMP_CELLS = 25
-_SEARCHED_MM2 = 100.0  # of a foot: the search in the raw scan sees what is up to 6 mm wide at half its height
-_CLUMP = (
-    "its foot is smaller than the window of the filters, as that of flying points side by side, and the search for "
-    "narrow bumps saw none there in the raw scan"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +95,8 @@ class _Place:
         return int(i), int(j)
 
 
-def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop, *, searched: bool = False) -> tuple[Bump, ...]:
+def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """Bound what each dropped bump could become: lay a net on it, and take its largest excess as one ridge.
-
-    `searched`: whether the raw scan was searched for narrow bumps (narrow_bumps.py), which knows flying points.
 
     Fibres are inextensible and their ends are held: no minimum has more excess than the laid net (docs/model.md,
     section 8). At the ply's edge, where fibres can slip, the bound is not reached.
@@ -130,7 +119,7 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop, *, searched: bool = Fa
         looked = list(pool.map(hills, found.parts))
         places += [place for part in looked for place in part or ()]
         places.sort(key=lambda place: -place.dropped.area_mm2)
-        bumps = tuple(pool.map(lambda place: _weigh(place, ply, stop, searched), places))
+        bumps = tuple(pool.map(lambda place: _weigh(place, ply, stop), places))
     unlooked = any(part is None for part in looked)
     if unlooked and not any(bump.late for bump in bumps):
         bumps += (Bump(Dropped("height", 0.0, 0.0, np.zeros(2)), "the deadline passed before it was found", late=True),)
@@ -196,7 +185,7 @@ def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions,
             yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
 
 
-def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop, searched: bool) -> Bump:
+def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     dropped, bounding = place.dropped, _resolving(ply)
     try:
         one = _looked_at_again(place, ply, stop)
@@ -206,8 +195,6 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop, searched: bool) -> B
             why = "its foot is not known all round"
             listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
             return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
-        if searched and _is_clump(one, dropped):
-            return Bump(dropped, _CLUMP)
         try:
             laid = lay_net(one, bounding, stop)
         except _core.InputError as error:
@@ -233,12 +220,6 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop, searched: bool) -> B
     # The excess rule knows no RMS; of the few nodes of a bump that would exceed its limit at a third of the ridge's.
     over_rms = ply.recipe.verdict.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
     return replace(bump, found=_judged(one, dropped, figures)) if over_ridge or over_rms else bump
-
-
-def _is_clump(one: FoundPocket, dropped: Dropped) -> bool:
-    """Whether no more stands up than what flying points leave; beside a hole nobody has looked for what they were."""
-    most_mm2 = min(_CLUMP_CELLS * one.segmentation.heights.spacing_mm**2, _SEARCHED_MM2)
-    return one.foot.area_mm2 < most_mm2 and not dropped.touches_unknown
 
 
 def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
