@@ -121,7 +121,8 @@ def test_what_a_deadline_cut_is_undecided_and_nothing_else_changes(layup, close,
             if late.report.verdict is not uncut.verdict or late.report.solve.starts < uncut.solve.starts:
                 assert late.report.verdict is Verdict.UNDECIDED
                 assert "deadline" in late.report.reason
-                assert "some seeded starts" in [entry.what for entry in late.left_out]
+                cut = [entry.what for entry in late.left_out if entry.what == "some seeded starts"]
+                assert cut or late.late == "the minima with a held rim"
                 undecided += 1
             else:
                 assert late.report.reason == uncut.reason
