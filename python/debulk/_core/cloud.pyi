@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Bytes, _Singles
+from debulk._core import Stop, _Bound, _Bytes, _Made, _Singles
 
 class OutlierOptions(metaclass=_Bound):
     neighbours: int
@@ -12,7 +12,7 @@ class OutlierOptions(metaclass=_Bound):
     least_ratio: float
     def __init__(self) -> None: ...
 
-class QuietLimits(metaclass=_Bound):
+class QuietLimits(_Made):
     @property
     def told(self) -> bool: ...
     @property
