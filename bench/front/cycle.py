@@ -95,8 +95,8 @@ def bars(rows) -> str:
     names = list(dict.fromkeys(name for _, stages in rows for name in stages))
     out, y = [], 20
     for title, stages in rows:
-        x = 260.0
-        out.append(f'<text x="250" y="{y + 18}" text-anchor="end">{title}</text>')
+        x = 340.0
+        out.append(f'<text x="330" y="{y + 18}" text-anchor="end">{title}</text>')
         for name, ms in stages.items():
             colour = COLOURS[names.index(name) % len(COLOURS)]
             out.append(f'<rect x="{x:.1f}" y="{y}" width="{scale * ms:.1f}" height="26" fill="{colour}"/>')
@@ -105,12 +105,12 @@ def bars(rows) -> str:
         y += 40
     for k, name in enumerate(names):
         colour = COLOURS[k % len(COLOURS)]
-        x, row = 260 + 160 * (k % 4), y + 10 + 22 * (k // 4)
+        x, row = 340 + 160 * (k % 4), y + 10 + 22 * (k // 4)
         out.append(f'<rect x="{x}" y="{row}" width="12" height="12" fill="{colour}"/>')
         out.append(f'<text x="{x + 18}" y="{row + 11}">{name}</text>')
     height = y + 40 + 22 * (len(names) // 4)
     style = 'font-family="sans-serif" font-size="14" fill="#222"'
-    return f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{height}" {style}>' + "".join(out) + "</svg>\n"
+    return f'<svg xmlns="http://www.w3.org/2000/svg" width="1040" height="{height}" {style}>' + "".join(out) + "</svg>\n"
 
 
 def difference(regions, whole) -> str:
