@@ -110,7 +110,9 @@ def bars(rows) -> str:
         out.append(f'<text x="{x + 18}" y="{row + 11}">{name}</text>')
     height = y + 40 + 22 * (len(names) // 4)
     style = 'font-family="sans-serif" font-size="14" fill="#222"'
-    return f'<svg xmlns="http://www.w3.org/2000/svg" width="1040" height="{height}" {style}>' + "".join(out) + "</svg>\n"
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="1040" height="{height}" {style}>' + "".join(out) + "</svg>\n"
+    )
 
 
 def difference(regions, whole) -> str:
