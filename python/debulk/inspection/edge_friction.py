@@ -58,9 +58,7 @@ def at_both_ends(
     if laid.recipe.verdict.criterion == "paper" or judged.verdict is not Verdict.CEASE:
         return BothEnds(judged, slipping, slipping, left_out=(_not_settled(laid),))
     rim = net.from_core(_core.net.with_rim_held(laid.net._core))
-    held = starts.settle(
-        sheet.Sheet.of_net(rim, laid.reference, laid.recipe), laid.recipe, post_process, stop, pool
-    )  # fmt: skip
+    held = starts.settle(sheet.Sheet.of_net(rim, laid.reference, laid.recipe), laid.recipe, post_process, stop, pool)
     late = held.cut or (stop.past_deadline and not held.solution.certified)
     if_held = laid.judge(held.solution, held.best, held.every, deadline_passed=late)
     known = held.solution.certified
