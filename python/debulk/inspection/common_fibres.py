@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, pocket
 from debulk.inspection import excess
+from debulk.inspection.fibre_walk import CrossingFibres, End, Fibre, FibreWalk, Shared
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.net_fibres import fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -33,42 +34,6 @@ __all__ = ["friction_length", "without_shared_folds"]
 Floats = NDArray[np.float64]
 
 _FIXED = 1  # kind of a node that is held
-# Cosine between the ends of one fibre on either side of a gap: those of the other direction cross it.
-_FACING = -math.sqrt(0.5)
-
-
-class _End(NamedTuple):
-    """Where a fibre leaves the foot of its pocket, and the unit vector in which it goes on, mold XY."""
-
-    xy: Floats
-    way: Floats
-
-
-class _Fibre(NamedTuple):
-    """A fibre that is held at both ends: what it has to spare, and where it leaves the foot."""
-
-    spare_mm: float
-    ends: tuple[_End, _End]
-
-
-@dataclass(frozen=True, eq=False)
-class _Spare:
-    """The fibres of a pocket or a bump, with the standing uncertainty of what they have to spare."""
-
-    numbers: frozenset[int]  # its own, and those of the pockets whose foot is the same
-    number: int
-    spacing_mm: float
-    uncertainty_mm: float
-    fibres: tuple[_Fibre, ...]
-
-
-class _Shared(NamedTuple):
-    """What a fibre has to spare in other pockets."""
-
-    spare_mm: float = 0.0
-    variance_mm2: float = 0.0
-    numbers: tuple[int, ...] = ()
-    taken: frozenset[int] = frozenset()
 
 
 def without_shared_folds(
@@ -96,11 +61,11 @@ def without_shared_folds(
         if p.verdict is Verdict.CEASE and p.id in nets
     }
     wanted = {number for numbers in near.values() for number in numbers}
-    spare = {number: _spare(number, nets[number], same_foot[number], ply) for number in sorted(wanted)}
+    crossing = {number: _crossing(number, nets[number], same_foot[number], ply) for number in sorted(wanted)}
+    walk = FibreWalk(list(crossing.values()), way_mm)
     out = []
     for p in reports:
-        others = [spare[number] for number in sorted(near.get(p.id, ())) if number != p.id]
-        doubt = _doubt(spare[p.id], others, names, way_mm, ply.recipe) if others else ""
+        doubt = _doubt(crossing[p.id], walk, names, way_mm, ply.recipe) if near.get(p.id) else ""
         out.append(replace(p, verdict=Verdict.UNDECIDED, reason=doubt, decided_by="") if doubt else p)
     return tuple(out)
 
@@ -157,7 +122,7 @@ def _near(
     return within if enough else set()
 
 
-def _spare(number: int, one: SpareNet, numbers: frozenset[int], ply: PlyOnMold) -> _Spare:
+def _crossing(number: int, one: SpareNet, numbers: frozenset[int], ply: PlyOnMold) -> CrossingFibres:
     nodes_mm, kinds = one.net.nodes_mm, one.net.kinds
     xy = nodes_mm[:, :2]
     inside, away = pocket.inside(one.foot_outline_mm, xy), pocket.distance_to_outline(one.foot_outline_mm, xy)
@@ -169,17 +134,17 @@ def _spare(number: int, one: SpareNet, numbers: frozenset[int], ply: PlyOnMold) 
             _end(xy[nodes], inside[nodes], away[nodes]),
             _end(xy[nodes[::-1]], inside[nodes[::-1]], away[nodes[::-1]]),
         )
-        held.append(_Fibre(one.scale * _excess_mm(nodes_mm[nodes], ply), ends))
-    return _Spare(numbers, number, one.spacing_mm, one.uncertainty_mm(ply.recipe), tuple(held))
+        held.append(Fibre(one.scale * _excess_mm(nodes_mm[nodes], ply), ends))
+    return CrossingFibres(numbers, number, one.spacing_mm, one.uncertainty_mm(ply.recipe), tuple(held))
 
 
-def _end(xy: Floats, inside: NDArray[np.bool_], away: Floats) -> _End:
+def _end(xy: Floats, inside: NDArray[np.bool_], away: Floats) -> End:
     """Find where a fibre that begins at the first of the points comes into the foot."""
     k = int(np.argmax(inside))
     out, within = (0, 1) if k == 0 else (k - 1, k)
     share = away[out] / (away[out] + away[within]) if k and away[out] + away[within] > 0 else 0.0
     way = xy[out] - xy[within]
-    return _End(xy[out] - share * way, way / np.linalg.norm(way))
+    return End(xy[out] - share * way, way / np.linalg.norm(way))
 
 
 def _excess_mm(points: Floats, ply: PlyOnMold) -> float:
@@ -190,14 +155,14 @@ def _excess_mm(points: Floats, ply: PlyOnMold) -> float:
     return float(_core.ridge.largest_fibre_excess(points, chain, ply.reference))
 
 
-def _doubt(one: _Spare, others: Sequence[_Spare], names: Mapping[int, str], way_mm: float, recipe: Recipe) -> str:
+def _doubt(one: CrossingFibres, walk: FibreWalk, names: Mapping[int, str], way_mm: float, recipe: Recipe) -> str:
     """Say with which others a fibre has more to spare than the limit allows; empty: with none."""
-    worst_mm, worst, limit_mm = recipe.verdict.max_ridge_mm, _Shared(), recipe.verdict.max_ridge_mm
+    worst_mm, worst, limit_mm = recipe.verdict.max_ridge_mm, Shared(), recipe.verdict.max_ridge_mm
     whole_mm = 0.0
-    for fibre in one.fibres:
-        shared = _Shared(taken=one.numbers)
-        for end in fibre.ends:
-            shared = _beyond(end, others, way_mm, shared)
+    for k, fibre in enumerate(one.fibres):
+        shared = Shared(taken=one.numbers)
+        for side in (0, 1):
+            shared = walk.beyond(one.number, k, side, shared)
         total_mm = fibre.spare_mm + shared.spare_mm
         # Of the ridge u, of the excess 2u.
         most_mm = total_mm + 2 * math.sqrt(one.uncertainty_mm**2 + shared.variance_mm2)
@@ -212,49 +177,3 @@ def _doubt(one: _Spare, others: Sequence[_Spare], names: Mapping[int, str], way_
         f"a ridge of up to {worst_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; "
         f"only more than {way_mm:.3g} mm of flat ply between them would hold it apart by friction"
     )
-
-
-def _beyond(end: _End, others: Sequence[_Spare], way_mm: float, shared: _Shared) -> _Shared:
-    """Add what a fibre that leaves a foot has to spare in the pockets beyond, over all of whose gaps it is drawn."""
-    most = shared
-    for other in others:
-        if other.numbers & shared.taken:
-            continue
-        found = _continued(end, other)
-        if found is None or found[0] > way_mm or found[1] <= 0:
-            continue
-        gap_mm, spare_mm, far = found
-        more = _Shared(
-            shared.spare_mm + spare_mm,
-            shared.variance_mm2 + other.uncertainty_mm**2,
-            (*shared.numbers, other.number),
-            shared.taken | other.numbers,
-        )
-        most = max(most, _beyond(far, others, way_mm - gap_mm, more), key=lambda one: one.spare_mm)
-    return most
-
-
-def _continued(end: _End, other: _Spare) -> tuple[float, float, _End] | None:
-    """Follow a fibre straight on into another pocket: the gap, what it has to spare there, and where it comes out."""
-    facing = [
-        (fibre, fibre.ends[k], fibre.ends[1 - k])
-        for fibre in other.fibres
-        for k in (0, 1)
-        if fibre.ends[k].way @ end.way < _FACING
-    ]
-    if not facing:
-        return None
-    off = np.array([near.xy for _, near, _ in facing]) - end.xy
-    ahead, aside = off @ end.way, off @ np.array([-end.way[1], end.way[0]])
-    order = np.argsort(aside)
-    step = other.spacing_mm  # beyond the outermost fibres there is nothing to spare
-    places = np.array([aside[order[0]] - step, *aside[order], aside[order[-1]] + step])
-    if not places[0] < 0 < places[-1]:
-        return None
-    gap_mm = float(np.interp(0.0, places, ahead[[order[0], *order, order[-1]]]))
-    if gap_mm < -step / 2:  # it lies behind
-        return None
-    # Of the fibres on either side the one with more: between them it may be as much.
-    k = int(np.searchsorted(places, 0.0))
-    spare = [0.0, *(facing[n][0].spare_mm for n in order), 0.0]
-    return max(gap_mm, 0.0), max(spare[k - 1 : k + 1]), facing[int(np.argmin(np.abs(aside)))][2]
