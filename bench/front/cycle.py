@@ -18,7 +18,7 @@ from debulk.inspection import fingerprint
 
 COLOURS = (
     "#4c72b0", "#55a868", "#c44e52", "#8172b2", "#ccb974", "#64b5cd", "#8c8c8c", "#dd8452", "#222222", "#da8bc3",
-    "#b07aa1",
+    "#b07aa1", "#bcbd22", "#7f3b08",
 )  # fmt: skip
 
 
@@ -91,12 +91,12 @@ def latencies(inspector, scan, wall_ms: float, cancel: bool) -> list[float]:
 
 def bars(rows) -> str:
     """One bar a row, of its stages, as SVG."""
-    scale = 620 / max(sum(stages.values()) for _, stages in rows)
+    scale = 600 / max(sum(stages.values()) for _, stages in rows)
     names = list(dict.fromkeys(name for _, stages in rows for name in stages))
     out, y = [], 20
     for title, stages in rows:
-        x = 340.0
-        out.append(f'<text x="330" y="{y + 18}" text-anchor="end">{title}</text>')
+        x = 380.0
+        out.append(f'<text x="370" y="{y + 18}" text-anchor="end">{title}</text>')
         for name, ms in stages.items():
             colour = COLOURS[names.index(name) % len(COLOURS)]
             out.append(f'<rect x="{x:.1f}" y="{y}" width="{scale * ms:.1f}" height="26" fill="{colour}"/>')
@@ -105,7 +105,7 @@ def bars(rows) -> str:
         y += 40
     for k, name in enumerate(names):
         colour = COLOURS[k % len(COLOURS)]
-        x, row = 340 + 160 * (k % 4), y + 10 + 22 * (k // 4)
+        x, row = 380 + 160 * (k % 4), y + 10 + 22 * (k // 4)
         out.append(f'<rect x="{x}" y="{row}" width="12" height="12" fill="{colour}"/>')
         out.append(f'<text x="{x + 18}" y="{row + 11}">{name}</text>')
     height = y + 40 + 22 * (len(names) // 4)

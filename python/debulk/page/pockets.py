@@ -14,9 +14,10 @@ __all__ = ["DecidingRidge", "deciding_ridge", "says", "worst_first"]
 
 
 class DecidingRidge(NamedTuple):
-    """Height of the ridge, and the range in which it may lie; `spread` is empty where that is a single figure."""
+    """Height of the ridge, the most it may be, and its range in words, empty where that is a single figure."""
 
     height_mm: float
+    most_mm: float
     spread: str
 
 
@@ -27,8 +28,9 @@ def deciding_ridge(pocket: PocketReport) -> DecidingRidge | None:
         height, span = pocket.excess.height_mm, pocket.excess.range_mm
     if height is None:
         return None
-    low, high = (number(value, 2) for value in span or (height, height))
-    return DecidingRidge(height, "" if low == high else f"({low} to {high})")
+    span = span or (height, height)
+    low, high = (number(value, 2) for value in span)
+    return DecidingRidge(height, span[1], "" if low == high else f"({low} to {high})")
 
 
 def worst_first(pockets: Iterable[PocketReport]) -> list[PocketReport]:

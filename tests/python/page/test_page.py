@@ -156,6 +156,15 @@ def test_margins_are_positive_inside():
     assert margin(None, 0.3) is None and margin(0.3, None) is None
 
 
+def test_the_margin_of_a_ridge_is_that_of_the_most_it_may_be(report):
+    """A pocket that closes only if its rim slips has no margin, though the ridge shown first is none."""
+    one = dataclasses.replace(
+        report.pockets[0], verdict=Verdict.UNDECIDED, decided_by="ridge", ridge_height_mm=0.0, ridge_range_mm=(0.0, 0.86)
+    )  # fmt: skip
+    text = "".join(read(page(dataclasses.replace(report, pockets=(one,)))).text)
+    assert "0.00 (0.00 to 0.86)−0.26" in text
+
+
 def test_nets_are_drawn_at_one_scale_with_their_kinds(report):
     views = net_views(report.pockets[6], [0, 1, 2])
     before, after, coarse = views.views
