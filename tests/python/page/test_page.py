@@ -158,9 +158,7 @@ def test_margins_are_positive_inside():
 
 def test_the_margin_of_a_ridge_is_that_of_the_most_it_may_be(report):
     """A pocket that closes only if its rim slips has no margin, though the ridge shown first is none."""
-    one = dataclasses.replace(
-        report.pockets[0], verdict=Verdict.UNDECIDED, decided_by="ridge", ridge_height_mm=0.0, ridge_range_mm=(0.0, 0.86)
-    )  # fmt: skip
+    one = dataclasses.replace(report.pockets[0], decided_by="ridge", ridge_height_mm=0.0, ridge_range_mm=(0.0, 0.86))
     text = "".join(read(page(dataclasses.replace(report, pockets=(one,)))).text)
     assert "0.00 (0.00 to 0.86)−0.26" in text
 
