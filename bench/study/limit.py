@@ -88,7 +88,7 @@ def _other_nets(found: FoundPocket, ply: PlyOnMold, seed: int, kinds: str, truth
             laid = lay_net(replace(found, net=None), replace(ply, recipe=recipe))
         except InputError:
             continue
-        known = excess.of_net(laid, ply.reference, recipe, found)
+        known = excess.of_net(laid, ply, found)
         cpu_ms = 1e3 * (time.thread_time() - began)
         if known is None:
             continue

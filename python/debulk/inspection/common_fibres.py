@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,16 +24,24 @@ from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
 from debulk.inspection.tolerances import Bump, bump_name
 from debulk.results.report import PocketReport
-from debulk.verdict import Verdict, natural_length
+from debulk.verdict import Judgement, Verdict, natural_length
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["friction_length", "without_shared_folds"]
+__all__ = ["doubts", "friction_length", "without_shared_folds"]
 
 Floats = NDArray[np.float64]
 
 _FIXED = 1  # kind of a node that is held
+
+
+class _Fold(NamedTuple):
+    """What one fold may draw together: its ridge, the excess in it, and where that is from."""
+
+    ridge_mm: float
+    excess_mm: float
+    with_others: Shared
 
 
 def without_shared_folds(
@@ -44,9 +52,6 @@ def without_shared_folds(
     `bumps`: those below the tolerances; what they have to spare counts, as far as a net was laid on them.
     """
     reports = tuple(reports)
-    if ply.recipe.verdict.criterion != "excess":
-        return reports
-    way_mm = friction_length(ply.recipe)
     nets = {p.id: laid for p in reports if (laid := _of_pocket(p)) is not None}
     same_foot = {found.number: frozenset((found.number, *found.joined)) for found in pockets}
     names = {p.id: str(p.id) for p in reports}
@@ -54,20 +59,44 @@ def without_shared_folds(
         if bump.spare is not None and bump.found is None:
             nets[number], same_foot[number] = bump.spare, frozenset((number,))
             names[number] = f"the {bump_name(bump.dropped)}"
-    close = _close_by(nets, way_mm)
-    near = {
-        p.id: _near(p.id, nets, close, same_foot[p.id], ply.recipe)
+    ceasing = [p.id for p in reports if p.verdict is Verdict.CEASE and p.id in nets]
+    shared = _shared_folds(ceasing, nets, same_foot, ply)
+    return tuple(
+        replace(p, verdict=Verdict.UNDECIDED, reason=_reason("it", shared[p.id], names, ply.recipe), decided_by="")
+        if p.id in shared
+        else p
         for p in reports
-        if p.verdict is Verdict.CEASE and p.id in nets
-    }
-    wanted = {number for numbers in near.values() for number in numbers}
+    )
+
+
+def doubts(bumps: Sequence[Bump], ply: PlyOnMold) -> list[Judgement]:
+    """Say which bumps below the tolerances may crease together, though no pocket lies between them."""
+    left = {n: bump for n, bump in enumerate(bumps) if bump.spare is not None and bump.found is None}
+    nets = {n: bump.spare for n, bump in left.items() if bump.spare is not None}
+    shared = _shared_folds(list(nets), nets, {n: frozenset((n,)) for n in nets}, ply)
+    names = {n: f"the {bump_name(bump.dropped)}" for n, bump in left.items()}
+    judged, told = [], set[int]()
+    for n, fold in sorted(shared.items(), key=lambda item: -item[1].ridge_mm):
+        if told.isdisjoint((n, *fold.with_others.numbers)):  # each of a row tells of the same fold
+            judged.append(Judgement(Verdict.UNDECIDED, _reason(names[n], fold, names, ply.recipe)))
+        told |= {n, *fold.with_others.numbers}
+    return judged
+
+
+def _shared_folds(
+    numbers: Sequence[int], nets: Mapping[int, SpareNet], same_foot: Mapping[int, frozenset[int]], ply: PlyOnMold
+) -> dict[int, _Fold]:
+    """Return, of those numbers whose fibres have too much to spare together with others, the worst fold."""
+    if ply.recipe.verdict.criterion != "excess":
+        return {}
+    way_mm = friction_length(ply.recipe)
+    close = _close_by(nets, way_mm)
+    near = {number: _near(number, nets, close, same_foot[number], ply.recipe) for number in numbers}
+    wanted = {number for within in near.values() for number in within}
     crossing = {number: _crossing(number, nets[number], same_foot[number], ply) for number in sorted(wanted)}
     walk = FibreWalk(list(crossing.values()), way_mm)
-    out = []
-    for p in reports:
-        doubt = _doubt(crossing[p.id], walk, names, way_mm, ply.recipe) if near.get(p.id) else ""
-        out.append(replace(p, verdict=Verdict.UNDECIDED, reason=doubt, decided_by="") if doubt else p)
-    return tuple(out)
+    folds = {number: _worst_fold(crossing[number], walk, ply.recipe) for number in numbers if near[number]}
+    return {number: fold for number, fold in folds.items() if fold is not None}
 
 
 def friction_length(recipe: Recipe) -> float:
@@ -155,10 +184,9 @@ def _excess_mm(points: Floats, ply: PlyOnMold) -> float:
     return float(_core.ridge.largest_fibre_excess(points, chain, ply.reference))
 
 
-def _doubt(one: CrossingFibres, walk: FibreWalk, names: Mapping[int, str], way_mm: float, recipe: Recipe) -> str:
-    """Say with which others a fibre has more to spare than the limit allows; empty: with none."""
-    worst_mm, worst, limit_mm = recipe.verdict.max_ridge_mm, Shared(), recipe.verdict.max_ridge_mm
-    whole_mm = 0.0
+def _worst_fold(one: CrossingFibres, walk: FibreWalk, recipe: Recipe) -> _Fold | None:
+    """Return the highest fold above the limit that a fibre makes with what others have to spare; None: none."""
+    worst = None
     for k, fibre in enumerate(one.fibres):
         shared = Shared(taken=one.numbers)
         for side in (0, 1):
@@ -166,14 +194,19 @@ def _doubt(one: CrossingFibres, walk: FibreWalk, names: Mapping[int, str], way_m
         total_mm = fibre.spare_mm + shared.spare_mm
         # Of the ridge u, of the excess 2u.
         most_mm = total_mm + 2 * math.sqrt(one.uncertainty_mm**2 + shared.variance_mm2)
-        if shared.spare_mm > 0 and (ridge_mm := excess.ridge_of(most_mm, recipe)) > worst_mm:
-            worst_mm, worst, whole_mm = ridge_mm, shared, total_mm
-    if not worst.numbers:
-        return ""
-    pockets, bumps = ([names[n] for n in sorted(worst.numbers) if names[n].isdigit() is told] for told in (True, False))
+        ridge_mm = excess.ridge_of(most_mm, recipe)
+        if shared.spare_mm > 0 and ridge_mm > (recipe.verdict.max_ridge_mm if worst is None else worst.ridge_mm):
+            worst = _Fold(ridge_mm, total_mm, shared)
+    return worst
+
+
+def _reason(name: str, fold: _Fold, names: Mapping[int, str], recipe: Recipe) -> str:
+    others = sorted(fold.with_others.numbers)
+    pockets, bumps = ([names[n] for n in others if names[n].isdigit() is told] for told in (True, False))
     named = [f"pocket{'s' * (len(pockets) > 1)} {' and '.join(pockets)}"] if pockets else []
+    limit_mm, way_mm = recipe.verdict.max_ridge_mm, friction_length(recipe)
     return (
-        f"a fibre over it and {' and '.join(named + bumps)} is {whole_mm:.2f} mm longer than the mold: "
-        f"a ridge of up to {worst_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; "
-        f"only more than {way_mm:.3g} mm of flat ply between them would hold it apart by friction"
+        f"a fibre over {name} and {' and '.join(named + bumps)} is {fold.excess_mm:.2f} mm longer than the mold: "
+        f"a ridge of up to {fold.ridge_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all "
+        f"together; only more than {way_mm:.3g} mm of flat ply between them would hold it apart by friction"
     )

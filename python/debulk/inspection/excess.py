@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, ridge, section
+from debulk.inspection import straight_fibres
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.missed import missed_share
 from debulk.inspection.net_fibres import ALONG, fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.net import Net
 from debulk.results.report import ExcessReport
-from debulk.surface import Reference
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -28,7 +28,7 @@ _SCATTER = 1.3
 _INNER = 0  # kind of a node that no contact holds
 
 
-def of_net(laid: Net, reference: Reference, recipe: Recipe, found: FoundPocket) -> ExcessReport | None:
+def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket) -> ExcessReport | None:
     """Measure the fibres of a net that `lay_net` has laid on a pocket.
 
     Returns
@@ -37,7 +37,7 @@ def of_net(laid: Net, reference: Reference, recipe: Recipe, found: FoundPocket) 
         None where the ply slides in at its edge, or no closed net could be laid at half the spacing: there the excess
         of the fibres that are held bounds nothing, or is not known well enough.
     """
-    made, finer = laid._core, laid._core.finer
+    made, finer, reference, recipe = laid._core, laid._core.finer, ply.reference, ply.recipe
     if not made.held_all_round or finer.spacing <= 0:
         return None
     coarse, half = _core.ridge.held_excess(made.net, reference), _core.ridge.held_excess(finer, reference)
@@ -52,6 +52,10 @@ def of_net(laid: Net, reference: Reference, recipe: Recipe, found: FoundPocket) 
     made_of_it = _core.verdict.ridge_by_excess(lengths, *rule)
     # Filters only take away, so that what is missed lifts the upper end of the range alone.
     missed_mm = missed_share(found, laid, reference) * max(made_of_it.excess_mm, 0.0)
+    if made_of_it.range.low <= recipe.verdict.max_ridge_mm:  # else it creases, whatever else stands on it
+        between_mm = straight_fibres.longest(found, ply).excess_mm - made_of_it.excess_mm
+        if between_mm > missed_mm + 2 * made_of_it.uncertainty_mm:
+            missed_mm = between_mm
     lengths.at_spacing_mm, lengths.at_half_mm = coarse.largest_mm + missed_mm, half.largest_mm + missed_mm
     most = _core.verdict.ridge_by_excess(lengths, *rule)
     return ExcessReport(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, TypedDict
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
-from debulk.inspection import excess, narrow
+from debulk.inspection import excess, narrow, straight_fibres
 from debulk.inspection.effort import check_solves
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
@@ -187,7 +187,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
     laid = lay_net(found, ply, stop)
     if not laid.inside.any():
         raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
-    known = excess.of_net(laid, ply.reference, ply.recipe, found)
+    known = excess.of_net(laid, ply, found)
     held_mm = _core.ridge.held_excess(laid._core.net, ply.reference).largest_mm
     if known is None:
         taken = narrow.lowered(found, excess.of_held_fibres(laid, ply), ply.recipe.verdict.ridge_margin_mm, ply.recipe)
@@ -228,7 +228,8 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
             f"{round_it}"
         )
     # A net at the edge may let such a fibre bow sideways to where the ply is free; whether friction does is not known.
-    held_mm = excess.of_held_fibres(laid, ply)
+    straight = straight_fibres.longest(found, ply, held_over_mm=slip_mm)
+    held_mm = max(excess.of_held_fibres(laid, ply), straight.excess_mm)
     limits = ply.recipe.verdict
     if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > limits.max_ridge_mm - limits.ridge_margin_mm:
         return (

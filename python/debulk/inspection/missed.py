@@ -11,7 +11,7 @@ from debulk.inspection.found import FoundPocket
 from debulk.net import Net
 from debulk.surface import Reference
 
-__all__ = ["missed_share"]
+__all__ = ["filtered_once_more", "missed_share"]
 
 Floats = NDArray[np.float64]
 
@@ -37,13 +37,13 @@ def missed_share(found: FoundPocket, laid: Net, reference: Reference) -> float:
     before_mm = _core.ridge.largest_fibre_excess(nodes, laid.neighbours, reference)
     if before_mm <= 0:
         return 0.0
-    nodes[:, 2] += _once_more(found.feet.heights, nodes[:, :2], found.feet.smooth_mm)
+    nodes[:, 2] += filtered_once_more(found.feet.heights, nodes[:, :2], found.feet.smooth_mm)
     after_mm = _core.ridge.largest_fibre_excess(nodes, laid.neighbours, reference)
     ends_mm = 2 * found.feet.mold_tol_mm * _slope(found.feet.heights, found.foot.outline_mm) / 3
     return max(0.0, 1 - after_mm / before_mm) + ends_mm / before_mm
 
 
-def _once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:
+def filtered_once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:
     """By how much the filters lift the heights at these places; 0 where not all of a window is known."""
     half = max(1, round(smooth_mm / (2 * heights.spacing_mm)))
     cells = np.rint((xy - heights.origin_mm) / heights.spacing_mm).astype(np.intp)

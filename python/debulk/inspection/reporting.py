@@ -53,7 +53,7 @@ def report(
     halves = [p.half_seen for p in pockets[len(pockets) - len(taken) :]]
     judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
     unknown = unseen.doubts(found, pockets, ply.recipe, judged_bumps)
-    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps)])
+    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps), *common_fibres.doubts(bumps, ply)])
     judged = unseen.worst(judged, [*wrinkles.doubts(standing, ply.recipe), *filled.doubts(ply.recipe)])
     if ply.outline is None and judged.verdict is Verdict.INVALID:
         judged = replace(judged, reason=f"{judged.reason}; {_NO_OUTLINE}")

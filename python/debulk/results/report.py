@@ -157,8 +157,8 @@ class ExcessReport:
     uncertainty_mm
         Two of those deviations with the spacing's error, or the recipe's margin, whichever is more.
     missed_mm
-        By how much the ridge may be higher for what the filters take away and what lies beyond the foot: `range_mm`
-        reaches so much higher than the uncertainty.
+        By how much the ridge may be higher for what the filters take away, what lies beyond the foot, and what stands
+        between the net's fibres: `range_mm` reaches so much higher than the uncertainty.
     bridge_bound_mm
         No bridge can stand higher than this; 0 where no fibre is too short for its mold.
     verdict

@@ -131,3 +131,32 @@ def test_a_bump_that_cannot_add_enough_changes_nothing(bump):
     report = beside_a_bump(*bump)
     assert any(entry.what.startswith("bump of") for entry in report.left_out)
     assert [p.verdict for p in report.pockets] == [Verdict.CEASE]
+
+
+ROW_MM = (22.0, 2.3)  # width and height of bumps without a pocket: 0.58 mm to spare each
+
+
+def bumps_alone(*centres):
+    shapes = [laid_ply.bell(x, y, *ROW_MM) for x, y in centres]
+    return inspect(laid_ply.scan(lambda x, y: np.sum([shape(x, y) for shape in shapes], axis=0)))
+
+
+@pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0)])
+def test_two_bumps_in_a_row_are_undecided_without_a_pocket_between_them(along):
+    limit_mm = 2 * (Recipe().verdict.max_ridge_mm - 0.43 * laid_ply.THICKNESS_MM)
+    one_mm = exact_arc_mm(*ROW_MM)
+    assert one_mm < 0.8 * limit_mm < limit_mm < 2 * one_mm
+    report = bumps_alone((0.0, 0.0), (30.0 * along[0], 30.0 * along[1]))
+    assert report.pockets == ()
+    assert report.verdict is Verdict.UNDECIDED
+    said = re.match(
+        r"a fibre over the bump of [\d.]+ cm² at .* and the bump of .* is ([\d.]+) mm longer", report.reason
+    )
+    assert 2 * one_mm - 0.08 < float(said[1]) < 2 * one_mm + 0.25  # with all that the filters may have taken
+
+
+@pytest.mark.parametrize("other", [(55.0, 0.0), (20.0, 24.0)], ids=["33 mm away", "not on its fibres"])
+def test_bumps_apart_are_passed(other):
+    report = bumps_alone((0.0, 0.0), other)
+    assert report.pockets == ()
+    assert report.verdict is Verdict.CEASE
