@@ -4,39 +4,42 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, surface
 from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.grid import Grid
-from debulk.inspection import fingerprint, inputs, inspector_file, mold_edge, reporting, tolerances
+from debulk.inspection import fingerprint, inputs, inspector_file, mold_edge, reporting, riders, tolerances
 from debulk.inspection.cleaning import clean, hide, owned, taken
 from debulk.inspection.comparing import check_place, compared, placing_of
 from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
 from debulk.inspection.effort import check_solves
-from debulk.inspection.evaluation import evaluate_all, not_judged
+from debulk.inspection.evaluation import Evaluation, evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
 from debulk.inspection.filled import Filled
 from debulk.inspection.finder import finder_for
-from debulk.inspection.found import Found
+from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.masked_holes import masked_holes
 from debulk.inspection.placing import Placed, Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.preparation import Preparation
 from debulk.inspection.prepared import Prepared, prepare
+from debulk.inspection.sample import Sample
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.inspection.wrinkles import WrinkleSearch
 from debulk.net import Drape
 from debulk.report import Report
 from debulk.stopping import Running
+from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -266,10 +269,20 @@ class Inspector:
                 bumps = tolerances.weigh(found, self.ply, cycle.stop)
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
+            riding = self._riding(points, sample, pockets, evaluations)
         with cycle.stage("report", 1.0):
             return reporting.report(
-                found, placed, filled, bumps, standing, pockets, evaluations, self.ply, cycle.timings_ms()
+                found, placed, filled, bumps, standing, riding, pockets, evaluations, self.ply, cycle.timings_ms()
             )
+
+    def _riding(
+        self, points: NDArray[np.float32], sample: Sample, pockets: Sequence[FoundPocket], done: Sequence[Evaluation]
+    ) -> list[Judgement]:
+        """Look for bumps on the pockets of a layup that would pass."""
+        if not pockets or any(one.report.verdict is not Verdict.CEASE for one in done):
+            return []
+        where = riders.points_of(points, self.mask, self.mold_from_scanner, sample.pitch_mm)
+        return riders.doubts(*where, pockets, [one.report for one in done], self.ply)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

@@ -110,7 +110,7 @@ def _held(on: NDArray[np.bool_], xy: Floats, ply_outline: Floats, beyond: Floats
     first = np.argmax(on, axis=1)
     last = on.shape[1] - 1 - np.argmax(on[:, ::-1], axis=1)
     lines = np.arange(len(on))
-    held = on.any(axis=1)
+    held: NDArray[np.bool_] = np.asarray(on.any(axis=1))
     for share in (0.1, 0.5, 1.0):
         held &= pocket.inside(ply_outline, xy[lines, first] - share * beyond)
         held &= pocket.inside(ply_outline, xy[lines, last] + share * beyond)

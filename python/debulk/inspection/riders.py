@@ -1,0 +1,160 @@
+"""Bumps that ride on a pocket and are so narrow that the filters take them for noise.
+
+What stands on even ground is found by `narrow_bumps`; a pocket is none. But its heights, after all filters, tell how
+the ply lies without such a bump: where points of the scan next to each other stand above them, with hardly any below,
+there is one. It is looked for where a layup would pass.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import cloud
+from debulk.grid import Grid
+from debulk.inspection import excess
+from debulk.inspection.found import FoundPocket
+from debulk.inspection.narrow_bumps import bell_excess_mm
+from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.results.report import PocketReport
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Rider", "doubts", "points_of", "riders_on"]
+
+Cloud = NDArray[np.float32]
+Floats = NDArray[np.float64]
+
+_STANDS_OUT_MM = 0.3  # above the filtered heights; a bump that stands out by less has hardly lost anything
+_NOISE = 6.0  # times the noise of the points, at least
+_WIDE_MM = 5.0  # what is narrower covers too few pixels
+_FEWEST = 5  # points that stand out side by side: fewer are flying pixels
+_OUT_SHARE = 0.6  # of the points within a millimetre and a half of the top
+_SUNK_SHARE = 0.05  # of those near it, that may lie as deep below: in a highlight, half of them do
+_HIGHEST_MM = 25.0
+_APART_MM = 1.0  # of the points that are looked at; a scan that is denser is read in steps
+
+
+class Rider(NamedTuple):
+    """A bump on a pocket: its place, height above the filtered heights, width at its foot, and what it adds."""
+
+    top_mm: tuple[float, float]
+    height_mm: float
+    wide_mm: float
+    excess_mm: float
+
+
+def points_of(
+    scan: Cloud, mask: NDArray[np.bool_] | None, mold_from_scanner: Floats | None, pitch_mm: float
+) -> tuple[Floats, float]:
+    """Return what is looked at of a scan before any filter: (N, 3) points, mold frame, and how far they are apart."""
+    step = 1
+    if scan.ndim == 3:
+        step = max(1, int(_APART_MM / pitch_mm)) if 0 < pitch_mm < math.inf else 1
+        scan, mask = scan[::step, ::step], None if mask is None else mask[::step, ::step]
+        scan = scan.reshape(-1, 3) if mask is None else scan[~mask]
+    points = scan[np.isfinite(scan).all(axis=1)]
+    if mold_from_scanner is not None:
+        points = cloud.transform(np.ascontiguousarray(points, dtype=np.float32), mold_from_scanner)
+    return points.astype(np.float64), step * pitch_mm
+
+
+def doubts(
+    points_mm: Floats, pitch_mm: float, pockets: Sequence[FoundPocket], reports: Sequence[PocketReport], ply: PlyOnMold
+) -> list[Judgement]:
+    """Say which pockets that cease could crease for a bump on them.
+
+    Parameters
+    ----------
+    points_mm
+        (N, 3) of the scan before any filter, mold frame.
+    pitch_mm
+        From one of them to the next.
+    pockets, reports
+        Of the same places.
+    ply
+        What they are judged by.
+    """
+    judged = []
+    for found, report in zip(pockets, reports, strict=True):
+        known_mm = _excess_mm(report, ply.recipe)
+        for rider in riders_on(found, points_mm, pitch_mm, ply):
+            ridge_mm = excess.ridge_of(known_mm + rider.excess_mm, ply.recipe)
+            if ridge_mm <= ply.recipe.verdict.max_ridge_mm:
+                continue
+            x, y = rider.top_mm
+            reason = (
+                f"a bump about {rider.wide_mm:.0f} mm wide at its foot, which stands {rider.height_mm:.1f} mm out of "
+                f"the filtered heights, rides on pocket {report.id} at ({x:.0f}, {y:.0f}) mm, and together they could "
+                f"make a ridge of {ridge_mm:.2f} mm: look there, and scan again"
+            )
+            judged.append(Judgement(Verdict.UNDECIDED, reason))
+            break
+    return judged
+
+
+def riders_on(found: FoundPocket, points_mm: Floats, pitch_mm: float, ply: PlyOnMold) -> Iterator[Rider]:
+    """Find the bumps on one pocket, highest first."""
+    heights, outline = found.feet.heights, found.foot.outline_mm
+    if not len(outline):
+        return
+    x, y = points_mm[:, 0], points_mm[:, 1]
+    (left, low), (right, high) = outline.min(axis=0), outline.max(axis=0)
+    near = points_mm[(x >= left) & (x <= right) & (y >= low) & (y <= high)]
+    near = near[_label(found, near[:, :2]) == found.foot.label]
+    if not len(near):
+        return
+    out = near[:, 2] - ply.reference.height(near[:, :2]) - _at(heights, near[:, :2])
+    seen = np.isfinite(out) & (np.abs(out) < _HIGHEST_MM)
+    xy, out = near[seen, :2], out[seen]
+    least_mm = max(_STANDS_OUT_MM, _NOISE * 1.4826 * float(np.median(np.abs(out)))) if len(out) else math.inf
+    left_over = np.flatnonzero(out > least_mm)
+    left_over = left_over[np.argsort(-out[left_over])]
+    while len(left_over) >= _FEWEST:
+        top = left_over[0]
+        away = np.hypot(*(xy - xy[top]).T)
+        close, around = away < 1.5 * max(1.0, pitch_mm), away < 2 * _WIDE_MM
+        left_over = left_over[away[left_over] >= 2 * _WIDE_MM]
+        raised = around & (out > least_mm)
+        sunk = np.mean(out[around] < -least_mm)
+        if np.mean(out[close] > least_mm) < _OUT_SHARE or sunk > _SUNK_SHARE or np.count_nonzero(raised) < _FEWEST:
+            continue
+        height_mm = float(np.sort(out[raised])[-2])  # the highest may be a flying one
+        half_high = np.count_nonzero(around & (out > 0.5 * height_mm))
+        wide_mm = 2 * math.sqrt(4 / math.pi * half_high) * pitch_mm
+        if wide_mm >= _WIDE_MM:
+            tx, ty = xy[top].tolist()
+            yield Rider((tx, ty), height_mm, wide_mm, bell_excess_mm(height_mm, wide_mm))
+
+
+def _excess_mm(report: PocketReport, recipe: Recipe) -> float:
+    """Return what its fibres have to spare at most."""
+    if report.excess is None:
+        return max(report.excess_length_mm or 0.0, 0.0)
+    return max(report.excess.length_mm + 2 * (report.excess.missed_mm + report.excess.uncertainty_mm), 0.0)
+
+
+def _label(found: FoundPocket, xy: Floats) -> NDArray[np.int32]:
+    labels = found.feet.labels
+    column, row = np.rint((xy - labels.origin_mm) / labels.spacing_mm).astype(np.intp).T
+    ny, nx = labels.values.shape
+    inside: NDArray[np.int32] = labels.values[np.clip(row, 0, ny - 1), np.clip(column, 0, nx - 1)]
+    return inside
+
+
+def _at(heights: Grid, xy: Floats) -> Floats:
+    """Heights between the points of a grid, linear."""
+    place = np.clip((xy - heights.origin_mm) / heights.spacing_mm, 0, np.array(heights.values.shape[::-1]) - 1.001)
+    cell = np.floor(place).astype(np.intp)
+    (i, j), (u, v) = cell.T, (place - cell).T
+    z = heights.values
+    between: Floats = (1 - v) * ((1 - u) * z[j, i] + u * z[j, i + 1]) + v * (
+        (1 - u) * z[j + 1, i] + u * z[j + 1, i + 1]
+    )
+    return between

@@ -1,0 +1,41 @@
+"""A bump on a pocket that the filters take for noise keeps a layup from passing; flying points do not."""
+
+import numpy as np
+import pytest
+
+import laid_ply
+from debulk import Verdict
+from debulk.inspection import riders
+
+WIDE = (0.0, 0.0, 260.0, 6.5)  # a ridge of 0.4 mm
+
+
+def found_on(scan):
+    inspector = laid_ply.inspector()
+    (found,) = inspector.find(scan).pockets
+    points = riders.points_of(scan, None, laid_ply.layup().mold_from_scanner, inspector.grid_spacing_mm)
+    return list(riders.riders_on(found, *points, inspector.ply))
+
+
+@pytest.mark.parametrize(("wide_mm", "high_mm"), [(8.0, 2.5), (10.0, 3.0)])
+def test_a_narrow_bump_on_a_pocket_is_not_passed(wide_mm, high_mm):
+    wide, rider = laid_ply.bell(*WIDE), laid_ply.bell(31.0, 22.0, wide_mm, high_mm)
+    scan = laid_ply.scan(lambda x, y: wide(x, y) + rider(x, y))
+    report = laid_ply.inspector().inspect(scan)
+    assert report.verdict is Verdict.UNDECIDED
+    (one,) = found_on(scan)
+    assert one.top_mm == pytest.approx((31.0, 22.0), abs=1.5)
+    assert wide_mm - 3 < one.wide_mm < wide_mm + 3
+    if report.pockets[0].verdict is Verdict.CEASE:
+        assert "rides on pocket 1 at (3" in report.reason
+
+
+def test_flying_points_and_highlights_ride_on_nothing():
+    scan = laid_ply.scan(laid_ply.bell(*WIDE))
+    rng = np.random.default_rng(1)
+    flying = rng.random(scan.shape[:2]) < 2e-3
+    scan[flying, 2] -= rng.uniform(0.5, 5.0, np.count_nonzero(flying)).astype(np.float32)
+    rows, columns = slice(480, 500), slice(640, 660)  # as wild as a highlight
+    scan[rows, columns, 2] += rng.normal(0.0, 1.5, (20, 20)).astype(np.float32)
+    assert found_on(scan) == []
+    assert laid_ply.inspector().inspect(scan).verdict is Verdict.CEASE
