@@ -34,6 +34,7 @@ __all__ = ["doubts", "friction_length", "without_shared_folds"]
 Floats = NDArray[np.float64]
 
 _FIXED = 1  # kind of a node that is held
+_NAMED = 3  # of the pockets and of the bumps in a reason
 
 
 class _Fold(NamedTuple):
@@ -203,10 +204,17 @@ def _worst_fold(one: CrossingFibres, walk: FibreWalk, recipe: Recipe) -> _Fold |
 def _reason(name: str, fold: _Fold, names: Mapping[int, str], recipe: Recipe) -> str:
     others = sorted(fold.with_others.numbers)
     pockets, bumps = ([names[n] for n in others if names[n].isdigit() is told] for told in (True, False))
-    named = [f"pocket{'s' * (len(pockets) > 1)} {' and '.join(pockets)}"] if pockets else []
+    named = [f"pocket{'s' * (len(pockets) > 1)} {_listed(pockets)}"] if pockets else []
     limit_mm, way_mm = recipe.verdict.max_ridge_mm, friction_length(recipe)
     return (
-        f"a fibre over {name} and {' and '.join(named + bumps)} is {fold.excess_mm:.2f} mm longer than the mold: "
-        f"a ridge of up to {fold.ridge_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one fold draws it all "
-        f"together; only more than {way_mm:.3g} mm of flat ply between them would hold it apart by friction"
+        f"a fibre over {name} and {' and '.join(named + [_listed(bumps)] * bool(bumps))} is {fold.excess_mm:.2f} mm "
+        f"longer than the mold: a ridge of up to {fold.ridge_mm:.2f} mm, above the limit of {limit_mm:.2f} mm, if one "
+        f"fold draws it all together; only more than {way_mm:.3g} mm of flat ply between them would hold it apart by "
+        "friction"
     )
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Name the first few."""
+    more = [f"{len(names) - _NAMED} more"] if len(names) > _NAMED else []
+    return " and ".join([*names[:_NAMED], *more])

@@ -160,3 +160,20 @@ def test_bumps_apart_are_passed(other):
     report = bumps_alone((0.0, 0.0), other)
     assert report.pockets == ()
     assert report.verdict is Verdict.CEASE
+
+
+def bumps_in_field(places):
+    def shape(x, y):
+        x0, y0 = (places[np.argmin(np.abs(v[..., None] - places), axis=-1)] for v in (x, y))
+        return laid_ply.bell(0.0, 0.0, 30.0, 2.0)(x - x0, y - y0)
+
+    return inspect(laid_ply.scan(shape))
+
+
+def test_a_field_of_low_bumps_is_undecided_and_its_reason_names_a_few():
+    """Sixty-four of 0.33 mm to spare each, in eight rows: every choice of a row's bumps is a chain of its own."""
+    places = 34.0 * (np.arange(8) - 3.5)
+    report = bumps_in_field(places)
+    assert report.verdict is Verdict.UNDECIDED
+    assert report.reason.count("the bump of") == 4  # it, and three more
+    assert re.search(r"and \d more is [\d.]+ mm longer than the mold", report.reason)
