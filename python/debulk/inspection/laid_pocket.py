@@ -232,9 +232,10 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
     held_mm = max(excess.of_held_fibres(laid, ply), straight.excess_mm)
     limits = ply.recipe.verdict
     if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > limits.max_ridge_mm - limits.ridge_margin_mm:
+        side = "above" if ridge_mm > limits.max_ridge_mm else f"within {limits.ridge_margin_mm:.2f} mm of"
         return (
             f"a fibre that is held at both ends is {held_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm "
-            f"above the limit of {limits.max_ridge_mm:.2f} mm unless it moves sideways to the ply's edge"
+            f"{side} the limit of {limits.max_ridge_mm:.2f} mm unless it moves sideways to the ply's edge"
         )
     return ""
 

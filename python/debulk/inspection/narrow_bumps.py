@@ -105,8 +105,8 @@ def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...
         for bump in bumps
     ]
     unseen = LeftOut(
-        what=f"bumps narrower than {narrowest_mm:.2g} mm at their foot, and narrow ones on a pocket or beside a "
-        f"hole, or longer than {_LONGEST_MM:g} mm and too short for a wrinkle",
+        what=f"bumps narrower than {narrowest_mm:.2g} mm at their foot, and narrow ones beside a hole, or longer than "
+        f"{_LONGEST_MM:g} mm and too short for a wrinkle",
         why=f"the pixels are {pitch_mm:.2g} mm apart, and what covers so few of them, or stands on no even ground, is "
         "not told from a highlight",
         bound=f"none: a fibre over a bell {narrowest_mm:.2g} mm wide and {_BELL_MM:g} mm high is "

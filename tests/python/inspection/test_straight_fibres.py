@@ -64,3 +64,14 @@ def test_a_line_counts_at_the_edge_only_where_the_ply_goes_on():
     ply = laid_ply.inspector().ply
     assert longest(found, ply, held_over_mm=20.0) == longest(found, ply)
     assert longest(found, ply, held_over_mm=2000.0).excess_mm == 0.0
+
+
+def test_a_bump_that_rides_on_a_pocket_at_the_edge_is_not_passed():
+    """The net is free at the edge, and its held fibres, 16 mm apart, step over a bump of 18 mm, 105 mm inside."""
+    right_mm = laid_ply.layup().ply_outline[:, 0].max()
+    wide, rider = laid_ply.bell(right_mm - 60, 0, 240, 6), laid_ply.bell(right_mm - 105, 7, 18, 2.2)
+    (p,) = laid_ply.inspector().inspect(laid_ply.scan(lambda x, y: wide(x, y) + rider(x, y))).pockets
+    assert p.excess is None
+    assert p.verdict is Verdict.UNDECIDED
+    assert p.excess_length_mm < 0.6 * LIMIT_MM
+    assert p.reason.startswith("a fibre that is held at both ends is 0.8")
