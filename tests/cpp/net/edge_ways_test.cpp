@@ -68,7 +68,11 @@ TEST(EdgeWays, ComeWithANetWhoseEdgeIsKnown) {
   const PocketNet laid = fibre_net(ply, mold, shape);
   ASSERT_EQ(laid.net.to_edge.size(), laid.net.nodes.size());
   ASSERT_EQ(laid.hold_ways.size(), laid.net.nodes.size());
-  ASSERT_EQ(laid.past_ends.size(), laid.net.nodes.size());
+  EXPECT_TRUE(laid.past_ends.empty());                                         // no node is free: nobody asks
+  for (Eigen::Vector2d& p : shape.ply_outline) p.x() = std::min(p.x(), 25.0);  // through the pocket
+  const PocketNet cut = fibre_net(ply, mold, shape);
+  ASSERT_FALSE(cut.held_all_round());
+  ASSERT_EQ(cut.past_ends.size(), cut.net.nodes.size());
 }
 
 }  // namespace
