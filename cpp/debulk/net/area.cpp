@@ -11,14 +11,28 @@ namespace {
 
 constexpr double kPoints = 10000;
 
-// Where the horizontal line at y crosses the polygon's sides, ascending: inside between the first and second, ...
-std::vector<double> crossings(const Polygon& polygon, double y) {
-  std::vector<double> x;
+// Rows of points, one at the middle of each of `count` strips from `low` on.
+struct Rows {
+  double low, height;
+  int count;
+  double y(int j) const { return low + (j + 0.5) * height; }
+};
+
+// Where each row crosses the polygon's sides, ascending: inside between the first and second, ... Every side is looked at once, for
+// the few rows that it may cross.
+std::vector<std::vector<double>> crossings(const Polygon& polygon, const Rows& rows) {
+  std::vector<std::vector<double>> x(static_cast<std::size_t>(rows.count));
+  const auto row_near = [&](double y) { return static_cast<int>(std::clamp((y - rows.low) / rows.height, -2.0, rows.count + 2.0)); };
   for (std::size_t k = 0; k < polygon.size(); ++k) {
     const Eigen::Vector2d &a = polygon[k], &b = polygon[k + 1 == polygon.size() ? 0 : k + 1];
-    if ((a.y() > y) != (b.y() > y)) x.push_back(a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+    const int first = std::max(0, row_near(std::min(a.y(), b.y())) - 1);
+    const int last = std::min(rows.count - 1, row_near(std::max(a.y(), b.y())) + 1);
+    for (int j = first; j <= last; ++j) {
+      const double y = rows.y(j);
+      if ((a.y() > y) != (b.y() > y)) x[static_cast<std::size_t>(j)].push_back(a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+    }
   }
-  std::sort(x.begin(), x.end());
+  for (std::vector<double>& row : x) std::sort(row.begin(), row.end());
   return x;
 }
 
@@ -40,14 +54,14 @@ double surface_area(const Surface& surface, const Polygon& outline, const Polygo
   if (!may_cut(ply, box) && inside(ply, box.low)) ply.clear();  // every point is on it
   const double projected = polygon_area(polygon);
   const double pitch = std::sqrt(projected / kPoints);
-  const int rows = std::max(1, static_cast<int>(std::ceil((box.high.y() - box.low.y()) / pitch)));
-  const double height = (box.high.y() - box.low.y()) / rows;
+  const int count = std::max(1, static_cast<int>(std::ceil((box.high.y() - box.low.y()) / pitch)));
+  const Rows rows{box.low.y(), (box.high.y() - box.low.y()) / count, count};
+  const std::vector<std::vector<double>> sides = crossings(polygon, rows), edges = crossings(ply, rows);
   // The mean stretch over the points times the projected area: the outline's own discretisation drops out.
   double stretched = 0, seen = 0;
   std::vector<double> at, widths;
-  for (int j = 0; j < rows; ++j) {
-    const double y = box.low.y() + (j + 0.5) * height;
-    const std::vector<double> x = crossings(polygon, y), edge = crossings(ply, y);
+  for (int j = 0; j < count; ++j) {
+    const std::vector<double>&x = sides[static_cast<std::size_t>(j)], &edge = edges[static_cast<std::size_t>(j)];
     at.clear(), widths.clear();
     for (std::size_t k = 0; k + 1 < x.size(); k += 2) {
       const int cells = std::max(1, static_cast<int>(std::ceil((x[k + 1] - x[k]) / pitch)));
@@ -59,7 +73,7 @@ double surface_area(const Surface& surface, const Polygon& outline, const Polygo
         if (ply.empty() || on_ply) at.push_back(p), widths.push_back(width);
       }
     }
-    const std::vector<Eigen::Vector2d> gradients = surface.gradients_on_row(at, y);
+    const std::vector<Eigen::Vector2d> gradients = surface.gradients_on_row(at, rows.y(j));
     for (std::size_t k = 0; k < at.size(); ++k) stretched += widths[k] * std::sqrt(1 + gradients[k].squaredNorm());
   }
   return seen > 0 ? projected * stretched / seen : projected;

@@ -1,38 +1,10 @@
 #include "debulk/net/edge_ways.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
-namespace {
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-// From a point inside the outline straight on until it is left; 0 from a point on it or outside.
-double way_out(const OutlineSearch& outline, const Eigen::Vector2d& from, const Eigen::Vector2d& direction) {
-  if (!outline.inside(from)) return 0.0;
-  const Polygon& corners = outline.polygon();
-  double way = std::numeric_limits<double>::infinity();
-  Eigen::Vector2d before = corners.back() - from;
-  double beside_before = cross(before, direction);
-  for (const Eigen::Vector2d& corner : corners) {
-    const Eigen::Vector2d here = corner - from;
-    const double beside = cross(here, direction);
-    if (beside * beside_before <= 0 && beside != beside_before) {  // the side's ends lie on either side of the way, or on it
-      const Eigen::Vector2d side = here - before;
-      const double along = cross(before, side) / cross(direction, side);
-      if (along >= 0) way = std::min(way, along);
-    }
-    before = here, beside_before = beside;
-  }
-  return way < std::numeric_limits<double>::infinity() ? way : 0.0;
-}
-
-}  // namespace
 
 std::vector<double> ways_to_edge(const Net& net, const Polygon& ply) {
   const OutlineSearch outline(ply);
@@ -57,8 +29,8 @@ std::vector<std::array<double, 2>> ways_along_fibres(const Net& net, const Polyg
         before = last;
         last = next;
       }
-      const double way = std::min(way_out(outline, xy(first), (xy(first) - xy(second)).normalized()),
-                                  way_out(outline, xy(last), (xy(last) - xy(before)).normalized()));
+      const double way = std::min(outline.way_out(xy(first), (xy(first) - xy(second)).normalized()),
+                                  outline.way_out(xy(last), (xy(last) - xy(before)).normalized()));
       for (int n = first; n >= 0; n = n == last ? -1 : net.neighbours[static_cast<std::size_t>(n)][on])
         out[static_cast<std::size_t>(n)][static_cast<std::size_t>(fibre)] = way;
     }
@@ -75,7 +47,7 @@ std::vector<double> ways_past_ends(const Net& net, const Polygon& ply) {
       const int before = net.neighbours[i][opposite[on]];
       if (net.neighbours[i][on] >= 0 || before < 0) continue;
       const Eigen::Vector2d end = net.nodes[i].head<2>();
-      out[i] = std::max(out[i], way_out(outline, end, (end - net.nodes[static_cast<std::size_t>(before)].head<2>()).normalized()));
+      out[i] = std::max(out[i], outline.way_out(end, (end - net.nodes[static_cast<std::size_t>(before)].head<2>()).normalized()));
     }
   return out;
 }

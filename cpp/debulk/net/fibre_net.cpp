@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <limits>
-#include <set>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -43,6 +44,34 @@ struct Place {
 struct Found {
   int i, j;
   Place place;
+};
+
+// Which places of an endless lattice were seen, from its middle on.
+class Marks {
+ public:
+  // Whether it was not yet.
+  bool add(int i, int j) {
+    while (std::max(std::abs(i), std::abs(j)) > reach_) widen();
+    std::uint8_t& mark = marks_[index(i, j, reach_)];
+    return std::exchange(mark, 1) == 0;
+  }
+
+ private:
+  static std::size_t index(int i, int j, int reach) {
+    return static_cast<std::size_t>(j + reach) * static_cast<std::size_t>(2 * reach + 1) + static_cast<std::size_t>(i + reach);
+  }
+
+  void widen() {
+    const int wider = 2 * reach_;
+    std::vector<std::uint8_t> marks(index(wider, wider, wider) + 1, 0);
+    for (int j = -reach_; j <= reach_; ++j)
+      std::copy_n(marks_.begin() + static_cast<long>(index(-reach_, j, reach_)), 2 * reach_ + 1,
+                  marks.begin() + static_cast<long>(index(-reach_, j, wider)));
+    reach_ = wider, marks_ = std::move(marks);
+  }
+
+  int reach_ = 16;
+  std::vector<std::uint8_t> marks_ = std::vector<std::uint8_t>(index(16, 16, 16) + 1, 0);
 };
 
 // Lays and trims one pocket's net at any spacing.
@@ -111,12 +140,13 @@ class PocketMesher {
   // The nodes that are kept and connected to the centre, and their neighbours: nothing else is laid but what those hang on.
   std::vector<Found> spread(NetLayer& layer, double spacing) const {
     std::vector<Found> found{{0, 0, place_of(shape_.centre, spacing)}};
-    std::set<std::array<int, 2>> seen{{0, 0}};
+    Marks seen;
+    seen.add(0, 0);
     for (std::size_t k = 0; k < found.size(); ++k) {
       if (k > 0 && !found[k].place.kept) continue;
       for (const auto& step : kSteps) {
         const int i = found[k].i + step[0], j = found[k].j + step[1];
-        if (!seen.insert({i, j}).second) continue;
+        if (!seen.add(i, j)) continue;
         if (const Eigen::Vector3d* node = layer.at(i, j)) found.push_back({i, j, place_of(node->head<2>(), spacing)});
       }
     }
@@ -168,10 +198,11 @@ class PocketMesher {
   // A thin skirt of the foot may be narrower than a cell: there the net ends inside the perimeter, on the mold all the same.
   void fix_ends_on_mold(const Lattice& lattice, const std::vector<Place>& places, std::vector<NodeKind>& kinds) const {
     for_kept(lattice, places, [&](int i, int j, std::size_t k) {
-      if (kinds[k] != NodeKind::inner || !on_mold(lattice.nodes[k])) return;
+      if (kinds[k] != NodeKind::inner) return;
       const bool ends = std::any_of(std::begin(kSteps), std::end(kSteps),
                                     [&](const auto& step) { return !kept(lattice, places, i + step[0], j + step[1]); });
-      if (ends) kinds[k] = edge_within(lattice.nodes[k].head<2>(), options_.edge_tol) ? NodeKind::free : NodeKind::fixed;
+      if (ends && on_mold(lattice.nodes[k]))
+        kinds[k] = edge_within(lattice.nodes[k].head<2>(), options_.edge_tol) ? NodeKind::free : NodeKind::fixed;
     });
   }
 
@@ -290,9 +321,9 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
   if (!shape.ply_outline.empty()) {
     net.net.to_edge = ways_to_edge(net.net, shape.ply_outline);
     net.hold_ways = ways_along_fibres(net.net, shape.ply_outline);
-    net.past_ends = ways_past_ends(net.net, shape.ply_outline);
+    if (!net.held_all_round()) net.past_ends = ways_past_ends(net.net, shape.ply_outline);
     for (std::size_t i = 0; i < net.past_ends.size(); ++i)
-      if (!lies_on(mold, net.net.nodes[i], options.mold_tol)) net.past_ends[i] = 0;
+      if (net.past_ends[i] > 0 && !lies_on(mold, net.net.nodes[i], options.mold_tol)) net.past_ends[i] = 0;
   }
   if (options.finer_too && net.held_all_round()) net.finer = finer_net(mesher, net.net.spacing, stop);
   return net;

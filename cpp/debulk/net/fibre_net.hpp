@@ -45,7 +45,7 @@ struct PocketNet {
   double area = 0.0;           // mm^2 of ply surface inside the perimeter (and the ply)
   std::vector<int> open_ends;  // inner nodes away from the ply's edge that miss a fibre neighbour: the rim is not closed there
   std::vector<std::array<double, 2>> hold_ways;  // ways_along_fibres(); empty where the ply's edge is not known
-  std::vector<double> past_ends;                 // ways_past_ends(); the same; 0 of a node off the mold, where the ply's edge cut its fibre
+  std::vector<double> past_ends;                 // ways_past_ends(); empty where no node is free, too; 0 of a node off the mold
   // The net at half the spacing: empty where it was not asked for, a node is free, its rim does not close, or none can be laid. It is
   // there for its lengths: without ways to the ply's edge.
   Net finer;

@@ -60,9 +60,14 @@ std::optional<Vector3d> fourth_node(const Surface& surface, const Vector3d& comm
   Vector3d up = along.cross(out);
   if (up.z() < 0) up = -up;
   const auto on_circle = [&](double phi) -> Vector3d { return middle + radius * (std::cos(phi) * out + std::sin(phi) * up); };
+  struct {
+    double phi, height;
+    Vector3d point;
+  } last;  // where the gap was taken last
   const auto gap = [&](double phi) {
     const Vector3d p = on_circle(phi);
-    return p.z() - surface.height(p.head<2>());
+    last = {phi, surface.height(p.head<2>()), p};
+    return p.z() - last.height;
   };
 
   constexpr double march = 0.1;     // rad
@@ -78,9 +83,9 @@ std::optional<Vector3d> fourth_node(const Surface& surface, const Vector3d& comm
     next_value = gap(next);
   }
   if (!std::isfinite(next_value)) return std::nullopt;
-  Vector3d found = on_circle(next == phi ? phi : bracketed_root(gap, phi, value, next, next_value, 1e-14 * spacing));
-  found.z() = surface.height(found.head<2>());
-  return found;
+  const double root = next == phi ? phi : bracketed_root(gap, phi, value, next, next_value, 1e-14 * spacing);
+  if (root != last.phi) gap(root);
+  return Vector3d(last.point.x(), last.point.y(), last.height);
 }
 
 FibreRays fibre_rays(const Surface& surface, const Vector2d& centre, const FibreAngles& angles, double step, PathRule rule) {

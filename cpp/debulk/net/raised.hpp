@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -24,12 +25,10 @@ class Raised : public Surface {
   double height(const Eigen::Vector2d& xy) const override { return below_.height(xy) + (above_.inside(xy) ? above_.height(xy) : 0.0); }
   std::vector<Eigen::Vector2d> gradients_on_row(const std::vector<double>& x, double y) const override {
     std::vector<Eigen::Vector2d> out = below_.gradients_on_row(x, y);
-    std::vector<double> on;
-    std::size_t first = 0;
-    while (first < x.size() && !above_.inside({x[first], y})) ++first;
-    for (std::size_t k = first; k < x.size() && above_.inside({x[k], y}); ++k) on.push_back(x[k]);
-    const std::vector<Eigen::Vector2d> more = above_.gradients_on_row(on, y);
-    for (std::size_t k = 0; k < more.size(); ++k) out[first + k] += more[k];
+    const auto on = [&](double at) { return above_.inside({at, y}); };
+    const auto first = std::find_if(x.begin(), x.end(), on);
+    const std::vector<Eigen::Vector2d> more = above_.gradients_on_row({first, std::partition_point(first, x.end(), on)}, y);
+    for (std::size_t k = 0; k < more.size(); ++k) out[static_cast<std::size_t>(first - x.begin()) + k] += more[k];
     return out;
   }
 

@@ -5,6 +5,13 @@
 #include <limits>
 
 namespace debulk {
+namespace {
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+}  // namespace
 
 OutlineSearch::OutlineSearch(const Polygon& polygon) : polygon_(polygon) {
   for (std::size_t first = 0; first < polygon_.size(); first += group) {
@@ -61,7 +68,28 @@ double OutlineSearch::distance(const Eigen::Vector2d& point) const {
 }
 
 bool OutlineSearch::within(const Eigen::Vector2d& point, double reach) const {
-  return !empty() && distance(point) <= reach;
+  // What is farther than that need not be known: nearest() then stops at this, whose root is above the reach.
+  const double farther = reach * reach * (1 + 1e-9) + std::numeric_limits<double>::min();
+  return !empty() && std::sqrt(nearest(point, farther)) <= reach;
+}
+
+double OutlineSearch::way_out(const Eigen::Vector2d& from, const Eigen::Vector2d& direction) const {
+  if (!inside(from)) return 0.0;
+  double way = std::numeric_limits<double>::infinity();
+  for (std::size_t g = 0; g < boxes_.size(); ++g) {
+    // A box clear of the line, by more than rounding, has no side across it.
+    const Eigen::Vector2d half = 0.5 * (boxes_[g].high - boxes_[g].low), middle = 0.5 * (boxes_[g].low + boxes_[g].high) - from;
+    if (std::abs(cross(middle, direction)) > half.x() * std::abs(direction.y()) + half.y() * std::abs(direction.x()) + 1e-6) continue;
+    for (std::size_t k = g * group; k < std::min((g + 1) * group, polygon_.size()); ++k) {
+      const Eigen::Vector2d before = polygon_[k] - from, here = polygon_[k + 1 == polygon_.size() ? 0 : k + 1] - from;
+      const double beside_before = cross(before, direction), beside = cross(here, direction);
+      if (beside * beside_before > 0 || beside == beside_before) continue;  // the side's ends lie on the same side of the way
+      const Eigen::Vector2d side = here - before;
+      const double along = cross(before, side) / cross(direction, side);
+      if (along >= 0) way = std::min(way, along);
+    }
+  }
+  return way < std::numeric_limits<double>::infinity() ? way : 0.0;
 }
 
 }  // namespace debulk

@@ -18,6 +18,8 @@ class OutlineSearch {
   bool inside(const Eigen::Vector2d& point) const;
   double distance(const Eigen::Vector2d& point) const;            // infinite for an empty polygon
   bool within(const Eigen::Vector2d& point, double reach) const;  // distance(point) <= reach
+  // From a point inside straight on, in the direction of a unit vector, until the polygon is left; 0 from a point on it or outside.
+  double way_out(const Eigen::Vector2d& from, const Eigen::Vector2d& direction) const;
 
  private:
   static constexpr std::size_t group = 32;                             // sides

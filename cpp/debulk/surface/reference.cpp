@@ -14,11 +14,11 @@ namespace {
 // along `wide` columns of n rows at once, in place: row j of f is row j + 1 of `rows`, `stride` apart, whose first and last
 // are set too. The not-a-knot condition, c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, with the first three equations gives
 // c[1] = (8 f[1] - f[0] - f[2]) / 6 at once, likewise at the other end; a tridiagonal system is left between them.
+template <int kWide = Eigen::Dynamic>
 void spline_columns(double* rows, int wide, int stride, int n) {
-  using Row = Eigen::Map<Eigen::ArrayXd>;
-  const auto c = [&](int j) { return Row(rows + static_cast<long>(j + 1) * stride, wide); };
-  const Eigen::ArrayXd first = c(0), second = c(1), next_to_last = c(n - 2), last = c(n - 1);
-  const Eigen::ArrayXd third_from_last = c(n - 3);
+  using Row = Eigen::Array<double, kWide, 1>;
+  const auto c = [&](int j) { return Eigen::Map<Row>(rows + static_cast<long>(j + 1) * stride, wide); };
+  const Row first = c(0), second = c(1), next_to_last = c(n - 2), last = c(n - 1), third_from_last = c(n - 3);
   c(1) = (8 * second - first - c(2)) / 6;
   c(n - 2) = (8 * next_to_last - last - third_from_last) / 6;
   std::vector<double> above(static_cast<std::size_t>(n), 0.0);
@@ -101,9 +101,11 @@ Reference::Reference(Grid<double> given) : heights_(std::move(given)) {
   std::vector<double> turned(static_cast<std::size_t>(wide) * kRows, 0.0);
   for (int j = 0; j < ny; j += kRows) {
     const int count = std::min(kRows, ny - j);
-    for (int r = 0; r < count; ++r)
-      for (int i = 0; i < nx; ++i) turned[static_cast<std::size_t>(i + 1) * kRows + r] = heights_.at(i, j + r);
-    spline_columns(turned.data(), kRows, kRows, nx);
+    const double* given_rows = &heights_.at(0, j);
+    if (std::all_of(given_rows, given_rows + static_cast<long>(count) * nx, [](double h) { return h == 0; })) continue;
+    for (int i = 0; i < nx; ++i)
+      for (int r = 0; r < count; ++r) turned[static_cast<std::size_t>(i + 1) * kRows + r] = given_rows[static_cast<long>(r) * nx + i];
+    spline_columns<kRows>(turned.data(), kRows, kRows, nx);
     for (int r = 0; r < count; ++r)
       for (int i = 0; i < wide; ++i)
         coefficients_[static_cast<std::size_t>(j + r + 1) * wide + i] = turned[static_cast<std::size_t>(i) * kRows + r];

@@ -118,7 +118,7 @@ def _of_pocket(p: PocketReport) -> SpareNet | None:
         return None
     assert p.spacing_mm is not None and p.foot_outline_mm is not None  # it has a net
     at_spacing_mm = p.excess_length_mm if p.excess is None else p.excess.at_spacing_mm
-    return SpareNet(p.net, p.spacing_mm, p.foot_outline_mm, at_spacing_mm or 0.0, p.excess)
+    return SpareNet(p.net, p.spacing_mm, p.foot_outline_mm, at_spacing_mm or 0.0, lambda: p.excess)
 
 
 def _close_by(nets: Mapping[int, SpareNet], way_mm: float) -> dict[int, list[int]]:

@@ -188,10 +188,11 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
     if not laid.inside.any():
         raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
     known = excess.of_net(laid, ply, found)
-    held_mm = _core.ridge.held_excess(laid._core.net, ply.reference).largest_mm
     if known is None:
+        held_mm = _core.ridge.held_excess(laid._core.net, ply.reference).largest_mm
         taken = narrow.lowered(found, excess.of_held_fibres(laid, ply), ply.recipe.verdict.ridge_margin_mm, ply.recipe)
     else:
+        held_mm = known.at_spacing_mm
         taken = narrow.lowered(found, known.length_mm, known.uncertainty_mm, ply.recipe)
     return LaidPocket(
         net=laid,

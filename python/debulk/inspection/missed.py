@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from debulk import _core
@@ -48,10 +49,12 @@ def filtered_once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:
     half = max(1, round(smooth_mm / (2 * heights.spacing_mm)))
     cells = np.rint((xy - heights.origin_mm) / heights.spacing_mm).astype(np.intp)
     fits = ((cells >= half) & (cells < np.array(heights.values.shape[::-1]) - half)).all(axis=1)
-    steps = np.arange(-half, half + 1)
-    column, row = cells[fits].T
-    windows = heights.values[row[:, None, None] + steps[:, None], column[:, None, None] + steps]
     lifted = np.zeros(len(xy))
+    if not fits.any():  # of no cell, if the grid is smaller than a window
+        return lifted
+    column, row = cells[fits].T
+    side = 2 * half + 1
+    windows = sliding_window_view(heights.values, (side, side))[row - half, column - half]
     lifted[fits] = np.nan_to_num(np.tensordot(windows, _weights(half), 2) - heights.values[row, column])
     return lifted
 

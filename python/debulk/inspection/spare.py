@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,15 +31,20 @@ class SpareNet:
         (M, 2), mold XY, where the ply comes down to the mold.
     at_spacing_mm
         Largest excess of its fibres, as laid.
-    excess
-        The ridge that it makes; None where it is not known.
+    measure
+        Returns the ridge that it makes; None where it is not known. Called once, where a fold may reach it.
     """
 
     net: Net | PocketNet
     spacing_mm: float
     foot_outline_mm: NDArray[np.float64]
     at_spacing_mm: float
-    excess: ExcessReport | None
+    measure: Callable[[], ExcessReport | None]
+
+    @cached_property
+    def excess(self) -> ExcessReport | None:
+        """The ridge that the excess makes; None where it is not known."""
+        return self.measure()
 
     @property
     def scale(self) -> float:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -208,8 +209,8 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     limits = criteria(ply.recipe)
     least_mm = limits.max_ridge_height_mm - limits.ridge_margin_mm
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
-    known = excess.of_net(laid, ply, one)
-    spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, excess_mm, known)
+    measure = partial(excess.of_net, laid, ply, one)
+    spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, excess_mm, measure)
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare)
     over_ridge = ridge_mm >= least_mm
     true_mm = narrow.true_ridge_mm(one, excess_mm, ply.recipe)

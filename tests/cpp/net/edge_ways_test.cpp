@@ -66,9 +66,15 @@ TEST(EdgeWays, ComeWithANetWhoseEdgeIsKnown) {
   EXPECT_TRUE(fibre_net(ply, mold, shape).past_ends.empty());
   shape.ply_outline = kPly;
   const PocketNet laid = fibre_net(ply, mold, shape);
+  ASSERT_FALSE(laid.held_all_round());
   ASSERT_EQ(laid.net.to_edge.size(), laid.net.nodes.size());
   ASSERT_EQ(laid.hold_ways.size(), laid.net.nodes.size());
   ASSERT_EQ(laid.past_ends.size(), laid.net.nodes.size());
+  for (Eigen::Vector2d& p : shape.ply_outline) p *= 3;  // so far away that no node is free: nobody asks for what lies past an end
+  const PocketNet held = fibre_net(ply, mold, shape);
+  ASSERT_TRUE(held.held_all_round());
+  EXPECT_EQ(held.hold_ways.size(), held.net.nodes.size());
+  EXPECT_TRUE(held.past_ends.empty());
 }
 
 }  // namespace

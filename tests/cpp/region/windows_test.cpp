@@ -172,6 +172,17 @@ TEST(OutlineSearch, TellsThePolygonsOwnBits) {
     const Eigen::Vector2d p(uniform(-120, 120), uniform(-120, 120));
     EXPECT_EQ(search.inside(p), inside(outline, p));
     EXPECT_EQ(search.distance(p), distance_to_outline(outline, p));
+    for (const double reach : {0.0, 5.0, distance_to_outline(outline, p)})
+      EXPECT_EQ(search.within(p, reach), distance_to_outline(outline, p) <= reach);
+    // Straight on from inside: what lies before the way out is inside, what lies behind it is not.
+    const double turn = uniform(0, 6.3), way = search.way_out(p, {std::cos(turn), std::sin(turn)});
+    const auto on = [&](double along) { return Eigen::Vector2d(p + along * Eigen::Vector2d(std::cos(turn), std::sin(turn))); };
+    if (!inside(outline, p)) {
+      EXPECT_EQ(way, 0);
+      continue;
+    }
+    EXPECT_FALSE(inside(outline, on(way + 1e-6)));
+    for (int part = 0; part < 20; ++part) EXPECT_TRUE(inside(outline, on((way - 1e-6) * part / 20)));
   }
   EXPECT_TRUE(std::isinf(OutlineSearch().distance({0, 0})));
 }
