@@ -45,25 +45,38 @@ class Fronts {
 
   void push(const Front& front) {
     const double bin = std::clamp((front.level - low_) * kPerMm, 0.0, static_cast<double>(at_));
-    bins_[static_cast<std::size_t>(bin)].push_back(front);
+    Bin& to = bins_[static_cast<std::size_t>(bin)];
+    const int here = static_cast<int>(links_.size());
+    (to.first == kNone ? to.first : links_[static_cast<std::size_t>(to.last)].next) = here;
+    to.last = here;
+    links_.push_back({front, kNone});
   }
 
   bool pop(Front& front) {
-    while (next_ == bins_[at_].size()) {
+    while (bins_[at_].first == kNone) {
       if (at_ == 0) return false;
-      bins_[at_--] = {};
-      next_ = 0;
+      --at_;
     }
-    front = bins_[at_][next_++];
+    const Link& link = links_[static_cast<std::size_t>(bins_[at_].first)];
+    front = link.front, bins_[at_].first = link.next;
     return true;
   }
 
  private:
   static constexpr double kPerMm = 256;
+  static constexpr int kNone = -1;
+  // All bins' fronts lie in one array, each bin's in a chain: thousands of bins with memory of their own cost more than the flood.
+  struct Link {
+    Front front;
+    int next;
+  };
+  struct Bin {
+    int first = kNone, last = kNone;
+  };
   double low_;
-  std::vector<std::vector<Front>> bins_;
-  std::size_t at_;        // no front is in a higher bin
-  std::size_t next_ = 0;  // of bin at_, those before it have been taken
+  std::vector<Bin> bins_;
+  std::vector<Link> links_;
+  std::size_t at_;  // no front is in a higher bin
 };
 
 // Where smoothing can matter: blocks of the grid whose mean stands up, or that a pocket reaches, and two blocks round them.
@@ -73,21 +86,19 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
   const int bx = (heights.nx + block - 1) / block, by = (heights.ny + block - 1) / block;
   Grid<double> sums(bx, by, heights.origin, block * heights.spacing);
   auto counts = sums.like<int>(), labelled = sums.like<int>();
-  for (int j = 0; j < heights.ny; ++j)
-    for (int bi = 0; bi < bx; ++bi) {
-      const std::size_t b = sums.index(bi, j / block), row = heights.index(0, j);
-      const float* h = &heights.values[row];
-      const std::int32_t* label = &segmentation.labels.values[row];
-      double sum = sums.values[b];
-      int count = 0, has = 0;
-      for (int i = bi * block; i < std::min(heights.nx, (bi + 1) * block); ++i) {
-        has |= label[i] > 0;
-        if (std::isnan(h[i])) continue;
-        sum += h[i];
-        ++count;
+  for (int j = 0; j < heights.ny; ++j) {
+    const float* h = &heights.at(0, j);
+    const std::int32_t* label = &segmentation.labels.at(0, j);
+    double* sum = &sums.at(0, j / block);
+    int *count = &counts.at(0, j / block), *has = &labelled.at(0, j / block);
+    // Blocks side by side: the terms of one block's sum wait for each other.
+    for (int k = 0; k < block; ++k)
+      for (int bi = 0, i = k; i < heights.nx; ++bi, i += block) {
+        const bool known = h[i] == h[i];
+        sum[bi] += known ? static_cast<double>(h[i]) : 0.0;
+        count[bi] += known, has[bi] |= label[i] > 0;
       }
-      sums.values[b] = sum, counts.values[b] += count, labelled.values[b] |= has;
-    }
+  }
   auto active = sums.like<std::uint8_t>();
   for (int j = 0; j < by; ++j)
     for (int i = 0; i < bx; ++i) {
@@ -103,18 +114,26 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
   return where;
 }
 
+// out[i]: whether a row and both beside it are labelled there.
+void all_labelled(const std::int32_t* __restrict above, const std::int32_t* __restrict row, const std::int32_t* __restrict below, int count,
+                  std::uint8_t* __restrict out) {
+  for (int i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>((above[i] != 0) & (row[i] != 0) & (below[i] != 0));
+}
+
 // Points of a label at known heights that have a neighbour without one, row by row: where a flood begins.
 std::vector<Front> rim_of(const Grid<std::int32_t>& labels, const Grid<float>& heights) {
   const int nx = labels.nx, ny = labels.ny;
   std::vector<Front> rim;
   // Whether column i - 1 is labelled in a row and both beside it, where these exist; nothing beyond the grid is without a label.
-  std::vector<std::uint8_t> column(static_cast<std::size_t>(nx) + 2, 1), at_rim(static_cast<std::size_t>(nx));
+  std::vector<std::uint8_t> column(static_cast<std::size_t>(nx) + 2, 1);
   for (int j = 0; j < ny; ++j) {
     const std::int32_t *row = &labels.at(0, j), *above = j > 0 ? row - nx : row, *below = j + 1 < ny ? row + nx : row;
-    for (int i = 0; i < nx; ++i) column[static_cast<std::size_t>(i) + 1] = (above[i] != 0) & (row[i] != 0) & (below[i] != 0);
-    for (std::size_t i = 0; i < at_rim.size(); ++i) at_rim[i] = (row[i] != 0) & !(column[i] & column[i + 1] & column[i + 2]);
-    for (auto at = at_rim.begin(); (at = std::find(at, at_rim.end(), 1)) != at_rim.end(); ++at) {
-      const int i = static_cast<int>(at - at_rim.begin());
+    const std::int32_t* first = std::find_if(row, row + nx, [](std::int32_t label) { return label != 0; });
+    if (first == row + nx) continue;
+    all_labelled(above, row, below, nx, column.data() + 1);
+    for (int i = static_cast<int>(first - row); i < nx; ++i) {
+      const std::uint8_t* c = &column[static_cast<std::size_t>(i)];
+      if ((c[0] & c[1] & c[2]) != 0 || row[i] == 0) continue;
       if (const float h = heights.at(i, j); !std::isnan(h)) rim.push_back({h, i, j});
     }
   }
@@ -150,13 +169,27 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
   }
 }
 
+// Runs of labelled points, whatever their labels, row by row.
+std::vector<Run> labelled_runs(const Grid<std::int32_t>& labels) {
+  std::vector<Run> runs;
+  for (int j = 0; j < labels.ny; ++j) {
+    const std::int32_t *row = &labels.at(0, j), *end = row + labels.nx;
+    for (const std::int32_t* at = row;;) {
+      at = std::find_if(at, end, [](std::int32_t label) { return label != 0; });
+      if (at == end) break;
+      const std::int32_t* begin = at;
+      at = std::find(at, end, 0);
+      runs.push_back({j, static_cast<int>(begin - row), static_cast<int>(at - row)});
+    }
+  }
+  return runs;
+}
+
 // Where feet meet, the ply does not come down to the mold between them: they become one, labelled by the smallest of their pockets'
-// ids. What stands up without being a pocket joins a pocket's foot too, or goes. Returns each pocket's label.
-std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, int count, int threads) {
+// ids. What stands up without being a pocket joins a pocket's foot too, or goes. `runs` are of what is labelled, then of the feet.
+// Returns each pocket's label.
+std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, std::vector<Run>& runs, int count) {
   std::vector<std::int32_t> label_of(static_cast<std::size_t>(count));
-  auto taken = labels.like<std::uint8_t>();
-  for (std::size_t k = 0; k < labels.size(); ++k) taken.values[k] = labels.values[k] != 0;
-  const std::vector<Run> runs = find_runs(taken, true, threads);
   RunJoining joining;
   const Components& components = joining.run(runs);
   for (std::size_t c = 0; c < static_cast<std::size_t>(components.count()); ++c) {
@@ -169,14 +202,14 @@ std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, int count, int t
         if (const std::int32_t id = labels.at(i, run->row); id > 0) label_of[static_cast<std::size_t>(id - 1)] = smallest;
     paint(components, c, smallest, labels);
   }
+  runs.erase(std::remove_if(runs.begin(), runs.end(), [&](const Run& run) { return labels.at(run.begin, run.row) == 0; }), runs.end());
   return label_of;
 }
 
-// Points that are surrounded by a single foot become part of it.
-void fill_within(Grid<std::int32_t>& labels, int threads) {
-  auto taken = labels.like<std::uint8_t>();
-  for (std::size_t k = 0; k < labels.size(); ++k) taken.values[k] = labels.values[k] > 0;
-  const std::vector<Run> runs = find_runs(taken, false, threads);
+// Points that are surrounded by a single foot become part of it. `feet`: the runs of all feet.
+void fill_within(Grid<std::int32_t>& labels, const std::vector<Run>& feet) {
+  std::vector<Run> runs;
+  complement(feet, labels.nx, labels.ny, runs);
   const std::vector<int> first = join_runs(runs, 0);
   constexpr std::int32_t unseen = 0, several = -1;
   std::vector<std::int32_t> owner(runs.size(), unseen);
@@ -226,9 +259,10 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   flood_downhill(out.labels, out.heights, level, out.mold_tol_mm, stop);
   check(stop);
   const int count = static_cast<int>(segmentation.pockets.size());
-  const std::vector<std::int32_t> label_of = join_feet(out.labels, count, threads);
+  std::vector<Run> runs = labelled_runs(out.labels);
+  const std::vector<std::int32_t> label_of = join_feet(out.labels, runs, count);
   check(stop);
-  fill_within(out.labels, threads);
+  fill_within(out.labels, runs);
   check(stop);
   const std::vector<Outline> outlines =
       trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply, threads, stop);

@@ -12,6 +12,22 @@ DEBULK_INLINE Doubles load_doubles(const double* from) {
   return v;
 }
 
+// A row's heights, 0 where they are not known. Returns whether all are.
+bool widen(const float* __restrict from, int count, double* __restrict to) {
+  int unknown = 0;
+  for (int i = 0; i < count; ++i) {
+    const float h = from[i];
+    to[i] = h == h ? static_cast<double>(h) : 0.0;
+    unknown |= h != h;
+  }
+  return unknown == 0;
+}
+
+// Writes the values that are wanted.
+void put(const double* __restrict values, const std::uint8_t* __restrict wanted, int count, float* __restrict to) {
+  for (int i = 0; i < count; ++i) to[i] = wanted[i] ? static_cast<float>(values[i]) : to[i];
+}
+
 // From one row's values (0 where unknown): sums over k = -half .. half of the value, and of x² times it, at each of `count` places, a
 // multiple of kColumns. values[0] is `half` to the left of the first place.
 void row_sums(const double* values, const double* squares, int half, int count, double* __restrict s0, double* __restrict s2) {
@@ -36,4 +52,19 @@ void fit_row(const double* const* s0, const double* const* s2, const double* c0,
         fitted[v] += c0[k] * load_doubles(s0[k] + i + doubles * v) + c2 * load_doubles(s2[k] + i + doubles * v);
     std::memcpy(value + i, fitted, sizeof fitted);
   }
+}
+
+// A window's sums from its rows', the first's first; row k lies at the distance whose powers are y[k].
+void add_up(const RowMoments* const* rows, const Powers* y, int count, WindowMoments& out) {
+  double known = 0;
+  Doubles xy[5] = {}, xyh[3] = {};
+  for (int k = 0; k < count; ++k) {
+    const RowMoments& m = *rows[k];
+    const Doubles powers = load_doubles(y[k].data());
+    known += m.x[0];
+    for (int a = 0; a < 5; ++a) xy[a] += m.x[static_cast<std::size_t>(a)] * powers;
+    for (int a = 0; a < 3; ++a) xyh[a] += m.xh[static_cast<std::size_t>(a)] * powers;
+  }
+  out.known = known;
+  std::memcpy(out.xy, xy, sizeof xy), std::memcpy(out.xyh, xyh, sizeof xyh);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
@@ -14,9 +15,9 @@ constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr int shift = 2;  // pixels, between the two lines of a pair
 
 // Heights of the points of both lines of every pair, up to a constant: pair by pair, line by line.
-std::vector<float> read_heights(const Lines& lines, int pairs, const CrossingOptions& options, int threads, const Stop& stop) {
+std::unique_ptr<float[]> read_heights(const Lines& lines, int pairs, const CrossingOptions& options, int threads, const Stop& stop) {
   const auto length = static_cast<std::size_t>(lines.length());
-  std::vector<float> out(2 * static_cast<std::size_t>(pairs) * length);
+  std::unique_ptr<float[]> out(new float[2 * static_cast<std::size_t>(pairs) * length]);  // all are written below
   const auto read = [&](int line, int at) {
     const std::size_t pixel = lines.pixel(line, at);
     return lines.masked && lines.masked[pixel] ? nan : lines.cloud.point(pixel)[2] * options.up_per_depth;
@@ -29,12 +30,21 @@ std::vector<float> read_heights(const Lines& lines, int pairs, const CrossingOpt
           for (int at = 0; at < lines.length(); ++at) to[at] = read(pair * options.step + k, at);
         }
     });
-  } else {  // row by row of the image, as it lies in memory
-    parallel_for(lines.length(), 64, threads, stop, [&](long begin, long end) {
-      for (int at = static_cast<int>(begin); at < end; ++at)
-        for (int pair = 0; pair < pairs; ++pair)
-          for (int k = 0; k < 2; ++k)
-            out[static_cast<std::size_t>(2 * pair + k) * length + static_cast<std::size_t>(at)] = read(pair * options.step + k, at);
+  } else {  // row by row of the image, as it lies in memory, into as many places of a line as share a line of the cache
+    constexpr int together = 16;
+    const auto count = 2 * static_cast<std::size_t>(pairs);
+    parallel_for(lines.length(), 4 * together, threads, stop, [&](long begin, long end) {
+      std::vector<float> tile(count * together);
+      for (long first = begin; first < end; first += together) {
+        const long behind = std::min(first + together, end);
+        for (long at = first; at < behind; ++at)
+          for (int pair = 0; pair < pairs; ++pair)
+            for (int k = 0; k < 2; ++k)
+              tile[static_cast<std::size_t>((2 * pair + k) * together + (at - first))] =
+                  read(pair * options.step + k, static_cast<int>(at));
+        for (std::size_t line = 0; line < count; ++line)
+          std::copy_n(&tile[line * together], behind - first, &out[line * length + static_cast<std::size_t>(first)]);
+      }
     });
   }
   return out;
@@ -170,7 +180,7 @@ std::vector<Crossing> find_crossings(const Lines& lines, const CrossingOptions& 
   const int length = lines.length();
   if (lines.count() < 2 || length < 2 * options.side + 3) return {};
   const int pairs = (lines.count() - 2) / options.step + 1;
-  const std::vector<float> heights = read_heights(lines, pairs, options, threads, stop);
+  const std::unique_ptr<float[]> heights = read_heights(lines, pairs, options, threads, stop);
   std::vector<std::vector<Crossing>> by_pair(static_cast<std::size_t>(pairs));
   parallel_for(pairs, 4, threads, stop, [&](long begin, long end) {
     Profile a, b;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "debulk/core/error.hpp"
@@ -74,7 +75,7 @@ struct WrinkleFinder::BumpSearch {
     const int across = steps(options.side_mm / (row_step * pitch)), along = steps(options.side_mm / sample);
     const auto up = static_cast<float>(finder.pose_(2, 2));
     const auto width = static_cast<std::size_t>(columns);
-    std::vector<float> z(static_cast<std::size_t>(rows) * width);
+    const std::unique_ptr<float[]> z(new float[static_cast<std::size_t>(rows) * width]);  // all are written below
     parallel_for(rows, 16, finder.threads_, stop, [&](long begin, long end) {
       for (int r = static_cast<int>(begin); r < end; ++r)
         for (int c = 0; c < columns; ++c) {
