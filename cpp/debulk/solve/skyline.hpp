@@ -30,11 +30,22 @@ class Skyline {
   // Solves in place with the factor.
   void solve(Eigen::Ref<Eigen::VectorXd> x) const;
 
+  // Rows that are eliminated together, in the room for factor(): one behind the other, each from the column of the first row
+  // on, with zeros behind its last column.
+  struct Panel {
+    int last;          // column of the last row
+    std::size_t from;  // of the first row
+    long stride;       // between rows
+  };
+
  private:
+  void make_room();
+
   std::vector<int> last_;           // last column of a row
   std::vector<std::size_t> start_;  // of a row in values_
   std::vector<double> values_;
-  std::vector<double> before_, panel_;  // room for factor()
+  std::vector<Panel> panels_;  // made by the first factor(), as their room is
+  std::vector<double> room_;
 };
 
 }  // namespace debulk
