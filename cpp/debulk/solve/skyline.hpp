@@ -23,7 +23,7 @@ class Skyline {
   std::size_t place(int row, int column) const { return diagonal(column) + static_cast<std::size_t>(row - column); }
   std::size_t diagonal(int row) const { return start_[static_cast<std::size_t>(row)]; }
   int last(int row) const { return last_[static_cast<std::size_t>(row)]; }  // column of a row
-  // Zero wherever nothing has a place.
+  // To be zero wherever no entry has a place; factor() leaves there what means nothing.
   std::vector<double>& values() { return values_; }
   const std::vector<double>& values() const { return values_; }
 

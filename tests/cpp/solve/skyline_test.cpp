@@ -220,9 +220,8 @@ TEST(Skyline, GivesTheSameBitsInOtherUnitsAndAgain) {
     for (const int power : {-120, 1, 90}) {
       Skyline scaled = filled(std::ldexp(1.0, 2 * power) * a, pattern);
       ASSERT_TRUE(scaled.factor());
-      std::vector<double> expected = once.values();
-      for (double& value : expected) value = std::ldexp(value, power);
-      EXPECT_EQ(scaled.values(), expected) << power;
+      const MatrixXd expected = upper(once).unaryExpr([power](double value) { return std::ldexp(value, power); });
+      EXPECT_EQ(upper(scaled), expected) << power;
     }
   }
 }
