@@ -1,31 +1,32 @@
 #include "debulk/sheet/block_matrix.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace debulk {
 
 BlockMatrix::BlockMatrix(int nodes, const std::vector<std::array<int, 3>>& groups, const std::vector<char>& held) : nodes_(nodes) {
   const auto moves = [&](int i) { return held.empty() || !held[static_cast<std::size_t>(i)]; };
-  std::vector<std::pair<int, int>> pairs;
-  pairs.reserve(groups.size() * 3 + static_cast<std::size_t>(nodes));
+  std::vector<std::vector<int>> columns(static_cast<std::size_t>(nodes));  // of each row: few, so that they are kept sorted
+  const auto insert = [&](int row, int column) {
+    std::vector<int>& in = columns[static_cast<std::size_t>(row)];
+    const auto at = std::lower_bound(in.begin(), in.end(), column);
+    if (at == in.end() || *at != column) in.insert(at, column);
+  };
   for (int i = 0; i < nodes; ++i)
-    if (moves(i)) pairs.emplace_back(i, i);
+    if (moves(i)) insert(i, i);
   for (const auto& group : groups)
     for (std::size_t a = 0; a < 3; ++a)
       for (std::size_t b = 0; b < a; ++b)
-        if (moves(group[a]) && moves(group[b])) pairs.emplace_back(std::max(group[a], group[b]), std::min(group[a], group[b]));
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+        if (moves(group[a]) && moves(group[b])) insert(std::max(group[a], group[b]), std::min(group[a], group[b]));
 
-  starts_.assign(static_cast<std::size_t>(nodes) + 1, 0);
-  for (const auto& [i, j] : pairs) {
-    rows_.push_back(i);
-    columns_.push_back(j);
-    ++starts_[static_cast<std::size_t>(i) + 1];
+  starts_.assign(1, 0);
+  for (int i = 0; i < nodes; ++i) {
+    const std::vector<int>& in = columns[static_cast<std::size_t>(i)];
+    rows_.insert(rows_.end(), in.size(), i);
+    columns_.insert(columns_.end(), in.begin(), in.end());
+    starts_.push_back(static_cast<int>(columns_.size()));
   }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(nodes); ++i) starts_[i + 1] += starts_[i];
-  values_.assign(pairs.size(), Eigen::Matrix3d::Zero());
+  values_.assign(columns_.size(), Eigen::Matrix3d::Zero());
 }
 
 int BlockMatrix::slot(int i, int j) const {

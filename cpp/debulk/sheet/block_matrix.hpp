@@ -25,6 +25,7 @@ class BlockMatrix {
   int slot(int i, int j) const;
 
   void set_zero();
+  void set(const BlockMatrix& same_pattern) { values_ = same_pattern.values_; }
   // Adds `block`, which belongs to rows of node i and columns of node j, whichever of the two is stored at `slot`; nothing
   // where slot is -1.
   template <class Block>

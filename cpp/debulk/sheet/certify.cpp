@@ -177,7 +177,7 @@ class Penalised {
     for (int i = 0; i < factors_.size(); ++i) at(i, i) += shift;
     return factors_.factor();
   }
-  void solve(Eigen::VectorXd& x) const { factors_.solve(x); }
+  void solve(Eigen::VectorXd& x) { factors_.solve(x); }
 
  private:
   template <class Body>

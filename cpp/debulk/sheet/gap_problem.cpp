@@ -39,12 +39,13 @@ GapProblem::GapProblem(const Sheet& sheet)
       constrained_.push_back({i, j, place_i, place_j, blocks_.slot(i, i), blocks_.slot(i, j), blocks_.slot(j, j)});
   }
   state_.x = sheet.start();
+  state_.curvature = blocks_;
 }
 
 GapProblem::State& GapProblem::at(const Eigen::VectorXd& y) const {
   if (state_.y.size() == y.size() && state_.y == y) return state_;
   state_.y = y;
-  state_.differentiated = false;
+  state_.differentiated = state_.curved = false;
   state_.mold.resize(sheet_.movable().size());
   for (std::size_t k = 0; k < sheet_.movable().size(); ++k) {
     Eigen::Vector3d p = length_ * y.segment<3>(3 * static_cast<long>(k));
@@ -55,7 +56,7 @@ GapProblem::State& GapProblem::at(const Eigen::VectorXd& y) const {
   return state_;
 }
 
-const GapProblem::State& GapProblem::differentiated_at(const Eigen::VectorXd& y) const {
+GapProblem::State& GapProblem::differentiated_at(const Eigen::VectorXd& y) const {
   State& state = at(y);
   if (!state.differentiated) {
     state.gradient.assign(state.x.size(), Eigen::Vector3d::Zero());
@@ -142,9 +143,16 @@ std::vector<Problem::Entry> GapProblem::hessian_pattern() const {
 // with its weight over the unit of energy; the blocks are gathered in mJ/mm^2.
 void GapProblem::hessian(const Eigen::VectorXd& y, double weight_of_f, const Eigen::VectorXd& lambda,
                          Eigen::Ref<Eigen::VectorXd> values) const {
-  const State& state = differentiated_at(y);
-  blocks_.set_zero();
-  if (weight_of_f != 0) sheet_.add_movable_hessian(state.x, blocks_);
+  State& state = differentiated_at(y);
+  if (weight_of_f != 0 && !state.curved) {  // asked for with other tensions, too, at the same point
+    state.curvature.set_zero();
+    sheet_.add_movable_hessian(state.x, state.curvature);
+    state.curved = true;
+  }
+  if (weight_of_f != 0)
+    blocks_.set(state.curvature);
+  else
+    blocks_.set_zero();
   const double weight = (weight_of_f != 0 ? weight_of_f : 1.0) * length_ * length_ / energy_;
   std::vector<double> slope_z(state.mold.size());
   for (std::size_t k = 0; k < slope_z.size(); ++k)

@@ -39,16 +39,17 @@ class GapProblem : public Problem {
     int place_i, place_j;           // among the movable ones; -1: fixed
     int slot_ii, slot_ij, slot_jj;  // of its blocks; -1: fixed
   };
-  // What belongs to one y: nodes, the mold below the movable ones, and, once asked for, energy and gradient there.
+  // What belongs to one y: nodes, the mold below the movable ones, and, once asked for, energy, gradient and Hessian there.
   struct State {
     Eigen::VectorXd y;
     Points x, gradient;
     std::vector<SurfaceSample> mold;
     double energy = 0;
-    bool differentiated = false;
+    BlockMatrix curvature;  // of the energy
+    bool differentiated = false, curved = false;
   };
   State& at(const Eigen::VectorXd& y) const;
-  const State& differentiated_at(const Eigen::VectorXd& y) const;
+  State& differentiated_at(const Eigen::VectorXd& y) const;
 
   const Sheet& sheet_;
   double length_, energy_;            // units: Delta (mm), force unit times Delta (mJ)

@@ -13,6 +13,7 @@ namespace {
 constexpr double kStiffest = 1e8;  // rho: beyond it, the factorisation loses the digits that W is in
 constexpr double kShiftFirst = 1e-4, kShiftLeast = 1e-12, kShiftMost = 1e12;
 constexpr int kRefinements = 6, kLanczosSteps = 15;
+constexpr double kRefined = 1e-8;  // of the slope: what is left of it then is far below what the next step has to take back
 
 }  // namespace
 
@@ -34,7 +35,7 @@ NewtonSystem::NewtonSystem(const Problem& problem, Stop stop)
     for (const int a : row)
       for (const int b : row)
         if (column(a) >= column(b)) lower.emplace_back(column(a), column(b));
-  plain_ = Skyline(n_, lower);
+  factors_ = plain_ = Skyline(n_, lower);
   for (const auto& [row, col] : hessian_) places_.push_back(plain_.place(row, col));
   for (const std::vector<int>& row : by_row)
     for (const int a : row)
@@ -65,7 +66,7 @@ bool NewtonSystem::try_factor(const Eigen::VectorXd& w, const Eigen::VectorXd& s
   std::fill(plain_.values().begin(), plain_.values().end(), 0.0);
   for (std::size_t k = 0; k < places_.size(); ++k) plain_.values()[places_[k]] += w[static_cast<long>(k)];
   for (int i = 0; i < n_; ++i) plain_.values()[plain_.diagonal(i)] += sigma[i] + shift_;
-  factors_ = plain_;
+  factors_.values() = plain_.values();
   add_normal(rho_);
   return factors_.factor();
 }
@@ -105,7 +106,7 @@ void NewtonSystem::solve(const Eigen::VectorXd& slope, const Eigen::VectorXd& de
   dl.setZero(m_);
   Eigen::VectorXd r1 = slope, r2 = deficit, product;
   double last = std::numeric_limits<double>::infinity();
-  const double small = 1e-13 * std::max(slope.lpNorm<Eigen::Infinity>(), 1e-300);
+  const double small = kRefined * std::max(slope.lpNorm<Eigen::Infinity>(), 1e-300);
   for (int round = 0; round <= kRefinements; ++round) {
     Eigen::VectorXd d = r1 + rho_ * jacobian_transposed(r2);
     factors_.solve(d);
@@ -162,7 +163,6 @@ Eigen::VectorXd NewtonSystem::softest_direction(const Eigen::VectorXd& sigma) {
 }
 
 Eigen::VectorXd NewtonSystem::fitted_multipliers(const Eigen::VectorXd& slope) {
-  factors_ = plain_;
   std::fill(factors_.values().begin(), factors_.values().end(), 0.0);
   for (int i = 0; i < n_; ++i) factors_.values()[factors_.diagonal(i)] = 1.0;
   add_normal(kStiffest);

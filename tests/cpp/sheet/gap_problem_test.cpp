@@ -33,6 +33,23 @@ TEST_F(GapProblemOnACurvedMold, CoordinatesGoThereAndBack) {
   }
 }
 
+// It keeps the energy's Hessian at a point, for other tensions there: to the bit what a problem finds that was never asked before.
+TEST_F(GapProblemOnACurvedMold, RemembersNothingOfOtherPointsAndTensions) {
+  const Sheet sheet(net_, 200.0, PlyMaterial(), mold_);
+  const GapProblem asked(sheet);
+  const auto hessian = [](const GapProblem& problem, const Eigen::VectorXd& y, double weight, double tension) {
+    Eigen::VectorXd values(static_cast<long>(problem.hessian_pattern().size()));
+    problem.hessian(y, weight, Eigen::VectorXd::LinSpaced(problem.equalities(), -tension, tension), values);
+    return values;
+  };
+  for (const unsigned seed : {1u, 2u, 1u}) {
+    const Eigen::VectorXd y = asked.from_points(test::shaken(net_.nodes, 0.4, seed));
+    for (const auto& [weight, tension] : {std::pair{1.0, 2.0}, {1.0, 0.5}, {0.0, 0.5}, {0.7, 3.0}})
+      EXPECT_EQ(hessian(asked, y, weight, tension), hessian(GapProblem(sheet), y, weight, tension))
+          << seed << ' ' << weight << ' ' << tension;
+  }
+}
+
 TEST_F(GapProblemOnACurvedMold, DerivativesAgreeWithFiniteDifferences) {
   const Sheet sheet(net_, 200.0, PlyMaterial(), mold_);
   const GapProblem problem(sheet);
