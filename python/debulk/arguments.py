@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import inspect
 import numbers
+import sys
 from collections.abc import Callable, Mapping
 from os import PathLike
 from typing import Any, ParamSpec, TypeVar
@@ -20,7 +21,7 @@ Result = TypeVar("Result")
 # What an annotation asks for, in words, and whether a value is that.
 _FILE = (str, PathLike)
 _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    "float": ("a number", lambda value: isinstance(value, numbers.Real) or _plain(value, "fiu")),
+    "float": ("a number", lambda value: _fits_float(value) or _plain(value, "fiu")),
     "int": ("a whole number", lambda value: isinstance(value, numbers.Integral) or _plain(value, "iu")),
     "str": ("text", lambda value: isinstance(value, str)),
     "str | PathLike[str]": ("the name of a file", lambda value: isinstance(value, _FILE) and value != ""),
@@ -109,6 +110,11 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
             remedy = f"; {_CLASSES[kind][1]}" if kind in _CLASSES else ""
             or_none = " or None" if may_be_none else ""
             raise InputError(f"{name}: expected {expected}{or_none}, but got {of_type(value)}{remedy}")
+
+
+def _fits_float(value: Any) -> bool:
+    """Tell whether a value is a number, and no whole one beyond the largest float."""
+    return isinstance(value, numbers.Real) and (not isinstance(value, int) or abs(value) <= sys.float_info.max)
 
 
 def _plain(value: Any, kinds: str) -> bool:

@@ -78,6 +78,7 @@ CALLS = {
     "deadline_s": [
         (lambda: debulk.inspect(CLOUD, CLOUD, deadline_s="1"), "'1'"),
         (lambda: debulk.inspect(CLOUD, CLOUD, deadline_s=np.ones(2)), "an array"),
+        (lambda: debulk.inspect(CLOUD, CLOUD, deadline_s=10**400), "got 1000000"),
     ],
     "progress": [(lambda: debulk.inspect(CLOUD, CLOUD, progress=True), "got True")],
     "report": [

@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <limits>
 #include <memory>
 #include <stdexcept>
 
@@ -22,9 +21,11 @@ class Stop {
   Stop() : cancelled_(std::make_shared<std::atomic<bool>>(false)) {}
   explicit Stop(double seconds) : Stop() { set_deadline(seconds); }
 
+  // Seconds from now; so many that the clock cannot count them, or infinitely many, are none.
   void set_deadline(double seconds) {
-    if (seconds < std::numeric_limits<double>::infinity())
-      deadline_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+    const Clock::time_point now = Clock::now();
+    if (seconds < std::chrono::duration<double>(Clock::time_point::max() - now).count() - 1)
+      deadline_ = now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   }
   void cancel() const { cancelled_->store(true, std::memory_order_relaxed); }
   bool cancelled() const { return cancelled_->load(std::memory_order_relaxed); }

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -149,6 +149,11 @@ class Inspector:
         edge = "unknown outline" if self.ply_outline is None else f"outline of {len(self.ply_outline)} corners"
         return f"Inspector({edge}, heights every {self.grid_spacing_mm:.4g} mm, {self.recipe!r})"
 
+    def __getstate__(self) -> NoReturn:
+        raise TypeError(
+            "an Inspector cannot be pickled or copied: save() it to a file, and load() that in each process"
+        )
+
     @typed
     def save(self, path: str | PathLike[str]) -> None:
         """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
@@ -243,7 +248,8 @@ class Inspector:
                 if cycle.stop.cancelled:
                     raise Cancelled("the inspection was cancelled") from None
                 report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
-            return replace(report, trace=self._tracing.trace(began, scanned(), kept, deadline_s))
+            seconds = None if deadline_s is None else float(deadline_s)
+            return replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds))
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Walk through the steps of the field."""

@@ -102,7 +102,10 @@ def _gridded(
     of_scanner = thinned(points).points
     pinhole = None if image is None else image.camera
     step("reference: clean", 0.15, lambda: clean(points, mold_from_scanner, pinhole, recipe, stop))
-    spacing = _spacing_mm(points, recipe, stop)
+    try:
+        spacing = _spacing_mm(points, recipe, stop)
+    except InputError as error:
+        raise (error if mask is None else InputError(f"{error}; the mask hides {_hidden(mask)}")) from None
     heights = step(
         "reference: grid",
         0.3,
@@ -118,11 +121,18 @@ def _fitted(heights: Grid, threads: int, stop: _core.Stop) -> surface.Reference:
     except InputError as error:
         known = int(np.isfinite(heights.values).sum())
         rows, columns = heights.values.shape
-        raise InputError(
-            "reference: expected a cloud wide enough for a surface to be fitted to it, but got one of "
-            f"{heights.spacing_mm * columns:.3g} by {heights.spacing_mm * rows:.3g} mm with {known} heights; give the "
-            "whole cloud of what is below the ply"
-        ) from error
+        raise _too_narrow(heights.spacing_mm * columns, heights.spacing_mm * rows, f" with {known} heights") from error
+
+
+def _too_narrow(wide_mm: float, long_mm: float, came: str = "") -> InputError:
+    return InputError(
+        "reference: expected a cloud wide enough for a surface to be fitted to it, but got one of "
+        f"{wide_mm:.3g} by {long_mm:.3g} mm{came}; give the whole cloud of what is below the ply"
+    )
+
+
+def _hidden(mask: NDArray[np.bool_]) -> str:
+    return f"{np.count_nonzero(mask)} of {mask.size} pixels"
 
 
 def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:
@@ -148,5 +158,8 @@ def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -
         pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
     _, low, high = _core.cloud.bounds(points, threads)
+    wide_mm, long_mm = high[0] - low[0], high[1] - low[1]
+    if min(wide_mm, long_mm) < spacing:  # one row of an image, as of a scanner of lines
+        raise _too_narrow(wide_mm, long_mm)
     check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
     return spacing

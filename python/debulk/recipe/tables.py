@@ -27,6 +27,7 @@ __all__ = [
 _FRONT, _SEGMENT, _FEET = _core.surface.FrontEndOptions(), _core.pocket.SegmentOptions(), _core.pocket.FootOptions()
 _NET, _PLY, _MINIMISE = _core.net.LayPocketOptions(), _core.sheet.PlyMaterial(), _core.sheet.MinimiseOptions()
 _CRITERIA = _core.verdict.Criteria()
+_LARGEST_MM = 1000.0  # of a limit and its margin
 
 
 class Material(Section):
@@ -164,7 +165,7 @@ class Net(Section):
         description="nodes a pocket; sets the spacing. More lower the RMS: part of the criterion (bench/study)",
     )
     spacing_mm: float | None = Field(
-        default=None, gt=0, le=1000, description="one spacing for all pockets instead; unset: none"
+        default=None, ge=0.1, le=1000, description="one spacing for all pockets instead; unset: none"
     )
     free_edge_mm: float = Field(
         default=_NET.net.free_edge_mm, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
@@ -240,10 +241,16 @@ class VerdictLimits(Section):
         "ridges of the minima, which decide at the ply's edge in any case",
     )
     max_rms_mm: float = Field(
-        default=_CRITERIA.max_rms_mm, gt=0, description="largest RMS of the debulked gaps inside the outline"
+        default=_CRITERIA.max_rms_mm,
+        gt=0,
+        le=_LARGEST_MM,
+        description="largest RMS of the debulked gaps inside the outline",
     )
     max_ridge_mm: float = Field(
-        default=_CRITERIA.max_ridge_height_mm, gt=0, description="largest height of a ridge or a bridge (provisional)"
+        default=_CRITERIA.max_ridge_height_mm,
+        gt=0,
+        le=_LARGEST_MM,
+        description="largest height of a ridge or a bridge (provisional)",
     )
     min_coverage: float = Field(
         default=_CRITERIA.min_coverage, ge=0, le=1, description="least share of the ply that the scan must show"
@@ -254,19 +261,22 @@ class VerdictLimits(Section):
     rms_margin_mm: float = Field(
         default=_CRITERIA.rms_margin_mm,
         ge=0,
+        le=_LARGEST_MM,
         description="an RMS nearer to its limit decides nothing: other starts move it about as much (bench/study)",
     )
     ridge_margin_mm: float = Field(
-        default=_CRITERIA.ridge_margin_mm, ge=0, description="the same of a ridge or a bridge"
+        default=_CRITERIA.ridge_margin_mm, ge=0, le=_LARGEST_MM, description="the same of a ridge or a bridge"
     )
     excess_margin_mm: float = Field(
         default=_CRITERIA.excess_margin_mm,
         ge=0,
+        le=_LARGEST_MM,
         description="the same, at least, of the ridge that the excess makes; more where noise or spacing ask for it",
     )
     compliance_margin_mm: float = Field(
         default=_CRITERIA.compliance_margin_mm,
         ge=0,
+        le=_LARGEST_MM,
         description="the same of any figure where fibres needed a compliance",
     )
 

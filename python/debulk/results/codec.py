@@ -12,6 +12,7 @@ import base64
 import dataclasses
 import json
 import math
+import sys
 import typing
 import zlib
 from collections.abc import Callable, Mapping
@@ -42,7 +43,7 @@ def dumps(record: Any, format_name: str) -> str:
 
 
 def loads(kind: type[RecordT], data: bytes, format_name: str) -> RecordT:
-    """Read what `dumps_record` wrote."""
+    """Read what `dumps` wrote."""
     what = format_name.removeprefix("debulk ")
     try:
         tree = json.loads(data.decode("utf-8"))
@@ -140,7 +141,7 @@ def _decode(hint: Any, value: Any, name: str) -> Any:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e308
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
 def _require(value: Any, name: str, accept: Callable[[Any], bool], expected: str) -> Any:

@@ -13,10 +13,12 @@ from debulk.results.half_seen import HalfSeen, at_best, half_seen_line
 from debulk.verdict import Criteria, Verdict, judge
 
 if TYPE_CHECKING:
+    from debulk.recipe import Recipe
     from debulk.results.report import PocketReport, ReportData
 
 __all__ = ["check_fits"]
 
+_FREE = 2  # kind of a boundary node that slips
 _REMEDY = "was the file edited? Inspect the scan again"
 
 
@@ -33,27 +35,27 @@ def check_fits(report: ReportData) -> None:
         Names the verdict and what it does not fit.
     """
     _check_complete(report.pockets)
-    limits = _criteria(report)
+    recipe = _recipe(report)
     for pocket in report.pockets:
         if pocket.verdict is Verdict.CEASE:
-            _check_ceases(pocket, limits)
+            _check_ceases(pocket, recipe)
         if pocket.half_seen is not None:
-            area_tol_mm2 = report.recipe.get("segmentation", {}).get("area_tol_mm2", 0.0)
-            _check_half_seen(pocket, pocket.half_seen, area_tol_mm2)
+            _check_half_seen(pocket, pocket.half_seen, recipe.segmentation.area_tol_mm2)
     worst = max(report.pockets, key=lambda pocket: pocket.verdict, default=None)
     if worst is not None and report.verdict < worst.verdict:
         raise InputError(f"verdict: {report.verdict} does not fit pocket {worst.id}, {worst.verdict}; {_REMEDY}")
-    _check_beside_pockets(report)
+    _check_beside_pockets(report, recipe)
     seen = report.coverage
-    if report.verdict is Verdict.CEASE and (seen is None or not seen >= limits.min_coverage):
+    least = recipe.verdict.min_coverage
+    if report.verdict is Verdict.CEASE and (seen is None or not seen >= least):
         share = "unknown" if seen is None else f"{seen:.4g}"
         raise InputError(
-            f"verdict: {report.verdict} does not fit coverage, which is {share}, at least {limits.min_coverage:g} "
+            f"verdict: {report.verdict} does not fit coverage, which is {share}, at least {least:g} "
             f"is needed; {_REMEDY}"
         )
 
 
-def _check_beside_pockets(report: ReportData) -> None:
+def _check_beside_pockets(report: ReportData, recipe: Recipe) -> None:
     for hole in report.unseen:
         if hole.at_best is not None and report.verdict < hole.at_best:
             raise InputError(f"verdict: {report.verdict} does not fit {hole_line(hole)}, {hole.at_best}; {_REMEDY}")
@@ -61,7 +63,7 @@ def _check_beside_pockets(report: ReportData) -> None:
         return
     if report.wrinkles:
         raise InputError(f"verdict: {report.verdict} does not fit {wrinkle_line(report.wrinkles[0])}; {_REMEDY}")
-    if report.level is not None and is_off(report.level, report.recipe):
+    if report.level is not None and is_off(report.level, recipe.model_dump()):
         raise InputError(f"verdict: {report.verdict} does not fit the level: {level_line(report.level)}; {_REMEDY}")
 
 
@@ -72,7 +74,8 @@ def _check_complete(pockets: Sequence[PocketReport]) -> None:
         raise InputError(f"pockets: expected all from 1 to {len(numbers)} in order, pocket {lacking} lacks; {_REMEDY}")
 
 
-def _check_ceases(pocket: PocketReport, limits: Criteria) -> None:
+def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
+    limits = _criteria(recipe)
     solve, excess = pocket.solve, pocket.excess
     rms, ridge, bridge = (
         math.nan if value is None else value
@@ -100,8 +103,18 @@ def _check_ceases(pocket: PocketReport, limits: Criteria) -> None:
     if judged.verdict is not Verdict.CEASE:
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit its figures: {judged.reason}; {_REMEDY}")
     both = pocket.edge_friction
+    if both is None and _slips(pocket, recipe):
+        why = "it lies at the ply's edge, and what becomes of it with its rim held is missing"
+        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
     if both is not None and {both.slipping.verdict, both.held.verdict} != {Verdict.CEASE}:
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: it {edge_friction_line(both)}; {_REMEDY}")
+
+
+def _slips(pocket: PocketReport, recipe: Recipe) -> bool:
+    """Tell whether friction at the ply's edge has a say in a pocket that ceases."""
+    free = pocket.net is not None and bool((pocket.net.kinds == _FREE).any())
+    by_minima = pocket.decided_by != "excess" and recipe.verdict.criterion == "excess"
+    return free and by_minima and recipe.material.friction > 0
 
 
 def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) -> None:
@@ -112,10 +125,17 @@ def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) 
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
 
 
-def _criteria(report: ReportData) -> Criteria:
-    limits = report.recipe.get("verdict", {})
-    names = {"max_ridge_mm": "max_ridge_height_mm"}
+def _recipe(report: ReportData) -> Recipe:
+    """Check the settings, too: the text and the page of a report read them."""
+    from debulk.recipe import Recipe
+
     try:
-        return Criteria(**{names.get(name, name): value for name, value in limits.items()})
-    except (AttributeError, TypeError, InputError) as error:
-        raise InputError(f"recipe.verdict: {error}") from None
+        return Recipe(**report.recipe)
+    except InputError as error:
+        raise InputError(f"recipe: {error}") from None
+
+
+def _criteria(recipe: Recipe) -> Criteria:
+    from debulk.recipe import options
+
+    return Criteria.from_core(options.criteria(recipe))

@@ -30,7 +30,9 @@ def save(path: str | PathLike[str], texts: Mapping[str, Callable[[], str]]) -> N
     check_report_path(path)
     text = texts[path.suffix.lower()]()
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+        # The name of a file may hold bytes that are no UTF-8, which Python keeps as halves of characters. As \udce9 it
+        # can be written, and JSON reads that back.
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
 def load(

@@ -13,7 +13,7 @@ from debulk.inspection.evaluation import evaluate
 from debulk.page.report import page
 from debulk.recipe import Recipe
 from debulk.report import Report
-from debulk.results.edge_friction import edge_friction_line
+from debulk.results.edge_friction import EdgeEnd, EdgeFriction, edge_friction_line
 from debulk.results.report_text import table
 from debulk.verdict import Verdict
 
@@ -102,3 +102,23 @@ def test_an_edited_report_does_not_pass(slipping_or_not, tmp_path):
     report.save(tmp_path / "edited.json")
     with pytest.raises(_core.InputError, match=r"pockets\[0\].verdict: cease does not fit: it lies at the ply's edge"):
         Report.load(tmp_path / "edited.json")
+
+
+def test_a_report_that_ceases_at_the_edge_needs_the_other_end(slipping_or_not, tmp_path):
+    one = evaluate(slipping_or_not, _ply(45.0), _core.Stop()).report
+    for both in (one.edge_friction, None):
+        Report(verdict=one.verdict, reason="", pockets=(replace(one, id=1, edge_friction=both),), coverage=1.0).save(
+            tmp_path / f"{both is None}.json"
+        )
+    assert Report.load(tmp_path / "False.json").passed
+    with pytest.raises(_core.InputError, match=r"pockets\[0\].verdict: cease does not fit: .* its rim held is missing"):
+        Report.load(tmp_path / "True.json")
+
+
+def test_an_end_without_a_certified_minimum_is_said():
+    slipping = EdgeEnd(verdict=Verdict.CEASE, reason="", ridge_range_mm=(0.1, 0.25))
+    both = EdgeFriction(slipping=slipping, held=EdgeEnd(verdict=Verdict.UNDECIDED, reason=""), held_nodes=1)
+    assert edge_friction_line(both) == (
+        "lies at the ply's edge: with 1 free node of its rim slipping CEASE, ridge 0.10 to 0.25 mm, with them held "
+        "UNDECIDED, no certified minimum"
+    )

@@ -1,7 +1,9 @@
 """An inspector inside somebody's cell: threads, Ctrl-C, deadlines, logging, files, many cycles."""
 
+import copy
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -274,6 +276,21 @@ def test_another_recipe_may_be_used_if_it_cleans_alike(saved):
     assert Inspector.load(saved, other).recipe is other
     with pytest.raises(InputError, match="clean"):
         Inspector.load(saved, Recipe(clean={"neighbours": 8}))
+
+
+def test_an_inspector_says_how_it_gets_into_another_process(inspector, report):
+    for take in (pickle.dumps, copy.copy, copy.deepcopy):
+        with pytest.raises(TypeError, match=r"save\(\) it to a file, and load\(\) that in each process"):
+            take(inspector)
+    assert bits(pickle.loads(pickle.dumps(report))) == bits(report)
+
+
+def test_two_inspectors_share_what_was_prepared(inspector, layup, report):
+    turned = Inspector(inspector.recipe, inspector.prepared, inspector.ply_outline, (30, 120), layup.mold_from_scanner)
+    alone = bits(turned.inspect(layup.scan))
+    with ThreadPoolExecutor(4) as pool:
+        runs = [pool.submit(one.inspect, layup.scan) for one in (inspector, turned, inspector, turned)]
+        assert [bits(run.result()) for run in runs] == [bits(report), alone] * 2
 
 
 def rewrite(source: Path, target: Path, **changes):

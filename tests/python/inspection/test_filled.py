@@ -246,6 +246,37 @@ def test_what_cannot_be_looked_at_is_left_out():
     assert "no image" in _left_out(_inspected(scan.reshape(-1, 3), reference.reshape(-1, 3)))[0]
 
 
+def test_an_image_of_one_row_or_column_is_too_small_to_look_at():
+    scan, reference = _scans(standing=bump(60, 3.0))
+    for shape in ((1, -1, 3), (-1, 1, 3)):
+        report = _inspected(scan.reshape(shape), reference)
+        assert _left_out(report) == ["the scan's image has not 12 rows and columns"]
+        assert report.pockets[0].area_mm2 == pytest.approx(_inspected(scan, reference).pockets[0].area_mm2, rel=0.01)
+
+
+def test_a_scan_without_any_noise_is_said():
+    points = [cloud(surface, SIZE, PITCH, 0, noise_mm=0.0) for surface in (laid(flat, flat, PLY), flat)]
+    assert "too little noise" in _left_out(_inspected(*points))[0]
+
+
+def test_a_patch_that_the_mask_hides_is_no_patch():
+    scan, reference = _scans()
+    _plane(scan, 14)
+    mask = _within(scan, 24)
+    report = debulk.inspect(scan, reference, None, outline(*PLY), mold_from_scanner=np.eye(4), mask=mask)
+    assert report.verdict is not Verdict.CEASE
+    assert TOLD not in report.reason
+    assert _doubted(_inspected(scan, reference)) or _inspected(scan, reference).verdict is Verdict.CREASE
+
+
+def test_where_nothing_of_the_ply_was_seen_nothing_is_looked_for():
+    scan, reference = _scans()
+    scan[(np.abs(scan[..., 0]) < 215) & (np.abs(scan[..., 1]) < 195)] = np.nan
+    report = _inspected(scan, reference)
+    assert report.verdict is Verdict.INVALID
+    assert TOLD not in report.reason
+
+
 @pytest.mark.parametrize("slant", [0.0, 0.2])
 @pytest.mark.parametrize("name", ["office1", "milk_cartoon_all_small_clorox"])
 def test_steps_of_a_real_camera_are_no_patches(name, slant):

@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from debulk import Inspector, Verdict
+from debulk import Inspector, Recipe, Verdict
 
 PITCH_MM = 1.0
 
 
-def inspected(ply_mm, wide_mm, rise=lambda x, y: 0 * x):
+def inspected(ply_mm, wide_mm, rise=lambda x, y: 0 * x, **recipe):
     """Inspect a ply, x, y, width and height, on a plate of (width, height), that stands up by so much."""
     rng = np.random.default_rng(0)
     x, y = np.meshgrid(np.arange(0, wide_mm[0], PITCH_MM), np.arange(0, wide_mm[1], PITCH_MM))
@@ -22,7 +22,7 @@ def inspected(ply_mm, wide_mm, rise=lambda x, y: 0 * x):
         np.stack([x, y, z + rng.normal(0, 0.02, x.shape)], axis=-1) for z in (0 * x, np.where(on, 0.3 + rise(x, y), 0))
     )
     corners = [[left, low], [left + width, low], [left + width, low + height], [left, low + height]]
-    return Inspector(None, reference, np.array(corners, dtype=float)).inspect(scan)
+    return Inspector(Recipe(**recipe), reference, np.array(corners, dtype=float)).inspect(scan)
 
 
 WIDE = ((40, 40, 600, 400), (680, 480))
@@ -86,6 +86,24 @@ def test_a_ply_with_too_few_squares_is_told_why(name):
     report = inspected(ply_mm, wide_mm)
     assert report.verdict is Verdict.INVALID
     assert re.search(reason, report.reason), report.reason
+
+
+def _ring(x, y):
+    """A fold 40 mm wide that runs all round the ply, 35 mm inside its edge: within it the ply lies flat."""
+    to_edge = np.minimum.reduce([x - 40, 640 - x, y - 40, 440 - y])
+    return 5 * np.cos(np.pi * np.clip((to_edge - 35) / 40, -0.5, 0.5)) ** 2
+
+
+def test_a_pocket_that_closes_in_the_whole_ply_leaves_no_level_to_read():
+    report = inspected(*WIDE, _ring)
+    assert report.verdict is Verdict.INVALID
+    assert re.search(r"pockets with their feet leave only 0.0 % of the ply between them; lay it down", report.reason)
+
+
+def test_an_uncertainty_does_not_round_to_nothing():
+    report = inspected(*WIDE, level={"tol_mm": 1e-4})
+    assert report.verdict is Verdict.INVALID
+    assert re.search(r"uncertain by 0\.0*[1-9]\d* mm, and its tolerance is 0.0001 mm", report.reason), report.reason
 
 
 def test_a_small_ply_passes_once_the_scan_is_cropped():

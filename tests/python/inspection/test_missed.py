@@ -1,11 +1,14 @@
 """What the filters take from a pocket's excess, and what lies beyond its foot, lifts the range and nothing else."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import laid_ply
 from debulk.inspection.laid_pocket import lay_pocket
 from debulk.inspection.missed import missed_share
+from debulk.surface import Reference
 
 TOP_MM = (50.3, 30.6)
 THICKNESS_SHARE = 0.43  # of the thickness, in a ridge without excess length
@@ -43,6 +46,15 @@ def test_the_filters_lower_a_narrow_bell_by_more_than_the_uncertainty():
     assert known.height_mm + known.uncertainty_mm < true_ridge_mm(30, 5) < known.range_mm[1]
     assert known.range_mm[1] == pytest.approx(known.height_mm + known.uncertainty_mm + known.missed_mm)
     assert known.range_mm[0] == pytest.approx(known.height_mm - known.uncertainty_mm)
+
+
+def test_a_net_that_lies_on_the_mold_misses_nothing():
+    pocket, found = laid(100, 6)
+    on_mold = np.array(pocket.net.nodes_mm)
+    straight = on_mold[:, :2] * [1.0, 0.0]  # all in one line along a flat mold: no fibre has anything to spare
+    flat = Reference(np.zeros((60, 90)), (-450.0, -300.0), 10.0)
+    net = SimpleNamespace(nodes_mm=np.column_stack([straight, 0 * on_mold[:, 2]]), neighbours=pocket.net.neighbours)
+    assert missed_share(found, net, flat) == 0.0
 
 
 def test_a_wide_pocket_misses_next_to_nothing():

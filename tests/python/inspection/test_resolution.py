@@ -192,3 +192,20 @@ FLAT = np.stack([X, Y, 0 * X], axis=-1)
 def test_a_reference_too_small_for_a_surface_is_refused_by_its_name(cloud, came):
     with pytest.raises(InputError, match=rf"^reference: expected .*but got {came}"):
         Inspector(None, cloud)
+
+
+def test_a_reference_of_one_row_is_said_to_be_narrow():
+    x, y = np.meshgrid(np.arange(300.0), np.arange(200.0))
+    plate = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    for narrow in (plate[100:101], plate[:, 100:101], plate[100:103]):
+        with pytest.raises(InputError, match=r"^reference: expected a cloud wide enough .* by .* mm.*whole cloud"):
+            Inspector(None, narrow)
+
+
+@pytest.mark.parametrize("left", [0, 3])
+def test_a_mask_that_hides_the_reference_is_named(left):
+    x, y = np.meshgrid(np.arange(300.0), np.arange(200.0))
+    mask = np.ones(x.shape, dtype=bool)
+    mask[100, :left] = False
+    with pytest.raises(InputError, match=rf"^reference: expected .*; the mask hides {60_000 - left} of 60000 pixels"):
+        Inspector(None, np.stack([x, y, np.zeros_like(x)], axis=-1), mask=mask)

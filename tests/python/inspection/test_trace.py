@@ -51,6 +51,14 @@ def test_all_that_went_in_is_named(layup, tmp_path):
     assert {"name", "system", "instructions", "threads used"} <= set(trace.host)
 
 
+@pytest.mark.parametrize("deadline_s", [True, np.float32(1e-9), np.array(1e-9), 1, float("inf")])
+def test_a_deadline_of_any_kind_comes_back(layup, tmp_path, deadline_s):
+    made(layup).inspect(layup.scan, deadline_s=deadline_s).save(tmp_path / "r.json")
+    kept = debulk.Report.load(tmp_path / "r.json").trace.deadline_s
+    assert type(kept) is float
+    assert kept == deadline_s
+
+
 def test_a_map_of_angles_keeps_its_bits(layup, tmp_path):
     values = np.full((2, 2, 2), [0.1 + 0.2, 90.0])
     values[1, 1] = np.nan

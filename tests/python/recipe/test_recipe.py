@@ -128,6 +128,14 @@ def test_a_net_of_so_few_nodes_that_nothing_can_move_is_refused():
     Recipe(net={"node_target": 20})
 
 
+def test_limits_and_spacings_that_no_ply_has_are_refused():
+    """Larger ones come out as infinite in the figures that are made of them, smaller ones as zero."""
+    limits = ("max_rms_mm", "max_ridge_mm", "rms_margin_mm", "ridge_margin_mm", "excess_margin_mm")
+    for name in (*limits, "compliance_margin_mm"):
+        assert error_of(Recipe, verdict={name: 1e300}) == f"verdict.{name}: expected a number at most 1000, got 1e+300"
+    assert error_of(Recipe, net={"spacing_mm": 1e-300}) == "net.spacing_mm: expected a number at least 0.1, got 1e-300"
+
+
 def test_nothing_is_suggested_that_is_not_near():
     assert error_of(Recipe, qqq=1) == "qqq: not a known setting"
 

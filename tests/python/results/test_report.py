@@ -2,6 +2,8 @@ import csv
 import dataclasses
 import json
 import math
+import os
+import sys
 
 import numpy as np
 import pytest
@@ -90,6 +92,17 @@ def test_odd_numbers_and_empty_arrays_survive(tmp_path):
     report.save(tmp_path / "r.json")
     back = Report.load(tmp_path / "r.json")
     assert same(dataclasses.replace(report, timings_ms={"b": 1.0, "a": 2.0}), back)
+
+
+def test_a_file_name_that_is_no_utf8_and_the_largest_number_come_back(tmp_path):
+    """Python keeps the bytes of such a name as halves of characters, which UTF-8 does not have."""
+    name = os.fsdecode(b"ply \xe9.pcd")
+    most = sys.float_info.max
+    report = Report(verdict=Verdict.INVALID, reason="", pockets=(), source={"scan": name}, timings_ms={"a": most})
+    for kind in ("json", "csv", "html"):
+        report.save(tmp_path / f"r.{kind}")
+    back = Report.load(tmp_path / "r.json")
+    assert (back.source["scan"], back.timings_ms["a"]) == (name, most)
 
 
 def test_saving_is_deterministic(report, tmp_path):
