@@ -33,6 +33,7 @@ from debulk.inspection.placing import Placed, Placing
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.preparation import Preparation
 from debulk.inspection.prepared import Prepared, prepare
+from debulk.inspection.raw_points import RawPoints
 from debulk.inspection.sample import Sample
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.inspection.wrinkles import WrinkleSearch
@@ -275,20 +276,25 @@ class Inspector:
                 bumps = tolerances.weigh(found, self.ply, cycle.stop)
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
-            riding = self._riding(points, sample, pockets, evaluations)
+            riding = self._riding(points, sample, pockets, evaluations, cycle.stop)
         with cycle.stage("report", 1.0):
             return reporting.report(
                 found, placed, filled, bumps, standing, riding, pockets, evaluations, self.ply, cycle.timings_ms()
             )
 
     def _riding(
-        self, points: NDArray[np.float32], sample: Sample, pockets: Sequence[FoundPocket], done: Sequence[Evaluation]
+        self,
+        points: NDArray[np.float32],
+        sample: Sample,
+        pockets: Sequence[FoundPocket],
+        done: Sequence[Evaluation],
+        stop: _core.Stop,
     ) -> list[Judgement]:
         """Look for bumps on the pockets of a layup that would pass."""
         if not pockets or any(one.report.verdict is not Verdict.CEASE for one in done):
             return []
-        where = riders.points_of(points, self.mask, self.mold_from_scanner, sample.pitch_mm)
-        return riders.doubts(*where, pockets, [one.report for one in done], self.ply)
+        raw = RawPoints(points, self.mask, self.mold_from_scanner, sample.pitch_mm, self.prepared.image)
+        return riders.doubts(raw, pockets, [one.report for one in done], self.ply, stop)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

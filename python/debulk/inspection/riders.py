@@ -14,21 +14,21 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import cloud
+from debulk import _core
 from debulk.grid import Grid
 from debulk.inspection import excess
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.narrow_bumps import bell_excess_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.raw_points import RawPoints
 from debulk.results.report import PocketReport
 from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Rider", "doubts", "points_of", "riders_on"]
+__all__ = ["Rider", "doubts", "riders_on"]
 
-Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
 _STANDS_OUT_MM = 0.3  # above the filtered heights; a bump that stands out by less has hardly lost anything
@@ -38,7 +38,6 @@ _FEWEST = 5  # points that stand out side by side: fewer are flying pixels
 _OUT_SHARE = 0.6  # of the points within a millimetre and a half of the top
 _SUNK_SHARE = 0.05  # of those near it, that may lie as deep below: in a highlight, half of them do
 _HIGHEST_MM = 25.0
-_APART_MM = 1.0  # of the points that are looked at; a scan that is denser is read in steps
 
 
 class Rider(NamedTuple):
@@ -50,41 +49,28 @@ class Rider(NamedTuple):
     excess_mm: float
 
 
-def points_of(
-    scan: Cloud, mask: NDArray[np.bool_] | None, mold_from_scanner: Floats | None, pitch_mm: float
-) -> tuple[Floats, float]:
-    """Return what is looked at of a scan before any filter: (N, 3) points, mold frame, and how far they are apart."""
-    step = 1
-    if scan.ndim == 3:
-        step = max(1, int(_APART_MM / pitch_mm)) if 0 < pitch_mm < math.inf else 1
-        scan, mask = scan[::step, ::step], None if mask is None else mask[::step, ::step]
-        scan = scan.reshape(-1, 3) if mask is None else scan[~mask]
-    points = scan[np.isfinite(scan).all(axis=1)]
-    if mold_from_scanner is not None:
-        points = cloud.transform(np.ascontiguousarray(points, dtype=np.float32), mold_from_scanner)
-    return points.astype(np.float64), step * pitch_mm
-
-
 def doubts(
-    points_mm: Floats, pitch_mm: float, pockets: Sequence[FoundPocket], reports: Sequence[PocketReport], ply: PlyOnMold
+    raw: RawPoints, pockets: Sequence[FoundPocket], reports: Sequence[PocketReport], ply: PlyOnMold, stop: _core.Stop
 ) -> list[Judgement]:
     """Say which pockets that cease could crease for a bump on them.
 
     Parameters
     ----------
-    points_mm
-        (N, 3) of the scan before any filter, mold frame.
-    pitch_mm
-        From one of them to the next.
+    raw
+        The scan before any filter.
     pockets, reports
         Of the same places.
     ply
         What they are judged by.
+    stop
+        Raised from another thread, ends the search soon; a deadline does not: it takes milliseconds a pocket.
     """
     judged = []
     for found, report in zip(pockets, reports, strict=True):
+        if stop.cancelled:
+            raise _core.Stopped("the search for bumps on pockets was stopped")
         known_mm = _excess_mm(report, ply.recipe)
-        for rider in riders_on(found, points_mm, pitch_mm, ply):
+        for rider in riders_on(found, raw, ply):
             ridge_mm = excess.ridge_of(known_mm + rider.excess_mm, ply.recipe)
             if ridge_mm <= ply.recipe.verdict.max_ridge_mm:
                 continue
@@ -99,14 +85,12 @@ def doubts(
     return judged
 
 
-def riders_on(found: FoundPocket, points_mm: Floats, pitch_mm: float, ply: PlyOnMold) -> Iterator[Rider]:
+def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold) -> Iterator[Rider]:
     """Find the bumps on one pocket, highest first."""
-    heights, outline = found.feet.heights, found.foot.outline_mm
+    heights, outline, pitch_mm = found.feet.heights, found.foot.outline_mm, raw.pitch_mm
     if not len(outline):
         return
-    x, y = points_mm[:, 0], points_mm[:, 1]
-    (left, low), (right, high) = outline.min(axis=0), outline.max(axis=0)
-    near = points_mm[(x >= left) & (x <= right) & (y >= low) & (y <= high)]
+    near = raw.over(outline, ply.reference)
     near = near[_label(found, near[:, :2]) == found.foot.label]
     if not len(near):
         return

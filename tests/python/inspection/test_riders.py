@@ -6,6 +6,7 @@ import pytest
 import laid_ply
 from debulk import Verdict
 from debulk.inspection import riders
+from debulk.inspection.raw_points import RawPoints
 
 WIDE = (0.0, 0.0, 260.0, 6.5)  # a ridge of 0.4 mm
 
@@ -13,8 +14,13 @@ WIDE = (0.0, 0.0, 260.0, 6.5)  # a ridge of 0.4 mm
 def found_on(scan):
     inspector = laid_ply.inspector()
     (found,) = inspector.find(scan).pockets
-    points = riders.points_of(scan, None, laid_ply.layup().mold_from_scanner, inspector.grid_spacing_mm)
-    return list(riders.riders_on(found, *points, inspector.ply))
+    pose, image = laid_ply.layup().mold_from_scanner, inspector.prepared.image
+    both = [
+        list(riders.riders_on(found, RawPoints(scan, None, pose, inspector.grid_spacing_mm, known), inspector.ply))
+        for known in (image, None)
+    ]
+    assert both[0] == both[1]  # in the image's window, or in the whole scan
+    return both[0]
 
 
 @pytest.mark.parametrize(("wide_mm", "high_mm"), [(8.0, 2.5), (10.0, 3.0)])

@@ -1,0 +1,116 @@
+"""The points of a scan before any filter, as many as one asks for, where one asks for them."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import cloud
+from debulk.inspection.camera import PinholeImage
+from debulk.surface import Reference
+
+__all__ = ["RawPoints"]
+
+Cloud = NDArray[np.float32]
+Flags = NDArray[np.bool_]
+Floats = NDArray[np.float64]
+_APART_MM = 1.0  # a scan that is denser is read in steps
+_HIGH_MM = 25.0  # above the reference, that points may stand to be seen
+_MARGIN = 4  # pixels
+_OFF = 1.0  # pixels, by which a point may miss its pixel
+
+
+class RawPoints:
+    """Thinned points of a scan.
+
+    Parameters
+    ----------
+    scan
+        (H, W, 3) or (N, 3), scanner's frame, mm.
+    mask
+        (H, W), True where the image is not to be used, or None.
+    mold_from_scanner
+        (4, 4); None: the scan is in the mold's frame.
+    pitch_mm
+        From point to point of the scan; inf: not known.
+    image
+        Of the camera that took the reference; None: it is not known.
+    """
+
+    def __init__(
+        self,
+        scan: Cloud,
+        mask: Flags | None,
+        mold_from_scanner: Floats | None,
+        pitch_mm: float,
+        image: PinholeImage | None,
+    ) -> None:
+        organised = scan.ndim == 3
+        step = max(1, int(_APART_MM / pitch_mm)) if organised and 0 < pitch_mm < math.inf else 1
+        self.pitch_mm = step * pitch_mm
+        """From one of the points to the next."""
+        self._step, self._mask, self._pose = step, mask, mold_from_scanner
+        self._scan = scan
+        self._image = image if organised and image is not None and image.shape == scan.shape[:2] else None
+
+    def over(self, outline_mm: Floats, reference: Reference) -> Floats:
+        """Return (N, 3) the points over the box of an outline, mold frame."""
+        points = self._in_window(outline_mm, reference)
+        if points is None:
+            points = self._all
+        x, y = points[:, 0], points[:, 1]
+        (left, low), (right, high) = outline_mm.min(axis=0), outline_mm.max(axis=0)
+        near: Floats = points[(x >= left) & (x <= right) & (y >= low) & (y <= high)].astype(np.float64)
+        return near
+
+    @cached_property
+    def _all(self) -> Cloud:
+        step = self._step
+        if self._scan.ndim == 2:
+            return self._finite_in_mold(self._scan)
+        points = self._scan[::step, ::step]
+        return self._finite_in_mold(
+            points.reshape(-1, 3) if self._mask is None else points[~self._mask[::step, ::step]]
+        )
+
+    def _in_window(self, outline_mm: Floats, reference: Reference) -> Cloud | None:
+        """Return the points of the part of the image in which an outline lies; None if that is not known."""
+        if self._image is None:
+            return None
+        below_mm = reference.height(outline_mm)
+        box = np.concatenate([np.column_stack([outline_mm, below_mm + up]) for up in (0.0, _HIGH_MM)])
+        if self._pose is not None:
+            box = (box - self._pose[:3, 3]) @ self._pose[:3, :3]
+        if (box[:, 2] <= 0).any():
+            return None
+        step = self._step  # the same points as of the whole scan
+        rows, columns = (
+            slice(max(0, int(seen.min()) - _MARGIN) // step * step, max(0, int(seen.max()) + _MARGIN + 1), step)
+            for seen in _pixels(box, self._image)
+        )
+        part = rows, columns
+        points = self._scan[part]
+        at = np.mgrid[part][:, : points.shape[0], : points.shape[1]]
+        with np.errstate(all="ignore"):
+            off = np.abs(np.array(_pixels(points, self._image)) - at).max(axis=0)
+        known = off[np.isfinite(off)]
+        if not known.size or np.median(known) > _OFF:
+            return None  # of another camera
+        return self._in_part(part)
+
+    def _in_part(self, part: tuple[slice, slice]) -> Cloud:
+        points = self._scan[part]
+        return self._finite_in_mold(points.reshape(-1, 3) if self._mask is None else points[~self._mask[part]])
+
+    def _finite_in_mold(self, points: Cloud) -> Cloud:
+        kept = np.ascontiguousarray(points[np.isfinite(points).all(axis=1)], dtype=np.float32)
+        return kept if self._pose is None else cloud.transform(kept, self._pose)
+
+
+def _pixels(points: NDArray[np.floating], image: PinholeImage) -> tuple[Floats, Floats]:
+    """Rows and columns in which (..., 3) points are seen."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    return image.f * y / z + image.cy, image.f * x / z + image.cx
