@@ -8,7 +8,6 @@ import pytest
 import laid_ply
 from debulk.inspection.laid_pocket import lay_pocket
 from debulk.inspection.missed import missed_share
-from debulk.surface import Reference
 
 TOP_MM = (50.3, 30.6)
 THICKNESS_SHARE = 0.43  # of the thickness, in a ridge without excess length
@@ -48,13 +47,11 @@ def test_the_filters_lower_a_narrow_bell_by_more_than_the_uncertainty():
     assert known.range_mm[0] == pytest.approx(known.height_mm - known.uncertainty_mm)
 
 
-def test_a_net_that_lies_on_the_mold_misses_nothing():
+def test_a_net_without_fibres_misses_nothing():
     pocket, found = laid(100, 6)
-    on_mold = np.array(pocket.net.nodes_mm)
-    straight = on_mold[:, :2] * [1.0, 0.0]  # all in one line along a flat mold: no fibre has anything to spare
-    flat = Reference(np.zeros((60, 90)), (-450.0, -300.0), 10.0)
-    net = SimpleNamespace(nodes_mm=np.column_stack([straight, 0 * on_mold[:, 2]]), neighbours=pocket.net.neighbours)
-    assert missed_share(found, net, flat) == 0.0
+    alone = np.full_like(pocket.net.neighbours, -1)
+    net = SimpleNamespace(nodes_mm=pocket.net.nodes_mm, neighbours=alone)
+    assert missed_share(found, net, laid_ply.inspector().reference) == 0.0
 
 
 def test_a_wide_pocket_misses_next_to_nothing():
