@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
-from debulk.grid import Grid
 from debulk.inspection import excess
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.narrow_bumps import bell_excess_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.raw_points import RawPoints
+from debulk.inspection.windows import heights_at, labels_at
 from debulk.results.report import PocketReport
 from debulk.verdict import Judgement, Verdict
 
@@ -91,10 +91,10 @@ def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold) -> Iterator[Ri
     if not len(outline):
         return
     near = raw.over(outline, ply.reference)
-    near = near[_label(found, near[:, :2]) == found.foot.label]
+    near = near[labels_at(found.feet.labels, near[:, :2]) == found.foot.label]
     if not len(near):
         return
-    out = near[:, 2] - ply.reference.height(near[:, :2]) - _at(heights, near[:, :2])
+    out = near[:, 2] - ply.reference.height(near[:, :2]) - heights_at(heights, near[:, :2])
     seen = np.isfinite(out) & (np.abs(out) < _HIGHEST_MM)
     xy, out = near[seen, :2], out[seen]
     least_mm = max(_STANDS_OUT_MM, _NOISE * 1.4826 * float(np.median(np.abs(out)))) if len(out) else math.inf
@@ -122,23 +122,3 @@ def _excess_mm(report: PocketReport, recipe: Recipe) -> float:
     if report.excess is None:
         return max(report.excess_length_mm or 0.0, 0.0)
     return max(report.excess.length_mm + 2 * (report.excess.missed_mm + report.excess.uncertainty_mm), 0.0)
-
-
-def _label(found: FoundPocket, xy: Floats) -> NDArray[np.int32]:
-    labels = found.feet.labels
-    column, row = np.rint((xy - labels.origin_mm) / labels.spacing_mm).astype(np.intp).T
-    ny, nx = labels.values.shape
-    inside: NDArray[np.int32] = labels.values[np.clip(row, 0, ny - 1), np.clip(column, 0, nx - 1)]
-    return inside
-
-
-def _at(heights: Grid, xy: Floats) -> Floats:
-    """Heights between the points of a grid, linear."""
-    place = np.clip((xy - heights.origin_mm) / heights.spacing_mm, 0, np.array(heights.values.shape[::-1]) - 1.001)
-    cell = np.floor(place).astype(np.intp)
-    (i, j), (u, v) = cell.T, (place - cell).T
-    z = heights.values
-    between: Floats = (1 - v) * ((1 - u) * z[j, i] + u * z[j, i + 1]) + v * (
-        (1 - u) * z[j + 1, i] + u * z[j + 1, i + 1]
-    )
-    return between

@@ -16,6 +16,7 @@ from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.missed import filtered_once_more
 from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.windows import heights_at, labels_at
 
 __all__ = ["StraightFibre", "longest"]
 
@@ -54,7 +55,7 @@ def longest(found: FoundPocket, ply: PlyOnMold, held_over_mm: float = 0.0) -> St
     for angle in np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm)):
         way = np.array([np.cos(angle), np.sin(angle)])
         xy = middle + along[:, None] * way + across[:, None, None] * np.array([-way[1], way[0]])
-        on = _on_foot(found, xy)
+        on = labels_at(feet.labels, xy) == found.foot.label
         height_mm = np.zeros(on.shape)
         height_mm[on] = _lower_side(found, xy[on])
         mold_mm = np.zeros(on.shape)
@@ -83,24 +84,9 @@ def _excess_mm(height_mm: Floats, mold_mm: Floats, on: NDArray[np.bool_], step_m
     return total
 
 
-def _on_foot(found: FoundPocket, xy: Floats) -> NDArray[np.bool_]:
-    labels = found.feet.labels
-    cells = np.rint((xy - labels.origin_mm) / labels.spacing_mm).astype(np.intp)
-    last = np.array(labels.values.shape[::-1]) - 1
-    fits = ((cells > 0) & (cells < last)).all(axis=-1)
-    column, row = np.moveaxis(np.clip(cells, 0, last), -1, 0)
-    on: NDArray[np.bool_] = fits & (labels.values[row, column] == found.foot.label)
-    return on
-
-
 def _lower_side(found: FoundPocket, xy: Floats) -> Floats:
-    """Heights of the ply's lower side above the reference, linear between the points of the grid; unknown: 0."""
-    heights = found.feet.heights
-    place = (xy - heights.origin_mm) / heights.spacing_mm
-    cell = np.floor(place).astype(np.intp)
-    (i, j), (u, v) = cell.T, (place - cell).T
-    z = heights.values
-    above = (1 - v) * ((1 - u) * z[j, i] + u * z[j, i + 1]) + v * ((1 - u) * z[j + 1, i] + u * z[j + 1, i + 1])
+    """Heights of the ply's lower side above the reference; unknown: 0."""
+    above = heights_at(found.feet.heights, xy)
     lower: Floats = np.maximum(np.nan_to_num(above) - found.feet.thickness_mm, 0.0)
     return lower
 
