@@ -5,10 +5,10 @@
 #include "bindings/convert.hpp"
 #include "bindings/pocket_modes.hpp"
 #include "debulk/pocket/foot_contours.hpp"
+#include "debulk/pocket/height_noise.hpp"
 #include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/patch.hpp"
 #include "debulk/pocket/segment.hpp"
-#include "debulk/pocket/smooth.hpp"
 #include "debulk/pocket/unseen.hpp"
 #include "debulk/surface/front_end.hpp"
 

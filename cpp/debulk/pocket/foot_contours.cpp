@@ -8,6 +8,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/core/row_runs.hpp"
 #include "debulk/pocket/components.hpp"
+#include "debulk/pocket/height_noise.hpp"
 #include "debulk/pocket/outline.hpp"
 #include "debulk/pocket/smooth.hpp"
 

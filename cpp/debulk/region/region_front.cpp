@@ -10,7 +10,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/row_runs.hpp"
-#include "debulk/pocket/smooth.hpp"
+#include "debulk/pocket/height_noise.hpp"
 #include "debulk/surface/median.hpp"
 
 namespace debulk {

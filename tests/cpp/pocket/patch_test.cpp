@@ -10,6 +10,7 @@
 
 #include "bells.hpp"
 #include "debulk/core/error.hpp"
+#include "debulk/pocket/height_noise.hpp"
 #include "debulk/pocket/smooth.hpp"
 
 namespace debulk {
