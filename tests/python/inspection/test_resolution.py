@@ -184,7 +184,7 @@ FLAT = np.stack([X, Y, 0 * X], axis=-1)
     ("cloud", "came"),
     [
         (FLAT[:3, :30], r"one of 30 by 3 mm with 90 heights; give the whole cloud"),
-        (FLAT[:1].reshape(-1, 3), r"one of 200 by 1.5 mm with 0 heights; give the whole cloud"),
+        (FLAT[:1].reshape(-1, 3), r"one of 199 by 0 mm; give the whole cloud"),
         (20 * FLAT[:2, :2], r"only 4 of them; give the full cloud"),
     ],
     ids=["strip", "line", "four points"],
