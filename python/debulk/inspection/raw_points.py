@@ -68,13 +68,10 @@ class RawPoints:
 
     @cached_property
     def _all(self) -> Cloud:
-        step = self._step
         if self._scan.ndim == 2:
             return self._finite_in_mold(self._scan)
-        points = self._scan[::step, ::step]
-        return self._finite_in_mold(
-            points.reshape(-1, 3) if self._mask is None else points[~self._mask[::step, ::step]]
-        )
+        every = slice(None, None, self._step)
+        return self._in_part((every, every))
 
     def _in_window(self, outline_mm: Floats, reference: Reference) -> Cloud | None:
         """Return the points of the part of the image in which an outline lies; None if that is not known."""
