@@ -4,16 +4,13 @@
 #include <cmath>
 
 #include "debulk/core/error.hpp"
+#include "debulk/pocket/cross.hpp"
 #include "debulk/pocket/polygon.hpp"
 
 namespace debulk {
 namespace {
 
 using Eigen::Vector2d;
-
-double cross(const Vector2d& u, const Vector2d& v) {
-  return u.x() * v.y() - u.y() * v.x();
-}
 
 }  // namespace
 

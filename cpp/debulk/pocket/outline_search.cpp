@@ -4,14 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "debulk/pocket/cross.hpp"
+
 namespace debulk {
-namespace {
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-}  // namespace
 
 OutlineSearch::OutlineSearch(const Polygon& polygon) : polygon_(polygon) {
   for (std::size_t first = 0; first < polygon_.size(); first += group) {

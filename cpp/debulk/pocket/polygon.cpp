@@ -5,13 +5,10 @@
 #include <limits>
 
 #include "debulk/core/error.hpp"
+#include "debulk/pocket/cross.hpp"
 
 namespace debulk {
 namespace {
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 // body(a, b) for every side, the closing one last. Sums are taken relative to the first corner: far from the origin
 // the products would cancel.
