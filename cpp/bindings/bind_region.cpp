@@ -9,6 +9,7 @@
 #include "bindings/seen.hpp"
 #include "debulk/pocket/unseen.hpp"
 #include "debulk/region/region_front.hpp"
+#include "debulk/region/riders.hpp"
 #include "debulk/region/standing_wrinkles.hpp"
 
 namespace debulk {
@@ -162,6 +163,18 @@ void bind_region(py::module_ m) {
     for (const NarrowBump& one : found.bumps) bumps.push_back({one.top.x(), one.top.y(), one.height, one.width, one.length});
     return bumps;
   });
+  // Each one's x, y, height and width.
+  m.def(
+      "riders",
+      [](const CloudArray& points, double pitch_mm, const FootMap& feet, const Foot& foot, const Surface& reference, const Stop& stop) {
+        const CloudView cloud = cloud_view(points, "points");
+        std::vector<std::array<double, 4>> listed;
+        const py::gil_scoped_release release;
+        for (const Rider& one : riders(cloud, pitch_mm, feet, foot, reference, {}, stop))
+          listed.push_back({one.top.x(), one.top.y(), one.height, one.wide});
+        return listed;
+      },
+      py::arg("points"), py::arg("pitch_mm"), py::arg("feet"), py::arg("foot"), py::arg("reference"), py::arg("stop"));
 }
 
 }  // namespace debulk

@@ -1,5 +1,7 @@
 #include <pybind11/stl.h>
 
+#include <optional>
+
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/net/fibre_net.hpp"
@@ -8,6 +10,7 @@
 #include "debulk/ridge/mold_length.hpp"
 #include "debulk/ridge/post_process.hpp"
 #include "debulk/ridge/ridge_height.hpp"
+#include "debulk/ridge/straight_fibres.hpp"
 #include "debulk/sheet/minimise.hpp"
 
 namespace debulk {
@@ -94,6 +97,25 @@ void bind_ridge(py::module_ m) {
       .def_property_readonly("mirrored_mm", [](const ExcessCrest& crest) { return to_array(crest.mirrored); })
       .def_readonly("peak", &ExcessCrest::peak);
   m.def("excess_crest", &excess_crest, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
+
+  py::class_<StraightFibre>(m, "StraightFibre")
+      .def_readonly("excess_mm", &StraightFibre::excess)
+      .def_property_readonly("points_mm", [](const StraightFibre& line) { return to_array(line.points); })
+      .def_property_readonly(
+          "gaps_mm", [](const StraightFibre& line) { return to_array(std::vector<double>(line.gaps), {py::ssize_t(line.gaps.size())}); })
+      .def_property_readonly("molds_mm", [](const StraightFibre& line) {
+        return to_array(std::vector<double>(line.molds), {py::ssize_t(line.molds.size())});
+      });
+  m.def(
+      "straight_fibres",
+      [](const FootMap& feet, const Foot& foot, const Surface& mold, const FibreAngles& angles, const std::optional<Array<double>>& ply,
+         double held_over, const Stop& stop) {
+        const LinesHeld held{ply ? points<2>(*ply, "ply_outline_mm") : Polygon(), held_over};
+        const py::gil_scoped_release release;
+        return straight_fibres(feet, foot, mold, angles, held, stop);
+      },
+      py::arg("feet"), py::arg("foot"), py::arg("mold"), py::arg("angles"), py::arg("ply_outline_mm"), py::arg("held_over_mm"),
+      py::arg("stop"));
 
   m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));
   m.def("post_process", &post_process_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("inside"), py::arg("surface"),

@@ -3,8 +3,8 @@
 from numpy.typing import ArrayLike
 
 from debulk._core import Stop, _Bound, _Floats, _Singles
-from debulk._core.pocket import FootMap, FootOptions, Segmentation, SegmentOptions, Unseen, UnseenOptions
-from debulk._core.surface import FrontEndOptions, Reference
+from debulk._core.pocket import Foot, FootMap, FootOptions, Segmentation, SegmentOptions, Unseen, UnseenOptions
+from debulk._core.surface import FrontEndOptions, Reference, Surface
 
 class RegionOptions(metaclass=_Bound):
     front: FrontEndOptions
@@ -73,3 +73,7 @@ class WrinkleFinder(metaclass=_Bound):
     def find_bumps(
         self, scan: ArrayLike, mask: ArrayLike | None, pitch_mm: float, options: NarrowBumpOptions, stop: Stop
     ) -> tuple[list[list[float]], bool]: ...
+
+def riders(
+    points: ArrayLike, pitch_mm: float, feet: FootMap, foot: Foot, reference: Surface, stop: Stop
+) -> list[list[float]]: ...

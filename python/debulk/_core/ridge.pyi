@@ -4,8 +4,9 @@ from typing import overload
 
 from numpy.typing import ArrayLike
 
-from debulk._core import _Bound, _Bytes, _Floats, _Made
+from debulk._core import Stop, _Bound, _Bytes, _Floats, _Made
 from debulk._core.net import Net, PocketNet
+from debulk._core.pocket import Foot, FootMap
 from debulk._core.sheet import Minimum, PlyMaterial
 from debulk._core.surface import Surface
 
@@ -79,6 +80,16 @@ class RidgeSection(_Made):
     @property
     def ply_length_mm(self) -> float: ...
 
+class StraightFibre(_Made):
+    @property
+    def excess_mm(self) -> float: ...
+    @property
+    def gaps_mm(self) -> _Floats: ...
+    @property
+    def molds_mm(self) -> _Floats: ...
+    @property
+    def points_mm(self) -> _Floats: ...
+
 def excess_crest(net: Net, mold: Surface) -> ExcessCrest | None: ...
 def held_excess(net: Net, mold: Surface) -> HeldExcess: ...
 def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, surface: Surface) -> float: ...
@@ -91,3 +102,12 @@ def post_process(
     minimum: Minimum, net: PocketNet, surface: Surface, options: RidgeOptions, ply: PlyMaterial
 ) -> PostProcessed: ...
 def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: float) -> float: ...
+def straight_fibres(
+    feet: FootMap,
+    foot: Foot,
+    mold: Surface,
+    angles: ArrayLike,
+    ply_outline_mm: ArrayLike | None,
+    held_over_mm: float,
+    stop: Stop,
+) -> list[StraightFibre]: ...

@@ -19,6 +19,7 @@ from debulk import _core, pocket
 from debulk.inspection import excess
 from debulk.inspection.fibre_walk import CrossingFibres, End, Fibre, FibreWalk, Shared
 from debulk.inspection.found import FoundPocket
+from debulk.inspection.missed import tail_mm
 from debulk.inspection.net_fibres import fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
@@ -33,7 +34,7 @@ __all__ = ["doubts", "friction_length", "without_shared_folds"]
 
 Floats = NDArray[np.float64]
 
-_FIXED = 1  # kind of a node that is held
+_INNER, _FIXED = 0, 1  # kinds of nodes that no contact holds, and that one does
 _NAMED = 3  # of the pockets and of the bumps in a reason
 
 
@@ -53,7 +54,7 @@ def without_shared_folds(
     `bumps`: those below the tolerances; what they have to spare counts, as far as a net was laid on them.
     """
     reports = tuple(reports)
-    nets = {p.id: laid for p in reports if (laid := _of_pocket(p)) is not None}
+    nets = {p.id: laid for p, one in zip(reports, pockets, strict=True) if (laid := _of_pocket(p, one)) is not None}
     same_foot = {found.number: frozenset((found.number, *found.joined)) for found in pockets}
     names = {p.id: str(p.id) for p in reports}
     for number, bump in enumerate(bumps, start=len(reports) + 1):
@@ -113,25 +114,28 @@ def friction_length(recipe: Recipe) -> float:
     return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
 
 
-def _of_pocket(p: PocketReport) -> SpareNet | None:
+def _of_pocket(p: PocketReport, found: FoundPocket) -> SpareNet | None:
     if p.net is None:
         return None
     assert p.spacing_mm is not None and p.foot_outline_mm is not None  # it has a net
     at_spacing_mm = p.excess_length_mm if p.excess is None else p.excess.at_spacing_mm
-    return SpareNet(p.net, p.spacing_mm, p.foot_outline_mm, at_spacing_mm or 0.0, lambda: p.excess)
+    return SpareNet(p.net, p.spacing_mm, p.foot_outline_mm, tail_mm(found), at_spacing_mm or 0.0, lambda: p.excess)
 
 
 def _close_by(nets: Mapping[int, SpareNet], way_mm: float) -> dict[int, list[int]]:
-    """Return, by number, the others to whose feet it is no farther than a way."""
+    """Return, by number, the others between whose ply on the mold and its own lies no more than a way of it."""
     numbers, feet = list(nets), [one.foot_outline_mm for one in nets.values()]
+    tails = np.array([one.tail_mm for one in nets.values()])
     close: dict[int, list[int]] = {number: [] for number in numbers}
     if len(numbers) < 2:
         return close
     low, high = (np.array([end(foot, axis=0) for foot in feet]) for end in (np.min, np.max))
     boxes_apart = np.maximum(0.0, np.maximum(low[:, None] - high, low - high[:, None]))
-    for i, j in np.argwhere(np.hypot(*np.moveaxis(boxes_apart, -1, 0)) <= way_mm).tolist():
-        facing = feet[j][((feet[j] >= low[i] - way_mm) & (feet[j] <= high[i] + way_mm)).all(axis=1)]
-        if i < j and len(facing) and pocket.distance_to_outline(feet[i], facing).min() <= way_mm:
+    ways_mm = way_mm + tails[:, None] + tails
+    for i, j in np.argwhere(np.hypot(*np.moveaxis(boxes_apart, -1, 0)) <= ways_mm).tolist():
+        most_mm = ways_mm[i, j]
+        facing = feet[j][((feet[j] >= low[i] - most_mm) & (feet[j] <= high[i] + most_mm)).all(axis=1)]
+        if i < j and len(facing) and pocket.distance_to_outline(feet[i], facing).min() <= most_mm:
             close[numbers[i]].append(numbers[j])
             close[numbers[j]].append(numbers[i])
     return close
@@ -158,14 +162,32 @@ def _crossing(number: int, one: SpareNet, numbers: frozenset[int], ply: PlyOnMol
     inside, away = pocket.inside(one.foot_outline_mm, xy), pocket.distance_to_outline(one.foot_outline_mm, xy)
     held = []
     for _, nodes in fibres(one.net.neighbours):
-        if len(nodes) < 2 or not inside[nodes].any() or (kinds[[nodes[0], nodes[-1]]] != _FIXED).any():
+        if len(nodes) < 2 or not inside[nodes].any() or not _is_held(nodes, kinds, xy, one.spacing_mm, ply):
             continue
         ends = (
             _end(xy[nodes], inside[nodes], away[nodes]),
             _end(xy[nodes[::-1]], inside[nodes[::-1]], away[nodes[::-1]]),
         )
         held.append(Fibre(one.scale * _excess_mm(nodes_mm[nodes], ply), ends))
-    return CrossingFibres(numbers, number, one.spacing_mm, one.uncertainty_mm(ply.recipe), tuple(held))
+    return CrossingFibres(numbers, number, one.spacing_mm, one.tail_mm, one.uncertainty_mm(ply.recipe), tuple(held))
+
+
+def _is_held(nodes: list[int], kinds: NDArray[np.integer], xy: Floats, spacing_mm: float, ply: PlyOnMold) -> bool:
+    """Whether friction holds both ends of a fibre on the mold.
+
+    A net lets nodes near the ply's edge slide, but sideways too: where the ply goes on along the fibre for the way over
+    which an edge slips, the end stays.
+    """
+    for at, before in ((nodes[0], nodes[1]), (nodes[-1], nodes[-2])):
+        if kinds[at] == _FIXED:
+            continue
+        if kinds[at] == _INNER or ply.outline is None:
+            return False
+        way = (xy[at] - xy[before]) / np.linalg.norm(xy[at] - xy[before])
+        beyond_mm = np.array([0.1, 0.5, 1.0]) * max(ply.recipe.net.free_edge_mm, spacing_mm)
+        if not pocket.inside(ply.outline, xy[at] + beyond_mm[:, None] * way).all():
+            return False
+    return True
 
 
 def _end(xy: Floats, inside: NDArray[np.bool_], away: Floats) -> End:

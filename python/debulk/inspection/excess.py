@@ -28,8 +28,8 @@ _SCATTER = 1.3
 _INNER = 0  # kind of a node that no contact holds
 
 
-def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket) -> ExcessReport | None:
-    """Measure the fibres of a net that `lay_net` has laid on a pocket.
+def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket, stop: _core.Stop | None = None) -> ExcessReport | None:
+    """Measure the fibres of a net that `lay_net` has laid on a pocket; raises `Stopped`.
 
     Returns
     -------
@@ -53,9 +53,11 @@ def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket) -> ExcessReport | None
     # Filters only take away, so that what is missed lifts the upper end of the range alone.
     missed_mm = missed_share(found, laid, reference) * max(made_of_it.excess_mm, 0.0)
     if made_of_it.range.low <= recipe.verdict.max_ridge_mm:  # else it creases, whatever else stands on it
-        between_mm = straight_fibres.longest(found, ply).excess_mm - made_of_it.excess_mm
-        if between_mm > missed_mm + 2 * made_of_it.uncertainty_mm:
-            missed_mm = between_mm
+        between_mm = straight_fibres.longest(found, ply, stop=stop).excess_mm - made_of_it.excess_mm
+        # The longest of hundreds of lines has the luckiest noise: half of the uncertainty is left to that. From all of
+        # it on nothing is, and no step lies between.
+        clear_mm = between_mm - missed_mm - made_of_it.uncertainty_mm
+        missed_mm = min(missed_mm + 2 * max(clear_mm, 0.0), max(missed_mm, between_mm))
     lengths.at_spacing_mm, lengths.at_half_mm = coarse.largest_mm + missed_mm, half.largest_mm + missed_mm
     most = _core.verdict.ridge_by_excess(lengths, *rule)
     return ExcessReport(

@@ -46,6 +46,8 @@ class CrossingFibres:
         Its own.
     spacing_mm
         Of its net.
+    tail_mm
+        From where a fibre leaves the foot to where it lies on the mold.
     uncertainty_mm
         Standing, of the ridge that they make.
     fibres
@@ -55,6 +57,7 @@ class CrossingFibres:
     numbers: frozenset[int]
     number: int
     spacing_mm: float
+    tail_mm: float
     uncertainty_mm: float
     fibres: tuple[Fibre, ...]
 
@@ -101,6 +104,7 @@ class FibreWalk:
         self._way = np.array([end.way for end in ends]).reshape(-1, 2)
         self._first = np.cumsum([0, *(2 * len(one.fibres) for one in self._pockets)])
         self._spacing_mm = np.array([one.spacing_mm for one in self._pockets])
+        self._tail_mm = np.array([one.tail_mm for one in self._pockets])
         boxes = [self._xy[a:b] for a, b in pairwise(self._first)]
         self._low, self._high = (np.array([end(box, axis=0) for box in boxes]) for end in (np.min, np.max))
         self._index = {one.number: k for k, one in enumerate(self._pockets)}
@@ -133,7 +137,8 @@ class FibreWalk:
     def _find_steps(self, start: int) -> None:
         """Find the steps from all ends of a pocket: only into what lies no farther off than the way."""
         apart_mm = np.maximum(0.0, np.maximum(self._low - self._high[start], self._low[start] - self._high))
-        near = np.flatnonzero(np.hypot(*apart_mm.T) <= self._way_mm)
+        tails_mm = self._tail_mm[start] + self._tail_mm
+        near = np.flatnonzero(np.hypot(*apart_mm.T) <= self._way_mm + tails_mm)
         ends = np.concatenate([np.arange(self._first[k], self._first[k + 1]) for k in near])
         first = np.cumsum([0, *np.diff(self._first)[near]])
         here = np.arange(self._first[start], self._first[start + 1])
@@ -145,11 +150,11 @@ class FibreWalk:
         left = np.maximum.reduceat(np.where(facing, aside, -np.inf), first[:-1], axis=1) + self._spacing_mm[near]
         for i, n in np.argwhere((right < 0) & (left > 0)).tolist():
             own = first[n] + np.flatnonzero(facing[i, first[n] : first[n + 1]])
-            step = self._step(int(near[n]), ends[own], ahead[i, own], aside[i, own])
+            step = self._step(int(near[n]), ends[own], ahead[i, own], aside[i, own], tails_mm[near[n]])
             if step is not None:
                 self._known[int(here[i])].append(step)
 
-    def _step(self, pocket: int, own: NDArray[np.intp], ahead: Floats, aside: Floats) -> _Step | None:
+    def _step(self, pocket: int, own: NDArray[np.intp], ahead: Floats, aside: Floats, tails_mm: float) -> _Step | None:
         """Go straight on into a pocket, which the line meets: between two fibres, or beside the outermost."""
         order = np.argsort(aside, kind="stable")
         spacing_mm = self._spacing_mm[pocket]  # beyond the outermost fibres there is nothing to spare
@@ -158,9 +163,9 @@ class FibreWalk:
         # Of the fibres on either side the one with more: between them it may be as much.
         beside = int(np.searchsorted(places, 0.0))
         spare_mm = max([0.0, *self._spare_mm[own[order]].tolist(), 0.0][beside - 1 : beside + 1])
-        if not -spacing_mm / 2 <= gap_mm <= self._way_mm or spare_mm <= 0:  # behind, too far, or nothing to draw
-            return None
-        return _Step(max(gap_mm, 0.0), pocket, spare_mm, int(own[np.argmin(np.abs(aside))]) ^ 1)
+        if gap_mm < -spacing_mm / 2 or gap_mm > self._way_mm + tails_mm or spare_mm <= 0:
+            return None  # behind, too far, or nothing to draw
+        return _Step(max(gap_mm - tails_mm, 0.0), pocket, spare_mm, int(own[np.argmin(np.abs(aside))]) ^ 1)
 
 
 def _with(drawn: Shared, other: CrossingFibres, spare_mm: float) -> Shared | None:

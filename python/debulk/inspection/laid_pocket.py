@@ -187,7 +187,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
     laid = lay_net(found, ply, stop)
     if not laid.inside.any():
         raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
-    known = excess.of_net(laid, ply, found)
+    known = excess.of_net(laid, ply, found, stop)
     if known is None:
         held_mm = _core.ridge.held_excess(laid._core.net, ply.reference).largest_mm
         taken = narrow.lowered(found, excess.of_held_fibres(laid, ply), ply.recipe.verdict.ridge_margin_mm, ply.recipe)
@@ -203,13 +203,13 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         inside_ply=laid._core.held_all_round,
         excess=known,
         held_excess_mm=held_mm,
-        doubt=_doubt(found, laid, ply),
+        doubt=_doubt(found, laid, ply, stop),
         lowered=taken,
         recipe=ply.recipe,
     )
 
 
-def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
+def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold, stop: _core.Stop | None) -> str:
     """Say why a net proves nothing where the ply stands off the mold widely round what stands above the cut."""
     if found.doubt:
         return found.doubt
@@ -229,7 +229,7 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
             f"{round_it}"
         )
     # A net at the edge may let such a fibre bow sideways to where the ply is free; whether friction does is not known.
-    straight = straight_fibres.longest(found, ply, held_over_mm=slip_mm)
+    straight = straight_fibres.longest(found, ply, slip_mm, stop)
     held_mm = max(excess.of_held_fibres(laid, ply), straight.excess_mm)
     limits = ply.recipe.verdict
     if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > limits.max_ridge_mm - limits.ridge_margin_mm:

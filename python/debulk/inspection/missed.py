@@ -12,7 +12,7 @@ from debulk.inspection.found import FoundPocket
 from debulk.net import Net
 from debulk.surface import Reference
 
-__all__ = ["filtered_once_more", "missed_share"]
+__all__ = ["filtered_once_more", "missed_share", "tail_mm"]
 
 Floats = NDArray[np.float64]
 
@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 _BLUR = 0.75
 _SLOPE_MM = 1.5  # to either side, over which the slope at the foot is taken
 _PLACES = 64  # of the foot's outline
+_LONGEST_TAIL_MM = 20.0
 
 
 def missed_share(found: FoundPocket, laid: Net, reference: Reference) -> float:
@@ -42,6 +43,15 @@ def missed_share(found: FoundPocket, laid: Net, reference: Reference) -> float:
     after_mm = _core.ridge.largest_fibre_excess(nodes, laid.neighbours, reference)
     ends_mm = 2 * found.feet.mold_tol_mm * _slope(found.feet.heights, found.foot.outline_mm) / 3
     return max(0.0, 1 - after_mm / before_mm) + ends_mm / before_mm
+
+
+def tail_mm(found: FoundPocket) -> float:
+    """Return how far beyond its foot's outline the ply of a pocket comes to lie on the mold.
+
+    A parabola that comes down from the mold tolerance with a slope s ends 2 * tolerance / s away.
+    """
+    twice_mm = 2 * found.feet.mold_tol_mm
+    return twice_mm / max(_slope(found.feet.heights, found.foot.outline_mm), twice_mm / _LONGEST_TAIL_MM)
 
 
 def filtered_once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,24 +54,22 @@ class RawPoints:
         """From one of the points to the next."""
         self._step, self._mask, self._pose = step, mask, mold_from_scanner
         self._scan = scan
+        self._lock = Lock()
+        self._read: Cloud | None = None  # all of them, once they were wanted
         self._image = image if organised and image is not None and image.shape == scan.shape[:2] else None
 
-    def over(self, outline_mm: Floats, reference: Reference) -> Floats:
-        """Return (N, 3) the points over the box of an outline, mold frame."""
+    def over(self, outline_mm: Floats, reference: Reference) -> Cloud:
+        """Return (N, 3) the points over an outline, with others, mold frame; from any thread."""
         points = self._in_window(outline_mm, reference)
-        if points is None:
-            points = self._all
-        x, y = points[:, 0], points[:, 1]
-        (left, low), (right, high) = outline_mm.min(axis=0), outline_mm.max(axis=0)
-        near: Floats = points[(x >= left) & (x <= right) & (y >= low) & (y <= high)].astype(np.float64)
-        return near
+        return self._all() if points is None else points
 
-    @cached_property
     def _all(self) -> Cloud:
-        if self._scan.ndim == 2:
-            return self._finite_in_mold(self._scan)
         every = slice(None, None, self._step)
-        return self._in_part((every, every))
+        with self._lock:
+            if self._read is None:
+                loose = self._scan.ndim == 2
+                self._read = self._finite_in_mold(self._scan) if loose else self._in_part((every, every))
+            return self._read
 
     def _in_window(self, outline_mm: Floats, reference: Reference) -> Cloud | None:
         """Return the points of the part of the image in which an outline lies; None if that is not known."""

@@ -28,7 +28,9 @@ class SpareNet:
     net, spacing_mm
         As laid.
     foot_outline_mm
-        (M, 2), mold XY, where the ply comes down to the mold.
+        (M, 2), mold XY, where the ply comes down to the mold tolerance.
+    tail_mm
+        How far beyond that it comes to lie on the mold.
     at_spacing_mm
         Largest excess of its fibres, as laid.
     measure
@@ -38,6 +40,7 @@ class SpareNet:
     net: Net | PocketNet
     spacing_mm: float
     foot_outline_mm: NDArray[np.float64]
+    tail_mm: float
     at_spacing_mm: float
     measure: Callable[[], ExcessReport | None]
 

@@ -16,6 +16,7 @@ from debulk.grid import Grid
 from debulk.inspection import excess, narrow
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
+from debulk.inspection.missed import tail_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
 from debulk.inspection.windows import cells_round, cut_out
@@ -210,7 +211,7 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     least_mm = limits.max_ridge_height_mm - limits.ridge_margin_mm
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     measure = partial(excess.of_net, laid, ply, one)
-    spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, excess_mm, measure)
+    spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), excess_mm, measure)
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare)
     over_ridge = ridge_mm >= least_mm
     true_mm = narrow.true_ridge_mm(one, excess_mm, ply.recipe)

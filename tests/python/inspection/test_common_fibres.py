@@ -62,6 +62,14 @@ def test_farther_apart_or_side_by_side_each_is_judged_alone():
         assert all(p.reason.startswith("ridge by the excess length") for p in report.pockets)
 
 
+def test_ply_that_does_not_come_down_all_the_way_parts_nothing():
+    """The bells end 15 mm from each other; their feet, cut where the ply is 0.2 mm off the mold, nearly 30 mm."""
+    report = inspect(bells((0.0, 0.0), (115.0, 0.0)))
+    left, right = sorted((p.foot_outline_mm[:, 0] for p in report.pockets), key=np.mean)
+    assert right.min() - left.max() > 1.2 * friction_length(Recipe()) > 1.5 * 15.0
+    assert [p.verdict for p in report.pockets] == [Verdict.UNDECIDED] * 2
+
+
 def test_less_friction_parts_less():
     report = inspect(bells((0.0, 0.0), (135.0, 0.0)), material={"friction": 0.1})
     assert [p.verdict for p in report.pockets] == [Verdict.UNDECIDED] * 2
@@ -153,6 +161,15 @@ def test_two_bumps_in_a_row_are_undecided_without_a_pocket_between_them(along):
         r"a fibre over the bump of [\d.]+ cm² at .* and the bump of .* is ([\d.]+) mm longer", report.reason
     )
     assert 2 * one_mm - 0.08 < float(said[1]) < 2 * one_mm + 0.25  # with all that the filters may have taken
+
+
+def test_a_row_along_the_plys_edge_is_held_at_its_ends():
+    """Its net slides there, for the edge is near; but along the fibres the ply goes on."""
+    x = laid_ply.layup().ply_outline[:, 0].max() - 14.0
+    report = bumps_alone((x, -15.0), (x, 15.0))
+    assert report.pockets == ()
+    assert report.verdict is Verdict.UNDECIDED
+    assert report.reason.startswith("a fibre over the bump of ")
 
 
 @pytest.mark.parametrize("other", [(55.0, 0.0), (20.0, 24.0)], ids=["33 mm away", "not on its fibres"])

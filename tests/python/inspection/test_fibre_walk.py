@@ -10,7 +10,7 @@ from debulk.inspection.fibre_walk import CrossingFibres, End, Fibre, FibreWalk, 
 WAY_MM = 20.0
 
 
-def square(number, x, y, wide, spare_mm, *, turned_deg=0.0, fibres=3, with_same_foot=()):
+def square(number, x, y, wide, spare_mm, *, turned_deg=0.0, fibres=3, with_same_foot=(), tail_mm=0.0):
     """A square pocket with fibres along both of its sides."""
     middle, step = np.array([x, y], float), wide / fibres
     held = []
@@ -22,7 +22,7 @@ def square(number, x, y, wide, spare_mm, *, turned_deg=0.0, fibres=3, with_same_
             held.append(
                 Fibre(spare_mm, (End(on - wide / 2 * along, -along), End(on + wide / 2 * along, along)))
             )  # fmt: skip
-    return CrossingFibres(frozenset((number, *with_same_foot)), number, step, 0.01, tuple(held))
+    return CrossingFibres(frozenset((number, *with_same_foot)), number, step, tail_mm, 0.01, tuple(held))
 
 
 def drawn(pockets, number=1, way_mm=WAY_MM):
@@ -58,6 +58,12 @@ def test_a_row_is_drawn_together_as_far_as_the_way_goes():
     assert drawn(row, way_mm=math.inf).numbers == (2, 3, 4, 5, 6, 7)
 
 
+def test_only_ply_that_lies_on_the_mold_counts_as_way():
+    for tail_mm, numbers in ((0.0, ()), (2.4, ()), (2.6, (2,)), (7.6, (2, 3)), (20.0, (2, 3))):
+        row = [square(k + 1, 35.0 * k, 0.0, 10.0, 0.1, tail_mm=tail_mm) for k in range(3)]
+        assert drawn(row).numbers == numbers
+
+
 def test_what_stands_aside_or_across_is_not_drawn():
     assert drawn([square(1, 0, 0, 10, 0.1), square(2, 15, 12, 10, 0.1)]).numbers == ()
     assert drawn([square(1, 0, 0, 10, 0.1), square(2, 30, 0, 10, 0.1, turned_deg=45)], way_mm=19).numbers == ()
@@ -76,7 +82,7 @@ def test_pockets_of_one_foot_are_drawn_once():
 
 def test_a_pocket_without_held_fibres_changes_nothing():
     row = [square(k + 1, 15.0 * k, 0.0, 10.0, 0.1) for k in range(3)]
-    none = CrossingFibres(frozenset((9,)), 9, 1.0, 0.01, ())
+    none = CrossingFibres(frozenset((9,)), 9, 1.0, 0.0, 0.01, ())
     assert drawn([none, *row]).numbers == drawn([*row, none]).numbers == drawn(row).numbers
 
 

@@ -1,0 +1,98 @@
+#include "debulk/region/riders.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+
+#include "debulk/pocket/foot_heights.hpp"
+
+namespace debulk {
+namespace {
+
+// A point over the foot, and by how much it stands out of the filtered heights.
+struct Standing {
+  Eigen::Vector2d xy;
+  double out;
+};
+
+constexpr std::size_t kBetweenLooks = 4096;  // points, from one look at the stop to the next
+
+void look_at(const Stop& stop) {
+  if (stop.now()) throw Stopped("the search for bumps on pockets was stopped");
+}
+
+std::vector<Standing> over_foot(const CloudView& points, const FootHeights& heights, const Surface& reference, double highest,
+                                const Stop& stop) {
+  std::vector<Standing> out;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (k % kBetweenLooks == 0) look_at(stop);
+    const float* p = points.point(k);
+    const Eigen::Vector2d xy(p[0], p[1]);
+    if (!points.seen(k) || !heights.on_foot(xy)) continue;
+    const double by = p[2] - reference.height(xy) - heights.at(xy);
+    if (std::abs(by) < highest) out.push_back({xy, by});  // not where the heights are not known
+  }
+  return out;
+}
+
+// Standard deviation by the median size, which no bump shifts.
+double noise_of(const std::vector<Standing>& points) {
+  std::vector<double> sizes;
+  for (const Standing& p : points) sizes.push_back(std::abs(p.out));
+  const auto middle = sizes.begin() + static_cast<long>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return 1.4826 * *middle;
+}
+
+// What the points round a top say of it.
+struct Around {
+  int close = 0, close_out = 0;  // of those at the top, and which of them stand out
+  int near = 0, sunk = 0;
+  std::vector<double> out;  // of those that stand out
+};
+
+Around around(const std::vector<Standing>& points, const Eigen::Vector2d& top, double close_mm, double least, const RiderOptions& o) {
+  Around a;
+  for (const Standing& p : points) {
+    const double away = (p.xy - top).norm();
+    if (away < close_mm) ++a.close, a.close_out += p.out > least;
+    if (away >= 2 * o.wide_mm) continue;
+    ++a.near, a.sunk += p.out < -least;
+    if (p.out > least) a.out.push_back(p.out);
+  }
+  return a;
+}
+
+}  // namespace
+
+std::vector<Rider> riders(const CloudView& points, double pitch_mm, const FootMap& feet, const Foot& foot, const Surface& reference,
+                          const RiderOptions& options, const Stop& stop) {
+  const std::vector<Standing> over = over_foot(points, FootHeights(feet, foot), reference, options.highest_mm, stop);
+  if (over.empty()) return {};
+  const double least = std::max(options.stands_out_mm, options.noise * noise_of(over));
+  std::vector<Standing> left;
+  std::copy_if(over.begin(), over.end(), std::back_inserter(left), [&](const Standing& p) { return p.out > least; });
+  std::stable_sort(left.begin(), left.end(), [](const Standing& a, const Standing& b) { return a.out > b.out; });
+  std::vector<Rider> found;
+  while (static_cast<int>(left.size()) >= options.fewest) {
+    look_at(stop);
+    const Eigen::Vector2d top = left.front().xy;
+    left.erase(std::remove_if(left.begin(), left.end(), [&](const Standing& p) { return (p.xy - top).norm() < 2 * options.wide_mm; }),
+               left.end());
+    Around a = around(over, top, options.top_mm * std::max(1.0, pitch_mm), least, options);
+    if (static_cast<int>(a.out.size()) < options.fewest || a.close_out < options.out_share * a.close ||
+        a.sunk > options.sunk_share * a.near)
+      continue;
+    std::nth_element(a.out.begin(), a.out.begin() + 1, a.out.end(), std::greater<>());
+    const double height = a.out[1];  // the highest may be a flying one
+    // What stands out by half of the height, a disc.
+    const auto half = std::count_if(over.begin(), over.end(),
+                                    [&](const Standing& p) { return p.out > 0.5 * height && (p.xy - top).norm() < 2 * options.wide_mm; });
+    const double wide = 2 * std::sqrt(4 / std::acos(-1.0) * static_cast<double>(half)) * pitch_mm;
+    if (wide >= options.wide_mm) found.push_back({top, height, wide});
+  }
+  return found;
+}
+
+}  // namespace debulk
