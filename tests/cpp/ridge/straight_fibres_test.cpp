@@ -82,9 +82,9 @@ TEST(StraightFibres, PassOverABumpThatRidesOnAPocket) {
   const FootMap feet = foot_of(both);
   const auto lines = straight_fibres(feet, feet.feet[0], Plane(), {0, kPi / 2}, {});
   const double at_top = exact_excess(both, Plane(), {21, 17}, 0);
-  EXPECT_GT(lines[0].excess, 0.93 * at_top);  // a millimetre beside it at most
+  EXPECT_GT(lines[0].excess, 0.93 * at_top);                                                     // a millimetre beside it at most
   EXPECT_NEAR(lines[0].excess, exact_excess(both, Plane(), lines[0].points.front(), 0), 0.025);  // chords
-  EXPECT_NEAR(lines[0].points.front().y(), 17, 1.01);  // they are 2 mm apart
+  EXPECT_NEAR(lines[0].points.front().y(), 17, 1.01);                                            // they are 2 mm apart
   EXPECT_NEAR(lines[1].points.front().x(), 21, 1.01);
 }
 
