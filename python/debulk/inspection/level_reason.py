@@ -60,7 +60,7 @@ def level_reason(
     pockets_share
         Share of the ply that pockets may cover, where they have not been left out.
     loose_share
-        Share of the ply between the pockets that is a loose border, and may stand up.
+        Share of the ply between the pockets that is a loose border or low bumps, and may stand up.
     """
     tol, share = recipe.level.tol_mm, recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:

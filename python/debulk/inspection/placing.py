@@ -39,8 +39,9 @@ _LEAST_BLOCKS = 6  # as many as a paraboloid has factors
 _WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
 _PLY_SHARE = 0.5  # more of it wrong than this is not done by pockets
 _BARE_SHARE = 0.95  # of what is seen: with more of it bare, there is no ply
-_LOOSE_SHARE = 0.2  # of the ply between the pockets, that its loose borders may be
+_LOOSE_SHARE = 0.2  # of the ply between the pockets, that its loose borders and low bumps may be
 _LOW_SHARE = 0.01  # of it, that may lie too low meanwhile
+_HILL = 0.5  # of the cut's height: what stands as high is listed as a bump
 _TOUCHING = 1.5  # sides of a square: nearer squares touch
 _HANGING = 3.0  # so many times as much below as above: what stands up was taken away
 
@@ -65,8 +66,9 @@ class Placed:
             )
         if loose := self.level.loose_share:
             out.append(
-                f"the ply's border stands loose: {100 * loose:.0f} % of the ply between the pockets, from "
-                "its edge inwards, does not lie on the mold; what stands up in it is judged or listed as elsewhere"
+                f"the ply stands loose in places: {100 * loose:.0f} % of it between the pockets, from its edge inwards "
+                "or round bumps below the tolerances, does not lie on the mold; what stands up there is judged or "
+                "listed as elsewhere"
             )
         return tuple(out)
 
@@ -150,7 +152,8 @@ class Placing:
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets, and their share of the ply."""
         outlines = [p.foot.outline_mm if len(p.foot.outline_mm) else p.pocket.outline_mm for p in found.pockets]
-        placed = self.judge_between(sample, outlines, found.overview)
+        bumps = [(bump.centroid_mm, float(np.sqrt(bump.area_mm2 / np.pi))) for bump in found.dropped]
+        placed = self.judge_between(sample, outlines, found.overview, bumps)
         widest = max(found.pockets, key=lambda p: p.foot.area_mm2, default=None)
         share = 0.0 if widest is None else widest.foot.area_mm2 / self._zones.area_mm2
         most = self._recipe.level.largest_pocket_share
@@ -163,9 +166,18 @@ class Placing:
         )
         return replace(placed, doubt=doubt)
 
-    def judge_between(self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid) -> Placed:
-        """Judge the level off the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights."""
-        placed = self._judge(sample, outlines_mm)
+    def judge_between(
+        self,
+        sample: Sample,
+        outlines_mm: Sequence[Floats],
+        heights: Grid,
+        bumps: Sequence[tuple[Floats, float]] = (),
+    ) -> Placed:
+        """Judge the level off the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights.
+
+        `bumps`: middles and radii of what is listed as a bump.
+        """
+        placed = self._judge(sample, outlines_mm, bumps)
         if placed.doubt or self._outline is None:
             return placed
         recipe = self._recipe
@@ -200,7 +212,7 @@ class Placing:
                 used &= ~bare
         return self._zones.blocks(sample, on, used)
 
-    def _judge(self, sample: Sample, outlines: Sequence[Floats]) -> Placed:
+    def _judge(self, sample: Sample, outlines: Sequence[Floats], bumps: Sequence[tuple[Floats, float]] = ()) -> Placed:
         recipe, zones = self._recipe, self._zones
         thickness, cut = self._thickness_mm, recipe.segmentation.cut_height_mm
         on = zones.inside(sample)
@@ -216,7 +228,7 @@ class Placing:
             )
         found = deviation(blocks, thickness, self._least_mm)
         level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
-        loose = self._loose_share(found, blocks)
+        loose = self._loose_share(found, blocks, bumps)
         doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
         swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0
         if doubt and swapped and level.laid_mm > -cut:
@@ -224,26 +236,30 @@ class Placing:
         needed = level.low_share + level.high_share > recipe.level.largest_share
         return Placed(replace(level, loose_share=loose) if needed and not doubt else level, doubt)
 
-    def _loose_share(self, found: Deviation, blocks: Blocks) -> float:
-        """Share of the squares that stand up in one piece from the ply's edge inwards; 0 where anything else is wrong.
+    def _loose_share(self, found: Deviation, blocks: Blocks, bumps: Sequence[tuple[Floats, float]]) -> float:
+        """Share of the squares that stand up in one piece from the ply's edge inwards, or from a bump outwards.
 
-        A motion or a bend of the scan, or another reference, leaves squares too low, too, or a fit that is not level;
-        and a border that stands up as widely as a fifth of the ply is no border.
+        0 where anything else is wrong: a motion or a bend of the scan, or another reference, leaves squares too low,
+        too, or a fit that is not level; and what stands up as widely as a fifth of the ply is neither border nor bump.
         """
         tol = self._recipe.level.tol_mm
         off = found.off(tol)
         level = float(np.max(np.abs(found.fits_mm))) <= tol
-        if self._ply_outline is None or not level or np.mean(off < 0) > _LOW_SHARE:
+        if not level or np.mean(off < 0) > _LOW_SHARE:
             return 0.0
         reach = _TOUCHING * blocks.side_mm
         left = np.flatnonzero(off > 0)
-        at_edge = pocket.distance_to_outline(self._ply_outline, blocks.xy_mm[left]) < reach
-        border, left = left[at_edge], left[~at_edge]
+        begins = blocks.height_mm[left] >= _HILL * self._recipe.segmentation.cut_height_mm
+        if self._ply_outline is not None:
+            begins |= pocket.distance_to_outline(self._ply_outline, blocks.xy_mm[left]) < reach
+        for middle_mm, radius_mm in bumps:
+            begins |= np.abs(blocks.xy_mm[left] - middle_mm).max(axis=1) < radius_mm + reach
+        loose, left = left[begins], left[~begins]
         while len(left):
-            apart = np.abs(blocks.xy_mm[left, None] - blocks.xy_mm[None, border]).max(axis=2)
+            apart = np.abs(blocks.xy_mm[left, None] - blocks.xy_mm[None, loose]).max(axis=2)
             touches = (apart < reach).any(axis=1)
             if not touches.any():
                 break
-            border, left = np.concatenate([border, left[touches]]), left[~touches]
-        share = len(border) / len(off)
+            loose, left = np.concatenate([loose, left[touches]]), left[~touches]
+        share = len(loose) / len(off)
         return share if share <= _LOOSE_SHARE else 0.0

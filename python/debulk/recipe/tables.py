@@ -70,7 +70,10 @@ class Segmentation(Section):
     )
     area_tol_mm2: float = Field(default=_SEGMENT.area_tol_mm2, ge=0, description="smaller pockets are dropped")
     peak_tol_mm: float = Field(
-        default=_SEGMENT.peak_tol_mm, ge=0, description="pockets with a lower peak, above the cut height, are dropped"
+        default=_SEGMENT.peak_tol_mm,
+        ge=0,
+        le=100,
+        description="pockets with a lower peak, above the cut height, are dropped",
     )
     regions: bool = Field(
         default=True,
@@ -168,7 +171,10 @@ class Net(Section):
         default=None, ge=0.1, le=1000, description="one spacing for all pockets instead; unset: none"
     )
     free_edge_mm: float = Field(
-        default=_NET.net.free_edge_mm, ge=0, description="boundary nodes nearer than this to the ply's edge may slide"
+        default=_NET.net.free_edge_mm,
+        ge=0,
+        le=1000,
+        description="boundary nodes nearer than this to the ply's edge may slide",
     )
     paths: Literal["geodesic", "vertical_plane"] = Field(
         default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"

@@ -29,7 +29,8 @@ class Level:
     removed_offset_mm
         What was taken out of the scan's height before it was inspected, as the recipe allows; 0: nothing.
     loose_share
-        Share of `high_share` that is a border of the ply standing loose, where the level was accepted in spite of it.
+        Share of `high_share` that is a border of the ply standing loose, or lies round bumps below the tolerances,
+        where the level was accepted in spite of it.
     """
 
     thickness_mm: float
