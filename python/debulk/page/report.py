@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from debulk.page import net as page_net
 from debulk.page import profile as page_profile
 from debulk.page.charts import Bar, Chart, Row, bar_chart
+from debulk.page.drawable import check_drawable
 from debulk.page.heights import MAX_PNG_BYTES
 from debulk.page.map import Area, PlyMap, ply_map
 from debulk.page.map_ridges import ridges
@@ -38,12 +39,18 @@ class Drawings(NamedTuple):
 def page(report: ReportData) -> str:
     """Return the page.
 
+    Raises
+    ------
+    InputError
+        If it was changed by hand and reaches to infinity.
+
     Examples
     --------
     >>> from debulk.report import Report, Verdict
     >>> "nothing raised" in page(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=()))
     True
     """
+    check_drawable(report)
     limits = report.recipe.get("verdict", {})
     floor = _floor(report)
     pockets = worst_first(report.pockets)

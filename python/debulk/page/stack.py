@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from debulk.page.drawable import check_drawable
 from debulk.page.map import PlyMap
 from debulk.page.pockets import deciding_ridge, worst_first
 from debulk.page.render import render
@@ -69,6 +70,8 @@ def page(layups: Sequence[Layup]) -> str:
     >>> html.index("second.json") < html.index("first.json")
     True
     """
+    for layup in layups:
+        check_drawable(layup.report)
     numbers = {id(layup): _ply_number(layup) for layup in layups}
     ordered = list(layups) if None in numbers.values() else sorted(layups, key=lambda one: numbers[id(one)] or 0.0)
     share = max(_MAX_PNG_BYTES // len(ordered), 40_000)

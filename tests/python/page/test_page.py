@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from debulk import Grid
+from debulk import Grid, InputError
+from debulk.page import stack
 from debulk.page.charts import Row, bar_chart
 from debulk.page.map import ply_map
 from debulk.page.map_labels import label_box, labels, overlap
@@ -40,6 +41,25 @@ def test_the_page_loads_nothing(html):
     assert "://" not in html and "url(" not in html.replace("url(#foot-", "") and "@import" not in html
     policy = next(a["content"] for t, a in reader.elements if t == "meta" and "http-equiv" in a)
     assert policy.startswith("default-src 'none'")
+
+
+@pytest.mark.parametrize("odd", [np.inf, -np.inf, np.nan, 1e300])
+@pytest.mark.parametrize("name", ["outline_mm", "foot_outline_mm", "initial_gap_mm", "debulked_mm"])
+def test_a_report_that_reaches_to_infinity_is_named(report, name, odd):
+    solved = next(p for p in report.pockets if p.debulked_mm is not None)
+    values = np.array(getattr(solved, name))
+    values.flat[-1] = odd
+    changed = tuple(dataclasses.replace(p, **{name: values}) if p is solved else p for p in report.pockets)
+    wrong = dataclasses.replace(report, pockets=changed)
+    for pages in (lambda: page(wrong), lambda: stack.page([stack.Layup(wrong, "a.json")])):
+        with pytest.raises(InputError, match=rf"pockets\[\d\]\.{name}: expected numbers up to 1e\+09"):
+            pages()
+
+
+def test_a_height_map_without_end_is_named(report):
+    grid = report.height_map
+    with pytest.raises(InputError, match=r"height_map\.origin_mm, spacing_mm: expected"):
+        page(dataclasses.replace(report, height_map=Grid(grid.values, grid.origin_mm, 1e300)))
 
 
 def test_one_script_and_no_other_may_run(html):
