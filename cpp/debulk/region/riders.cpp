@@ -5,15 +5,17 @@
 #include <functional>
 #include <iterator>
 
+#include <Eigen/Cholesky>
+
 #include "debulk/pocket/foot_heights.hpp"
 
 namespace debulk {
 namespace {
 
-// A point over the foot, and by how much it stands out of the filtered heights.
+// A point over the foot: its height above the reference, and by how much it stands out of the filtered heights.
 struct Standing {
   Eigen::Vector2d xy;
-  double out;
+  double height, out;
 };
 
 constexpr std::size_t kBetweenLooks = 4096;  // points, from one look at the stop to the next
@@ -30,8 +32,8 @@ std::vector<Standing> over_foot(const CloudView& points, const FootHeights& heig
     const float* p = points.point(k);
     const Eigen::Vector2d xy(p[0], p[1]);
     if (!points.seen(k) || !heights.on_foot(xy)) continue;
-    const double by = p[2] - reference.height(xy) - heights.at(xy);
-    if (std::abs(by) < highest) out.push_back({xy, by});  // not where the heights are not known
+    const double height = p[2] - reference.height(xy), by = height - heights.at(xy);
+    if (std::abs(by) < highest) out.push_back({xy, height, by});  // not where the heights are not known
   }
   return out;
 }
@@ -64,6 +66,35 @@ Around around(const std::vector<Standing>& points, const Eigen::Vector2d& top, d
   return a;
 }
 
+// The paraboloid through the points in a ring round a top: the ply without the bump, of which the filtered heights have kept a part.
+class Without {
+ public:
+  Without(const std::vector<Standing>& points, const Eigen::Vector2d& top, double inner, double outer) : top_(top), scale_(outer) {
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Identity() * 1e-9;
+    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    for (const Standing& p : points) {
+      const double away = (p.xy - top).norm();
+      if (away < inner || away > outer) continue;
+      const Eigen::Matrix<double, 6, 1> row = terms(p.xy);
+      normal += row * row.transpose(), right += p.height * row, ++count_;
+    }
+    factors_ = normal.ldlt().solve(right);
+  }
+  bool known() const { return count_ >= 24; }  // four times as many as factors
+  double at(const Eigen::Vector2d& xy) const { return factors_.dot(terms(xy)); }
+
+ private:
+  Eigen::Matrix<double, 6, 1> terms(const Eigen::Vector2d& xy) const {
+    const double u = (xy - top_).x() / scale_, v = (xy - top_).y() / scale_;
+    return (Eigen::Matrix<double, 6, 1>() << 1, u, v, u * u, u * v, v * v).finished();
+  }
+
+  Eigen::Vector2d top_;
+  double scale_;
+  int count_ = 0;
+  Eigen::Matrix<double, 6, 1> factors_;
+};
+
 }  // namespace
 
 std::vector<Rider> riders(const CloudView& points, double pitch_mm, const FootMap& feet, const Foot& foot, const Surface& reference,
@@ -84,11 +115,15 @@ std::vector<Rider> riders(const CloudView& points, double pitch_mm, const FootMa
     if (static_cast<int>(a.out.size()) < options.fewest || a.close_out < options.out_share * a.close ||
         a.sunk > options.sunk_share * a.near)
       continue;
-    std::nth_element(a.out.begin(), a.out.begin() + 1, a.out.end(), std::greater<>());
-    const double height = a.out[1];  // the highest may be a flying one
-    // What stands out by half of the height, a disc.
-    const auto half = std::count_if(over.begin(), over.end(),
-                                    [&](const Standing& p) { return p.out > 0.5 * height && (p.xy - top).norm() < 2 * options.wide_mm; });
+    const Without ply(over, top, options.ring_mm, 2 * options.ring_mm);
+    std::vector<double> stands;
+    for (const Standing& p : over)
+      if ((p.xy - top).norm() < options.ring_mm) stands.push_back(ply.known() ? p.height - ply.at(p.xy) : p.out);
+    if (stands.size() < 2) continue;
+    std::nth_element(stands.begin(), stands.begin() + 1, stands.end(), std::greater<>());
+    const double height = stands[1];  // the highest may be a flying one
+    // What stands half as high, a disc.
+    const auto half = std::count_if(stands.begin(), stands.end(), [&](double one) { return one > 0.5 * height; });
     const double wide = 2 * std::sqrt(4 / std::acos(-1.0) * static_cast<double>(half)) * pitch_mm;
     if (wide >= options.wide_mm) found.push_back({top, height, wide});
   }

@@ -16,6 +16,7 @@ struct RiderOptions {
   double top_mm = 1.5;         // from a bump's highest point, or so many times the pitch
   double out_share = 0.6;      // of the points so near the top, that stand out
   double sunk_share = 0.05;    // of those near it, that may lie as deep below: in a highlight, half of them do
+  double ring_mm = 8.0;        // round its top, beyond which the ply is as it is without the bump; up to twice so far that is read
   double highest_mm = 25.0;    // what stands out by more is something else
   int fewest = 5;              // points that stand out side by side: fewer are flying pixels
 };
@@ -23,7 +24,7 @@ struct RiderOptions {
 // A bump that rides on a pocket.
 struct Rider {
   Eigen::Vector2d top = Eigen::Vector2d::Zero();  // mold XY, mm
-  double height = 0;                              // above the filtered heights, mm
+  double height = 0;                              // above the ply without it, mm
   double wide = 0;                                // at its foot, mm
 };
 

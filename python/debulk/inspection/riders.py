@@ -28,7 +28,7 @@ __all__ = ["Rider", "doubts", "riders_on"]
 
 
 class Rider(NamedTuple):
-    """A bump on a pocket: its place, height above the filtered heights, width at its foot, and what it adds."""
+    """A bump on a pocket: its place, height above the ply round it, width at its foot, and what it adds."""
 
     top_mm: tuple[float, float]
     height_mm: float
@@ -94,7 +94,7 @@ def _excess_mm(report: PocketReport, recipe: Recipe) -> float:
 def _reason(pocket_id: int, rider: Rider, ridge_mm: float) -> str:
     x, y = rider.top_mm
     return (
-        f"a bump about {rider.wide_mm:.0f} mm wide at its foot, which stands {rider.height_mm:.1f} mm out of the "
-        f"filtered heights, rides on pocket {pocket_id} at ({x:.0f}, {y:.0f}) mm, and together they could make a ridge "
-        f"of {ridge_mm:.2f} mm: look there, and scan again"
+        f"a bump about {rider.wide_mm:.0f} mm wide at its foot and {rider.height_mm:.1f} mm high, of which the "
+        f"filters keep a part, rides on pocket {pocket_id} at ({x:.0f}, {y:.0f}) mm, and together they could make a "
+        f"ridge of {ridge_mm:.2f} mm: look there, and scan again"
     )
