@@ -132,6 +132,7 @@ def main() -> None:
             file.flush()
     from summary import picture, text
 
+    args.out.mkdir(parents=True, exist_ok=True)
     outcomes = sorted(read(path), key=lambda o: o.number)[: args.scenes]
     said = text(outcomes, args.seed, args.pixels)
     (args.out / "trust.txt").write_text(said)
