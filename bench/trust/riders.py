@@ -109,12 +109,12 @@ def riders_in(scan: Cloud, ply: Ply, inspector: Inspector) -> Iterator[Rider]:
         yield from riders_on(found, raw, inspector.ply)
 
 
-def drawn(rng: np.random.Generator, wide: Shape) -> Bell:
+def drawn(rng: np.random.Generator, wide: Shape, wide_mm: tuple[float, float]) -> Bell:
     """Draw a bell that lies on the pocket."""
     while True:
         x, y = rng.uniform(-0.5 * POCKET_MM[0], 0.5 * POCKET_MM[0], 2)
         if wide(x, y) > ON_MM:
-            return Bell(float(x), float(y), rng.uniform(*BELL_WIDE_MM), rng.uniform(*BELL_HIGH_MM))
+            return Bell(float(x), float(y), rng.uniform(*wide_mm), rng.uniform(*BELL_HIGH_MM))
 
 
 def main() -> None:
@@ -122,6 +122,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bells", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--wide", nargs=2, type=float, default=BELL_WIDE_MM, metavar=("LEAST", "MOST"), help="mm")
     parser.add_argument("--pixels", default="1280x960")
     parser.add_argument("--out", type=Path)
     args = parser.parse_args()
@@ -135,7 +136,7 @@ def main() -> None:
     found = kept = false_cease = flown = 0
     for number in range(args.bells):
         rng = np.random.default_rng([args.seed, number])
-        one = drawn(rng, ply.wide)
+        one = drawn(rng, ply.wide, tuple(args.wide))
         scan = ply.scan(rng, one)
         report = inspector.inspect(scan)
         near = [
@@ -159,7 +160,7 @@ def main() -> None:
         flown += sum(1 for _ in riders_in(scan, ply, inspector))
     text = "\n".join(
         [
-            f"{args.bells} bells {BELL_WIDE_MM[0]:g} to {BELL_WIDE_MM[1]:g} mm wide and {BELL_HIGH_MM[0]:g} to "
+            f"{args.bells} bells {args.wide[0]:g} to {args.wide[1]:g} mm wide and {BELL_HIGH_MM[0]:g} to "
             f"{BELL_HIGH_MM[1]:g} mm high on a pocket {POCKET_MM[0]:g} mm wide and {POCKET_MM[1]:g} mm high, one a "
             f"scan (seed {args.seed}, {args.pixels}, points {inspector.grid_spacing_mm:.2f} mm apart, debulk "
             f"{debulk.__version__})",
