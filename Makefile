@@ -128,6 +128,10 @@ trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scen
 	$(python) bench/trust/trust.py --scenes 2000 --jobs 2
 	$(python) bench/trust/offsets.py --out bench/trust/offsets.txt
 	$(python) bench/trust/holes.py --out bench/trust/holes.txt
+	$(python) bench/trust/ranges.py --out bench/trust/ranges.txt
+	$(python) bench/trust/riders.py --out bench/trust/riders.txt
+	$(python) bench/trust/bridges.py --out bench/trust/bridges.txt
+	$(python) bench/trust/stranger.py --scenes 80 --seed 11 --out bench/trust/stranger.txt
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import laid_ply
-from debulk import Verdict
+from debulk import Verdict, _core
 from debulk.inspection import riders
 from debulk.inspection.raw_points import RawPoints
 
@@ -45,3 +45,28 @@ def test_flying_points_and_highlights_ride_on_nothing():
     scan[rows, columns, 2] += rng.normal(0.0, 1.5, (20, 20)).astype(np.float32)
     assert found_on(scan) == []
     assert laid_ply.inspector().inspect(scan).verdict is Verdict.CEASE
+
+
+def test_what_a_deadline_cuts_is_in_doubt_and_a_cancel_ends_the_search():
+    inspector, scan = laid_ply.inspector(), laid_ply.scan(laid_ply.bell(*WIDE))
+    pockets, report = inspector.find(scan).pockets, inspector.inspect(scan)
+    raw = RawPoints(scan, None, laid_ply.layup().mold_from_scanner, inspector.grid_spacing_mm, inspector.prepared.image)
+    stop = _core.Stop()
+    stop.set_deadline(0.0)
+    (judged,) = riders.doubts(raw, pockets, report.pockets, inspector.ply, stop)
+    assert judged.verdict is Verdict.UNDECIDED
+    assert judged.reason == "the deadline passed before bumps on pocket 1 were looked for"
+    stop = _core.Stop()
+    stop.cancel()
+    with pytest.raises(_core.Stopped):
+        riders.doubts(raw, pockets, report.pockets, inspector.ply, stop)
+
+
+def test_a_scan_that_shows_nothing_there_has_no_riders():
+    inspector, scan = laid_ply.inspector(), laid_ply.scan(laid_ply.bell(*WIDE))
+    (found,) = inspector.find(scan).pockets
+    pose, nothing = laid_ply.layup().mold_from_scanner, np.full_like(scan, np.nan)
+    for points in (nothing, nothing.reshape(-1, 3), nothing[:1, :1]):
+        for moved in (pose, None):
+            raw = RawPoints(points, None, moved, inspector.grid_spacing_mm, inspector.prepared.image)
+            assert riders.riders_on(found, raw, inspector.ply) == []
