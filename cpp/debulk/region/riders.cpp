@@ -47,11 +47,10 @@ double noise_of(const std::vector<Standing>& points) {
   return 1.4826 * *middle;
 }
 
-// What the points round a top say of it.
+// How many points lie at a top, and near it; and of each how many stand out, or lie as deep below.
 struct Around {
-  int close = 0, close_out = 0;  // of those at the top, and which of them stand out
-  int near = 0, sunk = 0;
-  std::vector<double> out;  // of those that stand out
+  int close = 0, close_out = 0;
+  int near = 0, out = 0, sunk = 0;
 };
 
 Around around(const std::vector<Standing>& points, const Eigen::Vector2d& top, double close_mm, double least, const RiderOptions& o) {
@@ -60,8 +59,7 @@ Around around(const std::vector<Standing>& points, const Eigen::Vector2d& top, d
     const double away = (p.xy - top).norm();
     if (away < close_mm) ++a.close, a.close_out += p.out > least;
     if (away >= 2 * o.wide_mm) continue;
-    ++a.near, a.sunk += p.out < -least;
-    if (p.out > least) a.out.push_back(p.out);
+    ++a.near, a.out += p.out > least, a.sunk += p.out < -least;
   }
   return a;
 }
@@ -111,10 +109,8 @@ std::vector<Rider> riders(const CloudView& points, double pitch_mm, const FootMa
     const Eigen::Vector2d top = left.front().xy;
     left.erase(std::remove_if(left.begin(), left.end(), [&](const Standing& p) { return (p.xy - top).norm() < 2 * options.wide_mm; }),
                left.end());
-    Around a = around(over, top, options.top_mm * std::max(1.0, pitch_mm), least, options);
-    if (static_cast<int>(a.out.size()) < options.fewest || a.close_out < options.out_share * a.close ||
-        a.sunk > options.sunk_share * a.near)
-      continue;
+    const Around a = around(over, top, options.top_mm * std::max(1.0, pitch_mm), least, options);
+    if (a.out < options.fewest || a.close_out < options.out_share * a.close || a.sunk > options.sunk_share * a.near) continue;
     const Without ply(over, top, options.ring_mm, 2 * options.ring_mm);
     std::vector<double> stands;
     for (const Standing& p : over)
