@@ -136,22 +136,38 @@ struct WrinkleFinder::BumpSearch {
     }
     bool on_border(int k) const { return row(k) == 0 || column(k) == 0 || row(k) == search.side - 1 || column(k) == search.side - 1; }
 
-    // The samples above a level that hang together with the one in the middle; none if they reach the border, or are twice as
-    // many as of the widest bump that is as long as the window.
+    // Takes, of the samples around one, those above a level that are not taken yet.
+    void take_around(int k, double level, std::vector<std::uint8_t>& taken, Patch& out) {
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di) {
+          const int next = k + dj * search.side + di;
+          if (taken[static_cast<std::size_t>(next)] || !(at(next) > level)) continue;
+          taken[static_cast<std::size_t>(next)] = 1, out.push_back(next);
+        }
+    }
+
+    // Whether the samples above a level that hang together with the one in the middle reach the border, or are twice as many as
+    // of the widest bump that is as long as the window. The last taken is followed first: on a pocket's flank, where most points
+    // that stand out lie, that goes straight to the border.
+    bool runs_out(double level) {
+      std::vector<std::uint8_t> taken(values.size(), 0);
+      Patch open{search.half * search.side + search.half};
+      taken[static_cast<std::size_t>(open[0])] = 1;
+      for (std::size_t followed = 1; !open.empty(); ++followed) {
+        const int k = open.back();
+        if (on_border(k) || followed + open.size() - 1 > search.most_samples) return true;
+        open.pop_back(), take_around(k, level, taken, open);
+      }
+      return false;
+    }
+
+    // The samples above a level that hang together with the one in the middle; none where they run out.
     Patch above(double level) {
+      if (runs_out(level)) return {};
       std::vector<std::uint8_t> taken(values.size(), 0);
       Patch out{search.half * search.side + search.half};
       taken[static_cast<std::size_t>(out[0])] = 1;
-      for (std::size_t n = 0; n < out.size(); ++n) {
-        const int k = out[n];
-        if (on_border(k) || out.size() > search.most_samples) return {};
-        for (int dj = -1; dj <= 1; ++dj)
-          for (int di = -1; di <= 1; ++di) {
-            const int next = k + dj * search.side + di;
-            if (taken[static_cast<std::size_t>(next)] || !(at(next) > level)) continue;
-            taken[static_cast<std::size_t>(next)] = 1, out.push_back(next);
-          }
-      }
+      for (std::size_t n = 0; n < out.size(); ++n) take_around(out[n], level, taken, out);
       return out;
     }
 

@@ -145,15 +145,16 @@ def _near(
     number: int, nets: Mapping[int, SpareNet], close: dict[int, list[int]], same_foot: frozenset[int], recipe: Recipe
 ) -> set[int]:
     """Return what may share a fold with one, and that itself; none where all of their excess would not do."""
-    within, open_ones, whole_mm = {number}, [number], nets[number].most_mm(recipe)
+    within, open_ones = {number}, [number]
     while open_ones:
         for other in close[open_ones.pop()]:
             if other not in within | same_foot:
                 within.add(other)
                 open_ones.append(other)
-                whole_mm += nets[other].most_mm(recipe)
-    enough = len(within) > 1 and excess.ridge_of(whole_mm, recipe) > recipe.verdict.max_ridge_mm
-    return within if enough else set()
+    if len(within) == 1:
+        return set()
+    whole_mm = sum(nets[one].most_mm(recipe) for one in sorted(within))
+    return within if excess.ridge_of(whole_mm, recipe) > recipe.verdict.max_ridge_mm else set()
 
 
 def _crossing(number: int, one: SpareNet, numbers: frozenset[int], ply: PlyOnMold) -> CrossingFibres:

@@ -13,7 +13,7 @@ from debulk import _core
 from debulk._core import InputError
 from debulk.stopping import stopping
 
-__all__ = ["Cancelled", "Cycle", "Progress", "watched"]
+__all__ = ["Cancelled", "Cycle", "Progress", "beside", "watched"]
 
 log = logging.getLogger("debulk")
 Progress = Callable[[str, float], None]
@@ -80,3 +80,16 @@ def watched(stop: _core.Stop, work: Callable[[], Result]) -> Result:
     """Do the work in another thread, so that Ctrl-C reaches this one while the work is in the core."""
     with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
         return pool.submit(work).result()
+
+
+@contextmanager
+def beside(stop: _core.Stop, work: Callable[[], Result], threads: int) -> Iterator[Callable[[], Result]]:
+    """Do the work in another thread while the body runs; it gets a function that waits for the result.
+
+    With one thread, the work is done when the body asks for its result.
+    """
+    if threads == 1:
+        yield lambda: watched(stop, work)
+        return
+    with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
+        yield pool.submit(work).result

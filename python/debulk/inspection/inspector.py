@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -21,7 +21,7 @@ from debulk.grid import Grid
 from debulk.inspection import fingerprint, inputs, inspector_file, mold_edge, reporting, riders, tolerances
 from debulk.inspection.cleaning import clean, hide, owned, taken
 from debulk.inspection.comparing import check_place, compared, placing_of
-from debulk.inspection.cycle import Cancelled, Cycle, Progress, watched
+from debulk.inspection.cycle import Cancelled, Cycle, Progress, beside, watched
 from debulk.inspection.effort import check_solves
 from debulk.inspection.evaluation import Evaluation, evaluate_all, not_judged
 from debulk.inspection.fibre_angles import checked_angles
@@ -36,7 +36,7 @@ from debulk.inspection.prepared import Prepared, prepare
 from debulk.inspection.raw_points import RawPoints
 from debulk.inspection.sample import Sample
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
-from debulk.inspection.wrinkles import WrinkleSearch
+from debulk.inspection.wrinkles import Standing, WrinkleSearch
 from debulk.net import Drape
 from debulk.report import Report
 from debulk.stopping import Running
@@ -259,15 +259,30 @@ class Inspector:
             placed = self._placing.gross(sample)
             if placed is None and self._below is not None and (doubt := self._below.doubt(sample)):
                 placed = Placed(None, doubt)
-            filled = Filled() if placed else self._placing.filled(points, sample, cycle.stop)
         if placed is not None:
             return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
+        with beside(
+            cycle.stop, lambda: self._search_raw(points, sample, cycle.stop), self.recipe.run.threads
+        ) as searched:
+            return self._judge(points, sample, searched, cycle)
+
+    def _search_raw(self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> tuple[Filled, Standing]:
+        """Look for what the filters would hide, in the scan as it came."""
+        return self._placing.filled(points, sample, stop), self._wrinkles.find(points, self.mask, stop)
+
+    def _judge(
+        self,
+        points: NDArray[np.float32],
+        sample: Sample,
+        searched: Callable[[], tuple[Filled, Standing]],
+        cycle: Cycle,
+    ) -> Report:
+        """Walk through the steps of the field that follow on the level."""
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self.find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
-        with cycle.stage("place", _FOUND):  # the same between the pockets, and at the ply's edge
+        with cycle.stage("place", _FOUND):  # level between the pockets, and at the ply's edge
             placed = self._placing.judge(sample, found)
-            standing = watched(cycle.stop, lambda: self._wrinkles.find(points, self.mask, cycle.stop))
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
             pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.doubt:
@@ -277,6 +292,8 @@ class Inspector:
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
             riding = self._riding(points, sample, pockets, evaluations, cycle.stop)
+        with cycle.stage("raw scan", 1.0):  # wait for what is searched beside the stages since the level
+            filled, standing = searched()
         with cycle.stage("report", 1.0):
             return reporting.report(
                 found, placed, filled, bumps, standing, riding, pockets, evaluations, self.ply, cycle.timings_ms()

@@ -1,14 +1,15 @@
 """How an inspection ends when it should: scans that show too little, deadlines that cut, errors of a single pocket."""
 
 import re
+import threading
 import time
 
 import numpy as np
 import pytest
 
-from debulk import Inspector, Recipe, Verdict, scenes
+from debulk import Inspector, Recipe, Verdict, _core, scenes
 from debulk.inspection import evaluation, starts
-from debulk.inspection.cycle import Cycle
+from debulk.inspection.cycle import Cycle, beside
 from debulk.inspection.laid_pocket import LaidPocket
 from debulk.solve import minimise_with
 
@@ -189,3 +190,36 @@ def test_an_error_costs_one_pockets_verdict_and_not_the_report(layup, inspector,
             assert (one.verdict, one.reason, one.rms_mm) == (same.verdict, same.reason, same.rms_mm)
     report.save(tmp_path / "report.json")
     report.save(tmp_path / "report.html")
+
+
+# --- what is searched beside the front end ---
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_work_beside_gives_its_result_and_ends_before_the_body_is_left(threads):
+    stop, done = _core.Stop(), []
+    with beside(stop, lambda: done.append(threading.current_thread()) or "found", threads) as result:
+        assert result() == "found"
+    assert [thread is threading.main_thread() for thread in done] == [False]
+
+
+def test_an_error_of_the_body_ends_the_work_beside_it():
+    stop, began, ended = _core.Stop(), threading.Event(), []
+
+    def work():
+        began.set()
+        while not stop.now():
+            time.sleep(0.001)
+        ended.append(True)
+
+    with pytest.raises(KeyboardInterrupt), beside(stop, work, 2):
+        began.wait()
+        raise KeyboardInterrupt
+    assert ended
+    assert stop.cancelled
+
+
+def test_an_error_of_the_search_in_the_raw_scan_is_no_verdict(layup, inspector, monkeypatch):
+    monkeypatch.setattr(inspector._wrinkles, "find", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        inspector.inspect(layup.scan)
