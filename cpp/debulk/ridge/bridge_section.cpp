@@ -17,6 +17,7 @@ constexpr double kStep = 1.0;       // mm, along a line
 constexpr double kAround = 40.0;    // mm of laid ply beyond each end, over which the string may come off the mold as well
 constexpr double kLaid = 0.03;      // mm; lower is on the mold
 constexpr double kTail = 20.0;      // mm beyond the foot, within which the ply comes down from the mold tolerance
+constexpr double kEnds = 10.0;      // mm, within which the place is known where the ply comes down, and friction begins to hold
 constexpr double kStraight = 1e5;   // mm, radius of a string that is as good as straight
 constexpr double kWavelength = 20;  // mm, over which errors of smoothed heights are alike (docs/verdicts.md)
 constexpr int kBend = 4;            // steps to either side, over which the ply's curvature is taken: the filters' window
@@ -162,14 +163,15 @@ std::optional<BridgeSection> bridge_section(const FootMap& feet, const Foot& foo
   for (const Line& line : all.lines) {
     if (stop.now()) throw Stopped("the sections of the fibres over a pocket were not all weighed");
     const double error = std::max(options.least_error, 2 * all.scatter() * std::sqrt(kWavelength * line.bends));
-    const auto gap = [&line](double lacks) { return taut_string_lacking(line.mold, lacks, line.radius).gap; };
+    const double ends = options.friction * kEnds;
+    const auto gap = [&line](double lacks, double more) { return taut_string_lacking(line.mold, lacks, line.radius + more).gap; };
     // The gap grows with what it lacks: none is higher than that of the straightest string that friction holds.
-    const double highest = gap(kStraight);
+    const double highest = gap(kStraight, 0);
     if (chosen != nullptr && highest <= out.least_gap && (highest > 0 || line.lacks <= out.lacks)) continue;
-    const double least = gap(line.lacks - error), nominal = gap(line.lacks);
+    const double least = gap(line.lacks - error, -ends), nominal = gap(line.lacks, 0);
     if (chosen != nullptr && std::tie(least, nominal, line.lacks) <= std::tie(out.least_gap, out.gap, out.lacks)) continue;
     chosen = &line;
-    out = {nominal, least, gap(line.lacks + error), line.lacks, error, 0.0, options.pressure * line.radius};
+    out = {nominal, least, gap(line.lacks + error, ends), line.lacks, error, 0.0, options.pressure * line.radius};
   }
   if (chosen != nullptr) out.pull = options.pressure * taut_string_lacking(chosen->mold, chosen->lacks, kStraight).radius;
   return out;

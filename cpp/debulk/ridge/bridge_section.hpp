@@ -15,7 +15,7 @@ namespace debulk {
 // hollows off, its nodes share the pull of crossing fibres, and a fibre that slips keeps the height that it had when pinned.
 struct BridgeSection {
   // mm, of the ply's lower side above the mold, held by no more than friction: as measured, and if the fibre lacked less or more
-  // by the error of that. 0: it lies down.
+  // by the error of that and friction held it over 10 mm less or more. 0: it lies down.
   double gap = 0.0, least_gap = 0.0, most_gap = 0.0;
   double lacks = 0.0, error = 0.0;  // mm, by how much the fibre is shorter than its mold, and two standard deviations of it
   double pull = 0.0;                // N/mm, T of a fibre that does not slip; that of an arc of 100 m where no arc lacks as much

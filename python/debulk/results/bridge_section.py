@@ -17,7 +17,8 @@ class BridgeSection:
         Of the ply's upper side above the mold, as of a bridge of the net; 0: the ply lies down, or no fibre is too
         short.
     range_mm
-        The least and the most, if the fibre lacks less or more by the error of that.
+        The least and the most, if the fibre lacks less or more by the error of that, and friction holds it over 10 mm
+        less or more.
     lacks_mm, lacks_error_mm
         By how much the fibre is shorter than its mold in the scan; two standard deviations of it, and at least twice
         the recipe's `excess_margin_mm`.

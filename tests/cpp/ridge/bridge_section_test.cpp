@@ -84,13 +84,14 @@ TEST(BridgeSection, StandsAsItWasLaidWhereItIsHeld) {
 TEST(BridgeSection, SlipsUntilItPullsNoMoreThanIsHeld) {
   const auto slips = over(scanned(kPly), held(400));
   ASSERT_TRUE(slips);
-  EXPECT_NEAR(slips->gap, spanned(160), 0.02);  // mu d, from where the ply is 0.03 mm off the mold
-  EXPECT_EQ(slips->least_gap, slips->most_gap);
+  EXPECT_NEAR(slips->gap, spanned(160), 0.02);        // mu d, from where the ply is 0.03 mm off the mold
+  EXPECT_NEAR(slips->least_gap, spanned(156), 0.02);  // of 10 mm less to hold it
+  EXPECT_NEAR(slips->most_gap, spanned(164), 0.02);
   EXPECT_NEAR(slips->pull, 0.1 * kPly, 0.5);
-  const auto drawn_in = over(scanned(kPly), held(360));  // 144 mm, less than the mold's radius
+  const auto drawn_in = over(scanned(kPly), held(350));  // 140 mm, less than the mold's radius
   ASSERT_TRUE(drawn_in);
   EXPECT_EQ(drawn_in->most_gap, 0);
-  EXPECT_NEAR(drawn_in->hold, 14.4, 0.1);
+  EXPECT_NEAR(drawn_in->hold, 14.0, 0.1);
   EXPECT_GT(drawn_in->lacks, 0.4);
 }
 
