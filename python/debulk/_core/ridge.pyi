@@ -8,7 +8,7 @@ from debulk._core import Stop, _Bound, _Bytes, _Floats, _Made
 from debulk._core.net import Net, PocketNet
 from debulk._core.pocket import Foot, FootMap
 from debulk._core.sheet import Minimum, PlyMaterial
-from debulk._core.surface import Surface
+from debulk._core.surface import Reference, Surface
 
 class BridgeSection(_Made):
     @property
@@ -109,7 +109,7 @@ class StraightFibre(_Made):
 def bridge_section(
     feet: FootMap,
     foot: Foot,
-    mold: Surface,
+    mold: Reference,
     angles: ArrayLike,
     ply_outline_mm: ArrayLike | None,
     held: PlyMaterial,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk import _core
+from debulk import _core, ridge
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from debulk.inspection.laid_pocket import LaidPocket
     from debulk.recipe import Recipe
 
-__all__ = ["Weighed", "weighed"]
+__all__ = ["Weighed", "measured", "weighed", "without_bridge"]
 
 _REMEDY = "treat it as CREASE, or smooth the ply into the hollow and scan again"
 
@@ -51,8 +51,8 @@ def weighed(
     limits = ply.recipe.verdict
     if limits.criterion == "paper" or judged.verdict is not Verdict.CREASE:
         return Weighed(judged)
-    flat = [replace(one, bridge_height_mm=0.0) for one in (settled.best, *settled.every)]
-    without = laid.judge(settled.solution, flat[0], flat[1:])
+    best, *every = (without_bridge(one, laid) for one in (settled.best, *settled.every))
+    without = laid.judge(settled.solution, best, every)
     if without.verdict is Verdict.CREASE:
         return Weighed(judged)
     try:
@@ -93,6 +93,14 @@ def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSect
         pull_n_per_mm=out.pull_n_per_mm,
         hold_n_per_mm=out.hold_n_per_mm,
     )
+
+
+def without_bridge(one: ridge.PostProcessed, laid: LaidPocket) -> ridge.PostProcessed:
+    """Leave a bridge out, also out of the RMS, as one that is drawn in is left out."""
+    rest_mm = one.gap_mm[laid.net.inside & ~one.is_bridge & ~one.is_drawn_in]
+    material = laid.recipe.material
+    rms_mm = float(np.sqrt(np.mean(rest_mm**2))) if rest_mm.size else material.thickness_mm / material.bulk_factor
+    return replace(one, bridge_height_mm=0.0, rms_mm=rms_mm)
 
 
 def _upper_side(gap_mm: float, recipe: Recipe) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from debulk import InputError, Inspector, Recipe, Report, Verdict, _core
+from debulk import InputError, Inspector, Recipe, Report, Verdict, _core, ridge
 from debulk.inspection import bridge_sections
+from debulk.results.bridge_section import BridgeSection
 
 THICKNESS_MM = 0.3
 HALF_PLY_MM = 600.0
@@ -83,6 +86,50 @@ def test_where_they_say_that_it_stands_lower_nothing_is_decided(near_the_edge):
     for figure in (one.bridge_height_mm, *section.range_mm, section.lacks_mm):
         assert f"{figure:.2f}" in one.reason
     assert f"friction holds {section.hold_n_per_mm:.3g} N/mm" in one.reason
+
+
+@pytest.mark.parametrize(
+    ("least_mm", "expected"), [(0.66, Verdict.CREASE), (0.64, Verdict.UNDECIDED), (0.0, Verdict.UNDECIDED)]
+)
+def test_all_of_their_range_is_to_be_above_the_limit_by_the_margin(monkeypatch, least_mm, expected):
+    told = BridgeSection(
+        height_mm=0.9,
+        range_mm=(least_mm, 1.2),
+        lacks_mm=0.1,
+        lacks_error_mm=0.04,
+        pull_n_per_mm=3.0,
+        hold_n_per_mm=9.0,
+    )
+    monkeypatch.setattr(bridge_sections, "measured", lambda *_: told)
+    (one,) = inspect(150.0, 45.0, 2.5).pockets
+    assert (one.verdict, one.bridge_section) == (expected, told)
+    assert f"{least_mm:.2f} to 1.20 mm by the sections" in one.reason and "slips" not in one.reason
+
+
+def test_without_a_bridge_neither_its_height_nor_its_nodes_count():
+    recipe = Recipe()
+    gaps_mm, bridges = np.array([0.25, 4.0, 1.0, 9.0]), np.array([False, True, False, False])
+    one = ridge.PostProcessed(
+        gap_mm=gaps_mm,
+        is_ridge=np.zeros(4, bool),
+        is_bridge=bridges,
+        is_drawn_in=np.zeros(4, bool),
+        sections=(),
+        ridge_height_mm=0.7,
+        ridge_length_mm=1.0,
+        bridge_height_mm=4.0,
+        drawn_in_height_mm=0.0,
+        drawn_in_tension_n_per_mm=0.0,
+        drawn_in_hold_n_per_mm=0.0,
+        rms_mm=2.4,
+        excess_length_mm=0.0,
+    )
+    laid = SimpleNamespace(net=SimpleNamespace(inside=np.array([True, True, True, False])), recipe=recipe)
+    rest = bridge_sections.without_bridge(one, laid)
+    assert (rest.bridge_height_mm, rest.ridge_height_mm) == (0.0, 0.7)
+    assert rest.rms_mm == pytest.approx(np.sqrt((0.25**2 + 1.0**2) / 2))
+    laid.net.inside = bridges
+    assert bridge_sections.without_bridge(one, laid).rms_mm == pytest.approx(0.25)
 
 
 def test_its_report_cannot_be_made_to_pass(near_the_edge, tmp_path):
