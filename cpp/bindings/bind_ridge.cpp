@@ -5,6 +5,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/net/fibre_net.hpp"
+#include "debulk/ridge/bridge_section.hpp"
 #include "debulk/ridge/excess_crest.hpp"
 #include "debulk/ridge/held_excess.hpp"
 #include "debulk/ridge/mold_length.hpp"
@@ -12,6 +13,7 @@
 #include "debulk/ridge/ridge_height.hpp"
 #include "debulk/ridge/straight_fibres.hpp"
 #include "debulk/sheet/minimise.hpp"
+#include "debulk/surface/reference.hpp"
 
 namespace debulk {
 namespace {
@@ -116,6 +118,30 @@ void bind_ridge(py::module_ m) {
       },
       py::arg("feet"), py::arg("foot"), py::arg("mold"), py::arg("angles"), py::arg("ply_outline_mm"), py::arg("held_over_mm"),
       py::arg("stop"));
+
+  py::class_<BridgeSection>(m, "BridgeSection")
+      .def_readonly("gap_mm", &BridgeSection::gap)
+      .def_readonly("least_gap_mm", &BridgeSection::least_gap)
+      .def_readonly("most_gap_mm", &BridgeSection::most_gap)
+      .def_readonly("lacks_mm", &BridgeSection::lacks)
+      .def_readonly("error_mm", &BridgeSection::error)
+      .def_readonly("pull_n_per_mm", &BridgeSection::pull)
+      .def_readonly("hold_n_per_mm", &BridgeSection::hold);
+  m.def(
+      "bridge_section",
+      [](const FootMap& feet, const Foot& foot, const Reference& mold, const FibreAngles& angles, const std::optional<Array<double>>& ply,
+         const PlyMaterial& held, double least_error, const Stop& stop) {
+        const Grid<double>& known = mold.heights();
+        const BridgeSectionOptions options{held.friction,
+                                           held.pressure_mpa,
+                                           least_error,
+                                           ply ? points<2>(*ply, "ply_outline_mm") : Polygon(),
+                                           {known.origin, known.position(known.nx - 1, known.ny - 1)}};
+        const py::gil_scoped_release release;
+        return bridge_section(feet, foot, mold, angles, options, stop);
+      },
+      py::arg("feet"), py::arg("foot"), py::arg("mold"), py::arg("angles"), py::arg("ply_outline_mm"), py::arg("held"),
+      py::arg("least_error_mm"), py::arg("stop"));
 
   m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));
   m.def("post_process", &post_process_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("inside"), py::arg("surface"),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "debulk/pocket/foot_contours.hpp"
 
@@ -26,6 +27,13 @@ class FootHeights {
     const float* low = &heights_.at(i, j);
     const float* high = low + heights_.nx;
     return (1 - v) * ((1 - u) * low[0] + u * low[1]) + v * ((1 - u) * high[0] + u * high[1]);
+  }
+
+  // The same anywhere; NaN off the grid.
+  double anywhere(const Eigen::Vector2d& xy) const {
+    const Eigen::Vector2d at = heights_.locate(xy);
+    const bool on_grid = at.x() >= 0 && at.y() >= 0 && at.x() < heights_.nx - 1 && at.y() < heights_.ny - 1;
+    return on_grid ? this->at(xy) : std::numeric_limits<double>::quiet_NaN();
   }
 
  private:

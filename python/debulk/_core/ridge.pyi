@@ -8,7 +8,23 @@ from debulk._core import Stop, _Bound, _Bytes, _Floats, _Made
 from debulk._core.net import Net, PocketNet
 from debulk._core.pocket import Foot, FootMap
 from debulk._core.sheet import Minimum, PlyMaterial
-from debulk._core.surface import Surface
+from debulk._core.surface import Reference, Surface
+
+class BridgeSection(_Made):
+    @property
+    def error_mm(self) -> float: ...
+    @property
+    def gap_mm(self) -> float: ...
+    @property
+    def hold_n_per_mm(self) -> float: ...
+    @property
+    def lacks_mm(self) -> float: ...
+    @property
+    def least_gap_mm(self) -> float: ...
+    @property
+    def most_gap_mm(self) -> float: ...
+    @property
+    def pull_n_per_mm(self) -> float: ...
 
 class ExcessCrest(_Made):
     @property
@@ -90,6 +106,16 @@ class StraightFibre(_Made):
     @property
     def points_mm(self) -> _Floats: ...
 
+def bridge_section(
+    feet: FootMap,
+    foot: Foot,
+    mold: Reference,
+    angles: ArrayLike,
+    ply_outline_mm: ArrayLike | None,
+    held: PlyMaterial,
+    least_error_mm: float,
+    stop: Stop,
+) -> BridgeSection | None: ...
 def excess_crest(net: Net, mold: Surface) -> ExcessCrest | None: ...
 def held_excess(net: Net, mold: Surface) -> HeldExcess: ...
 def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, surface: Surface) -> float: ...

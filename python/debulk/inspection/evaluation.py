@@ -13,7 +13,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from debulk import _core, ridge, solve, verdict
-from debulk.inspection import both_ways, dumps, edge_friction, hole_beside, left_out, ridges, starts, unseen
+from debulk.inspection import (
+    both_ways,
+    bridge_sections,
+    dumps,
+    edge_friction,
+    hole_beside,
+    left_out,
+    ridges,
+    starts,
+    unseen,
+)
 from debulk.inspection.cycle import Cycle
 from debulk.inspection.evaluated import Evaluation
 from debulk.inspection.found import FoundPocket
@@ -109,16 +119,23 @@ def _evaluate(
     )
     with watch.step("solve"):
         ends = edge_friction.at_both_ends(laid, settled, by_rule, post_process, stop, pool)
-    by_rule = replace(ends.judged, reason=ends.judged.reason + _drawn_in(settled.best, laid.recipe))
+    with watch.step("ridge"):
+        bridge = bridge_sections.weighed(ends.judged, laid, settled, found, ply, stop)
+    by_rule = replace(bridge.judged, reason=bridge.judged.reason + _drawn_in(settled.best, laid.recipe))
     if found.promoted and settled.solution.status in REFUSED:
         by_rule = _refused(found, settled.solution.explanation)
     by_rule = _with_joined(by_rule, found)
     if laid.excess is None:
         with watch.step("ridge"):
             stands = ridges.of_minima(laid, ends.shown, found.foot)
-    debulked = {"ridges": stands, "edge_friction": ends.report, **_debulked_figures(laid, ends.counted)}
+    debulked = {
+        "ridges": stands,
+        "edge_friction": ends.report,
+        "bridge_section": bridge.section,
+        **_debulked_figures(laid, ends.counted),
+    }
     report = _report(seen, laid, watch, by_rule, by_paper.verdict, debulked)
-    cut = "the certified minimum" if late and not settled.cut else ends.late
+    cut = "the certified minimum" if late and not settled.cut else ends.late or bridge.late
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled) + ends.left_out, cut)
 
 

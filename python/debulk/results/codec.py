@@ -1,4 +1,4 @@
-"""The report as JSON, schema 7.
+"""The report as JSON, schema 8.
 
 Records are objects, arrays nested lists, and the numbers that JSON lacks are the strings "NaN", "Infinity" and
 "-Infinity". Grids alone, as the height map, are packed: base64 of zlib of little-endian float32, or float64 where they
@@ -25,7 +25,7 @@ from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results.record import dtype_of, hints_of, without_none
 
-SCHEMA = 7
+SCHEMA = 8
 _ODD = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 _MAX_CELLS = 1 << 30
 _ENCODINGS = {size: f"base64(zlib(float{8 * size} little-endian, row by row))" for size in (4, 8)}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
+from debulk.results.bridge_section import BridgeSection
 from debulk.results.edge_friction import EdgeFriction
 from debulk.results.half_seen import HalfSeen
 from debulk.results.level import Level
@@ -32,6 +33,7 @@ from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
 __all__ = [
+    "BridgeSection",
     "ExcessReport",
     "LeftOut",
     "PocketNet",
@@ -234,6 +236,9 @@ class PocketReport(Record):
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
         Largest height at which the ply, too short to reach the mold, bridges a hollow.
+    bridge_section
+        Of a pocket that nothing but such a bridge would make CREASE: how high it stands by sections of its fibres. None
+        of any other, where ply outline or mold are not known, and with ``verdict.criterion = "paper"``.
     drawn_in_mm, drawn_in_tension_n_per_mm, drawn_in_hold_n_per_mm
         Largest height of a bridge of the model that is not counted, since the ply is drawn in there: the pull of its
         fibre, and what the friction between it and the ply's edge can hold. None without one.
@@ -279,6 +284,7 @@ class PocketReport(Record):
     ridges: tuple[RidgeGeometry, ...] = ()
     ridge_nodes: Numbers | None = None
     bridge_height_mm: float | None = None
+    bridge_section: BridgeSection | None = None
     drawn_in_mm: float | None = None
     drawn_in_tension_n_per_mm: float | None = None
     drawn_in_hold_n_per_mm: float | None = None

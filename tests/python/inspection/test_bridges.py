@@ -2,30 +2,42 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from debulk import Inspector, Recipe, Report, Verdict
+from debulk import InputError, Inspector, Recipe, Report, Verdict, _core, ridge
+from debulk.inspection import bridge_sections
+from debulk.results.bridge_section import BridgeSection
 
 THICKNESS_MM = 0.3
 HALF_PLY_MM = 600.0
-OUTLINE = HALF_PLY_MM * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+SQUARE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+OUTLINE = HALF_PLY_MM * SQUARE
 
 
-def clouds(radius_mm: float, half_width_mm: float, flatter: float):
+def clouds(radius_mm: float, half_width_mm: float, flatter: float, half_ply_mm: float):
     """Return the clouds of a mold with a dish of this radius, and of a ply over it on `flatter` times that radius."""
-    x = np.arange(-HALF_PLY_MM - 40, HALF_PLY_MM + 41, 2.0)
+    x = np.arange(-half_ply_mm - 40, half_ply_mm + 41, 2.0)
     xx, yy = (v.ravel() for v in np.meshgrid(x, x))
     sag = np.maximum(0.0, half_width_mm**2 - xx**2 - yy**2) / (2 * radius_mm)
-    on_ply = (np.abs(xx) < HALF_PLY_MM) & (np.abs(yy) < HALF_PLY_MM)
+    on_ply = (np.abs(xx) < half_ply_mm) & (np.abs(yy) < half_ply_mm)
     top = np.where(on_ply, THICKNESS_MM - sag / flatter, -sag)
     return np.column_stack([xx, yy, -sag]), np.column_stack([xx, yy, top])
 
 
-def inspect(radius_mm: float, half_width_mm: float, flatter: float, outline=OUTLINE) -> Report:
-    reference, scan = clouds(radius_mm, half_width_mm, flatter)
-    recipe = Recipe(level={"largest_pocket_share": 1.0})
+def inspect(
+    radius_mm: float, half_width_mm: float, flatter: float, outline=OUTLINE, half_ply_mm: float = HALF_PLY_MM, **verdict
+) -> Report:
+    reference, scan = clouds(radius_mm, half_width_mm, flatter, half_ply_mm)
+    recipe = Recipe(level={"largest_pocket_share": 1.0}, verdict=verdict)
     return Inspector(recipe, reference, outline).inspect(scan)
+
+
+def held_mm(half_ply_mm: float) -> float:
+    """Height of a ply over a dish of 150 mm radius, 90 mm wide, that slips until friction holds it."""
+    return 45.0**2 / 2 * (1 / 150 - 1 / (0.4 * (half_ply_mm - 45))) + THICKNESS_MM / 1.2
 
 
 @pytest.fixture(scope="module")
@@ -34,11 +46,118 @@ def wide() -> Report:
     return inspect(2000.0, 150.0, 2.5)
 
 
-def test_a_bridge_over_a_tight_hollow_counts():
-    (one,) = inspect(150.0, 45.0, 2.5).pockets
+@pytest.fixture(scope="module")
+def tight() -> Report:
+    """A ply over a dish of 150 mm radius, which friction can hold 2.4 mm above it."""
+    return inspect(150.0, 45.0, 2.5)
+
+
+@pytest.fixture(scope="module")
+def near_the_edge() -> Report:
+    """The same, with so little ply round it that it slips until it stands 0.5 mm high; the net's stands as pinned."""
+    return inspect(150.0, 45.0, 2.5, outline=433.0 * SQUARE, half_ply_mm=433.0)
+
+
+def test_a_bridge_over_a_tight_hollow_counts(tight):
+    (one,) = tight.pockets
     assert one.verdict is Verdict.CREASE and "bridge" in one.reason
     assert one.bridge_height_mm > 2.0
     assert "not counted" not in one.reason
+
+
+def test_the_sections_of_the_fibres_agree_with_it(tight):
+    (one,) = tight.pockets
+    section = one.bridge_section
+    assert section.height_mm == pytest.approx(held_mm(HALF_PLY_MM), rel=0.2)  # the reference rounds the dish's rim
+    assert 0.65 < section.range_mm[0] < section.height_mm < section.range_mm[1] < one.bridge_height_mm
+    assert section.hold_n_per_mm == pytest.approx(0.04 * (HALF_PLY_MM - 45), rel=0.02)
+    assert section.pull_n_per_mm == pytest.approx(0.1 * 2.5 * 150, rel=0.15)
+    assert f"and {section.range_mm[0]:.2f} to {section.range_mm[1]:.2f} mm by the sections" in one.reason
+
+
+def test_where_they_say_that_it_stands_lower_nothing_is_decided(near_the_edge):
+    (one,) = near_the_edge.pockets
+    section = one.bridge_section
+    assert held_mm(433.0) < 0.5
+    assert section.height_mm == pytest.approx(held_mm(433.0), abs=0.12)
+    assert one.bridge_height_mm > 4.0  # the net keeps the height that it had when pinned
+    assert one.verdict is near_the_edge.verdict is Verdict.UNDECIDED
+    assert one.decided_by == "excess"
+    for figure in (one.bridge_height_mm, *section.range_mm, section.lacks_mm):
+        assert f"{figure:.2f}" in one.reason
+    assert f"friction holds {section.hold_n_per_mm:.3g} N/mm" in one.reason
+
+
+@pytest.mark.parametrize(
+    ("least_mm", "expected"), [(0.66, Verdict.CREASE), (0.64, Verdict.UNDECIDED), (0.0, Verdict.UNDECIDED)]
+)
+def test_all_of_their_range_is_to_be_above_the_limit_by_the_margin(monkeypatch, least_mm, expected):
+    told = BridgeSection(
+        height_mm=0.9,
+        range_mm=(least_mm, 1.2),
+        lacks_mm=0.1,
+        lacks_error_mm=0.04,
+        pull_n_per_mm=3.0,
+        hold_n_per_mm=9.0,
+    )
+    monkeypatch.setattr(bridge_sections, "measured", lambda *_: told)
+    (one,) = inspect(150.0, 45.0, 2.5).pockets
+    assert (one.verdict, one.bridge_section) == (expected, told)
+    assert f"{least_mm:.2f} to 1.20 mm by the sections" in one.reason and "slips" not in one.reason
+
+
+def test_without_a_bridge_neither_its_height_nor_its_nodes_count():
+    recipe = Recipe()
+    gaps_mm, bridges = np.array([0.25, 4.0, 1.0, 9.0]), np.array([False, True, False, False])
+    one = ridge.PostProcessed(
+        gap_mm=gaps_mm,
+        is_ridge=np.zeros(4, bool),
+        is_bridge=bridges,
+        is_drawn_in=np.zeros(4, bool),
+        sections=(),
+        ridge_height_mm=0.7,
+        ridge_length_mm=1.0,
+        bridge_height_mm=4.0,
+        drawn_in_height_mm=0.0,
+        drawn_in_tension_n_per_mm=0.0,
+        drawn_in_hold_n_per_mm=0.0,
+        rms_mm=2.4,
+        excess_length_mm=0.0,
+    )
+    laid = SimpleNamespace(net=SimpleNamespace(inside=np.array([True, True, True, False])), recipe=recipe)
+    rest = bridge_sections.without_bridge(one, laid)
+    assert (rest.bridge_height_mm, rest.ridge_height_mm) == (0.0, 0.7)
+    assert rest.rms_mm == pytest.approx(np.sqrt((0.25**2 + 1.0**2) / 2))
+    laid.net.inside = bridges
+    assert bridge_sections.without_bridge(one, laid).rms_mm == pytest.approx(0.25)
+
+
+def test_its_report_cannot_be_made_to_pass(near_the_edge, tmp_path):
+    near_the_edge.save(tmp_path / "report.json")
+    text = (tmp_path / "report.json").read_text()
+    assert Report.load(tmp_path / "report.json").pockets[0].bridge_section == near_the_edge.pockets[0].bridge_section
+    (tmp_path / "better.json").write_text(text.replace('"verdict":"undecided"', '"verdict":"cease"'))
+    with pytest.raises(InputError, match="does not fit its figures: bridge 4"):
+        Report.load(tmp_path / "better.json")
+    near_the_edge.save(tmp_path / "report.html")
+    assert "bridge by sections of its fibres" in (tmp_path / "report.html").read_text()
+
+
+def test_the_paper_s_criterion_is_left_as_it_is():
+    (one,) = inspect(150.0, 45.0, 2.5, outline=433.0 * SQUARE, half_ply_mm=433.0, criterion="paper").pockets
+    assert one.verdict is Verdict.CREASE and one.bridge_section is None
+
+
+def test_a_deadline_in_the_sections_decides_nothing(monkeypatch):
+    def stopped(*_):
+        raise _core.Stopped("in time for the net, not for the sections")
+
+    monkeypatch.setattr(bridge_sections, "measured", stopped)
+    report = inspect(150.0, 45.0, 2.5)
+    (one,) = report.pockets
+    assert one.verdict is Verdict.UNDECIDED and one.bridge_section is None
+    assert one.reason.startswith("the deadline passed") and "bridge 4" in one.reason
+    assert any("sections" in entry.what for entry in report.left_out)
 
 
 def test_a_ply_over_a_wide_hollow_is_drawn_in(wide):
@@ -48,7 +167,7 @@ def test_a_ply_over_a_wide_hollow_is_drawn_in(wide):
     assert 100 < one.drawn_in_tension_n_per_mm < 600
     # mu P d, d from the pocket's foot along the fibre to the ply's edge.
     assert one.drawn_in_hold_n_per_mm == pytest.approx(0.4 * 0.1 * (600 - 150), rel=0.1)
-    assert one.verdict is Verdict.CEASE
+    assert one.verdict is Verdict.CEASE and one.bridge_section is None
     assert "is not counted" in one.reason and "drawn in" in one.reason
     # Its nodes are kept out of the RMS, and lie on the mold.
     assert one.rms_mm == pytest.approx(THICKNESS_MM / 1.2, abs=1e-9)
@@ -66,5 +185,6 @@ def test_without_an_outline_every_bridge_counts():
     report = inspect(2000.0, 150.0, 2.5, outline=None)
     one = report.pockets[0]
     assert one.bridge_height_mm > 2.0 and one.drawn_in_mm is None
+    assert one.verdict is Verdict.CREASE and one.bridge_section is None
     (entry,) = [entry for entry in report.left_out if entry.what == "free edges and friction"]
     assert "a bridge counts whatever its pull" in entry.bound

@@ -1,0 +1,109 @@
+"""Whether the sections of its fibres confirm the bridge of a pocket that is CREASE for nothing else.
+
+A net of some 100 nodes is coarse for a bridge: its chords cut a hollow off, crossing fibres share its pull, and a fibre
+that slips keeps the height that it had while it was pinned. Of eight layups without a crease that were CREASE for such
+a bridge, sections along the fibres confirm two (bench/trust/bridges.txt).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from debulk import _core, ridge
+from debulk.inspection.fibre_angles import angles_at
+from debulk.inspection.found import FoundPocket
+from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.starts import Settled
+from debulk.recipe import options
+from debulk.results.bridge_section import BridgeSection, bridge_section_line
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.inspection.laid_pocket import LaidPocket
+    from debulk.recipe import Recipe
+
+__all__ = ["Weighed", "measured", "weighed", "without_bridge"]
+
+_REMEDY = "treat it as CREASE, or smooth the ply into the hollow and scan again"
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A pocket's judgement, and the figures of its fibres' sections where they had a say."""
+
+    judged: Judgement
+    section: BridgeSection | None = None
+    late: str = ""
+    """What a deadline left no time for; empty: nothing."""
+
+
+def weighed(
+    judged: Judgement, laid: LaidPocket, settled: Settled, found: FoundPocket, ply: PlyOnMold, stop: _core.Stop
+) -> Weighed:
+    """Weigh the sections of a pocket's fibres where nothing but a bridge makes it CREASE.
+
+    Never CEASE: the net's bridge stays the upper end. Where there is no outline of the ply, or the mold is not known
+    under the whole pocket, the net alone decides.
+    """
+    limits = ply.recipe.verdict
+    if limits.criterion == "paper" or judged.verdict is not Verdict.CREASE:
+        return Weighed(judged)
+    best, *every = (without_bridge(one, laid) for one in (settled.best, *settled.every))
+    without = laid.judge(settled.solution, best, every)
+    if without.verdict is Verdict.CREASE:
+        return Weighed(judged)
+    try:
+        section = measured(found, ply, stop)
+    except _core.Stopped:
+        late = f"the deadline passed before the sections of its fibres were measured: {judged.reason} by its net"
+        return Weighed(Judgement(Verdict.UNDECIDED, late, judged.decided_by), late="the sections of a bridge")
+    if section is None:
+        return Weighed(judged)
+    told = bridge_section_line(section)
+    if section.range_mm[0] > limits.max_ridge_mm + limits.ridge_margin_mm:
+        return Weighed(replace(judged, reason=f"{judged.reason}, and {told}"), section)
+    reason = f"{judged.reason} by its net, but {told}; {_REMEDY}"
+    return Weighed(Judgement(Verdict.UNDECIDED, reason, judged.decided_by), section)
+
+
+def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSection | None:
+    """Measure the fibres of a pocket on the scan; None where outline or mold are not known; raises `Stopped`."""
+    recipe = ply.recipe
+    out = _core.ridge.bridge_section(
+        found.feet._core,
+        found.feet._core.feet[found.index],
+        ply.reference,
+        np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm)),
+        ply.outline,
+        options.ply(recipe),
+        2 * recipe.verdict.excess_margin_mm,  # a ridge is half as high as its excess is long
+        stop,
+    )
+    if out is None:
+        return None
+    least, height, most = (_upper_side(gap, recipe) for gap in (out.least_gap_mm, out.gap_mm, out.most_gap_mm))
+    return BridgeSection(
+        height_mm=height,
+        range_mm=(least, most),
+        lacks_mm=out.lacks_mm,
+        lacks_error_mm=out.error_mm,
+        pull_n_per_mm=out.pull_n_per_mm,
+        hold_n_per_mm=out.hold_n_per_mm,
+    )
+
+
+def without_bridge(one: ridge.PostProcessed, laid: LaidPocket) -> ridge.PostProcessed:
+    """Leave a bridge out, also out of the RMS, as one that is drawn in is left out."""
+    rest_mm = one.gap_mm[laid.net.inside & ~one.is_bridge & ~one.is_drawn_in]
+    material = laid.recipe.material
+    rms_mm = float(np.sqrt(np.mean(rest_mm**2))) if rest_mm.size else material.thickness_mm / material.bulk_factor
+    return replace(one, bridge_height_mm=0.0, rms_mm=rms_mm)
+
+
+def _upper_side(gap_mm: float, recipe: Recipe) -> float:
+    """Height of a bridge as the net's post-processing counts it: with the consolidated ply, and 0 if it touches."""
+    thickness_mm = recipe.material.thickness_mm
+    return gap_mm + thickness_mm / recipe.material.bulk_factor if gap_mm > thickness_mm / 30 else 0.0

@@ -1,0 +1,48 @@
+"""How high the ply of a pocket bridges by sections along its fibres, beside what its net says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["BridgeSection", "bridge_section_line"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BridgeSection:
+    """The fibre that bridges highest, as a string over the mold that friction alone holds (docs/model.md, section 5).
+
+    Attributes
+    ----------
+    height_mm
+        Of the ply's upper side above the mold, as of a bridge of the net; 0: the ply lies down, or no fibre is too
+        short.
+    range_mm
+        The least and the most, if the fibre lacks less or more by the error of that, and friction holds it over 10 mm
+        less or more.
+    lacks_mm, lacks_error_mm
+        By how much the fibre is shorter than its mold in the scan; two standard deviations of it, and at least twice
+        the recipe's `excess_margin_mm`.
+    pull_n_per_mm, hold_n_per_mm
+        What it would pull with, were its ends pinned, and what the friction between it and the ply's edge can hold.
+        Where it pulls more it slips, and the height is that at which it pulls as much as is held.
+    """
+
+    height_mm: float
+    range_mm: tuple[float, float]
+    lacks_mm: float
+    lacks_error_mm: float
+    pull_n_per_mm: float
+    hold_n_per_mm: float
+
+
+def bridge_section_line(one: BridgeSection) -> str:
+    """Say how high it stands, and why."""
+    if not one.lacks_mm > 0:
+        return "none by the sections of its fibres, none of which is too short"
+    low, high = (f"{height:.2f}" for height in one.range_mm)
+    lies = "it lies down" if one.range_mm[1] == 0 else f"{high if low == high else f'{low} to {high}'} mm"
+    slips = ", and it slips" if one.pull_n_per_mm > one.hold_n_per_mm else ""
+    return (
+        f"{lies} by the sections of its fibres: one lacks {one.lacks_mm:.3f} ± {one.lacks_error_mm:.3f} mm and would "
+        f"pull with {one.pull_n_per_mm:.3g} N/mm, friction holds {one.hold_n_per_mm:.3g} N/mm{slips}"
+    )
