@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
-from debulk.inspection import excess, narrow
+from debulk.inspection import excess, narrow, straight_fibres
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import criteria, lay_net
 from debulk.inspection.missed import tail_mm
@@ -199,22 +199,25 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
             return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
         try:
             laid = lay_net(one, bounding, stop)
+            # A bent or branched bump fills little of its net: between the fibres it may be twice as long as they are.
+            between_mm = straight_fibres.longest(one, ply, stop=stop).excess_mm
         except _core.InputError as error:
             why = f"no net could be laid to bound its excess: {error}"
             return Bump(dropped, why, found=_judged(one, dropped, why))
     except _core.Stopped:
         return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
     one = replace(one, net=laid if bounding is ply else None)
-    excess_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
+    at_nodes_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
+    excess_mm = max(at_nodes_mm, between_mm)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
     limits = criteria(ply.recipe)
     least_mm = limits.max_ridge_height_mm - limits.ridge_margin_mm
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     measure = partial(excess.of_net, laid, ply, one)
-    spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), excess_mm, measure)
+    spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), at_nodes_mm, measure)
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare)
     over_ridge = ridge_mm >= least_mm
-    true_mm = narrow.true_ridge_mm(one, excess_mm, ply.recipe)
+    true_mm = narrow.true_ridge_mm(one, at_nodes_mm, ply.recipe)
     if true_mm >= least_mm:
         lowered = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
         one = replace(one, doubt=f"{figures}, but {lowered}")
