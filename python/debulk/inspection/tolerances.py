@@ -173,18 +173,28 @@ def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
 
 def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions, stop: _core.Stop) -> Iterator[Dropped]:
     """Find what stands half the cut's height without reaching it, off the pockets' feet."""
-    wanted.cut_height_mm = feet.hill_mm
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
     if not ((heights.values >= feet.hill_mm) & (feet.labels.values == 0)).any():
         return
+    listed = _listed(whole, heights, wanted, stop)
+    wanted.cut_height_mm = feet.hill_mm
     lower = pocket.segment_with(wanted, heights, 1, stop)
-    known = {int(label) for label in np.unique(lower.labels.values[feet.labels.values > 0])}
-    for bump in whole.dropped:
-        i, j = np.rint((bump.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
-        known.add(int(lower.labels.values[j, i]))
+    known = {int(label) for label in np.unique(lower.labels.values[listed | (feet.labels.values > 0)])}
     for one in lower.pockets:
         if one.id not in known:
             yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
+
+
+def _listed(
+    whole: Segmentation, heights: Grid, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
+) -> NDArray[np.bool_]:
+    """Tell the cells of the bumps that are listed above the cut: the middle of a bent one may lie off it."""
+    cells = np.zeros(heights.values.shape, dtype=np.bool_)
+    if whole.dropped and (above := pocket.segment_with(wanted, heights, 1, stop)).pockets:
+        for bump in whole.dropped:
+            nearest = min(above.pockets, key=lambda one: _apart(one, bump))
+            cells |= above.labels.values == nearest.id
+    return cells
 
 
 def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
