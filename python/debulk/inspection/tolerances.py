@@ -54,6 +54,8 @@ class Bump:
         What is judged as a pocket; None: it stays dropped.
     spare
         Its net, with what its fibres have to spare for a fold in a pocket nearby; None where none was laid.
+    stands
+        Where it stands, with its foot; None where no net was laid.
     late
         Whether the deadline passed before it was bounded.
     """
@@ -65,6 +67,7 @@ class Bump:
     rms_mm: float | None = None
     found: FoundPocket | None = None
     spare: SpareNet | None = None
+    stands: FoundPocket | None = None
     late: bool = False
 
 
@@ -225,7 +228,7 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     measure = partial(excess.of_net, laid, ply, one)
     spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), at_nodes_mm, measure)
-    bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare)
+    bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare, stands=one)
     over_ridge = ridge_mm >= least_mm
     true_mm = narrow.true_ridge_mm(one, at_nodes_mm, ply.recipe)
     if true_mm >= least_mm:
