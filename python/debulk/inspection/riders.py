@@ -1,8 +1,8 @@
 """Bumps that ride on a pocket and are so narrow that the filters take them for noise.
 
 What stands on even ground is found by `narrow_bumps`; a pocket is none, nor is what stands up below the tolerances. But
-the heights there, after all filters, tell how the ply lies without such a bump: where points of the scan next to each other stand above them, with hardly any below,
-there is one. It is looked for where a layup would pass.
+the heights there, after all filters, tell how the ply lies without such a bump: where points of the scan next to each
+other stand above them, with hardly any below, there is one. It is looked for where a layup would pass.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
 from debulk.inspection import excess, narrow, straight_fibres
 from debulk.inspection.found import Found, FoundPocket
-from debulk.inspection.laid_pocket import criteria, lay_net
+from debulk.inspection.laid_pocket import lay_net
 from debulk.inspection.missed import tail_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
@@ -206,14 +206,12 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
         one = _looked_at_again(place, ply, stop)
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
-        if not one.foot.closed:
-            why = "its foot is not known all round"
-            listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
-            return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
         try:
-            laid = lay_net(one, bounding, stop)
             # A bent or branched bump fills little of its net: between the fibres it may be twice as long as they are.
             between_mm = straight_fibres.longest(one, ply, stop=stop).excess_mm
+            if not one.foot.closed:
+                return _open(dropped, one, between_mm, ply.recipe)
+            laid = lay_net(one, bounding, stop)
         except _core.InputError as error:
             why = f"no net could be laid to bound its excess: {error}"
             return Bump(dropped, why, found=_judged(one, dropped, why))
@@ -223,8 +221,7 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     at_nodes_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
     excess_mm = max(at_nodes_mm, between_mm)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
-    limits = criteria(ply.recipe)
-    least_mm = limits.max_ridge_height_mm - limits.ridge_margin_mm
+    least_mm = _least_ridge_mm(ply.recipe)
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     measure = partial(excess.of_net, laid, ply, one)
     spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), at_nodes_mm, measure)
@@ -236,8 +233,25 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
         one = replace(one, doubt=f"{figures}, but {lowered}")
         figures, over_ridge = one.doubt, True
     # The excess rule knows no RMS; of the few nodes of a bump that would exceed its limit at a third of the ridge's.
-    over_rms = ply.recipe.verdict.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
+    limits = ply.recipe.verdict
+    over_rms = limits.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
     return replace(bump, found=_judged(one, dropped, figures)) if over_ridge or over_rms else bump
+
+
+def _open(dropped: Dropped, one: FoundPocket, seen_mm: float, recipe: Recipe) -> Bump:
+    """Bound a bump on which no net can be laid, by what was seen of the straight lines over it."""
+    why = "its foot is not known all round"
+    ridge_mm = excess.ridge_of(seen_mm, recipe)
+    listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
+    if ridge_mm >= _least_ridge_mm(recipe):
+        why += f", and what was seen of a fibre over it is {seen_mm:.2f} mm longer than the mold"
+        listed = True
+    return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
+
+
+def _least_ridge_mm(recipe: Recipe) -> float:
+    """From which a bump is judged as a pocket."""
+    return recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
 
 
 def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:

@@ -79,6 +79,20 @@ def test_the_arms_of_a_branched_bump_are_not_stepped_over(regions):
     assert inspector.inspect(scan).verdict is not Verdict.CEASE
 
 
+def test_a_bump_that_ends_in_a_hole_is_bounded_by_what_was_seen():
+    """No net can be laid on it, and the hole cuts its foot where that is below the cut: it was dropped unbounded."""
+    inspector, scan = laid_ply.inspector(), laid_ply.scan(_cross(14, 2.75))
+    pose = laid_ply.layup().mold_from_scanner
+    x, y, _ = np.moveaxis(scan @ pose[:3, :3].T + pose[:3, 3], -1, 0)
+    along, across = 0.866 * x + 0.5 * y, 0.866 * y - 0.5 * x
+    scan[(np.abs(along - 60) < 20) & (np.abs(across - 25) < 15)] = np.nan
+    (bump,) = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
+    assert not bump.dropped.touches_unknown
+    assert "its foot is not known all round, and what was seen of a fibre over it is 1." in bump.why
+    assert bump.found is not None
+    assert inspector.inspect(scan).verdict in (Verdict.UNDECIDED, Verdict.INVALID)
+
+
 def _bent(radius_mm, half_mm, high_mm):
     """A ridge along seven tenths of a circle, which bends round its own middle."""
 
