@@ -291,7 +291,7 @@ class Inspector:
                 bumps = tolerances.weigh(found, self.ply, cycle.stop)
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
-            riding = self._riding(points, sample, pockets, evaluations, cycle.stop)
+            riding = self._riding(points, sample, pockets, evaluations, bumps, cycle.stop)
         with cycle.stage("raw scan", 1.0):  # wait for what is searched beside the stages since the level
             filled, standing = searched()
         with cycle.stage("report", 1.0):
@@ -305,13 +305,17 @@ class Inspector:
         sample: Sample,
         pockets: Sequence[FoundPocket],
         done: Sequence[Evaluation],
+        bumps: Sequence[tolerances.Bump],
         stop: _core.Stop,
     ) -> list[Judgement]:
-        """Look for bumps on the pockets of a layup that would pass."""
-        if not pockets or any(one.report.verdict is not Verdict.CEASE for one in done):
+        """Look for bumps that ride on what stands up in a layup that would pass."""
+        if any(one.report.verdict is not Verdict.CEASE for one in done):
+            return []
+        on = riders.carriers(pockets, [one.report for one in done], bumps, self.ply.recipe)
+        if not on:
             return []
         raw = RawPoints(points, self.mask, self.mold_from_scanner, sample.pitch_mm, self.prepared.image)
-        return riders.doubts(raw, pockets, [one.report for one in done], self.ply, stop)
+        return riders.doubts(raw, on, self.ply, stop)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, and go no further: the first steps of `inspect`.

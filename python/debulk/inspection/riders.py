@@ -1,8 +1,8 @@
 """Bumps that ride on a pocket and are so narrow that the filters take them for noise.
 
-What stands on even ground is found by `narrow_bumps`; a pocket is none. But its heights, after all filters, tell how
-the ply lies without such a bump: where points of the scan next to each other stand above them, with hardly any below,
-there is one. It is looked for where a layup would pass.
+What stands on even ground is found by `narrow_bumps`; a pocket is none, nor is what stands up below the tolerances. But
+the heights there, after all filters, tell how the ply lies without such a bump: where points of the scan next to each
+other stand above them, with hardly any below, there is one. It is looked for where a layup would pass.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from debulk.inspection.found import FoundPocket
 from debulk.inspection.narrow_bumps import bell_excess_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.raw_points import RawPoints
+from debulk.inspection.tolerances import Bump, bump_name
 from debulk.results.report import PocketReport
 from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
@@ -24,7 +25,25 @@ from debulk.verdict import Judgement, Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Rider", "doubts", "riders_on"]
+__all__ = ["Carrier", "Rider", "carriers", "doubts", "riders_on"]
+
+
+class Carrier(NamedTuple):
+    """What a bump may ride on: a pocket, or what stands up below the tolerances.
+
+    Attributes
+    ----------
+    name
+        In words.
+    found
+        Where it stands.
+    spare_mm
+        What its own fibres have to spare at most.
+    """
+
+    name: str
+    found: FoundPocket
+    spare_mm: float
 
 
 class Rider(NamedTuple):
@@ -36,45 +55,58 @@ class Rider(NamedTuple):
     excess_mm: float
 
 
-def doubts(
-    raw: RawPoints, pockets: Sequence[FoundPocket], reports: Sequence[PocketReport], ply: PlyOnMold, stop: _core.Stop
-) -> list[Judgement]:
-    """Say which pockets that cease could crease for a bump on them.
+def carriers(
+    pockets: Sequence[FoundPocket], reports: Sequence[PocketReport], bumps: Sequence[Bump], recipe: Recipe
+) -> list[Carrier]:
+    """List the pockets, with reports of the same places, and the bumps that are not judged as pockets."""
+    listed = [
+        Carrier(f"pocket {report.id}", one, _excess_mm(report, recipe))
+        for one, report in zip(pockets, reports, strict=True)
+    ]
+    for bump in bumps:
+        if bump.found is None and bump.stands is not None and bump.spare is not None:
+            spare_mm = max(bump.excess_mm or 0.0, bump.spare.most_mm(recipe))
+            listed.append(Carrier(f"the {bump_name(bump.dropped)}", bump.stands, spare_mm))
+    return listed
+
+
+def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Judgement]:
+    """Say what would cease but could crease for a bump on it.
 
     Parameters
     ----------
     raw
         The scan before any filter.
-    pockets, reports
-        Of the same places.
+    on
+        Where to look.
     ply
         What they are judged by.
     stop
-        Raised from another thread, ends the search with `Stopped`; past its deadline, the pockets that were not looked
-        at are in doubt.
+        Raised from another thread, ends the search with `Stopped`; past its deadline, what was not looked at is in
+        doubt.
     """
 
-    def doubt(place: int) -> Judgement | None:
-        known_mm, number = _excess_mm(reports[place], ply.recipe), reports[place].id
+    def doubt(carrier: Carrier) -> Judgement | None:
         try:
-            riders = riders_on(pockets[place], raw, ply, stop)
+            riders = riders_on(carrier.found, raw, ply, stop)
         except _core.Stopped:
             if stop.cancelled:
                 raise
-            return Judgement(Verdict.UNDECIDED, f"the deadline passed before bumps on pocket {number} were looked for")
+            late = f"the deadline passed before bumps on {carrier.name} were looked for"
+            return Judgement(Verdict.UNDECIDED, late)
         for rider in riders:
-            ridge_mm = excess.ridge_of(known_mm + rider.excess_mm, ply.recipe)
+            ridge_mm = excess.ridge_of(carrier.spare_mm + rider.excess_mm, ply.recipe)
             if ridge_mm > ply.recipe.verdict.max_ridge_mm:
-                return Judgement(Verdict.UNDECIDED, _reason(number, rider, ridge_mm))
+                return Judgement(Verdict.UNDECIDED, _reason(carrier.name, rider, ridge_mm))
         return None
 
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
-        return [judged for judged in pool.map(doubt, range(len(pockets))) if judged is not None]
+        return [judged for judged in pool.map(doubt, on) if judged is not None]
 
 
 def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.Stop | None = None) -> list[Rider]:
-    """Find the bumps on one pocket, highest first."""
+    """Find the bumps on one place, highest first."""
     core = found.feet._core
     foot, reference = core.feet[found.index], ply.reference
     if not len(found.foot.outline_mm):
@@ -91,10 +123,10 @@ def _excess_mm(report: PocketReport, recipe: Recipe) -> float:
     return max(report.excess.length_mm + 2 * (report.excess.missed_mm + report.excess.uncertainty_mm), 0.0)
 
 
-def _reason(pocket_id: int, rider: Rider, ridge_mm: float) -> str:
+def _reason(name: str, rider: Rider, ridge_mm: float) -> str:
     x, y = rider.top_mm
     return (
         f"a bump about {rider.wide_mm:.0f} mm wide at its foot and {rider.height_mm:.1f} mm high, of which the "
-        f"filters keep a part, rides on pocket {pocket_id} at ({x:.0f}, {y:.0f}) mm, and together they could make a "
+        f"filters keep a part, rides on {name} at ({x:.0f}, {y:.0f}) mm, and together they could make a "
         f"ridge of {ridge_mm:.2f} mm: look there, and scan again"
     )

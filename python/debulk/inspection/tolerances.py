@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
-from debulk.inspection import excess, narrow
+from debulk.inspection import excess, narrow, straight_fibres
 from debulk.inspection.found import Found, FoundPocket
-from debulk.inspection.laid_pocket import criteria, lay_net
+from debulk.inspection.laid_pocket import lay_net
 from debulk.inspection.missed import tail_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
@@ -54,6 +54,8 @@ class Bump:
         What is judged as a pocket; None: it stays dropped.
     spare
         Its net, with what its fibres have to spare for a fold in a pocket nearby; None where none was laid.
+    stands
+        Where it stands, with its foot; None where no net was laid.
     late
         Whether the deadline passed before it was bounded.
     """
@@ -65,6 +67,7 @@ class Bump:
     rms_mm: float | None = None
     found: FoundPocket | None = None
     spare: SpareNet | None = None
+    stands: FoundPocket | None = None
     late: bool = False
 
 
@@ -173,18 +176,28 @@ def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
 
 def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions, stop: _core.Stop) -> Iterator[Dropped]:
     """Find what stands half the cut's height without reaching it, off the pockets' feet."""
-    wanted.cut_height_mm = feet.hill_mm
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
     if not ((heights.values >= feet.hill_mm) & (feet.labels.values == 0)).any():
         return
+    listed = _listed(whole, heights, wanted, stop)
+    wanted.cut_height_mm = feet.hill_mm
     lower = pocket.segment_with(wanted, heights, 1, stop)
-    known = {int(label) for label in np.unique(lower.labels.values[feet.labels.values > 0])}
-    for bump in whole.dropped:
-        i, j = np.rint((bump.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
-        known.add(int(lower.labels.values[j, i]))
+    known = {int(label) for label in np.unique(lower.labels.values[listed | (feet.labels.values > 0)])}
     for one in lower.pockets:
         if one.id not in known:
             yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
+
+
+def _listed(
+    whole: Segmentation, heights: Grid, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
+) -> NDArray[np.bool_]:
+    """Tell the cells of the bumps that are listed above the cut: the middle of a bent one may lie off it."""
+    cells = np.zeros(heights.values.shape, dtype=np.bool_)
+    if whole.dropped and (above := pocket.segment_with(wanted, heights, 1, stop)).pockets:
+        for bump in whole.dropped:
+            nearest = min(above.pockets, key=lambda one: _apart(one, bump))
+            cells |= above.labels.values == nearest.id
+    return cells
 
 
 def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
@@ -193,11 +206,11 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
         one = _looked_at_again(place, ply, stop)
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
-        if not one.foot.closed:
-            why = "its foot is not known all round"
-            listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
-            return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
         try:
+            # A bent or branched bump fills little of its net: between the fibres it may be twice as long as they are.
+            between_mm = straight_fibres.longest(one, ply, stop=stop).excess_mm
+            if not one.foot.closed:
+                return _open(dropped, one, between_mm, ply.recipe)
             laid = lay_net(one, bounding, stop)
         except _core.InputError as error:
             why = f"no net could be laid to bound its excess: {error}"
@@ -205,23 +218,40 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     except _core.Stopped:
         return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
     one = replace(one, net=laid if bounding is ply else None)
-    excess_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
+    at_nodes_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
+    excess_mm = max(at_nodes_mm, between_mm)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
-    limits = criteria(ply.recipe)
-    least_mm = limits.max_ridge_height_mm - limits.ridge_margin_mm
+    least_mm = _least_ridge_mm(ply.recipe)
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     measure = partial(excess.of_net, laid, ply, one)
-    spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), excess_mm, measure)
-    bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare)
+    spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), at_nodes_mm, measure)
+    bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare, stands=one)
     over_ridge = ridge_mm >= least_mm
-    true_mm = narrow.true_ridge_mm(one, excess_mm, ply.recipe)
+    true_mm = narrow.true_ridge_mm(one, at_nodes_mm, ply.recipe)
     if true_mm >= least_mm:
         lowered = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
         one = replace(one, doubt=f"{figures}, but {lowered}")
         figures, over_ridge = one.doubt, True
     # The excess rule knows no RMS; of the few nodes of a bump that would exceed its limit at a third of the ridge's.
-    over_rms = ply.recipe.verdict.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
+    limits = ply.recipe.verdict
+    over_rms = limits.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
     return replace(bump, found=_judged(one, dropped, figures)) if over_ridge or over_rms else bump
+
+
+def _open(dropped: Dropped, one: FoundPocket, seen_mm: float, recipe: Recipe) -> Bump:
+    """Bound a bump on which no net can be laid, by what was seen of the straight lines over it."""
+    why = "its foot is not known all round"
+    ridge_mm = excess.ridge_of(seen_mm, recipe)
+    listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
+    if ridge_mm >= _least_ridge_mm(recipe):
+        why += f", and what was seen of a fibre over it is {seen_mm:.2f} mm longer than the mold"
+        listed = True
+    return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
+
+
+def _least_ridge_mm(recipe: Recipe) -> float:
+    """From which a bump is judged as a pocket."""
+    return recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
 
 
 def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:

@@ -36,6 +36,17 @@ def test_a_narrow_bump_on_a_pocket_is_not_passed(wide_mm, high_mm):
         assert "rides on pocket 1 at (3" in report.reason
 
 
+def test_a_narrow_bump_on_what_is_no_pocket_is_not_passed():
+    """120 mm wide and 1.5 mm high the ply stands up below the cut; that is no even ground either."""
+    low, rider = laid_ply.bell(0.0, 0.0, 120.0, 1.5), laid_ply.bell(17.0, 14.0, 7.0, 2.0)
+    report = laid_ply.inspector().inspect(laid_ply.scan(low))
+    assert report.verdict is Verdict.CEASE
+    assert report.pockets == ()
+    report = laid_ply.inspector().inspect(laid_ply.scan(lambda x, y: low(x, y) + rider(x, y)))
+    assert report.verdict is Verdict.UNDECIDED
+    assert "rides on the bump of" in report.reason
+
+
 def test_flying_points_and_highlights_ride_on_nothing():
     scan = laid_ply.scan(laid_ply.bell(*WIDE))
     rng = np.random.default_rng(1)
@@ -51,15 +62,16 @@ def test_what_a_deadline_cuts_is_in_doubt_and_a_cancel_ends_the_search():
     inspector, scan = laid_ply.inspector(), laid_ply.scan(laid_ply.bell(*WIDE))
     pockets, report = inspector.find(scan).pockets, inspector.inspect(scan)
     raw = RawPoints(scan, None, laid_ply.layup().mold_from_scanner, inspector.grid_spacing_mm, inspector.prepared.image)
+    on = riders.carriers(pockets, report.pockets, (), inspector.recipe)
     stop = _core.Stop()
     stop.set_deadline(0.0)
-    (judged,) = riders.doubts(raw, pockets, report.pockets, inspector.ply, stop)
+    (judged,) = riders.doubts(raw, on, inspector.ply, stop)
     assert judged.verdict is Verdict.UNDECIDED
     assert judged.reason == "the deadline passed before bumps on pocket 1 were looked for"
     stop = _core.Stop()
     stop.cancel()
     with pytest.raises(_core.Stopped):
-        riders.doubts(raw, pockets, report.pockets, inspector.ply, stop)
+        riders.doubts(raw, on, inspector.ply, stop)
 
 
 def test_a_scan_that_shows_nothing_there_has_no_riders():

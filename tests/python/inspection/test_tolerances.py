@@ -54,6 +54,77 @@ def test_an_island_that_only_noise_parts_from_a_pocket_is_judged_with_it(regions
     assert all("judged with that pocket" in bump.why for bump in bumps)
 
 
+def _cross(half_mm, high_mm):
+    """Two long ridges that cross, 30 degrees from the fibres."""
+
+    def height(x, y):
+        u, v = 0.866 * x + 0.5 * y, 0.866 * y - 0.5 * x
+        away = np.minimum(
+            np.hypot(v, np.maximum(np.abs(u) - 90, 0)),
+            np.hypot(u, np.maximum(np.abs(v) - 90, 0)),
+        )
+        return high_mm * np.cos(0.5 * np.pi * np.clip(away / half_mm, 0, 1)) ** 2
+
+    return height
+
+
+@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
+def test_the_arms_of_a_branched_bump_are_not_stepped_over(regions):
+    """28 mm wide and 2.75 mm high: a fibre is 1.08 mm too long, a ridge of 0.67 mm; the net sees 0.74 mm of it."""
+    inspector = laid_ply.inspector(regions)
+    scan = laid_ply.scan(_cross(14, 2.75))
+    assert inspector.find(scan).pockets == ()
+    (bump,) = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
+    assert bump.excess_mm == pytest.approx(1.08, rel=0.1)
+    assert inspector.inspect(scan).verdict is not Verdict.CEASE
+
+
+def test_a_bump_that_ends_in_a_hole_is_bounded_by_what_was_seen():
+    """No net can be laid on it, and the hole cuts its foot where that is below the cut: it was dropped unbounded."""
+    inspector, scan = laid_ply.inspector(), laid_ply.scan(_cross(14, 2.75))
+    pose = laid_ply.layup().mold_from_scanner
+    x, y, _ = np.moveaxis(scan @ pose[:3, :3].T + pose[:3, 3], -1, 0)
+    along, across = 0.866 * x + 0.5 * y, 0.866 * y - 0.5 * x
+    scan[(np.abs(along - 60) < 20) & (np.abs(across - 25) < 15)] = np.nan
+    (bump,) = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
+    assert not bump.dropped.touches_unknown
+    assert "its foot is not known all round, and what was seen of a fibre over it is 1." in bump.why
+    assert bump.found is not None
+    assert inspector.inspect(scan).verdict in (Verdict.UNDECIDED, Verdict.INVALID)
+
+
+def _bent(radius_mm, half_mm, high_mm):
+    """A ridge along seven tenths of a circle, which bends round its own middle."""
+
+    def height(x, y):
+        ends = np.hypot(x - radius_mm * np.cos(2.2), np.abs(y) - radius_mm * np.sin(2.2))
+        along = np.abs(np.arctan2(y, x)) < 2.2
+        away = np.where(along, np.abs(np.hypot(x, y) - radius_mm), ends)
+        return high_mm * np.cos(0.5 * np.pi * np.clip(away / half_mm, 0, 1)) ** 2
+
+    return height
+
+
+@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
+def test_a_bent_bump_is_listed_once(regions):
+    """Its middle lies off it. Counted twice, above the cut and as a hill below it, it shared its excess with itself."""
+    inspector = laid_ply.inspector(regions)
+    scan = laid_ply.scan(_bent(60, 18, 2.5))
+    (bump,) = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
+    assert bump.dropped.reason == "peak"
+    assert inspector.inspect(scan).verdict is Verdict.CEASE
+
+
+def test_a_hill_that_a_bent_bump_goes_round_is_weighed():
+    """The middle of the bent one lies on the hill, which comes to no cut; its ridge would be 0.9 mm."""
+    inspector = laid_ply.inspector()
+    bent, hill = _bent(60, 16, 2.3), laid_ply.bell(19, 0, 10, 1.6, 40)
+    scan = laid_ply.scan(lambda x, y: bent(x, y) + hill(x, y))
+    bumps = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
+    assert [bump.dropped.reason for bump in bumps] == ["peak", "height"]
+    assert inspector.inspect(scan).verdict is not Verdict.CEASE
+
+
 def test_both_modes_bound_a_bump_alike():
     scan = laid_ply.scan(laid_ply.bell(-200, 100, 22, 5, 30))
     found = [
