@@ -1,14 +1,15 @@
-"""Whether the sections of its fibres confirm the bridge of a pocket that is CREASE for nothing else.
+"""How high the ply bridges by the sections of its fibres: a pocket that is CREASE for its bridge alone, or a bump.
 
 A net of some 100 nodes is coarse for a bridge: its chords cut a hollow off, crossing fibres share its pull, and a fibre
 that slips keeps the height that it had while it was pinned. Of eight layups without a crease that were CREASE for such
-a bridge, sections along the fibres confirm two (bench/trust/bridges.txt).
+a bridge, sections along the fibres confirm two (bench/trust/bridges.txt). And a ply that is too short for a narrow
+hollow stands over it lower than any pocket, with nothing to spare: as a bump below the tolerances it passed.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.starts import Settled
+from debulk.net import Net
 from debulk.recipe import options
 from debulk.results.bridge_section import BridgeSection, bridge_section_line
 from debulk.verdict import Judgement, Verdict
@@ -67,6 +69,29 @@ def weighed(
         return Weighed(replace(judged, reason=f"{judged.reason}, and {told}"), section)
     reason = f"{judged.reason} by its net, but {told}; {_REMEDY}"
     return Weighed(Judgement(Verdict.UNDECIDED, reason, judged.decided_by), section)
+
+
+class Short(NamedTuple):
+    """Why a bump may stay as a bridge above the limit, in words, and whether that is likelier than not."""
+
+    why: str
+    likely: bool
+
+
+def over_bump(laid: Net, found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Short | None:
+    """Weigh the fibres over a bump below the tolerances, on which a net is laid; None: no bridge; raises `Stopped`."""
+    recipe = ply.recipe
+    least_mm = recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
+    bound_mm = _upper_side(_core.ridge.held_excess(laid._core.net, ply.reference).bridge_bound_mm, recipe)
+    if bound_mm < least_mm:
+        return None
+    section = measured(found, ply, stop)
+    if section is None:
+        return Short(f"the ply over it may bridge the hollow below, {bound_mm:.2f} mm high at most", likely=False)
+    if section.range_mm[1] < least_mm:
+        return None
+    why = f"the ply over it is too short for the hollow below: a bridge of {bridge_section_line(section)}"
+    return Short(why, likely=section.height_mm >= least_mm)
 
 
 def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSection | None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
-from debulk.inspection import excess, narrow, straight_fibres
+from debulk.inspection import bridge_sections, excess, narrow, straight_fibres
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.laid_pocket import lay_net
 from debulk.inspection.missed import tail_mm
@@ -212,6 +212,7 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
             if not one.foot.closed:
                 return _open(dropped, one, between_mm, ply.recipe)
             laid = lay_net(one, bounding, stop)
+            short = bridge_sections.over_bump(laid, one, ply, stop)
         except _core.InputError as error:
             why = f"no net could be laid to bound its excess: {error}"
             return Bump(dropped, why, found=_judged(one, dropped, why))
@@ -232,6 +233,9 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
         lowered = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
         one = replace(one, doubt=f"{figures}, but {lowered}")
         figures, over_ridge = one.doubt, True
+    if short is not None:
+        figures, over_ridge = f"{figures}, and {short.why}", True
+        one = replace(one, doubt=one.doubt or (short.why if short.likely else ""))
     # The excess rule knows no RMS; of the few nodes of a bump that would exceed its limit at a third of the ridge's.
     limits = ply.recipe.verdict
     over_rms = limits.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm

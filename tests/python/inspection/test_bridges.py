@@ -188,3 +188,46 @@ def test_without_an_outline_every_bridge_counts():
     assert one.verdict is Verdict.CREASE and one.bridge_section is None
     (entry,) = [entry for entry in report.left_out if entry.what == "free edges and friction"]
     assert "a bridge counts whatever its pull" in entry.bound
+
+
+# --- below the tolerances: over a narrow hollow a ply stands lower than any pocket, and has nothing to spare ---
+
+
+@pytest.mark.parametrize(("radius_mm", "half_width_mm", "flatter"), [(100, 35, 1.3), (60, 25, 2.0), (150, 45, 1.5)])
+def test_a_bridge_lower_than_the_tolerances_is_judged(radius_mm, half_width_mm, flatter):
+    report = inspect(radius_mm, half_width_mm, flatter)
+    (one,) = report.pockets
+    height_mm = half_width_mm**2 / (2 * radius_mm) * (1 - 1 / flatter) + THICKNESS_MM / 1.2
+    assert "too short for the hollow below" in one.promoted
+    assert one.verdict is report.verdict is Verdict.CREASE
+    assert one.bridge_section.height_mm == pytest.approx(height_mm, rel=0.2)  # the reference rounds the rim
+
+
+@pytest.mark.parametrize("flatter", [1.15, 1.5])
+def test_a_bump_over_a_hollow_so_round_that_its_ply_is_drawn_in_stays_one(flatter):
+    report = inspect(250.0, 60.0, flatter)
+    assert (report.verdict, report.pockets) == (Verdict.CEASE, ())
+    assert any(entry.what.startswith("bump of") for entry in report.left_out)
+
+
+def test_of_a_bump_without_an_outline_the_net_s_bridge_counts():
+    (one,) = inspect(100.0, 35.0, 1.5, outline=None).pockets
+    assert "may bridge the hollow below" in one.promoted
+    assert one.verdict is Verdict.CREASE and one.bridge_section is None
+
+
+def test_a_bump_whose_sections_bridge_though_its_net_does_not_is_not_passed(monkeypatch):
+    likely = bridge_sections.Short("the ply over it is too short", likely=True)
+    monkeypatch.setattr(bridge_sections, "over_bump", lambda *_: likely)
+    (one,) = inspect(2000.0, 150.0, 1.4).pockets
+    assert one.drawn_in_mm > 0
+    assert one.verdict is Verdict.UNDECIDED and one.reason.startswith(likely.why)
+
+
+def test_a_deadline_in_the_sections_of_a_bump_decides_nothing(monkeypatch):
+    def stopped(*_):
+        raise _core.Stopped("in time for the net, not for the sections")
+
+    monkeypatch.setattr(bridge_sections, "measured", stopped)
+    report = inspect(100.0, 35.0, 1.5)
+    assert report.verdict is Verdict.UNDECIDED and "deadline" in report.reason
