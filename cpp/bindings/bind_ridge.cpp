@@ -109,13 +109,13 @@ void bind_ridge(py::module_ m) {
   m.def(
       "straight_fibres",
       [](const FootMap& feet, const Foot& foot, const Surface& mold, const FibreAngles& angles, const std::optional<Array<double>>& ply,
-         double held_over, const Stop& stop) {
-        const LinesHeld held{ply ? points<2>(*ply, "ply_outline_mm") : Polygon(), held_over};
+         double held_over, double apart, const Stop& stop) {
+        const LinesHeld held{ply ? points<2>(*ply, "ply_outline_mm") : Polygon(), held_over, apart};
         const py::gil_scoped_release release;
         return straight_fibres(feet, foot, mold, angles, held, stop);
       },
       py::arg("feet"), py::arg("foot"), py::arg("mold"), py::arg("angles"), py::arg("ply_outline_mm"), py::arg("held_over_mm"),
-      py::arg("stop"));
+      py::arg("apart_mm"), py::arg("stop"));
 
   m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));
   m.def("post_process", &post_process_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("inside"), py::arg("surface"),
