@@ -111,13 +111,13 @@ void bind_ridge(py::module_ m) {
   m.def(
       "straight_fibres",
       [](const FootMap& feet, const Foot& foot, const Surface& mold, const FibreAngles& angles, const std::optional<Array<double>>& ply,
-         double held_over, const Stop& stop) {
-        const LinesHeld held{ply ? points<2>(*ply, "ply_outline_mm") : Polygon(), held_over};
+         double held_over, double apart, const Stop& stop) {
+        const LinesHeld held{ply ? points<2>(*ply, "ply_outline_mm") : Polygon(), held_over, apart};
         const py::gil_scoped_release release;
         return straight_fibres(feet, foot, mold, angles, held, stop);
       },
       py::arg("feet"), py::arg("foot"), py::arg("mold"), py::arg("angles"), py::arg("ply_outline_mm"), py::arg("held_over_mm"),
-      py::arg("stop"));
+      py::arg("apart_mm"), py::arg("stop"));
 
   py::class_<BridgeSection>(m, "BridgeSection")
       .def_readonly("gap_mm", &BridgeSection::gap)

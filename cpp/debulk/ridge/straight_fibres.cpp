@@ -45,21 +45,26 @@ double lower_side(double height, double thickness) {
   return std::isnan(height) ? 0.0 : std::max(height - thickness, 0.0);
 }
 
-StraightFibre line_over(const FootHeights& ply, double thickness, const Surface& mold, const Frame& frame, int reach, double aside) {
-  StraightFibre line;
-  int last = -1;  // of its points on the foot, counted from the first
+// The pieces of a line, each from its first point on the foot to its last.
+std::vector<StraightFibre> lines_over(const FootHeights& ply, double thickness, const Surface& mold, const Frame& frame, int reach,
+                                      double aside, double apart) {
+  std::vector<StraightFibre> lines;
+  int last = 0;  // point on the foot
   for (int k = -reach; k <= reach; ++k) {
     const Eigen::Vector2d xy = frame.at(k, aside);
-    const bool on = ply.on_foot(xy);
-    if (!on && last < 0) continue;
+    if (!ply.on_foot(xy)) continue;
+    if (lines.empty() || (k - last) * frame.step > apart) lines.emplace_back(), last = k - 1;
+    StraightFibre& line = lines.back();
+    for (++last; last < k; ++last) {
+      line.points.push_back(frame.at(last, aside));
+      line.gaps.push_back(kUnknown), line.molds.push_back(kUnknown);
+    }
     line.points.push_back(xy);
-    line.gaps.push_back(on ? lower_side(ply.at(xy), thickness) : kUnknown);
-    line.molds.push_back(on ? mold.height(xy) : kUnknown);
-    if (on) last = static_cast<int>(line.points.size()) - 1;
+    line.gaps.push_back(lower_side(ply.at(xy), thickness));
+    line.molds.push_back(mold.height(xy));
   }
-  line.points.resize(last + 1), line.gaps.resize(last + 1), line.molds.resize(last + 1);
-  line.excess = excess_of(line, frame.step);
-  return line;
+  for (StraightFibre& line : lines) line.excess = excess_of(line, frame.step);
+  return lines;
 }
 
 }  // namespace
@@ -76,8 +81,8 @@ std::vector<StraightFibre> straight_fibres(const FootMap& feet, const Foot& foot
     const Frame frame{0.5 * (box.low + box.high), {std::cos(angles[k]), std::sin(angles[k])}, step};
     for (int n = -aside; n <= aside; ++n) {
       if (stop.now()) throw Stopped("straight lines along the fibres were not all measured");
-      StraightFibre line = line_over(ply, feet.options.thickness_mm, mold, frame, reach, n * kApart);
-      if (line.excess > out[k].excess && goes_on(line, frame.along, held)) out[k] = std::move(line);
+      for (StraightFibre& line : lines_over(ply, feet.options.thickness_mm, mold, frame, reach, n * kApart, held.apart))
+        if (line.excess > out[k].excess && goes_on(line, frame.along, held)) out[k] = std::move(line);
     }
   }
   return out;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "debulk/core/stop.hpp"
@@ -17,10 +18,12 @@ struct StraightFibre {
   std::vector<double> molds;  // mm, heights of the mold; NaN off the foot
 };
 
-// A line counts only where the ply goes on over a way beyond both of its ends.
+// A line counts only where the ply goes on over a way beyond both of its ends. Over a longer way off the foot friction holds it apart:
+// on either side of that it is a line of its own.
 struct LinesHeld {
-  Polygon ply;      // outline; empty: the ply goes on everywhere
-  double over = 0;  // mm
+  Polygon ply;                                             // outline; empty: the ply goes on everywhere
+  double over = 0;                                         // mm
+  double apart = std::numeric_limits<double>::infinity();  // mm
 };
 
 // A net of some hundred nodes has fibres 10 to 30 mm apart on a wide pocket, and steps over a bump that rides on it. These lines stand

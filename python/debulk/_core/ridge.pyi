@@ -135,5 +135,6 @@ def straight_fibres(
     angles: ArrayLike,
     ply_outline_mm: ArrayLike | None,
     held_over_mm: float,
+    apart_mm: float,
     stop: Stop,
 ) -> list[StraightFibre]: ...

@@ -19,18 +19,19 @@ from debulk import _core, pocket
 from debulk.inspection import excess
 from debulk.inspection.fibre_walk import CrossingFibres, End, Fibre, FibreWalk, Shared
 from debulk.inspection.found import FoundPocket
+from debulk.inspection.friction_length import friction_length
 from debulk.inspection.missed import tail_mm
 from debulk.inspection.net_fibres import fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
 from debulk.inspection.tolerances import Bump, bump_name
 from debulk.results.report import PocketReport
-from debulk.verdict import Judgement, Verdict, natural_length
+from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["doubts", "friction_length", "without_shared_folds"]
+__all__ = ["doubts", "without_shared_folds"]
 
 Floats = NDArray[np.float64]
 
@@ -99,19 +100,6 @@ def _shared_folds(
     walk = FibreWalk(list(crossing.values()), way_mm)
     folds = {number: _worst_fold(crossing[number], walk, ply.recipe) for number in numbers if near[number]}
     return {number: fold for number, fold in folds.items() if fold is not None}
-
-
-def friction_length(recipe: Recipe) -> float:
-    """Return how much of a flat ply, mm, the fold of the limit's height pushes or draws against friction: H / (mu P).
-
-    Its end force H is by the closed form for small folds, which lies above the exact one (docs/model.md, section 6).
-    """
-    material, limits, pressure_mpa = recipe.material, recipe.verdict, recipe.loads.pressure_mpa
-    if material.friction == 0:
-        return math.inf
-    natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
-    held_mm = max(2 * limits.max_ridge_mm - (4 - math.pi) * material.thickness_mm, 1e-3 * natural_mm)
-    return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
 
 
 def _of_pocket(p: PocketReport, found: FoundPocket) -> SpareNet | None:

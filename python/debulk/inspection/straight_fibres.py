@@ -13,7 +13,8 @@ import numpy as np
 from debulk import _core
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
-from debulk.inspection.missed import filtered_once_more
+from debulk.inspection.friction_length import friction_length
+from debulk.inspection.missed import filtered_once_more, tail_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 
 __all__ = ["StraightFibre", "longest"]
@@ -31,6 +32,7 @@ def longest(
 ) -> StraightFibre:
     """Return the line with the most excess, of both fibre directions at the pocket's centre.
 
+    Where more ply lies between two parts of a foot, as within a ring, than one fold draws over, each has its own lines.
     What the filters take from it is added, told by what they take once more (`missed.missed_share`).
 
     Parameters
@@ -42,7 +44,9 @@ def longest(
     stop
         Ends the search with `Stopped`.
     """
-    feet = found.feet
+    feet, best = found.feet, StraightFibre(0.0, (0.0, 0.0))
+    if not len(found.foot.outline_mm):
+        return best
     lines = _core.ridge.straight_fibres(
         feet._core,
         feet._core.feet[found.index],
@@ -50,9 +54,9 @@ def longest(
         np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm)),
         ply.outline,
         held_over_mm,
+        friction_length(ply.recipe) + 2 * tail_mm(found),
         stop or _core.Stop(),
     )
-    best = StraightFibre(0.0, (0.0, 0.0))
     for line in lines:
         if line.excess_mm <= 0:
             continue

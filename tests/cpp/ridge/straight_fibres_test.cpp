@@ -99,6 +99,19 @@ TEST(StraightFibres, CountWhereThePlyGoesOnBeyondBothEnds) {
   EXPECT_EQ(over({{-50, -50}, {50, -50}, {50, 50}, {-50, 50}}, 500)[0].points.size(), 0u);
 }
 
+TEST(StraightFibres, AreTwoWhereFrictionHoldsThePartsOfAFootApart) {
+  const Shape left = bell(-40, 0, 30, 3), right = bell(40, 0, 30, 3);
+  FootMap feet = foot_of([&](const Eigen::Vector2d& xy) { return left(xy) + right(xy); });
+  for (int j = 0; j < feet.labels.ny; ++j)  // a strip of mold, 44 mm wide
+    for (int i = 0; i < feet.labels.nx; ++i)
+      if (std::abs(feet.labels.position(i, j).x()) < 22) feet.labels.at(i, j) = 0;
+  const double one = exact_excess(left, Plane(), {-40, 0}, 0);
+  const auto lines = [&](double apart) { return straight_fibres(feet, feet.feet[0], Plane(), {0, kPi / 2}, {{}, 0, apart}); };
+  EXPECT_NEAR(lines(60)[0].excess, 2 * one, 0.02);
+  EXPECT_NEAR(lines(40)[0].excess, one, 0.01);
+  EXPECT_EQ(lines(60)[1].excess, lines(40)[1].excess);
+}
+
 TEST(StraightFibres, PassUnknownHeightsAndEmptyFeet) {
   FootMap feet = foot_of(bell(0, 0, 110, 5));
   for (int i = 100; i < 200; ++i) feet.heights.at(i, 150) = std::numeric_limits<float>::quiet_NaN();

@@ -1,0 +1,26 @@
+"""How much of a ply that lies on the mold one fold draws over."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from debulk.verdict import natural_length
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["friction_length"]
+
+
+def friction_length(recipe: Recipe) -> float:
+    """Return how much of a flat ply, mm, the fold of the limit's height pushes or draws against friction: H / (mu P).
+
+    Its end force H is by the closed form for small folds, which lies above the exact one (docs/model.md, section 6).
+    """
+    material, limits, pressure_mpa = recipe.material, recipe.verdict, recipe.loads.pressure_mpa
+    if material.friction == 0:
+        return math.inf
+    natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
+    held_mm = max(2 * limits.max_ridge_mm - (4 - math.pi) * material.thickness_mm, 1e-3 * natural_mm)
+    return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
