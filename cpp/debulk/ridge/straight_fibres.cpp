@@ -45,26 +45,48 @@ double lower_side(double height, double thickness) {
   return std::isnan(height) ? 0.0 : std::max(height - thickness, 0.0);
 }
 
-// The pieces of a line, each from its first point on the foot to its last.
-std::vector<StraightFibre> lines_over(const FootHeights& ply, double thickness, const Surface& mold, const Frame& frame, int reach,
-                                      double aside, double apart) {
-  std::vector<StraightFibre> lines;
-  int last = 0;  // point on the foot
+// All of it, from its first point on the foot to its last.
+StraightFibre line_over(const FootHeights& ply, double thickness, const Surface& mold, const Frame& frame, int reach, double aside) {
+  StraightFibre line;
+  int last = -1;  // of its points on the foot, counted from the first
   for (int k = -reach; k <= reach; ++k) {
     const Eigen::Vector2d xy = frame.at(k, aside);
-    if (!ply.on_foot(xy)) continue;
-    if (lines.empty() || (k - last) * frame.step > apart) lines.emplace_back(), last = k - 1;
-    StraightFibre& line = lines.back();
-    for (++last; last < k; ++last) {
-      line.points.push_back(frame.at(last, aside));
-      line.gaps.push_back(kUnknown), line.molds.push_back(kUnknown);
-    }
+    const bool on = ply.on_foot(xy);
+    if (!on && last < 0) continue;
     line.points.push_back(xy);
-    line.gaps.push_back(lower_side(ply.at(xy), thickness));
-    line.molds.push_back(mold.height(xy));
+    line.gaps.push_back(on ? lower_side(ply.at(xy), thickness) : kUnknown);
+    line.molds.push_back(on ? mold.height(xy) : kUnknown);
+    if (on) last = static_cast<int>(line.points.size()) - 1;
   }
-  for (StraightFibre& line : lines) line.excess = excess_of(line, frame.step);
-  return lines;
+  line.points.resize(last + 1), line.gaps.resize(last + 1), line.molds.resize(last + 1);
+  return line;
+}
+
+StraightFibre part_of(const StraightFibre& line, int first, int end) {
+  StraightFibre part;
+  part.points.assign(line.points.begin() + first, line.points.begin() + end);
+  part.gaps.assign(line.gaps.begin() + first, line.gaps.begin() + end);
+  part.molds.assign(line.molds.begin() + first, line.molds.begin() + end);
+  return part;
+}
+
+// Parted in the middle of what lies on the mold for longer than `apart`, off the foot or on it: a ring's foot is the whole disc.
+std::vector<StraightFibre> parted(StraightFibre line, double tolerance, double step, double apart) {
+  std::vector<StraightFibre> parts;
+  const int count = static_cast<int>(line.gaps.size());
+  int first = 0, stood = -1;
+  for (int k = 0; k < count; ++k) {
+    if (!(line.gaps[k] > tolerance)) continue;
+    if (stood >= 0 && (k - stood) * step > apart) {
+      const int middle = (stood + k) / 2;
+      parts.push_back(part_of(line, first, middle + 1));
+      first = middle;
+    }
+    stood = k;
+  }
+  parts.push_back(parts.empty() ? std::move(line) : part_of(line, first, count));
+  for (StraightFibre& part : parts) part.excess = excess_of(part, step);
+  return parts;
 }
 
 }  // namespace
@@ -81,7 +103,8 @@ std::vector<StraightFibre> straight_fibres(const FootMap& feet, const Foot& foot
     const Frame frame{0.5 * (box.low + box.high), {std::cos(angles[k]), std::sin(angles[k])}, step};
     for (int n = -aside; n <= aside; ++n) {
       if (stop.now()) throw Stopped("straight lines along the fibres were not all measured");
-      for (StraightFibre& line : lines_over(ply, feet.options.thickness_mm, mold, frame, reach, n * kApart, held.apart))
+      StraightFibre whole = line_over(ply, feet.options.thickness_mm, mold, frame, reach, n * kApart);
+      for (StraightFibre& line : parted(std::move(whole), feet.mold_tol_mm, step, held.apart))
         if (line.excess > out[k].excess && goes_on(line, frame.along, held)) out[k] = std::move(line);
     }
   }

@@ -18,8 +18,8 @@ struct StraightFibre {
   std::vector<double> molds;  // mm, heights of the mold; NaN off the foot
 };
 
-// A line counts only where the ply goes on over a way beyond both of its ends. Over a longer way off the foot friction holds it apart:
-// on either side of that it is a line of its own.
+// A line counts only where the ply goes on over a way beyond both of its ends. Over a longer way on the mold friction holds it apart: on
+// either side of that it is a line of its own.
 struct LinesHeld {
   Polygon ply;                                             // outline; empty: the ply goes on everywhere
   double over = 0;                                         // mm

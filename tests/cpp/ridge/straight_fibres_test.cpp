@@ -102,14 +102,17 @@ TEST(StraightFibres, CountWhereThePlyGoesOnBeyondBothEnds) {
 TEST(StraightFibres, AreTwoWhereFrictionHoldsThePartsOfAFootApart) {
   const Shape left = bell(-40, 0, 30, 3), right = bell(40, 0, 30, 3);
   FootMap feet = foot_of([&](const Eigen::Vector2d& xy) { return left(xy) + right(xy); });
-  for (int j = 0; j < feet.labels.ny; ++j)  // a strip of mold, 44 mm wide
-    for (int i = 0; i < feet.labels.nx; ++i)
-      if (std::abs(feet.labels.position(i, j).x()) < 22) feet.labels.at(i, j) = 0;
+  feet.mold_tol_mm = 0.2;
   const double one = exact_excess(left, Plane(), {-40, 0}, 0);
   const auto lines = [&](double apart) { return straight_fibres(feet, feet.feet[0], Plane(), {0, kPi / 2}, {{}, 0, apart}); };
   EXPECT_NEAR(lines(60)[0].excess, 2 * one, 0.02);
   EXPECT_NEAR(lines(40)[0].excess, one, 0.01);
   EXPECT_EQ(lines(60)[1].excess, lines(40)[1].excess);
+  for (int j = 0; j < feet.labels.ny; ++j)
+    for (int i = 0; i < feet.labels.nx; ++i)
+      if (std::abs(feet.labels.position(i, j).x()) < 22) feet.labels.at(i, j) = 0;  // off the foot
+  EXPECT_NEAR(lines(60)[0].excess, 2 * one, 0.02);
+  EXPECT_NEAR(lines(40)[0].excess, one, 0.01);
 }
 
 TEST(StraightFibres, PassUnknownHeightsAndEmptyFeet) {
