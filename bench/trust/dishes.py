@@ -1,6 +1,6 @@
 """Plies too short for a dish of the mold, against closed forms: python bench/trust/dishes.py [--out FILE].
 
-A ply lies on a plane with a dish of radius R and half width a, flatter than it by a factor. Pressed down, its fibres are
+A ply lies on a plane with a dish of radius R and half width a, flatter than it by a factor. Pressed down, fibres are
 strings of the radius T/P, which friction holds up to μ d: the one over the middle stands a²/2 (1/R - P/T) off the dish.
 """
 
