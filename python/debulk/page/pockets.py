@@ -22,13 +22,20 @@ class DecidingRidge(NamedTuple):
 
 
 def deciding_ridge(pocket: PocketReport) -> DecidingRidge | None:
-    """Return the ridge of the criterion that decided, or of the one that is known; None: of neither."""
+    """Return the ridge of the criterion that decided, or of the one that is known; None: of neither.
+
+    Or the bridge where that is higher: as low as the sections of its fibres say, as high as its net does.
+    """
     height, span = pocket.ridge_height_mm, pocket.ridge_range_mm
     if pocket.excess is not None and (pocket.decided_by == "excess" or height is None):
         height, span = pocket.excess.height_mm, pocket.excess.range_mm
     if height is None:
         return None
     span = span or (height, height)
+    if (bridge_mm := pocket.bridge_height_mm or 0.0) > span[1]:
+        section = pocket.bridge_section
+        height, low_mm = (bridge_mm, bridge_mm) if section is None else (section.height_mm, section.range_mm[0])
+        span = low_mm, max(bridge_mm, height)
     low, high = (number(value, 2) for value in span)
     return DecidingRidge(height, span[1], "" if low == high else f"({low} to {high})")
 

@@ -15,11 +15,13 @@ from debulk.page.charts import Row, bar_chart
 from debulk.page.map import ply_map
 from debulk.page.map_labels import label_box, labels, overlap
 from debulk.page.net import HEIGHT, WIDTH, net_views
+from debulk.page.pockets import deciding_ridge
 from debulk.page.profile import profile
 from debulk.page.render import margin
 from debulk.page.report import _drawings, page
 from debulk.page.scales import colours
 from debulk.report import Report
+from debulk.results.bridge_section import BridgeSection
 from debulk.results.report import LeftOut, UnseenHole
 from debulk.verdict import Verdict
 from html_reader import read
@@ -302,3 +304,21 @@ def test_the_banner_names_the_pockets_that_decide(report, html):
     text = " ".join(" ".join(read(html).text).split())
     assert "pockets 3 , 5 , 7 CREASE" in text and "pocket 4 UNDECIDED" in text
     assert text.index("pockets 3 , 5 , 7 CREASE") < text.index("Smooth the ply at pockets 3 (") < text.index("Height")
+
+
+def test_a_bridge_above_the_ridge_is_what_the_table_shows(report):
+    one = next(p for p in report.pockets if p.ridge_height_mm)
+    assert deciding_ridge(one).height_mm == one.ridge_height_mm
+    ridge = deciding_ridge(dataclasses.replace(one, bridge_height_mm=9.0))
+    assert ridge == (9.0, 9.0, "")
+    section = BridgeSection(
+        height_mm=8.0,
+        range_mm=(7.5, 8.5),
+        lacks_mm=0.4,
+        lacks_error_mm=0.04,
+        pull_n_per_mm=3.0,
+        hold_n_per_mm=9.0,
+    )
+    weighed = dataclasses.replace(one, bridge_height_mm=9.0, bridge_section=section)
+    assert deciding_ridge(weighed) == (8.0, 9.0, "(7.50 to 9.00)")
+    assert margin(deciding_ridge(weighed).most_mm, 0.6) == pytest.approx(-8.4)
