@@ -207,10 +207,10 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
         try:
+            if not one.foot.closed:
+                return _open(dropped, one, ply, stop)
             # A bent or branched bump fills little of its net: between the fibres it may be twice as long as they are.
             between_mm = straight_fibres.longest(one, ply, stop=stop).excess_mm
-            if not one.foot.closed:
-                return _open(dropped, one, between_mm, ply.recipe)
             laid = lay_net(one, bounding, stop)
             short = bridge_sections.over_bump(laid, one, ply, stop)
         except _core.InputError as error:
@@ -242,12 +242,12 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     return replace(bump, found=_judged(one, dropped, figures)) if over_ridge or over_rms else bump
 
 
-def _open(dropped: Dropped, one: FoundPocket, seen_mm: float, recipe: Recipe) -> Bump:
-    """Bound a bump on which no net can be laid, by what was seen of the straight lines over it."""
+def _open(dropped: Dropped, one: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Bump:
+    """Bound a bump on which no net can be laid, by what was seen of the straight lines that are held at both ends."""
     why = "its foot is not known all round"
-    ridge_mm = excess.ridge_of(seen_mm, recipe)
+    seen_mm = straight_fibres.longest(one, ply, ply.recipe.net.free_edge_mm, stop).excess_mm
     listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
-    if ridge_mm >= _least_ridge_mm(recipe):
+    if excess.ridge_of(seen_mm, ply.recipe) >= _least_ridge_mm(ply.recipe):
         why += f", and what was seen of a fibre over it is {seen_mm:.2f} mm longer than the mold"
         listed = True
     return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)
