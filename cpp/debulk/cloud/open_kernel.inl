@@ -65,7 +65,7 @@ struct Finder {
   }
 
   DEBULK_INLINE Window window(double reach) const {
-    const int r = static_cast<int>(std::min(reach, 1e6));
+    const int r = static_cast<int>(std::min(1e6, reach));  // NaN, of a scan that changes meanwhile: the whole image
     return {std::max(0, column - r), std::min(t.pass->cloud.width - 1, column + r), std::max(0, row - r),
             std::min(t.pass->cloud.height - 1, row + r)};
   }
