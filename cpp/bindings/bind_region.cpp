@@ -51,6 +51,7 @@ void bind_region(py::module_ m) {
       .def_readwrite("front", &RegionOptions::front)
       .def_readwrite("segment", &RegionOptions::segment)
       .def_readwrite("feet", &RegionOptions::feet)
+      .def_readwrite("flag_mm", &RegionOptions::flag_mm)
       .def_readwrite("largest_share", &RegionOptions::largest_share)
       .def_readwrite("row_step", &RegionOptions::row_step)
       .def_readwrite("column_step", &RegionOptions::column_step);

@@ -29,6 +29,7 @@ void RegionOptions::check() const {
   feet.check();
   require(row_step >= 0 && column_step >= 0 && (row_step > 0) == (column_step > 0), "mesh", "two positive numbers of pixels, or none",
           std::to_string(row_step) + ", " + std::to_string(column_step));
+  require(!flag_mm || (std::isfinite(*flag_mm) && *flag_mm > 0), "flag_mm", "a positive length in mm", flag_mm.value_or(0));
 }
 
 RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
@@ -73,7 +74,8 @@ std::vector<Window> RegionFront::blocks_to_refine(const Work& work, const Blocks
   bool open = false;
   for (const Pocket& p : s.pockets) open |= p.touches_unknown;
   for (const Foot& f : feet.feet) open |= !f.closed;
-  const auto stands = [&](int i, int j) { return s.heights.at(i, j) >= feet.hill_mm && feet.heights.at(i, j) >= feet.hill_mm; };
+  const double least = std::min(feet.hill_mm, flag_mm());
+  const auto stands = [&](int i, int j) { return s.heights.at(i, j) >= least && feet.heights.at(i, j) >= least; };
   const auto taken = [&](int i, int j) {
     return stands(i, j) || s.labels.at(i, j) > 0 || feet.labels.at(i, j) > 0 ||
            (open && std::isnan(s.heights.at(i, j)) && s.ply.on_ply(i, j));

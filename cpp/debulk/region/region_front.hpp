@@ -42,7 +42,7 @@ class RegionFront {
   const std::vector<std::shared_ptr<const Region>>& regions() const { return regions_; }
   const SampledThreshold& threshold() const { return threshold_; }
   const Mesh& mesh() const { return mesh_; }
-  double flag_mm() const { return options_.segment.cut_height_mm / 2; }
+  double flag_mm() const { return options_.flag_mm.value_or(options_.segment.cut_height_mm / 2); }
   double image_share() const { return image_share_; }  // of the pixels, in windows
   double read_share() const { return read_share_; }    // of the pixels, read by the coarse pass and the sample
   // Every `step`-th grid point: exact in the windows, cell means of the coarse pass elsewhere.

@@ -10,6 +10,7 @@ class RegionOptions(metaclass=_Bound):
     front: FrontEndOptions
     segment: SegmentOptions
     feet: FootOptions
+    flag_mm: float | None
     largest_share: float
     row_step: int
     column_step: int

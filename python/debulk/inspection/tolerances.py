@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 _LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
 _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
 _LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
+_ABOVE_FOOT_MM = 0.05  # a hill's contour is cut at least so much above its foot
 _FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
 _MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 
@@ -114,8 +115,9 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     def hills(part: tuple[Segmentation, Feet]) -> list[_Place] | None:
         whole, feet = part
         try:
-            lower = _hills(whole, feet, _without_tolerances(ply), stop) if feet.hill_mm < cut_mm else ()
-            return [_Place(hill, feet.hill_mm, whole, feet, found.unseen, found.masked) for hill in lower]
+            look_mm = _look_mm(feet, ply.recipe)
+            lower = _hills(whole, feet, look_mm, _without_tolerances(ply), stop) if look_mm < cut_mm else ()
+            return [_Place(hill, look_mm, whole, feet, found.unseen, found.masked) for hill in lower]
         except _core.Stopped:
             return None
 
@@ -174,17 +176,26 @@ def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
     return wanted
 
 
-def _hills(whole: Segmentation, feet: Feet, wanted: _core.pocket.SegmentOptions, stop: _core.Stop) -> Iterator[Dropped]:
-    """Find what stands half the cut's height without reaching it, off the pockets' feet."""
+def _look_mm(feet: Feet, recipe: Recipe) -> float:
+    """Height from which hills are looked at; no lower than where their feet begin."""
+    return max(options.flag_mm(recipe), recipe.material.thickness_mm + feet.mold_tol_mm + _ABOVE_FOOT_MM)
+
+
+def _hills(
+    whole: Segmentation, feet: Feet, look_mm: float, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
+) -> Iterator[Dropped]:
+    """Find what stands as high as `look_mm` without reaching the cut, off the pockets' feet."""
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
-    if not ((heights.values >= feet.hill_mm) & (feet.labels.values == 0)).any():
+    stands = (heights.values >= look_mm) & (feet.heights.values >= look_mm)  # smoothed: noise is no hill
+    if not (stands & (feet.labels.values == 0)).any():
         return
     listed = _listed(whole, heights, wanted, stop)
-    wanted.cut_height_mm = feet.hill_mm
+    wanted.cut_height_mm = look_mm
     lower = pocket.segment_with(wanted, heights, 1, stop)
     known = {int(label) for label in np.unique(lower.labels.values[listed | (feet.labels.values > 0)])}
+    hills = {int(label) for label in np.unique(lower.labels.values[stands])}
     for one in lower.pockets:
-        if one.id not in known:
+        if one.id in hills and one.id not in known:
             yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = [
     "criteria",
     "feet",
+    "flag_mm",
     "front_end",
     "lay_pocket",
     "minimise",
@@ -77,12 +78,25 @@ def feet(recipe: Recipe) -> _core.pocket.FootOptions:
     return options
 
 
+def flag_mm(recipe: Recipe) -> float:
+    """Height above the reference from which something may crease though it is no pocket, and is looked at.
+
+    A ply that is too short for a hollow has nothing to spare that would lift it: it stands no higher than it will stay.
+    Half the cut, where that is lower: so much a row of hills needs for a ridge.
+    """
+    limits, thickness_mm = recipe.verdict, recipe.material.thickness_mm
+    bridge_mm = limits.max_ridge_mm - limits.ridge_margin_mm
+    as_laid_mm = bridge_mm + thickness_mm - thickness_mm / recipe.material.bulk_factor
+    return min(recipe.segmentation.cut_height_mm / 2, max(as_laid_mm, thickness_mm + recipe.patch.mold_tol_mm))
+
+
 def regions(recipe: Recipe, spacing_mm: float, ply_outline: NDArray[np.float64] | None) -> _core.region.RegionOptions:
     """Tell how pockets are found through regions of interest."""
     options = _core.region.RegionOptions()
     options.front = front_end(recipe, spacing_mm)
     options.segment = segment(recipe, ply_outline)
     options.feet = feet(recipe)
+    options.flag_mm = flag_mm(recipe)
     return options
 
 
