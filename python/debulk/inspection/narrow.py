@@ -29,12 +29,24 @@ def true_ridge_mm(one: FoundPocket, excess_mm: float, recipe: Recipe) -> float:
     on bells and long bumps 3.6 to 7 mm high and 24 to 100 mm wide, heights 0.6 to 3 mm apart, it fell short by up to
     4 %.
     """
-    area, perimeter = one.foot.area_mm2, perimeter_mm(one.foot.outline_mm)
-    # Of a disc its diameter, of a strip its width.
-    wide_mm = 2 * area / perimeter * (1 + 4 * math.pi * area / perimeter**2)
+    wide_mm = min(_wide_mm(one.foot.area_mm2, one.foot.outline_mm), _bell_mm(one))
     cells = _FILTER_CELLS + (_MORE_BY_MEDIAN if recipe.clean.median_cells > 3 else 0)
     lost = 1 + 33 * (cells * one.segmentation.heights.spacing_mm / wide_mm) ** 4
     return excess.ridge_of(excess_mm * lost, recipe)
+
+
+def _bell_mm(one: FoundPocket) -> float:
+    """Return the width of a cosine bell as high and, at the cut, as wide: one on a low hill has the hill's foot."""
+    high_mm = one.pocket.peak_mm - one.feet.thickness_mm
+    below = (one.segmentation.cut_height_mm - one.feet.thickness_mm) / high_mm
+    cut_mm = _wide_mm(one.pocket.area_mm2, one.pocket.outline_mm)
+    return cut_mm * math.pi / 2 / math.acos(math.sqrt(min(max(below, 0.0), 1 - 1e-6)))
+
+
+def _wide_mm(area_mm2: float, outline_mm: NDArray[np.float64]) -> float:
+    """Return the diameter of a disc, the width of a strip."""
+    around_mm = perimeter_mm(outline_mm)
+    return 2 * area_mm2 / around_mm * (1 + 4 * math.pi * area_mm2 / around_mm**2)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from debulk import _core, net, pocket, ridge
 from debulk.grid import Grid
-from debulk.inspection import bridge_sections, excess, narrow, straight_fibres
+from debulk.inspection import bridge_sections, excess, hills, narrow, straight_fibres
 from debulk.inspection.found import Found, FoundPocket
+from debulk.inspection.hills import apart, without_tolerances
 from debulk.inspection.laid_pocket import lay_net
 from debulk.inspection.missed import tail_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -31,9 +32,6 @@ __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
 Floats = NDArray[np.float64]
 
 _LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
-_SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
-_LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
-_ABOVE_FOOT_MM = 0.05  # a hill's contour is cut at least so much above its foot
 _FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
 _MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 
@@ -112,18 +110,19 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
         _Place(d, cut_mm, whole, feet, found.unseen, found.masked) for whole, feet in found.parts for d in whole.dropped
     ]
 
-    def hills(part: tuple[Segmentation, Feet]) -> list[_Place] | None:
+    def look(part: tuple[Segmentation, Feet]) -> list[_Place] | None:
         whole, feet = part
         try:
-            look_mm = _look_mm(feet, ply.recipe)
-            lower = _hills(whole, feet, look_mm, _without_tolerances(ply), stop) if look_mm < cut_mm else ()
-            return [_Place(hill, look_mm, whole, feet, found.unseen, found.masked) for hill in lower]
+            lower = hills.find(whole, feet, ply, stop)
+            return [
+                _Place(hill, hills.look_mm(feet, ply.recipe), whole, feet, found.unseen, found.masked) for hill in lower
+            ]
         except _core.Stopped:
             return None
 
     threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
-        looked = list(pool.map(hills, found.parts))
+        looked = list(pool.map(look, found.parts))
         places += [place for part in looked for place in part or ()]
         places.sort(key=lambda place: -place.dropped.area_mm2)
         bumps = tuple(pool.map(lambda place: _weigh(place, ply, stop), places))
@@ -169,48 +168,6 @@ def bump_name(dropped: Dropped) -> str:
     )
 
 
-def _without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
-    wanted = options.segment(ply.recipe, ply.outline)
-    wanted.area_tol_mm2 = min(_SPECK_SHARE * wanted.area_tol_mm2, _LARGEST_SPECK_MM2)
-    wanted.peak_tol_mm = 0.0
-    return wanted
-
-
-def _look_mm(feet: Feet, recipe: Recipe) -> float:
-    """Height from which hills are looked at; no lower than where their feet begin."""
-    return max(options.flag_mm(recipe), recipe.material.thickness_mm + feet.mold_tol_mm + _ABOVE_FOOT_MM)
-
-
-def _hills(
-    whole: Segmentation, feet: Feet, look_mm: float, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
-) -> Iterator[Dropped]:
-    """Find what stands as high as `look_mm` without reaching the cut, off the pockets' feet."""
-    heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
-    stands = (heights.values >= look_mm) & (feet.heights.values >= look_mm)  # smoothed: noise is no hill
-    if not (stands & (feet.labels.values == 0)).any():
-        return
-    listed = _listed(whole, heights, wanted, stop)
-    wanted.cut_height_mm = look_mm
-    lower = pocket.segment_with(wanted, heights, 1, stop)
-    known = {int(label) for label in np.unique(lower.labels.values[listed | (feet.labels.values > 0)])}
-    hills = {int(label) for label in np.unique(lower.labels.values[stands])}
-    for one in lower.pockets:
-        if one.id in hills and one.id not in known:
-            yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
-
-
-def _listed(
-    whole: Segmentation, heights: Grid, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
-) -> NDArray[np.bool_]:
-    """Tell the cells of the bumps that are listed above the cut: the middle of a bent one may lie off it."""
-    cells = np.zeros(heights.values.shape, dtype=np.bool_)
-    if whole.dropped and (above := pocket.segment_with(wanted, heights, 1, stop)).pockets:
-        for bump in whole.dropped:
-            nearest = min(above.pockets, key=lambda one: _apart(one, bump))
-            cells |= above.labels.values == nearest.id
-    return cells
-
-
 def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     dropped, bounding = place.dropped, _resolving(ply)
     try:
@@ -239,7 +196,9 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), at_nodes_mm, measure)
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare, stands=one)
     over_ridge = ridge_mm >= least_mm
-    true_mm = narrow.true_ridge_mm(one, at_nodes_mm, ply.recipe)
+    # At the ply's edge lines that nothing holds count too, and the step down from it.
+    lowered_mm = at_nodes_mm if one.foot.touches_ply_edge else excess_mm
+    true_mm = narrow.true_ridge_mm(one, lowered_mm, ply.recipe)
     if true_mm >= least_mm:
         lowered = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
         one = replace(one, doubt=f"{figures}, but {lowered}")
@@ -296,7 +255,7 @@ def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, flo
 def _looked_at_again(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> FoundPocket | None:
     """Segment a window round a bump without tolerances; None where it stands on the foot of a pocket."""
     dropped, whole, feet = place.dropped, place.whole, place.feet
-    wanted = _without_tolerances(ply)
+    wanted = without_tolerances(ply)
     wanted.cut_height_mm = place.cut_mm
     one = None
     for rows, columns in _windows(place):
@@ -306,7 +265,7 @@ def _looked_at_again(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> FoundPo
         again = pocket.segment_with(wanted, window, 1, stop)
         if not again.pockets:
             return None  # at the edge of the cut: what is left of it above is a speck
-        index = min(range(len(again.pockets)), key=lambda k: _apart(again.pockets[k], dropped))
+        index = min(range(len(again.pockets)), key=lambda k: apart(again.pockets[k], dropped))
         owner = feet.labels.values[rows, columns][again.labels.values == again.pockets[index].id]
         if 2 * np.count_nonzero(owner) > owner.size:
             return None
@@ -340,11 +299,6 @@ def _frayed(
     i, j = place.cell(window)
     number = lower.labels.values[j, i]
     return bool(number > 0 and (labels[lower.labels.values == number] > 0).any())
-
-
-def _apart(candidate: pocket.Pocket, dropped: Dropped) -> float:
-    away = float(np.linalg.norm(candidate.centroid_mm - dropped.centroid_mm))
-    return away + abs(math.sqrt(candidate.area_mm2) - math.sqrt(dropped.area_mm2))
 
 
 def _windows(place: _Place) -> Iterator[tuple[slice, slice]]:

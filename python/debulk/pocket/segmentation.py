@@ -90,6 +90,8 @@ class Segmentation:
         (ny, nx) int32: the pocket's id, 0 = none. Read-only.
     heights
         (ny, nx) float32: the given heights, NaN off the ply, drop-outs bridged where `segment` says. Read-only.
+    cut_height_mm
+        At which the pockets' outlines lie.
     """
 
     pockets: list[Pocket]
@@ -97,6 +99,7 @@ class Segmentation:
     specks: int
     labels: Grid
     heights: Grid
+    cut_height_mm: float
     _core: Any = field(repr=False)
 
 
@@ -217,7 +220,7 @@ def from_core(core: Any) -> Segmentation:
     ]
     dropped = [Dropped(d.reason, d.area, d.peak, d.centroid, d.touches_unknown, d.measured_share) for d in core.dropped]
     labels, heights = (Grid(values, core.origin, core.spacing) for values in (core.labels, core.heights))
-    return Segmentation(pockets, dropped, core.specks, labels, heights, core)
+    return Segmentation(pockets, dropped, core.specks, labels, heights, core.cut_height, core)
 
 
 def height_noise(height_map: Grid) -> float:
