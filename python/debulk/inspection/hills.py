@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,47 +13,45 @@ from debulk import _core, pocket
 from debulk.grid import Grid
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.pocket import Dropped, Feet, Segmentation
-from debulk.recipe import Recipe, options
+from debulk.recipe import options
 
-__all__ = ["apart", "find", "look_mm", "without_tolerances"]
+__all__ = ["Hill", "apart", "find", "without_tolerances"]
 
 _ABOVE_FOOT_MM = 0.05  # a hill's contour is cut at least so much above its foot
 _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
 _LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
 
 
-def look_mm(feet: Feet, recipe: Recipe) -> float:
-    """Height from which hills are looked at; no lower than where their feet begin."""
-    return max(options.flag_mm(recipe), recipe.material.thickness_mm + feet.mold_tol_mm + _ABOVE_FOOT_MM)
+class Hill(NamedTuple):
+    """A hill as a dropped bump, and the height at which it is cut out."""
+
+    dropped: Dropped
+    cut_mm: float
 
 
-def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop) -> Iterator[Dropped]:
-    """Find what stands as high as `look_mm` without reaching the cut, off the pockets' feet; raises `Stopped`."""
-    least_mm = look_mm(feet, ply.recipe)
+def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop) -> Iterator[Hill]:
+    """Find what stands up without reaching the cut, off the pockets' feet: hills, then lower ones; raises `Stopped`.
+
+    Hills are more than noise or a ripple, and judged as bumps are. Of lower ones a fibre's excess is nothing, but a
+    bridge above the limit stands no higher.
+    """
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
-    stands = (heights.values >= least_mm) & (feet.heights.values >= least_mm)  # smoothed: noise is no hill
-    if least_mm >= whole.cut_height_mm or not (stands & (feet.labels.values == 0)).any():
-        return
-    wanted = without_tolerances(ply)
-    listed = _listed(whole, heights, wanted, stop)
-    wanted.cut_height_mm = least_mm
-    lower = pocket.segment_with(wanted, heights, 1, stop)
-    known = _ids(lower.labels, listed | (feet.labels.values > 0))
-    high = _ids(lower.labels, stands)
-    # The largest of those that stand on one foot: its net spans the others too, which are as a rule its frayed rim.
-    wanted.cut_height_mm = least_mm - _ABOVE_FOOT_MM
-    ground = pocket.segment_with(wanted, Grid(feet.heights.values, heights.origin_mm, heights.spacing_mm), 1, stop)
-    both = (lower.labels.values > 0) & (ground.labels.values > 0)
-    pairs = np.unique(np.stack([lower.labels.values[both], ground.labels.values[both]]), axis=1)
-    taken: set[int] = set()
-    for one in lower.pockets:
-        if one.id not in high or one.id in known:
+    lower_mm = max(options.flag_mm(ply.recipe), ply.recipe.material.thickness_mm + feet.mold_tol_mm + _ABOVE_FOOT_MM)
+    known: NDArray[np.bool_] | None = None
+    for cut_mm, smooth in ((feet.hill_mm, heights), (lower_mm, feet.heights)):
+        stands = (heights.values >= cut_mm) & (smooth.values >= cut_mm)  # lower down noise is smoothed away
+        if cut_mm >= whole.cut_height_mm or not (stands & (feet.labels.values == 0)).any():
             continue
-        stands_on = set(pairs[1, pairs[0] == one.id].tolist())
-        if stands_on & taken:
-            continue
-        taken |= stands_on
-        yield Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
+        if known is None:
+            known = _listed(whole, heights, without_tolerances(ply), stop) | (feet.labels.values > 0)
+        found = _at(cut_mm, heights, ply, stop)
+        fresh = _ids(found.labels, stands) - _ids(found.labels, known)
+        if cut_mm < feet.hill_mm:
+            fresh = _one_a_foot(found, fresh, _at(cut_mm - _ABOVE_FOOT_MM, feet.heights, ply, stop))
+        known |= found.labels.values > 0
+        for one in found.pockets:
+            if one.id in fresh:
+                yield Hill(_as_dropped(one), cut_mm)
 
 
 def without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
@@ -81,5 +80,29 @@ def _listed(
     return cells
 
 
+def _at(cut_mm: float, heights: Grid, ply: PlyOnMold, stop: _core.Stop) -> Segmentation:
+    wanted = without_tolerances(ply)
+    wanted.cut_height_mm = cut_mm
+    return pocket.segment_with(wanted, heights, 1, stop)
+
+
+def _as_dropped(one: pocket.Pocket) -> Dropped:
+    return Dropped("height", one.area_mm2, one.peak_mm, one.centroid_mm, one.touches_unknown, one.measured_share)
+
+
+def _one_a_foot(found: Segmentation, fresh: set[int], ground: Segmentation) -> set[int]:
+    """Keep the largest of those that share ground: its net spans the others too, as a rule its own frayed rim."""
+    both = (found.labels.values > 0) & (ground.labels.values > 0)
+    pairs = np.unique(np.stack([found.labels.values[both], ground.labels.values[both]]), axis=1)
+    kept: set[int] = set()
+    taken: set[int] = set()
+    for one in found.pockets:
+        ground_ids = set(pairs[1, pairs[0] == one.id].tolist())
+        if one.id in fresh and not ground_ids & taken:
+            kept.add(one.id)
+            taken |= ground_ids
+    return kept
+
+
 def _ids(labels: Grid, cells: NDArray[np.bool_]) -> set[int]:
-    return {int(label) for label in np.unique(labels.values[cells])}
+    return {int(label) for label in np.unique(labels.values[cells]) if label > 0}

@@ -114,9 +114,7 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
         whole, feet = part
         try:
             lower = hills.find(whole, feet, ply, stop)
-            return [
-                _Place(hill, hills.look_mm(feet, ply.recipe), whole, feet, found.unseen, found.masked) for hill in lower
-            ]
+            return [_Place(*hill, whole, feet, found.unseen, found.masked) for hill in lower]
         except _core.Stopped:
             return None
 
@@ -198,7 +196,9 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     over_ridge = ridge_mm >= least_mm
     # At the ply's edge lines that nothing holds count too, and the step down from it.
     lowered_mm = at_nodes_mm if one.foot.touches_ply_edge else excess_mm
-    true_mm = narrow.true_ridge_mm(one, lowered_mm, ply.recipe)
+    # Of what stands lower than a hill the filters' share is told by the search for narrow bumps, in the raw scan.
+    is_hill = dropped.peak_mm >= place.feet.hill_mm
+    true_mm = narrow.true_ridge_mm(one, lowered_mm, ply.recipe) if is_hill else ridge_mm
     if true_mm >= least_mm:
         lowered = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
         one = replace(one, doubt=f"{figures}, but {lowered}")
