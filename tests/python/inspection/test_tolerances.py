@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import laid_ply
-from debulk import Inspector, _core, scenes
+import stranger_scenes
+from debulk import Inspector, Recipe, _core, scenes
 from debulk.inspection import tolerances
 from debulk.verdict import Verdict
 
@@ -207,3 +208,40 @@ def test_a_clump_of_flying_points_is_no_bump():
     for bump in bumps:
         assert min(np.linalg.norm(np.subtract(true_mm, bump.dropped.centroid_mm), axis=1)) < 30
     assert sum(bump.found is not None for bump in bumps) == 2  # the decoys below the tolerance on area, which crease
+
+
+def _dish(radius_mm, half_mm, flatter=1.0):
+    """Height, below the mold's, of a dish at the origin, or of a ply that is flatter than it."""
+    return lambda x, y: -np.maximum(0.0, half_mm**2 - x * x - y * y) / (2 * radius_mm * flatter)
+
+
+@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
+@pytest.mark.parametrize(("radius_mm", "half_mm", "flatter"), [(40, 15, 1.3), (60, 25, 1.15), (100, 25, 1.2)])
+def test_a_ply_too_short_for_a_dish_does_not_pass_though_it_stands_low(radius_mm, half_mm, flatter, regions):
+    """It stands 0.52 to 0.68 mm off the mold and stays there: with the ply 0.77 to 0.93 mm."""
+    layup, mold = laid_ply.layup(), _dish(radius_mm, half_mm)
+    reference = laid_ply.scan(lambda x, y: mold(x, y) - laid_ply.THICKNESS_MM, seed=1)
+    recipe = Recipe(segmentation={"regions": regions})
+    inspector = Inspector(recipe, reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    laid, short = (inspector.inspect(laid_ply.scan(_dish(radius_mm, half_mm, f))) for f in (1.0, flatter))
+    assert laid.verdict is Verdict.CEASE, laid.reason
+    assert short.verdict in (Verdict.UNDECIDED, Verdict.CREASE), short.reason
+    assert "bridge" in short.reason
+
+
+def test_a_steep_bell_on_a_low_hill_is_as_narrow_as_the_bell():
+    """The foot is the hill's, 144 mm wide; a fibre over the bell, whose top the filters lower, is 1 mm too long."""
+
+    def standing(x, y):
+        away = np.minimum(np.hypot(x, y) / 12.3, 1.0)
+        hill = 1.4 * np.maximum(0.0, 1 - ((x + 18) ** 2 + y**2) / 72**2) ** 2
+        return hill + 2.75 * (1 - away) ** 4 * (1 + 4 * away)
+
+    assert 0.6 < stranger_scenes.ridge_mm(standing, 95.0) < 0.65
+    flat, size_mm, ply_mm = stranger_scenes.flat, (360, 360), (300, 300)
+    reference = stranger_scenes.cloud(flat, size_mm, 0.85, seed=1)
+    scan = stranger_scenes.cloud(stranger_scenes.laid(flat, standing, ply_mm), size_mm, 0.85, seed=2)
+    report = Inspector(None, reference, stranger_scenes.outline(*ply_mm)).inspect(scan)
+    (bump,) = report.pockets
+    assert bump.verdict is Verdict.UNDECIDED
+    assert "so narrow that the filters may have lowered it" in bump.reason
