@@ -18,6 +18,7 @@ from debulk.inspection import (
     bridge_sections,
     dumps,
     edge_friction,
+    excess,
     hole_beside,
     left_out,
     ridges,
@@ -279,8 +280,7 @@ def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
 
 def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
     """Say which bridge of the model is not counted, where it alone would have counted against the pocket."""
-    counts_from_mm = recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
-    if best.drawn_in_height_mm <= max(counts_from_mm, best.bridge_height_mm):
+    if best.drawn_in_height_mm <= max(excess.counts_from_mm(recipe), best.bridge_height_mm):
         return ""
     return (
         f"; a bridge of {best.drawn_in_height_mm:.2f} mm is not counted: it pulls with "
