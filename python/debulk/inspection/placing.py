@@ -107,7 +107,7 @@ class Placing:
         self._least_mm = self._thickness_mm if least_mm is None else least_mm
         corners = _core.surface.extent(prepared.reference)
         low, high = corners.min(axis=0), corners.max(axis=0)
-        frame.check_tilt(prepared.reference, low, high)
+        frame.check_tilt(prepared.reference, low, high, ply_outline)
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
         self._ply_outline = ply_outline
