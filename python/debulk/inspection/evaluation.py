@@ -70,6 +70,10 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
             )
         if not found.foot.closed:
             return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.beside(found)))
+        spacing_mm = found.segmentation.heights.spacing_mm
+        if found.promoted and (specks := unseen.single_points(found.pocket, found.unseen, spacing_mm, ply.recipe)):
+            share = found.pocket.measured_share
+            return _not_evaluated(seen, _refused(found, f"it was seen to {100 * share:.0f} % only{specks}: scan again"))
         return _evaluate(found, seen, ply, stop, pool)
     except _core.Stopped:
         return _late(found, seen)
