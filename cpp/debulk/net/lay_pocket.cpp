@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "debulk/core/error.hpp"
+#include "debulk/net/beyond_edge.hpp"
 #include "debulk/net/raised.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/smooth.hpp"
@@ -73,12 +74,22 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   // Geodesics would stray on the step at which the paper's patch is glued to the mold.
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
   PocketNet out = fibre_net(surface, reference, shape, net, stop);
-  if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
-    shape.centre = deepest_point(outline);
+  const auto again = [&](const Surface& laid_on) {
     try {
-      PocketNet again = fibre_net(surface, reference, shape, net, stop);
-      if (again.open_ends.size() < out.open_ends.size()) out = std::move(again);
-    } catch (const InputError&) {  // none can be laid from there: the one at hand is what there is
+      PocketNet other = fibre_net(laid_on, reference, shape, net, stop);
+      if (other.open_ends.size() < out.open_ends.size()) out = std::move(other);
+    } catch (const InputError&) {  // none can be laid so: the one at hand is what there is
+    }
+  };
+  if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
+    const Eigen::Vector2d begin = shape.centre;
+    shape.centre = deepest_point(outline);
+    again(surface);
+    if (!out.open_ends.empty() && !ply_outline.empty()) {  // nor may one whose way to a part of the foot leads past the mold's end
+      const BeyondEdge extended(surface, ply_outline);
+      again(extended);
+      shape.centre = begin;
+      if (!out.open_ends.empty()) again(extended);
     }
   }
   out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);

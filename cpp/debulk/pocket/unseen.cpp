@@ -52,6 +52,19 @@ struct Component {
     for (const Run& run : runs) out += run.end - run.begin;
     return out;
   }
+
+  // A place itself where it lies in the component, else the component's nearest point.
+  Eigen::Vector2d nearest(const Mask& grid, const Eigen::Vector2d& place) const {
+    Eigen::Vector2d best = place;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Run& run : runs)
+      for (int i = run.begin; i < run.end; ++i) {
+        const Eigen::Vector2d away = grid.position(i, run.row) - place;
+        if (away.cwiseAbs().maxCoeff() <= grid.spacing / 2) return place;
+        if (away.squaredNorm() < least) least = away.squaredNorm(), best = place + away;
+      }
+    return best;
+  }
 };
 
 std::vector<Component> components_of(const Mask& mask) {
@@ -111,6 +124,33 @@ double depth_of(const Component& c, const Mask& marked) {
   const double found = depth_in(grown(1), c, marked);
   if (found < 2) return found;
   return depth_in(grown(static_cast<int>(std::min<double>(std::ceil(found), marked.nx + marked.ny))), c, marked);
+}
+
+// Whether a known point hangs together with no more than a few others, by sides and corners.
+bool is_speck(const Mask& known, std::size_t point) {
+  constexpr std::size_t most = 8;  // fewer than 3 by 3
+  std::vector<std::size_t> piece{point};
+  for (std::size_t k = 0; k < piece.size(); ++k) {
+    const int i = static_cast<int>(piece[k] % static_cast<std::size_t>(known.nx)),
+              j = static_cast<int>(piece[k] / static_cast<std::size_t>(known.nx));
+    for (int dj = -1; dj <= 1; ++dj)
+      for (int di = -1; di <= 1; ++di) {
+        if (!known.contains(i + di, j + dj) || !known.at(i + di, j + dj)) continue;
+        const std::size_t beside = known.index(i + di, j + dj);
+        if (std::find(piece.begin(), piece.end(), beside) != piece.end()) continue;
+        if (piece.size() == most) return false;
+        piece.push_back(beside);
+      }
+  }
+  return true;
+}
+
+// The height that a twentieth of a rim's points reach, see UnseenHole.
+double height_of(std::vector<float> rim) {
+  const std::size_t rank = std::clamp<std::size_t>(rim.size() / 20, 3, 8) - 1;
+  if (rank >= rim.size()) return 0;
+  std::nth_element(rim.begin(), rim.begin() + static_cast<long>(rank), rim.end(), std::greater<>());
+  return std::max(0.0F, rim[rank]);
 }
 
 // Where no height is known, and the rule for small holes would put none: a coarse pass fills nothing in.
@@ -188,16 +228,16 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
       }
     std::sort(rim.begin(), rim.end());
     rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
-    std::vector<float> highest;
-    for (const std::size_t k : rim)
-      highest.push_back(height(static_cast<int>(k % static_cast<std::size_t>(nx)), static_cast<int>(k / static_cast<std::size_t>(nx))));
-    const std::size_t rank = std::clamp<std::size_t>(rim.size() / 20, 3, 8) - 1;
-    if (rank < highest.size()) {
-      std::nth_element(highest.begin(), highest.begin() + static_cast<long>(rank), highest.end(), std::greater<>());
-      hole.rim_height = std::max(0.0F, highest[rank]);
+    std::vector<float> all, outer;
+    for (const std::size_t k : rim) {
+      all.push_back(height(static_cast<int>(k % static_cast<std::size_t>(nx)), static_cast<int>(k / static_cast<std::size_t>(nx))));
+      if (!is_speck(known, k)) outer.push_back(all.back());
     }
+    const bool mostly_specks = 2 * outer.size() < all.size();
+    hole.rim_height = height_of(std::move(all));
+    hole.outer_rim_height = mostly_specks ? hole.rim_height : std::min(hole.rim_height, height_of(std::move(outer)));
     const Eigen::Vector2d half = Eigen::Vector2d::Constant(ply.spacing / 2);
-    hole.centre /= static_cast<double>(count);
+    hole.centre = c.nearest(ply, hole.centre / static_cast<double>(count));
     hole.box = {hole.box.low - half, hole.box.high + half};
     hole.area = static_cast<double>(count) * cell;
     hole.thickness = 2 * std::max(0.5, std::min(depth_of(c, known), 1e5) - 0.5) * ply.spacing;

@@ -16,13 +16,16 @@ struct UnseenOptions {
 
 // A part of the ply that was not seen.
 struct UnseenHole {
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // of its area, mm
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // of its area, mm; where that lies off it, as of a bent one, the nearest point in it
   Box box;
   double area = 0;       // mm2
   double thickness = 0;  // twice the greatest distance of a point in it from a known height of the ply, mm
   // Height beside it that a twentieth of its rim's points reach, but at least three of them (no single wild one decides) and at
   // most eight (16 mm of a long rim stand up where a pocket of the tolerances is cut). 0: fewer are known.
   double rim_height = 0;
+  // The same without specks, which are pieces of fewer than 3 by 3 known points, as strays in a glare are; with them where they are
+  // most of the rim.
+  double outer_rim_height = 0;
   double reference_share = 0;  // share of its area where it is the reference that is not known
   bool at_ply_edge = false;    // reaches the ply's outline, or the border of what the scanner sees
   bool filled = false;         // small enough for the rule: heights are there, but were not measured

@@ -18,6 +18,7 @@ from debulk.inspection import (
     bridge_sections,
     dumps,
     edge_friction,
+    excess,
     hole_beside,
     left_out,
     ridges,
@@ -69,6 +70,10 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
             )
         if not found.foot.closed:
             return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.beside(found)))
+        spacing_mm = found.segmentation.heights.spacing_mm
+        if found.promoted and (specks := unseen.single_points(found.pocket, found.unseen, spacing_mm, ply.recipe)):
+            share = found.pocket.measured_share
+            return _not_evaluated(seen, _refused(found, f"it was seen to {100 * share:.0f} % only{specks}: scan again"))
         return _evaluate(found, seen, ply, stop, pool)
     except _core.Stopped:
         return _late(found, seen)
@@ -279,8 +284,7 @@ def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
 
 def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
     """Say which bridge of the model is not counted, where it alone would have counted against the pocket."""
-    counts_from_mm = recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
-    if best.drawn_in_height_mm <= max(counts_from_mm, best.bridge_height_mm):
+    if best.drawn_in_height_mm <= max(excess.counts_from_mm(recipe), best.bridge_height_mm):
         return ""
     return (
         f"; a bridge of {best.drawn_in_height_mm:.2f} mm is not counted: it pulls with "

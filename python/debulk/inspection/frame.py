@@ -53,17 +53,29 @@ def check_cloud_frame(points_mm: Floats, pitch_mm: float) -> None:
         )
 
 
-def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats) -> None:
-    """Refuse a reference whose mean normal leans far from z."""
+def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats, ply_outline: Floats | None = None) -> None:
+    """Refuse a reference whose mean normal leans far from z; that of the ply counts where a flank beside it leans more.
+
+    A wrong pose leans all of a reference, the ply's part too.
+    """
     x, y = (np.linspace(a, b, 40) for a, b in zip(low_mm, high_mm, strict=True))
-    gradient = reference.gradient(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
-    lean = np.median(gradient, axis=0)
-    tilt = float(np.degrees(np.arctan(np.hypot(*lean))))
+    tilt = _tilt_deg(reference, np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+    if tilt > _MOST_TILT_DEG and ply_outline is not None:
+        box = np.stack([np.maximum(ply_outline.min(axis=0), low_mm), np.minimum(ply_outline.max(axis=0), high_mm)])
+        x, y = (np.linspace(a, b, 40) for a, b in box.T)
+        xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        xy = xy[pocket.inside(ply_outline, xy)] if (box[0] < box[1]).all() else xy[:0]
+        tilt = _tilt_deg(reference, xy) if len(xy) else tilt
     if tilt > _MOST_TILT_DEG:
         raise InputError(
             f"reference: expected a mold seen from above, z up, but its surface leans by {tilt:.0f} degrees from z: "
             "check mold_from_scanner (is it the motion from the scanner's frame to the mold's, or its inverse?)"
         )
+
+
+def _tilt_deg(reference: Reference, xy_mm: Floats) -> float:
+    lean = np.median(reference.gradient(xy_mm), axis=0)
+    return float(np.degrees(np.arctan(np.hypot(*lean))))
 
 
 def check_outline_on(outline: Floats, low_mm: Floats, high_mm: Floats) -> None:

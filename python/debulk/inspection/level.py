@@ -61,6 +61,19 @@ class Deviation:
         sign = np.where(beyond, np.sign(self.residual_mm), np.where(smooth, np.sign(self.fits_mm[2]), 0.0))
         return np.asarray(sign, dtype=np.int64)
 
+    def level_without(self, loose: NDArray[np.int64], tol_mm: float) -> bool:
+        """Whether a paraboloid of the other squares stays within the tolerance on all of them.
+
+        That of a bent scan goes on through the squares that stand up; that of a ply with a loose border does not.
+        """
+        rest = np.ones(len(self.residual_mm), dtype=np.bool_)
+        rest[loose] = False
+        terms = _terms(self.xy_mm, 0.0)
+        if np.count_nonzero(rest) <= 2 * terms.shape[1]:
+            return False
+        fit = terms @ _robust(terms[rest], self.residual_mm[rest])
+        return bool(np.max(np.abs(fit)) <= tol_mm)
+
     def left(self, tol_mm: float, order: int) -> tuple[float, float]:
         """Shares of the squares that lie too low and too high, less the fit of that order."""
         rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + _SURE * self.error_mm
@@ -80,15 +93,20 @@ def departure(blocks: Blocks, thickness_mm: float, least_mm: float) -> Floats:
 def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation:
     """Fit the deviation of at least 6 squares."""
     residual = departure(blocks, thickness_mm, least_mm)
-    low, high = blocks.xy_mm.min(axis=0), blocks.xy_mm.max(axis=0)
-    middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), blocks.side_mm)
-    u, v = ((blocks.xy_mm - middle) / half).T
-    terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
+    terms = _terms(blocks.xy_mm, blocks.side_mm)
     constant = np.full(len(residual), np.median(residual))
     plane, paraboloid = _robust(terms[:, :3], residual), _robust(terms, residual)
     fits = np.array([constant, terms[:, :3] @ plane, terms @ paraboloid])
     bow = float(np.ptp(terms[:, 3:] @ paraboloid[3:]))
-    return Deviation(blocks.xy_mm, residual, blocks.error_mm, fits, float(plane[0]), plane[1:] / half, bow)
+    return Deviation(
+        blocks.xy_mm,
+        residual,
+        blocks.error_mm,
+        fits,
+        float(plane[0]),
+        plane[1:] / _half(blocks.xy_mm, blocks.side_mm),
+        bow,
+    )
 
 
 def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float, removed_mm: float) -> Level:
@@ -113,6 +131,17 @@ def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: floa
         judged_share=blocks.ply_share,
         removed_offset_mm=removed_mm,
     )
+
+
+def _half(xy_mm: Floats, least_mm: float) -> Floats:
+    """Half the extent of the squares' middles, a square's side at least."""
+    return np.asarray(np.maximum(0.5 * np.ptp(xy_mm, axis=0), max(least_mm, 1e-9)))
+
+
+def _terms(xy_mm: Floats, least_mm: float) -> Floats:
+    """Terms of a paraboloid, (B, 6), of coordinates from -1 to 1."""
+    u, v = ((xy_mm - 0.5 * (xy_mm.min(axis=0) + xy_mm.max(axis=0))) / _half(xy_mm, least_mm)).T
+    return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
 
 
 def _robust(terms: Floats, values: Floats) -> Floats:

@@ -107,7 +107,7 @@ class Placing:
         self._least_mm = self._thickness_mm if least_mm is None else least_mm
         corners = _core.surface.extent(prepared.reference)
         low, high = corners.min(axis=0), corners.max(axis=0)
-        frame.check_tilt(prepared.reference, low, high)
+        frame.check_tilt(prepared.reference, low, high, ply_outline)
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
         self._ply_outline = ply_outline
@@ -244,8 +244,7 @@ class Placing:
         """
         tol = self._recipe.level.tol_mm
         off = found.off(tol)
-        level = float(np.max(np.abs(found.fits_mm))) <= tol
-        if not level or np.mean(off < 0) > _LOW_SHARE:
+        if np.mean(off < 0) > _LOW_SHARE:
             return 0.0
         reach = _TOUCHING * blocks.side_mm
         left = np.flatnonzero(off > 0)
@@ -262,4 +261,5 @@ class Placing:
                 break
             loose, left = np.concatenate([loose, left[touches]]), left[~touches]
         share = len(loose) / len(off)
-        return share if share <= _LOOSE_SHARE else 0.0
+        level = float(np.max(np.abs(found.fits_mm))) <= tol or found.level_without(loose, tol)
+        return share if level and share <= _LOOSE_SHARE else 0.0

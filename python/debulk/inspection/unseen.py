@@ -17,8 +17,9 @@ from debulk.verdict import Judgement, Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "standing_mm", "worst"]
+__all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "single_points", "standing_mm", "worst"]
 
+_SPECK_POINTS = 8  # fewer than 3 by 3, as the core has it
 _NEAR_MM = 10.0  # of a foot, whose smoothed heights reach a little past what was seen
 
 
@@ -51,8 +52,9 @@ def doubts(
     """Judge what was not seen: nothing better than its verdicts can be said of the layup.
 
     A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
-    whole, unless the mask hides it; a bump whose area and height are lower bounds may be a pocket, unless it is one of
-    `judged_bumps`, which are judged as pockets with the holes beside them.
+    whole, unless the mask hides it, and one in which single points stand up may, too; a bump whose area and height are
+    lower bounds may be a pocket, unless it is one of `judged_bumps`, which are judged as pockets with the holes beside
+    them, or lies in a hole that a pocket was judged with.
     """
     of_holes = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
     out = [doubt for doubt in of_holes if doubt is not None]
@@ -64,10 +66,35 @@ def doubts(
         if not bump.touches_unknown and (seen or _may_be_mm2(bump, found, recipe) < recipe.segmentation.area_tol_mm2):
             continue
         why = "borders on what was not seen" if bump.touches_unknown else f"was seen to {100 * share:.0f} % only"
+        at_best = Verdict.INVALID
+        if not bump.touches_unknown:
+            judged = [one for hole in _holes_round(bump, found.unseen) if (one := _judged_with(hole, pockets))]
+            specks = single_points(bump, found.unseen, found.parts[0][0].heights.spacing_mm, recipe)
+            why += specks or (f", in a hole that pocket {judged[0].id} was judged with" if judged else "")
+            at_best = Verdict.UNDECIDED if specks or judged else at_best
         place = f"({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm"
         reason = f"a bump of at least {bump.area_mm2 / 100:.2g} cm² at {place} {why}: scan again"
-        out.append(Judgement(Verdict.INVALID, reason))
+        out.append(Judgement(at_best, reason))
     return out
+
+
+def single_points(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen, spacing_mm: float, recipe: Recipe) -> str:
+    """Say that a bump is made of a few points in a hole round which the ply lies; empty: it is made of more.
+
+    Highlights leave such strays in the holes that they make. But so may a fold whose flanks were not seen: what is
+    known speaks neither for it nor against it, as of any hole with a flat rim.
+    """
+    points = bump.measured_share * bump.area_mm2 / spacing_mm**2
+    high = standing_mm(recipe)
+    holes = [hole for hole in _holes_round(bump, unseen) if hole.outer_rim_height < high <= bump.peak_mm]
+    if bump.measured_share >= recipe.verdict.min_pocket_coverage or points > _SPECK_POINTS or not holes:
+        return ""
+    return ", in single points amid what was not seen"
+
+
+def _holes_round(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen) -> list[pocket.UnseenHole]:
+    """Return the holes in whose box the middle of a bump lies."""
+    return [h for h in unseen.holes if (h.box[0] <= bump.centroid_mm).all() and (bump.centroid_mm <= h.box[1]).all()]
 
 
 def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
@@ -78,7 +105,7 @@ def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
     holes = [
         hole.area
         for hole in found.unseen.holes
-        if (np.abs(bump.centroid_mm - hole.centre) < _reach(hole) + _NEAR_MM).all()
+        if (np.abs(bump.centroid_mm - hole.box.mean(axis=0)) < _reach(hole) + _NEAR_MM).all()
     ]
     return bump.area_mm2 + max(holes, default=0.5 * recipe.segmentation.area_tol_mm2)  # smaller ones are not listed
 
@@ -89,17 +116,20 @@ def _doubt(
     """Judge one hole; None: it leaves the verdict as it is."""
     area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
     name = _name(hole, hidden)
+    specks = f"{name}, in which single points stand {hole.rim_height:.1f} mm high: scan again"
     rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
     if hole.filled:
         if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
-            return Judgement(Verdict.INVALID, rises)
+            flat = hole.outer_rim_height < high
+            return Judgement(Verdict.UNDECIDED, specks) if flat else Judgement(Verdict.INVALID, rises)
     elif hole.rim_height >= high:
         if one := _judged_with(hole, pockets):
             return Judgement(Verdict.UNDECIDED, f"{name} borders on pocket {one.id}: scan again")
         if hidden:  # no other scan would show it
             return Judgement(Verdict.UNDECIDED, f"{name}, whose rim stands {hole.rim_height:.1f} mm high")
         if hole.thickness > BRIDGE_MM or not _bridged(hole, found, recipe):
-            return Judgement(Verdict.INVALID, rises)
+            flat = hole.outer_rim_height < high
+            return Judgement(Verdict.UNDECIDED, specks) if flat else Judgement(Verdict.INVALID, rises)
     elif hole.thickness > BRIDGE_MM and not hidden:
         return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
     return None
@@ -119,7 +149,7 @@ def beside(found: FoundPocket) -> str:
     outline = found.foot.outline_mm
 
     def gap_mm(hole: pocket.UnseenHole) -> float:
-        away = float(pocket.distance_to_outline(outline, hole.centre[None])[0])
+        away = float(pocket.distance_to_outline(outline, hole.box.mean(axis=0)[None])[0])
         return away - _reach(hole)
 
     listed = [pair for pair in zip(found.unseen.holes, found.hidden, strict=True) if not pair[0].filled]

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "debulk/net/area.hpp"
+#include "debulk/net/beyond_edge.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "message.hpp"
 #include "surfaces.hpp"
@@ -205,6 +206,60 @@ TEST(FibreNet, BandNodesAboveTheMoldStayMovableAndAreOpenEnds) {
   FibreNetOptions loose = with_spacing(6);
   loose.mold_tol = 12;
   EXPECT_TRUE(fibre_net(bell, mold, shape_of(ellipse(25, 25)), loose).open_ends.empty());
+}
+
+// A flat part that ends 3 mm beyond the line x + y = -20; NaN farther on.
+struct Cliff : Surface {
+  SurfaceSample sample(const Vector2d& p) const override {
+    SurfaceSample s;
+    if ((p.x() + p.y() + 20) / std::sqrt(2.0) < -3) s.height = std::numeric_limits<double>::quiet_NaN();
+    return s;
+  }
+};
+
+TEST(FibreNet, ReachesAFootAlongAnEdgeWhereTheMoldEndsOnTheSurfaceThatGoesOn) {
+  const Cliff cliff;
+  const Polygon ply{{180, -200}, {300, -200}, {300, 300}, {-320, 300}};  // one of its edges is the line
+  const Vector2d along = Vector2d(-1, 1).normalized(), inwards = Vector2d(1, 1).normalized();
+  PocketShape shape;
+  shape.angles = {0, kPi / 2};
+  shape.ply_outline = ply;
+  for (const auto& [s, d] : {std::pair{-20.0, -12.0}, {150.0, -12.0}, {150.0, 30.0}, {-20.0, 30.0}})
+    shape.outline.push_back(s * along + d * inwards);
+  FibreNetOptions options = with_spacing(8);
+  options.edge_tol = 10;
+  const exact::Bell above(8, 500);  // off the mold all over the foot's arm, so that an end there is open
+  struct Sum : Surface {
+    const Surface &a, &b;
+    Sum(const Surface& one, const Surface& other) : a(one), b(other) {}
+    SurfaceSample sample(const Vector2d& p) const override {
+      SurfaceSample s = a.sample(p);
+      const SurfaceSample more = b.sample(p);
+      s.height += more.height, s.gradient += more.gradient, s.hessian += more.hessian;
+      return s;
+    }
+  };
+  const Sum standing(cliff, above);
+  const auto farthest = [&](const Surface& surface) {
+    double reach = 0;
+    for (const Vector3d& node : fibre_net(surface, cliff, shape, options).net.nodes) reach = std::max(reach, node.head<2>().dot(along));
+    return reach;
+  };
+  EXPECT_LT(farthest(standing), 100);
+  EXPECT_GT(farthest(BeyondEdge(standing, ply)), 145);
+}
+
+TEST(BeyondEdge, IsTheSurfaceOnThePlyAndItsTangentPlaneBeside) {
+  const exact::Hills hills(3, 0.02, {0.1, 0.2});
+  const Polygon ply = rectangle(-50, -40, 50, 40);
+  const BeyondEdge extended(hills, ply);
+  for (const Vector2d& on : {Vector2d(0, 0), Vector2d(49, -39)}) EXPECT_EQ(extended.height(on), hills.height(on));
+  const SurfaceSample edge = hills.sample({50, 10}), corner = hills.sample({-50, 40}), beside = extended.sample({62, 10});
+  EXPECT_NEAR(beside.height, edge.height + 12 * edge.gradient.x(), 1e-12);
+  EXPECT_EQ(beside.gradient, edge.gradient);
+  EXPECT_TRUE(beside.hessian.isZero());
+  EXPECT_NEAR(extended.height({-53, 44}), corner.height + corner.gradient.dot(Vector2d(-3, 4)), 1e-12);
+  EXPECT_NEAR(extended.height({50 + 1e-7, 10}), extended.height({50 - 1e-7, 10}), 1e-6);
 }
 
 TEST(FibreNet, InsideIsToldByTheRmsOutlineWhereThereIsOne) {

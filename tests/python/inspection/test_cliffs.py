@@ -109,3 +109,15 @@ def test_a_ply_that_reaches_below_the_molds_edge_is_refused_and_the_outline_aske
     report = debulk.inspect(lifted, layup.reference, None, None, layup.fibre_angles_deg, pose)
     assert report.verdict is Verdict.INVALID
     assert "the mold's edge" in report.reason and "give the ply's outline" in report.reason
+
+
+def test_a_wide_foot_along_an_edge_where_the_mold_ends_is_reached_by_its_net():
+    """A loose border and a ring stand on one foot; on the cliff beside it no node can be laid, and the rim was open."""
+    layup = scenes.varied_layup(230069, (1280, 960))
+    report = inspected(layup, layup.ply_outline)
+    (one,) = (p for p in report.pockets if np.linalg.norm(p.outline_mm.mean(axis=0) - (24, -169)) < 20)
+    assert one.verdict is Verdict.UNDECIDED
+    assert "is free at an edge of the ply" in one.reason
+    nodes = one.net.nodes_mm[:, :2]
+    arm = one.foot_outline_mm[np.argmin(one.foot_outline_mm[:, 0])]
+    assert np.linalg.norm(nodes - arm, axis=1).min() < 1.5 * one.spacing_mm

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import laid_ply
-from debulk import InputError, Inspector, Recipe, Report, Verdict, pocket, scenes
+from debulk import InputError, Inspector, Recipe, Report, Verdict, pocket, scenes, surface
+from debulk.inspection import frame, level
+from debulk.inspection.ply_zones import Blocks
 from debulk.scenes.varied import given_right
 from debulk.scenes.varied.given import moved, shift, turn
 
@@ -258,6 +260,34 @@ def test_a_scanner_that_sees_the_table_beside_the_ply_twice_alike_is_no_copied_s
     assert (
         "are the same: 100 %" in inspector("varied", True).inspect(np.where(on[..., None], g.reference, g.scan)).reason
     )
+
+
+@pytest.mark.parametrize(("at", "refused"), [((0, 0), False), ((300, 0), True), (None, True)])
+def test_a_steep_flank_beside_the_ply_is_no_wrong_pose(at, refused):
+    """Most of the mold leans by 45 degrees; the ply lies on its flat foot, on the flank, or is not known."""
+    x = np.arange(-100.0, 501.0, 4.0)
+    reference = surface.Reference(np.tile(np.maximum(x - 100, 0.0), (51, 1)), (-100.0, -100.0), 4.0)
+    low, high = np.array([-100.0, -100.0]), np.array([500.0, 100.0])
+    outline = None if at is None else np.array(at) + 80.0 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    if refused:
+        with pytest.raises(InputError, match="leans by 45 degrees"):
+            frame.check_tilt(reference, low, high, outline)
+    else:
+        frame.check_tilt(reference, low, high, outline)
+
+
+def test_a_bend_goes_on_through_the_squares_that_stand_up_and_a_loose_border_does_not():
+    """Both raise a robust paraboloid above the tolerance at one edge; only the border is no fault of the scan."""
+    x, y = (v.ravel() for v in np.meshgrid(np.linspace(-380, 380, 20), np.linspace(-280, 280, 15)))
+    border, bent = 0.5 * np.clip((x - 120) / 260, 0, 1) ** 2, 0.16 * (x / 380) ** 2
+    for rise, lies in ((border, True), (bent, False)):
+        xy = np.stack([x, y], axis=1)
+        blocks = Blocks(xy, 0.3 + rise, np.full(len(x), 0.005), np.ones(len(x)), 40.0, 1.0)
+        found = level.deviation(blocks, 0.3, 0.3)
+        high = np.flatnonzero(found.off(0.1) > 0)
+        assert np.abs(found.fits_mm).max() > 0.1
+        assert 0 < len(high) < 0.3 * len(x)
+        assert found.level_without(high, 0.1) is lies
 
 
 def _border(high_mm, wide_mm, corners):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -216,3 +217,41 @@ def test_a_bump_half_lost_counts_where_it_and_its_hole_could_be_a_pocket_or_crea
     assert bump.measured_share < 0.8 and not bump.touches_unknown
     report = inspector.inspect(scan)
     assert report.verdict is verdict, report.reason
+
+
+@pytest.mark.parametrize(("wide", "verdict"), [(2, Verdict.UNDECIDED), (5, Verdict.INVALID)])
+def test_a_bump_of_single_points_in_a_hole_with_a_flat_rim_is_as_unknown_as_the_hole(
+    wide: int, verdict: Verdict
+) -> None:
+    """Highlights leave strays in the holes that they make; a piece of 5 by 5 points that stands there is no stray."""
+    scan, tall = laid_ply.scan(lambda x, y: 0 * x), laid_ply.scan(lambda x, y: 0 * x + 3.0)
+    pose, inspector = laid_ply.layup().mold_from_scanner, laid_ply.inspector()
+    x, y = np.moveaxis(scan.astype(np.float64) @ pose[:3, :3].T + pose[:3, 3], -1, 0)[:2]
+    scan[np.hypot(x - 150, y - 80) < 8.5] = np.nan
+    for u, v in [(-3, -3), (3, -3), (-3, 3), (3, 3)] if wide == 2 else [(0, 0)]:
+        row, column = np.unravel_index(np.nanargmin(np.hypot(x - 150 - u, y - 80 - v)), x.shape)
+        piece = np.s_[row : row + wide, column : column + wide]
+        scan[piece] = tall[piece]
+    report = inspector.inspect(scan)
+    assert report.verdict is verdict, report.reason
+    assert ("in single points amid what was not seen" in report.reason) == (verdict is Verdict.UNDECIDED)
+
+
+def _hole(**changes: Any) -> Any:
+    """A hole of 18 mm in the middle of a flat ply, as the core lists it."""
+    given = {"centre": np.zeros(2), "box": np.array([[-9.0, -9.0], [9.0, 9.0]]), "area": 250.0, "thickness": 16.0}
+    heights = {"rim_height": 0.8, "outer_rim_height": 0.3}
+    flags = {"reference_share": 0.0, "at_ply_edge": False, "filled": False}
+    return SimpleNamespace(**{**given, **heights, **flags, **changes})
+
+
+@pytest.mark.parametrize("filled", [True, False])
+@pytest.mark.parametrize(("outer_mm", "verdict"), [(0.3, Verdict.UNDECIDED), (0.8, Verdict.INVALID)])
+def test_a_hole_in_which_only_specks_stand_up_may_hide_a_pocket_and_one_whose_rim_does_shows_one(
+    filled: bool, outer_mm: float, verdict: Verdict
+) -> None:
+    hole = _hole(filled=filled, outer_rim_height=outer_mm)
+    found: Any = SimpleNamespace(unseen=SimpleNamespace(holes=[hole]), masked=(), parts=(), dropped=())
+    (doubt,) = unseen.doubts(found, (), debulk.Recipe())
+    assert doubt.verdict is verdict
+    assert ("single points" in doubt.reason) == (verdict is Verdict.UNDECIDED)
