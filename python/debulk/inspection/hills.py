@@ -46,7 +46,7 @@ def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop) -> I
             known = _listed(whole, heights, without_tolerances(ply), stop) | (feet.labels.values > 0)
         found = _at(cut_mm, heights, ply, stop)
         fresh = _ids(found.labels, stands) - _ids(found.labels, known)
-        if cut_mm < feet.hill_mm:
+        if fresh and cut_mm < feet.hill_mm:
             fresh = _one_a_foot(found, fresh, _at(cut_mm - _ABOVE_FOOT_MM, feet.heights, ply, stop))
         known |= found.labels.values > 0
         for one in found.pockets:
@@ -92,17 +92,17 @@ def _as_dropped(one: pocket.Pocket) -> Dropped:
 
 def _one_a_foot(found: Segmentation, fresh: set[int], ground: Segmentation) -> set[int]:
     """Keep the largest of those that share ground: its net spans the others too, as a rule its own frayed rim."""
-    both = (found.labels.values > 0) & (ground.labels.values > 0)
-    pairs = np.unique(np.stack([found.labels.values[both], ground.labels.values[both]]), axis=1)
     kept: set[int] = set()
     taken: set[int] = set()
     for one in found.pockets:
-        ground_ids = set(pairs[1, pairs[0] == one.id].tolist())
-        if one.id in fresh and not ground_ids & taken:
+        if one.id not in fresh:
+            continue
+        stands_on = _ids(ground.labels, found.labels.values == one.id)
+        if not stands_on & taken:
             kept.add(one.id)
-            taken |= ground_ids
+            taken |= stands_on
     return kept
 
 
 def _ids(labels: Grid, cells: NDArray[np.bool_]) -> set[int]:
-    return {int(label) for label in np.unique(labels.values[cells]) if label > 0}
+    return set(np.flatnonzero(np.bincount(labels.values[cells])).tolist()) - {0}

@@ -66,7 +66,8 @@ def level_reason(
     if level.uncertainty_mm > 0.5 * tol:
         return (
             "the level of the ply cannot be told: its median height between the pockets is uncertain by "
-            f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:g} mm; scan again, with less noise"
+            f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:g} mm; scan again, with less noise, "
+            "and check whether the reference is of this mold"
         )
     median, wrong = level.laid_mm - level.thickness_mm, level.low_share + level.high_share
     if abs(median) <= tol and wrong - loose_share <= share:
