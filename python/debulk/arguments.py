@@ -70,8 +70,13 @@ def typed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result
 
 def check_fields(record: Any) -> None:
     """Do the same for the fields of a dataclass."""
-    annotations = {field.name: field.type for field in dataclasses.fields(record)}
-    _check({name: getattr(record, name) for name in annotations}, _wanted(annotations))
+    wanted = _wanted_of(type(record))
+    _check({name: getattr(record, name) for name in wanted}, wanted)
+
+
+@functools.cache
+def _wanted_of(record: type[Any]) -> dict[str, tuple[str, bool]]:
+    return _wanted({field.name: field.type for field in dataclasses.fields(record)})
 
 
 def of_type(value: Any) -> str:
@@ -104,12 +109,18 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
             expected, fits = _KINDS[kind]
             right = fits(value)
         else:
-            names = {base.__name__ for base in type(value).__mro__}  # a namespace stands for one in an experiment
-            expected, right = f"a {_CLASSES[kind][0]}", bool(names & {kind, "SimpleNamespace"})
+            # A namespace stands for one in an experiment.
+            expected, right = f"a {_CLASSES[kind][0]}", bool(_names_of(type(value)) & {kind, "SimpleNamespace"})
         if not right:
             remedy = f"; {_CLASSES[kind][1]}" if kind in _CLASSES else ""
             or_none = " or None" if may_be_none else ""
             raise InputError(f"{name}: expected {expected}{or_none}, but got {of_type(value)}{remedy}")
+
+
+@functools.lru_cache(maxsize=64)
+def _names_of(kind: type[Any]) -> frozenset[str]:
+    """Return the names of a class and of its bases."""
+    return frozenset(base.__name__ for base in kind.__mro__)
 
 
 def _fits_float(value: Any) -> bool:
