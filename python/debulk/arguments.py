@@ -70,12 +70,13 @@ def typed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result
 
 def check_fields(record: Any) -> None:
     """Do the same for the fields of a dataclass."""
-    wanted = _wanted_of(type(record))
+    kind: Any = type(record)
+    wanted = _wanted_of(kind)
     _check({name: getattr(record, name) for name in wanted}, wanted)
 
 
 @functools.cache
-def _wanted_of(record: type[Any]) -> dict[str, tuple[str, bool]]:
+def _wanted_of(record: Any) -> dict[str, tuple[str, bool]]:
     return _wanted({field.name: field.type for field in dataclasses.fields(record)})
 
 
@@ -109,18 +110,12 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
             expected, fits = _KINDS[kind]
             right = fits(value)
         else:
-            # A namespace stands for one in an experiment.
-            expected, right = f"a {_CLASSES[kind][0]}", bool(_names_of(type(value)) & {kind, "SimpleNamespace"})
+            these = (kind, "SimpleNamespace")  # a namespace stands for one in an experiment
+            expected, right = f"a {_CLASSES[kind][0]}", any(base.__name__ in these for base in type(value).__mro__)
         if not right:
             remedy = f"; {_CLASSES[kind][1]}" if kind in _CLASSES else ""
             or_none = " or None" if may_be_none else ""
             raise InputError(f"{name}: expected {expected}{or_none}, but got {of_type(value)}{remedy}")
-
-
-@functools.lru_cache(maxsize=64)
-def _names_of(kind: type[Any]) -> frozenset[str]:
-    """Return the names of a class and of its bases."""
-    return frozenset(base.__name__ for base in kind.__mro__)
 
 
 def _fits_float(value: Any) -> bool:
