@@ -70,8 +70,14 @@ def typed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result
 
 def check_fields(record: Any) -> None:
     """Do the same for the fields of a dataclass."""
-    annotations = {field.name: field.type for field in dataclasses.fields(record)}
-    _check({name: getattr(record, name) for name in annotations}, _wanted(annotations))
+    kind: Any = type(record)
+    wanted = _wanted_of(kind)
+    _check({name: getattr(record, name) for name in wanted}, wanted)
+
+
+@functools.cache
+def _wanted_of(record: Any) -> dict[str, tuple[str, bool]]:
+    return _wanted({field.name: field.type for field in dataclasses.fields(record)})
 
 
 def of_type(value: Any) -> str:
@@ -104,8 +110,8 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
             expected, fits = _KINDS[kind]
             right = fits(value)
         else:
-            names = {base.__name__ for base in type(value).__mro__}  # a namespace stands for one in an experiment
-            expected, right = f"a {_CLASSES[kind][0]}", bool(names & {kind, "SimpleNamespace"})
+            these = (kind, "SimpleNamespace")  # a namespace stands for one in an experiment
+            expected, right = f"a {_CLASSES[kind][0]}", any(base.__name__ in these for base in type(value).__mro__)
         if not right:
             remedy = f"; {_CLASSES[kind][1]}" if kind in _CLASSES else ""
             or_none = " or None" if may_be_none else ""

@@ -18,7 +18,8 @@ class OpenSearch {
   // Sorts the open points into bins.
   void prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, int threads);
 
-  // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four.
+  // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four. Where OpenPixel::distance is known
+  // nothing is searched, and it stands for the point's own.
   // `pass` and what it points to must still be there.
   void run(std::vector<float>& distances, int threads, const Stop& stop) const;
 
@@ -30,8 +31,8 @@ class OpenSearch {
   std::vector<float> u_low_, u_high_, v_low_, v_high_;  // rays that bound each column and row of tiles
   int bins_x_ = 0;
   std::size_t count_ = 0;
-  std::vector<std::uint32_t> starts_, index_;  // of the bins; pixels bin by bin
-  std::vector<float> x_, y_, z_, limit_;       // of the open points, bin by bin
+  std::vector<std::uint32_t> starts_, index_;        // of the bins; pixels bin by bin
+  std::vector<float> x_, y_, z_, limit_, distance_;  // of the open points, bin by bin
 };
 
 }  // namespace debulk

@@ -47,7 +47,7 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
   tiles_.resize(cloud.width, cloud.height);
   bands_.resize(static_cast<std::size_t>((cloud.height + band_rows - 1) / band_rows));
 
-  WindowPass window{cloud, camera, 0, 0, 0, certified, base, states_.data(), heights_.data(), &tiles_, isa};
+  WindowPass window{cloud, camera, 0, 0, 0, certified, decisions_only ? fixed : 0, base, states_.data(), heights_.data(), &tiles_, isa};
   double tolerance_px = tolerance;
   for (int round = 0;; ++round) {
     window.low = fixed > 0 ? fixed : guess * (1 - band), window.high = fixed > 0 ? fixed : guess * (1 + band);

@@ -21,6 +21,8 @@ class PinholeOutliers {
   // A threshold that is known already, for a part of a cloud (0: the cloud's own). Then no cloud has too few points or too
   // many off the sheet; the summary's mean and deviation are still the part's own.
   double fixed = 0;
+  // With `fixed`: only the decisions are wanted. The summary's mean and deviation and open_distance() mean nothing then.
+  bool decisions_only = false;
   Isa isa = best_isa();
   // False: the four nearest of the 5 by 5 pixels round a point are believed without a certificate: a short cut, for
   // comparison.

@@ -18,7 +18,8 @@ struct Doubtful {
   static constexpr int most = strip * tile_height;
   int count = 0;
   std::uint32_t index[most];
-  int place[most];  // in the strip's arrays
+  int place[most];    // in the strip's arrays
+  bool square[most];  // whether all of the square is in the image
   alignas(64) float z[most], nearest[4][most];
 };
 
@@ -220,6 +221,19 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
 #endif
   }
 
+// A mean distance on the same side of the threshold as the point's own, where the square is enough to tell; else NaN. With `reach`, below
+// which no point outside the square is, in place of all that is farther, the mean comes out too small; without the points outside, too
+// large. Summed and rounded as OpenSearch does, so that the order survives.
+DEBULK_INLINE float same_side(const Doubtful& d, int i, float reach, double threshold) {
+  double least = 0, most = 0;
+  for (const auto& nearest : d.nearest) {
+    least += std::sqrt(static_cast<double>(std::min(nearest[i], reach)));
+    most += std::sqrt(static_cast<double>(nearest[i]));
+  }
+  const float low = static_cast<float>(least / 4), high = static_cast<float>(most / 4);
+  return low > threshold ? low : high <= threshold ? high : nan;
+}
+
 // Gives the doubtful points of a row of tiles their second chance: first all distances, then what follows from them.
 DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
   const CloudView& cloud = pass.cloud;
@@ -229,7 +243,8 @@ DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
     const int column = static_cast<int>(d.index[k] % width), row = static_cast<int>(d.index[k] / width);
     const auto inside = [](int at, int size) DEBULK_LAMBDA { return at >= 2 && at + 3 < size; };
     Nearest found;
-    if (inside(column, cloud.width) && inside(row, cloud.height)) visit_square(cloud, column, row, found), found.fourth();
+    d.square[k] = inside(column, cloud.width) && inside(row, cloud.height);
+    if (d.square[k]) visit_square(cloud, column, row, found), found.fourth();
     for (int n = 0; n < 4; ++n) d.nearest[n][k] = found.least[n][0];
     d.z[k] = cloud.point(column, row)[2];
   }
@@ -247,7 +262,9 @@ DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
       const std::uint32_t index = d.index[i];
       if ((sure >> lane & 1) == 0) {
         const float* p = cloud.point(index);
-        out.open.push_back({index, p[0], p[1], p[2], d.nearest[3][i]});
+        const bool told = pass.side_of > 0 && d.square[i];
+        const float side = told ? same_side(d, i, reach * (d.z[i] * d.z[i]), pass.side_of) : nan;
+        out.open.push_back({index, p[0], p[1], p[2], d.nearest[3][i], side});
         continue;
       }
       const float mean = distance[lane];

@@ -42,6 +42,7 @@ struct WindowPass {
   double tolerance = pinhole_tolerance;  // px
   double low = 0, high = 0;              // mm; at or below low: kept, above high: removed
   bool certified = true;                 // see PinholeOutliers
+  double side_of = 0;                    // mm; of open points it is enough to know on which side of it their distance is; 0: it is not
   const RayBase* base = nullptr;         // none: no heights
   // Out, one per pixel or tile.
   std::uint8_t* states = nullptr;
@@ -58,7 +59,8 @@ struct ClosePixel {
 struct OpenPixel {
   std::uint32_t index;
   float x, y, z;
-  float limit;  // squared distance below which there are four; infinity: not known
+  float limit;     // squared distance below which there are four; infinity: not known
+  float distance;  // mean, on the same side of WindowPass::side_of as the point's own; NaN: not known
 };
 
 struct WindowBand {

@@ -154,6 +154,7 @@ bool RegionFront::make_exact(const Window& strip, Work& work, const CloudView& s
   }
   PinholeOutliers& image = scratch->image;
   image.fixed = threshold_.value;
+  image.decisions_only = true;
   image.tolerance = 0.01;
   const bool fits = image.run(part.view(), part.camera(view_.camera), options_.front.outliers, &base, threads, stop);
   if (fits) {

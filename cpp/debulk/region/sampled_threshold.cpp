@@ -1,6 +1,7 @@
 #include "debulk/region/sampled_threshold.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -34,16 +35,17 @@ Sums rim_of(const CloudView& part, const PinholeOutliers& outliers) {
   const auto add = [&](int column, int row) {
     const std::size_t at = static_cast<std::size_t>(row) * static_cast<std::size_t>(part.width) + static_cast<std::size_t>(column);
     if (open[at] || !part.seen(at)) return;
-    std::vector<double> squares;
+    std::array<double, 8> squares;
+    std::size_t count = 0;
     for (int j = std::max(0, row - 1); j <= std::min(part.height - 1, row + 1); ++j)
       for (int i = std::max(0, column - 1); i <= std::min(part.width - 1, column + 1); ++i) {
         const std::size_t other = static_cast<std::size_t>(j) * static_cast<std::size_t>(part.width) + static_cast<std::size_t>(i);
         if (other == at || !part.seen(other)) continue;
         const float *a = part.point(at), *b = part.point(other);
-        squares.push_back((Eigen::Vector3d(a[0], a[1], a[2]) - Eigen::Vector3d(b[0], b[1], b[2])).squaredNorm());
+        squares[count++] = (Eigen::Vector3d(a[0], a[1], a[2]) - Eigen::Vector3d(b[0], b[1], b[2])).squaredNorm();
       }
-    if (squares.size() < 4) return;
-    std::sort(squares.begin(), squares.end());
+    if (count < 4) return;
+    std::partial_sort(squares.begin(), squares.begin() + 4, squares.begin() + static_cast<long>(count));
     double d = 0;
     for (std::size_t k = 0; k < 4; ++k) d += std::sqrt(squares[k]) / 4;
     out.n += 1, out.sum += d, out.squares += d * d;

@@ -6,6 +6,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/surface/spline_row.hpp"
 
 namespace debulk {
 namespace {
@@ -176,8 +177,16 @@ std::vector<Eigen::Vector2d> Reference::gradients_on_row(const std::vector<doubl
     value += wy.value[b] * row;
     slope += wy.slope[b] * row;
   }
+  std::vector<double> u(x.size());
+  for (std::size_t k = 0; k < x.size(); ++k) u[k] = heights_.locate({x[k], y}).x();
+  if (u.front() >= 0 && u.back() <= heights_.nx - 1) {
+    std::vector<double> fx(x.size()), fy(x.size());
+    spline_row(u.data(), static_cast<int>(u.size()), heights_.nx, first, value.data(), slope.data(), fx.data(), fy.data());
+    for (std::size_t k = 0; k < x.size(); ++k) out[k] = Eigen::Vector2d(fx[k], fy[k]) / heights_.spacing;
+    return out;
+  }
   for (std::size_t k = 0; k < x.size(); ++k) {
-    const Weights wx = weights(heights_.locate({x[k], y}).x(), heights_.nx);
+    const Weights wx = weights(u[k], heights_.nx);
     double fx = 0, fy = 0;
     for (std::size_t a = 0; a < 4; ++a) {
       fx += wx.slope[a] * value[wx.first - first + static_cast<int>(a)];

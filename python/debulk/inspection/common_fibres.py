@@ -121,9 +121,11 @@ def _close_by(nets: Mapping[int, SpareNet], way_mm: float) -> dict[int, list[int
     boxes_apart = np.maximum(0.0, np.maximum(low[:, None] - high, low - high[:, None]))
     ways_mm = way_mm + tails[:, None] + tails
     for i, j in np.argwhere(np.hypot(*np.moveaxis(boxes_apart, -1, 0)) <= ways_mm).tolist():
+        if i >= j:
+            continue
         most_mm = ways_mm[i, j]
         facing = feet[j][((feet[j] >= low[i] - most_mm) & (feet[j] <= high[i] + most_mm)).all(axis=1)]
-        if i < j and len(facing) and pocket.distance_to_outline(feet[i], facing).min() <= most_mm:
+        if len(facing) and pocket.distance_to_outline(feet[i], facing).min() <= most_mm:
             close[numbers[i]].append(numbers[j])
             close[numbers[j]].append(numbers[i])
     return close

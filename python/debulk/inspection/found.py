@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from debulk.grid import Grid
+from debulk.inspection.foot_slope import foot_slope
 from debulk.net import Net
 from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen
 from debulk.results.report import LeftOut
@@ -63,6 +65,11 @@ class FoundPocket:
     def foot(self) -> Foot:
         """Where its ply comes down to the mold."""
         return self.feet.feet[self.index]
+
+    @cached_property
+    def foot_slope(self) -> float:
+        """Mean slope of the heights along the foot's outline; asked for several times while the pocket is judged."""
+        return foot_slope(self.feet.heights, self.foot.outline_mm)
 
 
 @dataclass(frozen=True)

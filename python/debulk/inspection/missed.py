@@ -19,8 +19,6 @@ Floats = NDArray[np.float64]
 # What gridding and the 3 by 3 median blur the heights with, as a variance in squares of their spacing: a quarter is the
 # gridding's kernel (surface/image_gridding.hpp), a half what the median does to a round crest.
 _BLUR = 0.75
-_SLOPE_MM = 1.5  # to either side, over which the slope at the foot is taken
-_PLACES = 64  # of the foot's outline
 _LONGEST_TAIL_MM = 20.0
 
 
@@ -41,7 +39,7 @@ def missed_share(found: FoundPocket, laid: Net, reference: Reference) -> float:
         return 0.0
     nodes[:, 2] += filtered_once_more(found.feet.heights, nodes[:, :2], found.feet.smooth_mm)
     after_mm = _core.ridge.largest_fibre_excess(nodes, laid.neighbours, reference)
-    ends_mm = 2 * found.feet.mold_tol_mm * _slope(found.feet.heights, found.foot.outline_mm) / 3
+    ends_mm = 2 * found.feet.mold_tol_mm * found.foot_slope / 3
     return max(0.0, 1 - after_mm / before_mm) + ends_mm / before_mm
 
 
@@ -51,7 +49,7 @@ def tail_mm(found: FoundPocket) -> float:
     A parabola that comes down from the mold tolerance with a slope s ends 2 * tolerance / s away.
     """
     twice_mm = 2 * found.feet.mold_tol_mm
-    return twice_mm / max(_slope(found.feet.heights, found.foot.outline_mm), twice_mm / _LONGEST_TAIL_MM)
+    return twice_mm / max(found.foot_slope, twice_mm / _LONGEST_TAIL_MM)
 
 
 def filtered_once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:
@@ -78,19 +76,3 @@ def _weights(half: int) -> Floats:
     a = (1 - 2 * b * s2) / s0
     weights: Floats = a + b * (squares[:, None] + squares)
     return weights
-
-
-def _slope(heights: Grid, outline: Floats) -> float:
-    """Mean slope of the heights where an outline runs; 0 where none of them is known."""
-    off = max(1, round(_SLOPE_MM / heights.spacing_mm))
-    places = outline[:: -(-len(outline) // _PLACES)]
-    last = np.array(heights.values.shape[::-1]) - 1
-    cells = np.rint((places - heights.origin_mm) / heights.spacing_mm).astype(np.intp)
-    column, row = np.clip(cells, off, np.maximum(last - off, off)).T
-    values = heights.values
-    if (last < 2 * off).any():
-        return 0.0
-    rise = values[row, column + off] - values[row, column - off], values[row + off, column] - values[row - off, column]
-    slopes = np.hypot(*rise) / (2 * off * heights.spacing_mm)
-    known = slopes[np.isfinite(slopes)]
-    return float(known.mean()) if known.size else 0.0

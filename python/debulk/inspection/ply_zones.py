@@ -96,11 +96,15 @@ class PlyZones:
 
     def inside(self, sample: Sample) -> Bools:
         """Tell which points of a sample have a height, and lie on the ply well inside its outline."""
+        if (known := sample.inside.get(self)) is not None:
+            return known
         cell = np.rint((sample.points_mm[:, :2] - self._low) / _CELL_MM)
         ny, nx = self._shape
         on: Bools = np.isfinite(sample.height_mm) & (cell >= 0).all(axis=1) & (cell < [nx, ny]).all(axis=1)
         column, row = cell[on].astype(np.int64).T
         on[on] = self._on[row * nx + column]
+        on.flags.writeable = False  # shared by all who ask
+        sample.inside[self] = on
         return on
 
     def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:

@@ -135,7 +135,9 @@ def _fibres(laid: LaidPocket, nodes_mm: Floats, crest: Sequence[int]) -> list[Fl
 
 def _angle_deg(a: Floats, b: Floats) -> float:
     """Between two lines, 0 to 90."""
-    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b))))
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    cross = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])  # np.cross takes twenty times as long
+    return math.degrees(math.atan2(float(np.linalg.norm(cross)), abs(float(a @ b))))
 
 
 def _radius_mm(area_mm2: float) -> float:

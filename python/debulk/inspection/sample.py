@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,6 +38,8 @@ class Sample:
         What was taken off the heights.
     pitch_mm
         From point to point of the scan, where it shows the ply; inf: not known.
+    inside
+        What `PlyZones.inside` has found already, by the zones: several checks ask for it.
     """
 
     points_mm: Floats
@@ -45,6 +48,7 @@ class Sample:
     same: NDArray[np.bool_]
     removed_mm: float = 0.0
     pitch_mm: float = np.inf
+    inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
 
     def lowered(self, offset_mm: float) -> Sample:
         """Return the same points, lower by so much."""

@@ -109,12 +109,14 @@ TEST(Reference, IsTheSameWhereRowsAreAllZero) {
 
 TEST(Reference, TellsTheGradientsOnARowAsPointByPoint) {
   const Reference surface = sampled(cubic, 9, 11, 0.7);
-  const std::vector<double> x{-5.0, -3.0, -2.9, -1.1, 0.4, 2.6, 2.61, 7.5};  // beyond it, too
-  for (const double y : {0.5, 2.0, 4.44, 9.0, 11.0}) {
-    const std::vector<Eigen::Vector2d> row = surface.gradients_on_row(x, y);
-    ASSERT_EQ(row.size(), x.size());
-    for (std::size_t k = 0; k < x.size(); ++k) EXPECT_LT((row[k] - surface.sample({x[k], y}).gradient).norm(), 1e-11) << x[k] << " " << y;
-  }
+  const std::vector<double> within{-3.0, -2.9, -2.3, -1.6, -1.1, -0.9, -0.2, 0.4, 1.2, 1.9, 2.59};
+  const std::vector<double> beyond{-5.0, -3.0, -2.9, -1.1, 0.4, 2.6, 2.61, 7.5};
+  for (const std::vector<double>& x : {within, beyond})
+    for (const double y : {0.5, 2.0, 4.44, 9.0, 11.0}) {
+      const std::vector<Eigen::Vector2d> row = surface.gradients_on_row(x, y);
+      ASSERT_EQ(row.size(), x.size());
+      for (std::size_t k = 0; k < x.size(); ++k) EXPECT_LT((row[k] - surface.sample({x[k], y}).gradient).norm(), 1e-11) << x[k] << " " << y;
+    }
   EXPECT_TRUE(surface.gradients_on_row({}, 3.0).empty());
 }
 

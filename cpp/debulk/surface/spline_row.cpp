@@ -1,0 +1,34 @@
+#include "debulk/surface/spline_row.hpp"
+
+#include <algorithm>
+
+// For several sets of instructions: the compiler takes several places at a time. No sum changes its order.
+#if defined(__x86_64__)
+#define DEBULK_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define DEBULK_WIDE
+#endif
+
+namespace debulk {
+
+DEBULK_WIDE void spline_row(const double* __restrict u, int count, int n, int from, const double* __restrict value,
+                            const double* __restrict slope, double* __restrict by_slope, double* __restrict by_value) {
+  for (int k = 0; k < count; ++k) {
+    const int first = std::min(static_cast<int>(u[k]), n - 2);
+    const double t = u[k] - first, s = 1 - t;
+    const double* v = value + (first - from);
+    const double* w = slope + (first - from);
+    double fx = 0, fy = 0;
+    fx += -s * s / 2 * v[0];
+    fx += (3 * t * t - 4 * t) / 2 * v[1];
+    fx += (4 * s - 3 * s * s) / 2 * v[2];
+    fx += t * t / 2 * v[3];
+    fy += s * s * s / 6 * w[0];
+    fy += (4 - 6 * t * t + 3 * t * t * t) / 6 * w[1];
+    fy += (4 - 6 * s * s + 3 * s * s * s) / 6 * w[2];
+    fy += t * t * t / 6 * w[3];
+    by_slope[k] = fx, by_value[k] = fy;
+  }
+}
+
+}  // namespace debulk
