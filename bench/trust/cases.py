@@ -170,7 +170,9 @@ def run(case: Case, pixels: tuple[int, int]) -> Outcome:
 def _all_seen(layup: Any) -> bool:
     """Whether nothing of the layup can excuse a refusal."""
     truth = layup.truth
-    pockets_seen = all(p.unseen_share < 0.1 and p.rim_unseen_share < 0.1 for p in truth.pockets)
+    pockets_seen = all(
+        p.unseen_share < 0.1 and p.reference_unseen_share < 0.1 and p.rim_unseen_share < 0.1 for p in truth.pockets
+    )
     return bool(truth.ply_seen_share > 0.985 and pockets_seen)
 
 
