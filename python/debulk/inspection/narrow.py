@@ -15,9 +15,10 @@ from debulk.inspection.found import FoundPocket
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Lowered", "lowered", "perimeter_mm", "true_ridge_mm"]
+__all__ = ["Lowered", "lowered", "perimeter_mm", "stands_on_hill", "true_ridge_mm"]
 
 _FILTER_CELLS = 5  # over which single spikes are removed, and with them the tops of what is hardly wider
+_HILL_FOOT = 2.0  # bells: a wider foot is that of a hill below
 _MORE_BY_MEDIAN = 1  # cells, where the median is taken over 5 of them too
 
 
@@ -29,14 +30,14 @@ def true_ridge_mm(one: FoundPocket, excess_mm: float, recipe: Recipe) -> float:
     on bells and long bumps 3.6 to 7 mm high and 24 to 100 mm wide, heights 0.6 to 3 mm apart, it fell short by up to
     4 %.
     """
-    wide_mm = min(_wide_mm(one.foot.area_mm2, one.foot.outline_mm), _bell_mm(one))
+    wide_mm = _bell_mm(one) if stands_on_hill(one) else _wide_mm(one.foot.area_mm2, one.foot.outline_mm)
     cells = _FILTER_CELLS + (_MORE_BY_MEDIAN if recipe.clean.median_cells > 3 else 0)
     lost = 1 + 33 * (cells * one.segmentation.heights.spacing_mm / wide_mm) ** 4
     return excess.ridge_of(excess_mm * lost, recipe)
 
 
 def _bell_mm(one: FoundPocket) -> float:
-    """Return the width of a cosine bell as high and, at the cut, as wide: one on a low hill has the hill's foot."""
+    """Return the width of a cosine bell as high and, at the cut, as wide."""
     high_mm = one.pocket.peak_mm - one.feet.thickness_mm
     below = (one.segmentation.cut_height_mm - one.feet.thickness_mm) / high_mm
     cut_mm = _wide_mm(one.pocket.area_mm2, one.pocket.outline_mm)
@@ -47,6 +48,11 @@ def _wide_mm(area_mm2: float, outline_mm: NDArray[np.float64]) -> float:
     """Return the diameter of a disc, the width of a strip."""
     around_mm = perimeter_mm(outline_mm)
     return 2 * area_mm2 / around_mm * (1 + 4 * math.pi * area_mm2 / around_mm**2)
+
+
+def stands_on_hill(one: FoundPocket) -> bool:
+    """Tell whether a foot is much wider than the bell on it, so that the net of the whole steps over the bell."""
+    return _wide_mm(one.foot.area_mm2, one.foot.outline_mm) > _HILL_FOOT * _bell_mm(one)
 
 
 @dataclass(frozen=True)
