@@ -1,8 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <limits>
-
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/surface/surface.hpp"
 
@@ -17,7 +14,7 @@ class BeyondEdge : public Surface {
 
   SurfaceSample sample(const Eigen::Vector2d& xy) const override {
     if (inside(outline_, xy)) return surface_.sample(xy);
-    const Eigen::Vector2d edge = nearest(xy);
+    const Eigen::Vector2d edge = nearest_on_outline(outline_, xy);
     SurfaceSample s = surface_.sample(edge);
     s.height += s.gradient.dot(xy - edge);
     s.hessian.setZero();
@@ -25,19 +22,6 @@ class BeyondEdge : public Surface {
   }
 
  private:
-  Eigen::Vector2d nearest(const Eigen::Vector2d& xy) const {
-    Eigen::Vector2d best = xy;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < outline_.size(); ++k) {
-      const Eigen::Vector2d from = outline_[k], side = outline_[(k + 1) % outline_.size()] - from;
-      const double squared = side.squaredNorm();
-      const double share = squared > 0 ? std::min(1.0, std::max(0.0, (xy - from).dot(side) / squared)) : 0.0;
-      const Eigen::Vector2d at = from + share * side;
-      if (const double away = (xy - at).squaredNorm(); away < least) least = away, best = at;
-    }
-    return best;
-  }
-
   const Surface& surface_;
   const Polygon& outline_;
 };

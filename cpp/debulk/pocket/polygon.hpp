@@ -20,6 +20,9 @@ double polygon_perimeter(const Polygon& polygon);
 // Even-odd rule. A point exactly on the outline may be told either.
 bool inside(const Polygon& polygon, const Eigen::Vector2d& point);
 
+// The point of the outline that is nearest; infinitely far for an empty polygon.
+Eigen::Vector2d nearest_on_outline(const Polygon& polygon, const Eigen::Vector2d& point);
+
 // To the nearest point of the outline, inside and outside alike; infinite for an empty polygon.
 double distance_to_outline(const Polygon& polygon, const Eigen::Vector2d& point);
 

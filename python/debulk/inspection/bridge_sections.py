@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from debulk import _core, ridge
-from debulk.inspection import excess
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -82,7 +81,7 @@ class Short(NamedTuple):
 def over_bump(laid: Net, found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Short | None:
     """Weigh the fibres over a bump below the tolerances, on which a net is laid; None: no bridge; raises `Stopped`."""
     recipe = ply.recipe
-    least_mm = excess.counts_from_mm(recipe)
+    least_mm = options.counts_from_mm(recipe)
     bound_mm = _upper_side(_core.ridge.held_excess(laid._core.net, ply.reference).bridge_bound_mm, recipe)
     if bound_mm < least_mm:
         return None

@@ -18,7 +18,6 @@ from debulk.inspection import (
     bridge_sections,
     dumps,
     edge_friction,
-    excess,
     hole_beside,
     left_out,
     ridges,
@@ -30,6 +29,7 @@ from debulk.inspection.evaluated import Evaluation
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
 from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.recipe import options
 from debulk.results.report import PocketNet, PocketReport, SolveReport
 from debulk.stopping import stopping
 
@@ -284,7 +284,7 @@ def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
 
 def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
     """Say which bridge of the model is not counted, where it alone would have counted against the pocket."""
-    if best.drawn_in_height_mm <= max(excess.counts_from_mm(recipe), best.bridge_height_mm):
+    if best.drawn_in_height_mm <= max(options.counts_from_mm(recipe), best.bridge_height_mm):
         return ""
     return (
         f"; a bridge of {best.drawn_in_height_mm:.2f} mm is not counted: it pulls with "

@@ -19,7 +19,7 @@ from debulk.results.report import ExcessReport
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["counts_from_mm", "of_held_fibres", "of_net", "ridge_of"]
+__all__ = ["of_held_fibres", "of_net", "ridge_of"]
 
 # From scan to scan the outline moves with the noise, and the net with it: the excess scatters by so many times the
 # noise of the heights, far more than the noise of its nodes makes. Root mean square over 24 pockets of the layups 3 and
@@ -90,11 +90,6 @@ def of_held_fibres(laid: Net, ply: PlyOnMold) -> float:
         if not (len(fibre) > 1 and on_mold[fibre[0]] and on_mold[fibre[-1]] and goes_on):
             neighbours[np.ix_(fibre, ALONG[direction])] = -1
     return float(_core.ridge.largest_fibre_excess(laid.nodes_mm, neighbours, ply.reference))
-
-
-def counts_from_mm(recipe: Recipe) -> float:
-    """Return the height, mm, from which a ridge or a bridge counts: the limit less what its height may be wrong by."""
-    return recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
 
 
 def ridge_of(excess_mm: float, recipe: Recipe) -> float:

@@ -58,19 +58,23 @@ def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats, ply_outlin
 
     A wrong pose leans all of a reference, the ply's part too.
     """
-    x, y = (np.linspace(a, b, 40) for a, b in zip(low_mm, high_mm, strict=True))
-    tilt = _tilt_deg(reference, np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+    tilt = _tilt_deg(reference, _spread(low_mm, high_mm))
     if tilt > _MOST_TILT_DEG and ply_outline is not None:
-        box = np.stack([np.maximum(ply_outline.min(axis=0), low_mm), np.minimum(ply_outline.max(axis=0), high_mm)])
-        x, y = (np.linspace(a, b, 40) for a, b in box.T)
-        xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        xy = xy[pocket.inside(ply_outline, xy)] if (box[0] < box[1]).all() else xy[:0]
-        tilt = _tilt_deg(reference, xy) if len(xy) else tilt
+        low, high = np.maximum(ply_outline.min(axis=0), low_mm), np.minimum(ply_outline.max(axis=0), high_mm)
+        xy = _spread(low, high)
+        on_ply = xy[pocket.inside(ply_outline, xy)] if (low < high).all() else xy[:0]
+        tilt = _tilt_deg(reference, on_ply) if len(on_ply) else tilt
     if tilt > _MOST_TILT_DEG:
         raise InputError(
             f"reference: expected a mold seen from above, z up, but its surface leans by {tilt:.0f} degrees from z: "
             "check mold_from_scanner (is it the motion from the scanner's frame to the mold's, or its inverse?)"
         )
+
+
+def _spread(low_mm: Floats, high_mm: Floats) -> Floats:
+    """Return 40 by 40 places all over a box."""
+    x, y = (np.linspace(a, b, 40) for a, b in zip(low_mm, high_mm, strict=True))
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
 
 def _tilt_deg(reference: Reference, xy_mm: Floats) -> float:

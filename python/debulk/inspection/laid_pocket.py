@@ -172,7 +172,7 @@ class LaidPocket:
         return {
             "inside_ply": self.inside_ply,
             "excess_range_mm": None if known is None else known.range_mm,
-            "no_bridge": known is not None and known.bridge_bound_mm <= excess.counts_from_mm(self.recipe),
+            "no_bridge": known is not None and known.bridge_bound_mm <= options.counts_from_mm(self.recipe),
         }
 
 
@@ -232,7 +232,7 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold, stop: _core.Stop |
     straight = straight_fibres.longest(found, ply, slip_mm, stop)
     held_mm = max(excess.of_held_fibres(laid, ply), straight.excess_mm)
     limits = ply.recipe.verdict
-    if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > excess.counts_from_mm(ply.recipe):
+    if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > options.counts_from_mm(ply.recipe):
         side = "above" if ridge_mm > limits.max_ridge_mm else f"within {limits.ridge_margin_mm:.2f} mm of"
         return (
             f"a fibre that is held at both ends is {held_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm "

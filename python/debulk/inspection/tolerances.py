@@ -188,7 +188,7 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     at_nodes_mm = ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, ply.reference)
     excess_mm = max(at_nodes_mm, between_mm)
     ridge_mm, rms_mm = _bounds(laid, excess_mm, ply.recipe)
-    least_mm = excess.counts_from_mm(ply.recipe)
+    least_mm = options.counts_from_mm(ply.recipe)
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
     measure = partial(excess.of_net, laid, ply, one)
     spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), at_nodes_mm, measure)
@@ -218,7 +218,7 @@ def _open(dropped: Dropped, one: FoundPocket, ply: PlyOnMold, stop: _core.Stop) 
     why = "its foot is not known all round"
     seen_mm = straight_fibres.longest(one, ply, ply.recipe.net.free_edge_mm, stop).excess_mm
     listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
-    if excess.ridge_of(seen_mm, ply.recipe) >= excess.counts_from_mm(ply.recipe):
+    if excess.ridge_of(seen_mm, ply.recipe) >= options.counts_from_mm(ply.recipe):
         why += f", and what was seen of a fibre over it is {seen_mm:.2f} mm longer than the mold"
         listed = True
     return Bump(dropped, why, found=_judged(one, dropped, why) if listed else None)

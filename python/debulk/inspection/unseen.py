@@ -118,18 +118,18 @@ def _doubt(
     name = _name(hole, hidden)
     specks = f"{name}, in which single points stand {hole.rim_height:.1f} mm high: scan again"
     rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
+    flat = hole.outer_rim_height < high
+    standing = Judgement(Verdict.UNDECIDED, specks) if flat else Judgement(Verdict.INVALID, rises)
     if hole.filled:
         if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
-            flat = hole.outer_rim_height < high
-            return Judgement(Verdict.UNDECIDED, specks) if flat else Judgement(Verdict.INVALID, rises)
+            return standing
     elif hole.rim_height >= high:
         if one := _judged_with(hole, pockets):
             return Judgement(Verdict.UNDECIDED, f"{name} borders on pocket {one.id}: scan again")
         if hidden:  # no other scan would show it
             return Judgement(Verdict.UNDECIDED, f"{name}, whose rim stands {hole.rim_height:.1f} mm high")
         if hole.thickness > BRIDGE_MM or not _bridged(hole, found, recipe):
-            flat = hole.outer_rim_height < high
-            return Judgement(Verdict.UNDECIDED, specks) if flat else Judgement(Verdict.INVALID, rises)
+            return standing
     elif hole.thickness > BRIDGE_MM and not hidden:
         return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
     return None

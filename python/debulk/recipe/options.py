@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from debulk.recipe.model import Recipe
 
 __all__ = [
+    "counts_from_mm",
     "criteria",
     "feet",
     "flag_mm",
@@ -78,15 +79,19 @@ def feet(recipe: Recipe) -> _core.pocket.FootOptions:
     return options
 
 
+def counts_from_mm(recipe: Recipe) -> float:
+    """Height, mm, from which a ridge or a bridge counts: the limit less what its height may be wrong by."""
+    return recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
+
+
 def flag_mm(recipe: Recipe) -> float:
     """Height above the reference from which something may crease though it is no pocket, and is looked at.
 
     A ply that is too short for a hollow has nothing to spare that would lift it: it stands no higher than it will stay.
     Half the cut, where that is lower: so much a row of hills needs for a ridge.
     """
-    limits, thickness_mm = recipe.verdict, recipe.material.thickness_mm
-    bridge_mm = limits.max_ridge_mm - limits.ridge_margin_mm
-    as_laid_mm = bridge_mm + thickness_mm - thickness_mm / recipe.material.bulk_factor
+    thickness_mm = recipe.material.thickness_mm
+    as_laid_mm = counts_from_mm(recipe) + thickness_mm - thickness_mm / recipe.material.bulk_factor
     return min(recipe.segmentation.cut_height_mm / 2, max(as_laid_mm, thickness_mm + recipe.patch.mold_tol_mm))
 
 
