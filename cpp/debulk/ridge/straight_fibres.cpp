@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kApart = 2.0;  // mm; what the filters leave is 8 mm wide
 constexpr double kStep = 1.0;   // mm, at least: a step of 1.5 takes 4 % from a bump 18 mm wide, and this 2 %
+constexpr double kEdgeCells = 2.0;  // beside the ply's edge whose heights are not known
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 // Of the steps whose ends both are known.
@@ -45,16 +46,24 @@ double lower_side(double height, double thickness) {
   return std::isnan(height) ? 0.0 : std::max(height - thickness, 0.0);
 }
 
+// Where the filters know no height beside the ply's edge it does not step down to the mold.
+bool ends_before(const Eigen::Vector2d& xy, const LinesHeld& held, double spacing) {
+  return !held.ply.empty() && distance_to_outline(held.ply, xy) <= kEdgeCells * spacing;
+}
+
 // All of it, from its first point on the foot to its last.
-StraightFibre line_over(const FootHeights& ply, double thickness, const Surface& mold, const Frame& frame, int reach, double aside) {
+StraightFibre line_over(const FootHeights& ply, const FootMap& feet, const Surface& mold, const LinesHeld& held, const Frame& frame,
+                        int reach, double aside) {
   StraightFibre line;
   int last = -1;  // of its points on the foot, counted from the first
   for (int k = -reach; k <= reach; ++k) {
     const Eigen::Vector2d xy = frame.at(k, aside);
-    const bool on = ply.on_foot(xy);
+    bool on = ply.on_foot(xy);
+    const double height = on ? ply.at(xy) : kUnknown;
+    if (on && std::isnan(height)) on = !ends_before(xy, held, feet.heights.spacing);
     if (!on && last < 0) continue;
     line.points.push_back(xy);
-    line.gaps.push_back(on ? lower_side(ply.at(xy), thickness) : kUnknown);
+    line.gaps.push_back(on ? lower_side(height, feet.options.thickness_mm) : kUnknown);
     line.molds.push_back(on ? mold.height(xy) : kUnknown);
     if (on) last = static_cast<int>(line.points.size()) - 1;
   }
@@ -104,7 +113,7 @@ std::vector<StraightFibre> straight_fibres(const FootMap& feet, const Foot& foot
     double best = 0;  // aside
     const auto try_line = [&](double at) {
       if (stop.now()) throw Stopped("straight lines along the fibres were not all measured");
-      StraightFibre whole = line_over(ply, feet.options.thickness_mm, mold, frame, reach, at);
+      StraightFibre whole = line_over(ply, feet, mold, held, frame, reach, at);
       for (StraightFibre& line : parted(std::move(whole), feet.mold_tol_mm, step, held.apart))
         if (line.excess > out[k].excess && goes_on(line, frame.along, held)) out[k] = std::move(line), best = at;
     };

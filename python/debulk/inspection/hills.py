@@ -39,13 +39,18 @@ def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop) -> I
     lower_mm = max(options.flag_mm(ply.recipe), ply.recipe.material.thickness_mm + feet.mold_tol_mm + _ABOVE_FOOT_MM)
     known: NDArray[np.bool_] | None = None
     for cut_mm, smooth in ((feet.hill_mm, heights), (lower_mm, feet.heights)):
-        stands = (heights.values >= cut_mm) & (smooth.values >= cut_mm)  # lower down noise is smoothed away
-        if cut_mm >= whole.cut_height_mm or not (stands & (feet.labels.values == 0)).any():
+        if cut_mm >= whole.cut_height_mm:
+            continue
+        stands = _above(cut_mm, heights, smooth, stop)
+        if not _off_feet(stands, feet, stop):
             continue
         if known is None:
             known = _listed(whole, heights, without_tolerances(ply), stop) | (feet.labels.values > 0)
         found = _at(cut_mm, heights, ply, stop)
-        fresh = _ids(found.labels, stands) - _ids(found.labels, known)
+        fresh = _ids(found.labels, stands)
+        _heed(stop)
+        fresh -= _ids(found.labels, known)
+        _heed(stop)
         if fresh and cut_mm < feet.hill_mm:
             fresh = _one_a_foot(found, fresh, _at(cut_mm - _ABOVE_FOOT_MM, feet.heights, ply, stop))
         known |= found.labels.values > 0
@@ -78,6 +83,29 @@ def _listed(
             nearest = min(above.pockets, key=lambda one: apart(one, bump))
             cells |= above.labels.values == nearest.id
     return cells
+
+
+def _above(cut_mm: float, heights: Grid, smooth: Grid, stop: _core.Stop) -> NDArray[np.bool_]:
+    """Tell the cells that stand above the cut smoothed too: lower down noise is smoothed away."""
+    stands: NDArray[np.bool_] = heights.values >= cut_mm
+    _heed(stop)
+    if smooth is not heights:
+        stands &= smooth.values >= cut_mm
+        _heed(stop)
+    return stands
+
+
+def _off_feet(stands: NDArray[np.bool_], feet: Feet, stop: _core.Stop) -> bool:
+    off = feet.labels.values == 0
+    _heed(stop)
+    off &= stands
+    return bool(off.any())
+
+
+def _heed(stop: _core.Stop) -> None:
+    """Raise `Stopped` once the stop is raised: between passes over all cells, each takes some ten milliseconds."""
+    if stop.now():
+        raise _core.Stopped("the search for low hills was stopped")
 
 
 def _at(cut_mm: float, heights: Grid, ply: PlyOnMold, stop: _core.Stop) -> Segmentation:

@@ -51,7 +51,12 @@ def _wide_mm(area_mm2: float, outline_mm: NDArray[np.float64]) -> float:
 
 
 def stands_on_hill(one: FoundPocket) -> bool:
-    """Tell whether a foot is much wider than the bell on it, so that the net of the whole steps over the bell."""
+    """Tell whether a foot is much wider than the bell on it, so that the net of the whole steps over the bell.
+
+    What is cut by the ply's edge looks narrower than it is.
+    """
+    if one.pocket.touches_ply_edge:
+        return False
     return _wide_mm(one.foot.area_mm2, one.foot.outline_mm) > _HILL_FOOT * _bell_mm(one)
 
 

@@ -194,15 +194,15 @@ def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), at_nodes_mm, measure)
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare, stands=one)
     over_ridge = ridge_mm >= least_mm
-    # At the ply's edge lines that nothing holds count too, and the step down from it.
+    # At the ply's edge lines that nothing holds count too.
     steps_over = narrow.stands_on_hill(one) and not one.foot.touches_ply_edge
     lowered_mm = excess_mm if steps_over else at_nodes_mm
     # Of what stands lower than a hill the filters' share is told by the search for narrow bumps, in the raw scan.
     is_hill = place.cut_mm >= place.feet.hill_mm
-    true_mm = narrow.true_ridge_mm(one, lowered_mm, ply.recipe) if is_hill else ridge_mm
-    if true_mm >= least_mm:
-        lowered = f"it is so narrow that the filters may have lowered it: a ridge of {true_mm:.2f} mm is possible"
-        one = replace(one, doubt=f"{figures}, but {lowered}")
+    if is_hill and (true_mm := narrow.true_ridge_mm(one, lowered_mm, ply.recipe)) >= least_mm:
+        lowered = "it is so narrow that the filters may have lowered it"
+        possible_mm = max(true_mm, ridge_mm)
+        one = replace(one, doubt=f"{figures}, but {lowered}: a ridge of {possible_mm:.2f} mm is possible")
         figures, over_ridge = one.doubt, True
     if short is not None:
         figures, over_ridge = f"{figures}, and {short.why}", True

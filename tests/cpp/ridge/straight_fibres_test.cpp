@@ -126,6 +126,23 @@ TEST(StraightFibres, PassUnknownHeightsAndEmptyFeet) {
   EXPECT_EQ(straight_fibres(feet, Foot(), Plane(), {0, kPi / 2}, {})[0].excess, 0);
 }
 
+// Beside the edge the filters know no height: a ply that ends there in the air does not step down to the mold.
+TEST(StraightFibres, DoNotStepDownBesideThePlysEdge) {
+  FootMap feet = foot_of(bell(0, 0, 110, 5));
+  for (int j = 0; j < feet.labels.ny; ++j)
+    for (int i = 0; i < feet.labels.nx; ++i) {
+      const double x = feet.labels.position(i, j).x();
+      if (x > 9.4) feet.heights.at(i, j) = std::numeric_limits<float>::quiet_NaN();
+      if (x > 10) feet.labels.at(i, j) = 0;
+    }
+  const auto along = [&](const Polygon& ply) { return straight_fibres(feet, feet.feet[0], Plane(), {0}, {ply, 0})[0].excess; };
+  const double up = along({{-70, -70}, {10, -70}, {10, 70}, {-70, 70}}), down = along({});
+  const double flank = exact_excess([&](const Eigen::Vector2d& xy) { return bell(0, 0, 110, 5)({std::min(xy.x(), 9.4), xy.y()}); },
+                                    Plane(), {0, 0}, 0);
+  EXPECT_NEAR(up, flank, 0.02);
+  EXPECT_GT(down, up + 2);  // what a hole hides may lie on the mold
+}
+
 TEST(StraightFibres, EndWithTheStop) {
   const FootMap feet = foot_of(bell(0, 0, 110, 5));
   const Stop stop;
