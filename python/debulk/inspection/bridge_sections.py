@@ -112,7 +112,7 @@ def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSect
     least, height, most = (_upper_side(gap, recipe) for gap in (out.least_gap_mm, out.gap_mm, out.most_gap_mm))
     return BridgeSection(
         height_mm=height,
-        range_mm=(least, most),
+        range_mm=(min(least, height), max(most, height)),  # but for rounding they are in order
         lacks_mm=out.lacks_mm,
         lacks_error_mm=out.error_mm,
         pull_n_per_mm=out.pull_n_per_mm,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from debulk._core import InputError
 from debulk.results.advice import hole_line, is_off, level_line, wrinkle_line
+from debulk.results.bridge_section import BridgeSection, bridge_section_line
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import HalfSeen, at_best, half_seen_line
 from debulk.verdict import Criteria, Verdict, judge
@@ -39,6 +40,8 @@ def check_fits(report: ReportData) -> None:
     for pocket in report.pockets:
         if pocket.verdict is Verdict.CEASE:
             _check_ceases(pocket, recipe)
+        if pocket.bridge_section is not None:
+            _check_bridge(pocket, pocket.bridge_section)
         if pocket.half_seen is not None:
             _check_half_seen(pocket, pocket.half_seen, recipe.segmentation.area_tol_mm2)
     worst = max(report.pockets, key=lambda pocket: pocket.verdict, default=None)
@@ -122,6 +125,20 @@ def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) 
     if pocket.verdict < best:
         name = f"pockets[{pocket.id - 1}]"
         why = f"it {half_seen_line(half)}; {best} at best"
+        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
+
+
+def _check_bridge(pocket: PocketReport, section: BridgeSection) -> None:
+    """Refuse what no inspection says: sections are measured where the net bridges, and never make that CEASE."""
+    name = f"pockets[{pocket.id - 1}]"
+    low, high = section.range_mm
+    if not 0 <= low <= section.height_mm <= high:
+        raise InputError(
+            f"{name}.bridge_section: expected 0 <= range_mm[0] <= height_mm <= range_mm[1], got {low:.4g}, "
+            f"{section.height_mm:.4g} and {high:.4g}; {_REMEDY}"
+        )
+    if pocket.verdict is Verdict.CEASE:
+        why = f"its net bridges, {bridge_section_line(section)}"
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
 
 

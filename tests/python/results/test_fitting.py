@@ -17,6 +17,10 @@ HOLE = {
     "at_ply_edge": False,
     "at_best": "invalid",
 }  # fmt: skip
+SECTION = {
+    "height_mm": 1.2, "range_mm": [0.9, 1.4], "lacks_mm": 0.3, "lacks_error_mm": 0.02, "pull_n_per_mm": 20.0,
+    "hold_n_per_mm": 30.0,
+}  # fmt: skip
 LENIENT = {"max_rms_mm": 5.0, "max_ridge_mm": 9.0}
 
 
@@ -107,6 +111,14 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
         (lambda t: t["pockets"][2].update(rms_mm=None, rms_range_mm=None), "pockets[2].verdict: cease does not fit"),
         (lambda t: t["pockets"][2].update(rms_range_mm=[0.2, 5.1]), "pockets[2].verdict: cease does not fit"),
         (lambda t: t["pockets"][2].update(bridge_height_mm=9.1), "pockets[2].verdict: cease does not fit"),
+        (
+            lambda t: t["pockets"][2].update(bridge_section=SECTION),
+            "cease does not fit: its net bridges, 0.90 to 1.40 mm",
+        ),
+        (
+            lambda t: t["pockets"][2].update(bridge_section=SECTION | {"range_mm": [1.4, 0.9]}),
+            "pockets[2].bridge_section: expected 0 <= range_mm[0] <= height_mm <= range_mm[1], got 1.4, 1.2 and 0.9",
+        ),
         (lambda t: t["pockets"][2].update(measured_share=0.5), "pockets[2].verdict: cease does not fit"),
         (lambda t: t["pockets"][2].update(measured_share=7), "pockets[2].coverage: expected a share from 0 to 1"),
         (lambda t: t["pockets"][2].update(verdict="crease"), "verdict: cease does not fit pocket 3, crease"),
