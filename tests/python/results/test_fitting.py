@@ -113,7 +113,7 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
         (lambda t: t["pockets"][2].update(bridge_height_mm=9.1), "pockets[2].verdict: cease does not fit"),
         (
             lambda t: t["pockets"][2].update(bridge_section=SECTION),
-            "cease does not fit: its net bridges, 0.90 to 1.40 mm",
+            "its net bridges, 0.90 to 1.40 mm by the sections",
         ),
         (
             lambda t: t["pockets"][2].update(bridge_section=SECTION | {"range_mm": [1.4, 0.9]}),
