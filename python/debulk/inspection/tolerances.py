@@ -3,37 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk import _core, net, pocket, ridge
-from debulk.grid import Grid
+from debulk import _core, net, ridge
 from debulk.inspection import bridge_sections, excess, hills, narrow, straight_fibres
+from debulk.inspection.bump_place import BumpPlace, looked_at_again
 from debulk.inspection.found import Found, FoundPocket
-from debulk.inspection.hills import apart, without_tolerances
 from debulk.inspection.laid_pocket import lay_net
 from debulk.inspection.missed import tail_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
-from debulk.inspection.windows import cells_round, cut_out
-from debulk.pocket import Dropped, Feet, Segmentation, Unseen
+from debulk.pocket import Dropped, Feet, Segmentation
 from debulk.recipe import Net, Recipe, options
 from debulk.results.report import LeftOut
 from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
 
 __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
-
-Floats = NDArray[np.float64]
-
-_LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
-_FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
-_MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,35 +61,6 @@ class Bump:
     late: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class _Place:
-    """A dropped bump, and the piece of the scan in which it stands.
-
-    Attributes
-    ----------
-    dropped
-        As the segmentation lists it.
-    cut_mm
-        The height at which it is cut out.
-    whole, feet
-        The piece of the scan.
-    unseen, masked
-        What the scan does not show, and what of it the mask hides.
-    """
-
-    dropped: Dropped
-    cut_mm: float
-    whole: Segmentation
-    feet: Feet
-    unseen: Unseen
-    masked: tuple[bool, ...]
-
-    def cell(self, heights: Grid) -> tuple[int, int]:
-        """Return the column and the row of its middle on a grid."""
-        i, j = np.rint((self.dropped.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
-        return int(i), int(j)
-
-
 def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """Bound what each dropped bump could become: lay a net on it, and take its largest excess as one ridge.
 
@@ -107,14 +69,16 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """
     cut_mm = ply.recipe.segmentation.cut_height_mm
     places = [
-        _Place(d, cut_mm, whole, feet, found.unseen, found.masked) for whole, feet in found.parts for d in whole.dropped
+        BumpPlace(d, cut_mm, whole, feet, found.unseen, found.masked)
+        for whole, feet in found.parts
+        for d in whole.dropped
     ]
 
-    def look(part: tuple[Segmentation, Feet]) -> list[_Place] | None:
+    def look(part: tuple[Segmentation, Feet]) -> list[BumpPlace] | None:
         whole, feet = part
         try:
             lower = hills.find(whole, feet, ply, stop)
-            return [_Place(*hill, whole, feet, found.unseen, found.masked) for hill in lower]
+            return [BumpPlace(*hill, whole, feet, found.unseen, found.masked) for hill in lower]
         except _core.Stopped:
             return None
 
@@ -166,10 +130,10 @@ def bump_name(dropped: Dropped) -> str:
     )
 
 
-def _weigh(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> Bump:
+def _weigh(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     dropped, bounding = place.dropped, _resolving(ply)
     try:
-        one = _looked_at_again(place, ply, stop)
+        one = looked_at_again(place, ply, stop)
         if one is None:
             return Bump(dropped, "it stands on a pocket's foot, and is judged with that pocket")
         try:
@@ -246,65 +210,3 @@ def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, flo
     inside = max(1, int(np.count_nonzero(laid.inside)))
     share = min(1.0, fibres / inside)
     return ridge_mm, math.sqrt(base_mm**2 + share * (ridge_mm**2 - base_mm**2))
-
-
-def _looked_at_again(place: _Place, ply: PlyOnMold, stop: _core.Stop) -> FoundPocket | None:
-    """Segment a window round a bump without tolerances; None where it stands on the foot of a pocket."""
-    dropped, whole, feet = place.dropped, place.whole, place.feet
-    wanted = without_tolerances(ply)
-    wanted.cut_height_mm = place.cut_mm
-    one = None
-    for rows, columns in _windows(place):
-        window = cut_out(whole.heights, rows, columns)
-        if one is None and _frayed(place, whole.labels.values[rows, columns], window, wanted, stop):
-            return None
-        again = pocket.segment_with(wanted, window, 1, stop)
-        if not again.pockets:
-            return None  # at the edge of the cut: what is left of it above is a speck
-        index = min(range(len(again.pockets)), key=lambda k: apart(again.pockets[k], dropped))
-        owner = feet.labels.values[rows, columns][again.labels.values == again.pockets[index].id]
-        if 2 * np.count_nonzero(owner) > owner.size:
-            return None
-        lower = options.feet(ply.recipe)
-        lower.noise_mm = feet.noise_mm  # of the whole scan: a window is too small to tell
-        # Over the window of a pocket a bump 10 mm wide would lose half of its excess.
-        bump = again.pockets[index]
-        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / narrow.perimeter_mm(bump.outline_mm))
-        again.pockets[index] = replace(
-            again.pockets[index], measured_share=dropped.measured_share, touches_unknown=dropped.touches_unknown
-        )
-        its_feet = pocket.feet_with(lower, again, 1, stop)
-        one = FoundPocket(0, again, its_feet, index, place.unseen, masked=place.masked)
-        if one.foot.closed:
-            break
-    return one
-
-
-def _frayed(
-    place: _Place, labels: NDArray[np.int32], window: Grid, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
-) -> bool:
-    """Whether no more than noise parts a bump from a pocket: the contour of a broad one frays where it is flat."""
-    cut_mm = wanted.cut_height_mm
-    wanted.cut_height_mm = place.dropped.peak_mm - min(_FRAYED * place.feet.noise_mm, _MOST_FRAYED_MM)
-    try:
-        if not 0 < wanted.cut_height_mm < cut_mm:
-            return False
-        lower = pocket.segment_with(wanted, window, 1, stop)
-    finally:
-        wanted.cut_height_mm = cut_mm
-    i, j = place.cell(window)
-    number = lower.labels.values[j, i]
-    return bool(number > 0 and (labels[lower.labels.values == number] > 0).any())
-
-
-def _windows(place: _Place) -> Iterator[tuple[slice, slice]]:
-    """Rows and columns round a bump, wider and wider, up to the whole grid."""
-    heights = place.whole.heights
-    ny, nx = heights.values.shape
-    middle, half_mm = place.dropped.centroid_mm, max(_LEAST_HALF_MM, 3 * math.sqrt(place.dropped.area_mm2))
-    while True:
-        rows, columns = cells_round(np.stack([middle, middle]), heights, half_mm)
-        yield rows, columns
-        if (rows.start, columns.start, rows.stop, columns.stop) == (0, 0, ny, nx):
-            return
-        half_mm *= 2
