@@ -9,6 +9,7 @@ import laid_ply
 import stranger_scenes
 from debulk import Inspector, Recipe, _core, scenes
 from debulk.inspection import tolerances
+from debulk.scenes.varied import given_right
 from debulk.verdict import Verdict
 
 
@@ -245,3 +246,16 @@ def test_a_steep_bell_on_a_low_hill_is_as_narrow_as_the_bell():
     (bump,) = report.pockets
     assert bump.verdict is Verdict.UNDECIDED
     assert "so narrow that the filters may have lowered it" in bump.reason
+
+
+@pytest.mark.parametrize("seed", [91002, 91019])
+def test_a_loose_border_does_not_step_down_from_the_plys_edge(seed):
+    """Its heights are not known over the last two cells; a line that fell to the mold there was 0.9 to 3 mm too long."""
+    layup = scenes.varied_layup(seed, (1280, 960))
+    assert layup.truth.ridge_mm < 0.4
+    given = given_right(layup)
+    inspector = Inspector(
+        None, given.reference, given.ply_outline, given.fibre_angles_deg, given.mold_from_scanner, mask=given.mask
+    )
+    report = inspector.inspect(given.scan)
+    assert report.verdict is Verdict.CEASE, report.reason
