@@ -250,7 +250,7 @@ def test_a_steep_bell_on_a_low_hill_is_as_narrow_as_the_bell():
 
 @pytest.mark.parametrize("seed", [91002, 91019])
 def test_a_loose_border_does_not_step_down_from_the_plys_edge(seed):
-    """Its heights are not known over the last two cells; a line that fell to the mold there was 0.9 to 3 mm too long."""
+    """Its heights are not known over the last two cells; a line that fell to the mold there was too long by 0.9 mm."""
     layup = scenes.varied_layup(seed, (1280, 960))
     assert layup.truth.ridge_mm < 0.4
     given = given_right(layup)
