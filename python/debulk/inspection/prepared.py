@@ -18,6 +18,7 @@ from debulk.inspection.cleaning import clean, hide, owned
 from debulk.inspection.effort import check_map
 from debulk.inspection.preparation import Preparation
 from debulk.inspection.thinning import pitch_of, thinned
+from debulk.inspection.unseen_marks import refuse_marks
 from debulk.results.trace import ArrayTrace
 
 if TYPE_CHECKING:
@@ -93,13 +94,14 @@ def _gridded(
     points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
     trace = step("reference: fingerprint", 0.1, lambda: fingerprint.of_cloud(points, stop))
     hide(points, mask, "reference", stop)
+    of_scanner = thinned(points).points
+    refuse_marks(of_scanner[np.isfinite(of_scanner).all(axis=1)], "reference")
     image = None
     if points.ndim == 3:
         found = fit_camera(points) if camera is None else camera
         image = None if found is None else PinholeImage(*points.shape[:2], *map(float, found))
     if image is not None and mold_from_scanner is None:
         raise frame.pose_needed()
-    of_scanner = thinned(points).points
     pinhole = None if image is None else image.camera
     step("reference: clean", 0.15, lambda: clean(points, mold_from_scanner, pinhole, recipe, stop))
     try:

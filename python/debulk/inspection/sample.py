@@ -12,6 +12,7 @@ from debulk import _core, cloud
 from debulk.grid import Grid
 from debulk.inspection.prepared import Prepared
 from debulk.inspection.thinning import thinned
+from debulk.inspection.unseen_marks import refuse_marks
 from debulk.surface import Reference
 
 __all__ = ["Sample", "sample_of", "sampled"]
@@ -79,7 +80,9 @@ def sampled(
     points, each = thinned(whole, mask)
     complete = _complete(np.isfinite(points))
     same = _same(points, prepared.sample)[complete]
-    return replace(sample_of(points[complete], prepared, mold_from_scanner, threads), each=each, same=same)
+    seen = points[complete]
+    refuse_marks(seen, "scan")
+    return replace(sample_of(seen, prepared, mold_from_scanner, threads), each=each, same=same)
 
 
 def sample_of(

@@ -1,0 +1,37 @@
+"""Points that stand for nothing seen: many scanners write (0, 0, 0), or a number far off, where NaN belongs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import InputError
+
+__all__ = ["refuse_marks"]
+
+_MOST = 0.001  # of the points, as in files
+_FEW = 3  # points of a sample that share a place by rounding, or by chance at the origin
+
+
+def refuse_marks(points: NDArray[np.float32], name: str) -> None:
+    """Refuse a sample of a cloud, (N, 3), all finite, in which a place is taken again and again.
+
+    No two points of a scan share one. Looked at are the origin and the outermost points: what is far off moves bounds,
+    and what is at the scanner stands up from the mold.
+
+    Raises
+    ------
+    InputError
+        Names the place, and how to write NaN there.
+    """
+    if not len(points):
+        return
+    outermost = np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])
+    for place in (np.zeros(3, dtype=points.dtype), *points[outermost]):
+        at = np.count_nonzero((points[:, 0] == place[0]) & (points[:, 1] == place[1]) & (points[:, 2] == place[2]))
+        if at > max(_FEW, _MOST * len(points)):
+            where = ", ".join(f"{value:g}" for value in place)
+            raise InputError(
+                f"{name}: expected points of a scan, but {at / len(points):.1%} of them lie at ({where}), as a mark "
+                f"for what was not seen; write NaN there: points[np.isclose(points, ({where})).all(axis=-1)] = np.nan"
+            )
