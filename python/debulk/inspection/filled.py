@@ -1,4 +1,4 @@
-"""Patches that a scanner's own software filled in or clipped: what lies there was not seen, however it looks."""
+"""What a scanner's own software filled in, clipped or smoothed: it was not seen, however it looks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.inspection import unseen
 from debulk.inspection.sample import sample_of
-from debulk.inspection.smooth_patches import SIDE, Squares, quiet_squares, squares_of, touching
+from debulk.inspection.shared_noise import FINE_MM, noise_is_shared
+from debulk.inspection.smooth_patches import SIDE, Squares, quiet_squares, some_on_ply, squares_of, touching
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement, Verdict
 
@@ -52,10 +53,21 @@ class Patch:
 
 @dataclass(frozen=True)
 class Filled:
-    """The patches of a scan that carry no noise, or why they could not be looked for."""
+    """What a scan's noise tells of the software that it went through.
+
+    Attributes
+    ----------
+    patches
+        That carry none.
+    unknown
+        Why they could not be looked for; empty: they could.
+    smoothed_mm
+        Points so far apart share their noise; 0: they do not.
+    """
 
     patches: tuple[Patch, ...] = ()
     unknown: str = ""
+    smoothed_mm: float = 0.0
 
     def doubts(self, recipe: Recipe) -> list[Judgement]:
         """Judge each as a hole of its size: INVALID where it stands up, UNDECIDED where a pocket may lie below it."""
@@ -69,19 +81,26 @@ class Filled:
                 "software? Switch its hole filling and clipping off, or give the raw cloud"
             )
             out.append(Judgement(Verdict.INVALID if high else Verdict.UNDECIDED, reason))
+        if self.smoothed_mm:
+            reason = (
+                f"points of the scan {self.smoothed_mm:.2g} mm apart share their measuring noise: smoothed or "
+                "interpolated by the scanner's software, which lowers narrow bumps? Switch its smoothing off, or give "
+                "the raw cloud"
+            )
+            out.append(Judgement(Verdict.UNDECIDED, reason))
         return out
 
     def left_out(self) -> tuple[LeftOut, ...]:
-        """Say that patches could not be looked for."""
+        """Say that it could not be looked for."""
         if not self.unknown:
             return ()
         bound = "none: such a patch is judged as if it had been measured; switch the scanner's hole filling off"
-        what = "patches that the scanner's own software may have filled in or clipped"
+        what = "patches that the scanner's own software may have filled in or clipped, or smoothed with all of the scan"
         return (LeftOut(what=what, why=self.unknown, bound=bound),)
 
 
 class FilledSearch:
-    """Looks for them in scan after scan.
+    """Looks for it in scan after scan.
 
     Parameters
     ----------
@@ -103,7 +122,7 @@ class FilledSearch:
     def find(
         self, scan: NDArray[np.float32], sample: Sample, mask: NDArray[np.bool_] | None, stop: _core.Stop
     ) -> Filled:
-        """Look for them in a scan, of which a sample was taken; (H, W) True in the mask: not to be used."""
+        """Look for it in a scan, of which a sample was taken; (H, W) True in the mask: not to be used."""
         if scan.ndim != 3:
             return Filled(unknown="the scan is no image: which of its points are neighbours is not known")
         wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
@@ -111,9 +130,10 @@ class FilledSearch:
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite, or far off, is not seen
-            found = quiet_squares(
-                scan, squares, lambda points: self._zones.inside(self._of(points)), self._up, stop, self._threads
-            )
+            some = some_on_ply(scan, squares, self._on_ply)
+            found = quiet_squares(scan, squares, some, self._on_ply, self._up, stop, self._threads)
+            step = max(1, round(FINE_MM / sample.pitch_mm))
+            smoothed_mm = step * sample.pitch_mm if noise_is_shared(scan, squares, some, step) else 0.0
         quiet = found.squares
         if mask is not None and mask.shape == scan.shape[:2]:
             quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
@@ -122,7 +142,11 @@ class FilledSearch:
         unknown, seen_mm = found.unknown, _SEEN_PIXELS * sample.pitch_mm
         if not unknown and seen_mm > _NOTED * wide_mm:
             unknown = f"on pixels {sample.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
-        return Filled(tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2), unknown)
+        large = tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2)
+        return Filled(large, unknown, smoothed_mm)
+
+    def _on_ply(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+        return self._zones.inside(self._of(points))
 
     def _patch(self, scan: NDArray[np.float32], squares: Squares, piece: NDArray[np.int64], pitch_mm: float) -> Patch:
         row, column = squares.rows[piece[:, 0]] + SIDE // 2, squares.columns[piece[:, 1]] + SIDE // 2

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 
-__all__ = ["SIDE", "Quiet", "Squares", "quiet_squares", "squares_of", "touching"]
+__all__ = ["SIDE", "Quiet", "Squares", "quiet_squares", "some_on_ply", "squares_of", "touching"]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -71,8 +71,14 @@ def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squar
     return Squares(rows, columns, step)
 
 
+def some_on_ply(scan: Cloud, squares: Squares, on_ply: OnPly) -> Whole:
+    """Return a thousand squares at most, spread over the image, whose middles were seen and lie on the ply."""
+    count = len(squares.rows) * len(squares.columns)
+    return _those_on_ply(scan, squares, np.arange(0, count, -(-count // _FOR_LIMITS)), on_ply)
+
+
 def quiet_squares(
-    scan: Cloud, squares: Squares, on_ply: OnPly, up: Floats, stop: _core.Stop, threads: int = 0
+    scan: Cloud, squares: Squares, some: Whole, on_ply: OnPly, up: Floats, stop: _core.Stop, threads: int = 0
 ) -> Quiet:
     """Tell which squares on the ply carry none of the scan's noise.
 
@@ -82,6 +88,8 @@ def quiet_squares(
         (H, W, 3), scanner frame.
     squares
         On its image.
+    some
+        Of those on the ply, as `some_on_ply` returns them: they tell the scan's noise.
     on_ply
         Tells which (N, 3) points lie on the ply.
     up
@@ -93,7 +101,6 @@ def quiet_squares(
     """
     shape = len(squares.rows), len(squares.columns)
     count = shape[0] * shape[1]
-    some = _those_on_ply(scan, squares, np.arange(0, count, -(-count // _FOR_LIMITS)), on_ply)
     if not len(some):
         return Quiet(np.zeros(shape, dtype=np.bool_))
     axes = [(0.0, 0.0, 1.0), tuple(up)] if np.hypot(*up[:2]) > _LEVEL else [(0.0, 0.0, 1.0)]

@@ -10,7 +10,8 @@ import pytest
 
 import debulk
 from debulk import _core
-from debulk.inspection.smooth_patches import quiet_squares, squares_of, touching
+from debulk.inspection.shared_noise import noise_is_shared
+from debulk.inspection.smooth_patches import quiet_squares, some_on_ply, squares_of, touching
 from debulk.verdict import Verdict
 from stranger_scenes import bump, cloud, flat, laid, outline, ridge_mm
 
@@ -229,8 +230,16 @@ def test_coarse_steps_on_a_slope_are_not_told_from_a_patch(slope, steps):
     scan = np.dstack([x, y, np.round(z / step) * step]).astype(np.float32)
     squares = squares_of(scan.shape, 0.7, 16.0)
     up = np.array([0.0, 0.0, 1.0])
-    quiet = quiet_squares(scan, squares, lambda at: np.ones(len(at), dtype=bool), up, _core.Stop())
+    quiet = _quiet(scan, squares, up)
     assert max((len(piece) for piece in touching(quiet.squares)), default=0) < 4
+
+
+def _everywhere(at):
+    return np.ones(len(at), dtype=bool)
+
+
+def _quiet(scan, squares, up, stop=None):
+    return quiet_squares(scan, squares, some_on_ply(scan, squares, _everywhere), _everywhere, up, stop or _core.Stop())
 
 
 def _left_out(report):
@@ -285,9 +294,9 @@ def test_steps_of_a_real_camera_are_no_patches(name, slant):
         pytest.skip(f"{path} is not there")
     scan = np.asarray(debulk.files.load_cloud(path, unit="m"), dtype=np.float32)
     up = np.array([slant, 0.0, np.sqrt(1 - slant**2)])
-    found = quiet_squares(
-        scan, squares_of(scan.shape, 1.0, 16.0), lambda at: np.ones(len(at), dtype=bool), up, _core.Stop()
-    )
+    squares = squares_of(scan.shape, 1.0, 16.0)
+    found = _quiet(scan, squares, up)
+    assert not any(noise_is_shared(scan, squares, some_on_ply(scan, squares, _everywhere), step) for step in (1, 2, 4))
     assert "rounded to steps" in found.unknown
     assert max((len(piece) for piece in touching(found.squares)), default=0) < 4
 
@@ -298,4 +307,4 @@ def test_the_search_ends_with_a_raised_stop():
     stop.cancel()
     squares = squares_of(scan.shape, PITCH, 16.0)
     with pytest.raises(_core.Stopped):
-        quiet_squares(scan, squares, lambda at: np.ones(len(at), dtype=bool), np.array([0.0, 0.0, 1.0]), stop)
+        _quiet(scan, squares, np.array([0.0, 0.0, 1.0]), stop)

@@ -1,0 +1,87 @@
+"""A scan that its scanner's software has smoothed is told by its noise, and passes nothing."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+import laid_ply
+from debulk import Inspector, scenes
+from debulk.inspection.shared_noise import noise_is_shared
+from debulk.inspection.smooth_patches import some_on_ply, squares_of
+from debulk.verdict import Verdict
+
+NOISE = 0.02 * np.random.default_rng(0).standard_normal((500, 700)).astype(np.float32)
+FOLD = np.random.default_rng(1).standard_normal((500, 700)).astype(np.float32)
+
+
+def smoothed(scan, blur):
+    """Change the ranges along the rays, as a scanner's software does; what was not seen stays so."""
+    z = scan[..., 2]
+    seen = np.isfinite(z)
+    share = np.maximum(blur(seen.astype(np.float64)), 1e-9)
+    times = blur(np.where(seen, z, 0.0).astype(np.float64)) / share / np.where(seen, z, 1.0)
+    return np.where(seen[..., None], scan * times[..., None], np.nan).astype(np.float32)
+
+
+def gaussian(sigma):
+    return lambda values: cv2.GaussianBlur(values, (0, 0), sigma)
+
+
+def told(depths, step=1):
+    y, x = np.mgrid[: depths.shape[0], : depths.shape[1]].astype(np.float32)
+    scan = np.dstack([x, y, 800 + 0.1 * x + x**2 / 4000 + depths])
+    squares = squares_of(scan.shape, 1.0, 16.0)
+    return noise_is_shared(scan, squares, some_on_ply(scan, squares, lambda at: np.ones(len(at), dtype=bool)), step)
+
+
+@pytest.mark.parametrize(
+    "depths",
+    [
+        NOISE,
+        0.02 * NOISE,
+        0.0 * NOISE,
+        cv2.GaussianBlur(NOISE, (0, 0), 0.5),
+        cv2.blur(NOISE, (3, 3)),
+        np.round(NOISE, 2),
+        NOISE / 2 + 0.6 * cv2.GaussianBlur(FOLD, (0, 0), 4),
+        NOISE + 0.04 * np.sin(0.4 * np.arange(700)),
+        NOISE * np.linspace(0.2, 3, 700),
+    ],
+    ids=["white", "hardly any", "none", "a little", "3 points", "rounded", "correlated", "banding", "uneven"],
+)
+def test_a_scanners_own_noise_is_not_shared(depths):
+    assert not told(depths.astype(np.float32))
+
+
+@pytest.mark.parametrize("blur", [gaussian(0.8), gaussian(1.5), gaussian(4), lambda z: cv2.blur(z, (5, 5))])
+def test_smoothed_noise_is_shared(blur):
+    assert told(blur(NOISE))
+
+
+def test_only_points_that_far_apart_matter():
+    blurred = cv2.GaussianBlur(NOISE, (0, 0), 1.0)
+    assert told(blurred) and not told(blurred, 4)
+
+
+@pytest.mark.parametrize("doubled", [cv2.INTER_LINEAR, cv2.INTER_CUBIC])
+def test_so_is_that_of_points_between_the_scanners_own(doubled):
+    assert told(cv2.resize(NOISE[:250, :350], (700, 500), interpolation=doubled))
+
+
+@pytest.mark.parametrize("sigma", [1.5, 2, 5])  # pixels
+@pytest.mark.parametrize(("wide_mm", "high_mm"), [(10, 2.5), (16, 3), (24, 3.2)])
+def test_a_bump_that_creases_does_not_pass_in_a_smoothed_scan(wide_mm, high_mm, sigma):
+    """By the arc of its profile a fibre over it makes a ridge of 0.64 to 0.83 mm; of the widest two thirds are left."""
+    inspector, scan = laid_ply.inspector(), laid_ply.scan(laid_ply.bell(50, 30, wide_mm, high_mm))
+    assert inspector.inspect(scan).verdict > Verdict.CEASE
+    report = inspector.inspect(smoothed(scan, gaussian(sigma)))
+    assert report.verdict is Verdict.UNDECIDED
+    assert "points of the scan 1 mm apart share their measuring noise" in report.reason
+
+
+def test_a_creasing_layup_is_said_to_crease_all_the_same():
+    layup = scenes.layup(seed=0, pixels=(640, 480))
+    inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    assert inspector.inspect(smoothed(layup.scan, gaussian(1.5))).verdict is Verdict.CREASE
