@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.inspection import unseen
 from debulk.inspection.sample import sample_of
-from debulk.inspection.shared_noise import FINE_MM, noise_is_shared
+from debulk.inspection.shared_noise import noise_is_shared
 from debulk.inspection.smooth_patches import SIDE, Squares, quiet_squares, some_on_ply, squares_of, touching
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement, Verdict
@@ -84,8 +84,8 @@ class Filled:
         if self.smoothed_mm:
             reason = (
                 f"points of the scan {self.smoothed_mm:.2g} mm apart share their measuring noise: smoothed or "
-                "interpolated by the scanner's software, which lowers narrow bumps? Switch its smoothing off, or give "
-                "the raw cloud"
+                "interpolated by the scanner's software, which lowers narrow bumps? Switch its smoothing off, give the "
+                "raw cloud, or allow for it (clean.fine_mm)"
             )
             out.append(Judgement(Verdict.UNDECIDED, reason))
         return out
@@ -111,12 +111,13 @@ class FilledSearch:
     zones
         Where the ply is.
     recipe
-        The sections segmentation and run.
+        The sections clean, segmentation and run.
     """
 
     def __init__(self, prepared: Prepared, mold_from_scanner: Floats | None, zones: PlyZones, recipe: Recipe) -> None:
         self._prepared, self._pose, self._zones, self._threads = prepared, mold_from_scanner, zones, recipe.run.threads
         self._up = np.array([0.0, 0.0, 1.0]) if mold_from_scanner is None else mold_from_scanner[2, :3]
+        self._fine_mm = recipe.clean.fine_mm
         self._least_mm2 = min(recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
 
     def find(
@@ -132,7 +133,7 @@ class FilledSearch:
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite, or far off, is not seen
             some = some_on_ply(scan, squares, self._on_ply)
             found = quiet_squares(scan, squares, some, self._on_ply, self._up, stop, self._threads)
-            step = max(1, round(FINE_MM / sample.pitch_mm))
+            step = max(1, round(self._fine_mm / sample.pitch_mm))
             smoothed_mm = step * sample.pitch_mm if noise_is_shared(scan, squares, some, step) else 0.0
         quiet = found.squares
         if mask is not None and mask.shape == scan.shape[:2]:

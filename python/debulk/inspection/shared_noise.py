@@ -9,12 +9,10 @@ from numpy.typing import NDArray
 
 from debulk.inspection.smooth_patches import Squares
 
-__all__ = ["FINE_MM", "noise_is_shared"]
+__all__ = ["noise_is_shared"]
 
 Floats = NDArray[np.float64]
 
-FINE_MM = 0.5
-"""Of what is smoothed over less than that nothing is lost: points at least so far apart are looked at."""
 _SIDE = 16  # points, of a square
 _DEGREE = 5  # of the polynomial that takes the ply's shape out of it
 _SQUARES = 400

@@ -117,6 +117,12 @@ class Clean(Section):
     max_hole_mm: float = Field(
         default=_FRONT.hole_diameter_mm, ge=0, description="drop-outs up to this width are filled from their rim"
     )
+    fine_mm: float = Field(
+        default=0.5,
+        gt=0,
+        le=2,
+        description="points of a scan this far apart share no noise, else it was smoothed, and passes nothing",
+    )
 
 
 class Level(Section):
