@@ -9,8 +9,8 @@
 namespace debulk {
 namespace {
 
-constexpr double kApart = 2.0;  // mm; what the filters leave is 8 mm wide
-constexpr double kStep = 1.0;   // mm, at least: a step of 1.5 takes 4 % from a bump 18 mm wide, and this 2 %
+constexpr double kApart = 2.0;      // mm; what the filters leave is 8 mm wide
+constexpr double kStep = 1.0;       // mm, at least: a step of 1.5 takes 4 % from a bump 18 mm wide, and this 2 %
 constexpr double kEdgeCells = 2.0;  // beside the ply's edge whose heights are not known
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 

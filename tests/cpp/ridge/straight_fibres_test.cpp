@@ -137,8 +137,8 @@ TEST(StraightFibres, DoNotStepDownBesideThePlysEdge) {
     }
   const auto along = [&](const Polygon& ply) { return straight_fibres(feet, feet.feet[0], Plane(), {0}, {ply, 0})[0].excess; };
   const double up = along({{-70, -70}, {10, -70}, {10, 70}, {-70, 70}}), down = along({});
-  const double flank = exact_excess([&](const Eigen::Vector2d& xy) { return bell(0, 0, 110, 5)({std::min(xy.x(), 9.4), xy.y()}); },
-                                    Plane(), {0, 0}, 0);
+  const double flank =
+      exact_excess([&](const Eigen::Vector2d& xy) { return bell(0, 0, 110, 5)({std::min(xy.x(), 9.4), xy.y()}); }, Plane(), {0, 0}, 0);
   EXPECT_NEAR(up, flank, 0.02);
   EXPECT_GT(down, up + 2);  // what a hole hides may lie on the mold
 }
