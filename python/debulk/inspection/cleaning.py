@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud
 from debulk._core import InputError
+from debulk.inspection.stopping import heed
 from debulk.recipe import options
 
 if TYPE_CHECKING:
@@ -32,8 +33,7 @@ def pieces(points: ArrayLike, name: str, stop: _core.Stop | None = None) -> Iter
     array = points if _is_plain(points) else cloud.as_cloud(points, name)  # which says what is wrong
     rows = max(1, 3 * _PIECE * len(array) // max(1, array.size))
     for first in range(0, max(1, len(array)), rows):
-        if stop is not None and stop.now():
-            raise _core.Stopped("the taking of a cloud was stopped")
+        heed(stop, "the taking of a cloud")
         yield cloud.as_cloud(array[first : first + rows], name)
 
 

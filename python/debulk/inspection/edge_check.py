@@ -56,6 +56,11 @@ class Outline:
     ----------
     corners_mm
         (M, 2), mold XY.
+
+    Attributes
+    ----------
+    places_mm, normals
+        (N, 2) points every 4 mm along it, and the unit normals there, outwards.
     """
 
     def __init__(self, corners_mm: Floats) -> None:
@@ -82,6 +87,7 @@ class Outline:
         near = pocket.distance_to_outline(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
         own = (inside == (self.offsets_mm < 0)) & (near > 0.7 * np.abs(self.offsets_mm))
         self._xy, self._own = xy, own
+        self.places_mm, self.normals = points, normal
         self._stretches = (count, steps)
         self._middles = points.reshape(count, steps, 2).mean(axis=1)
 

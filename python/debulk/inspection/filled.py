@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.inspection import unseen
 from debulk.inspection.sample import sample_of
-from debulk.inspection.shared_noise import noise_is_shared
 from debulk.inspection.smooth_patches import SIDE, Squares, quiet_squares, some_on_ply, squares_of, touching
+from debulk.inspection.smoothed import Smoothed, SmoothedSearch
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
+    from debulk.inspection.edge_check import Outline
     from debulk.inspection.ply_zones import PlyZones
     from debulk.inspection.prepared import Prepared
     from debulk.inspection.sample import Sample
@@ -53,7 +54,7 @@ class Patch:
 
 @dataclass(frozen=True)
 class Filled:
-    """What a scan's noise tells of the software that it went through.
+    """What a scan tells of the software that it went through.
 
     Attributes
     ----------
@@ -61,13 +62,13 @@ class Filled:
         That carry none.
     unknown
         Why they could not be looked for; empty: they could.
-    smoothed_mm
-        Points so far apart share their noise; 0: they do not.
+    smoothed
+        What tells that all of the scan was smoothed.
     """
 
     patches: tuple[Patch, ...] = ()
     unknown: str = ""
-    smoothed_mm: float = 0.0
+    smoothed: Smoothed = field(default_factory=Smoothed)
 
     def doubts(self, recipe: Recipe) -> list[Judgement]:
         """Judge each as a hole of its size: INVALID where it stands up, UNDECIDED where a pocket may lie below it."""
@@ -81,22 +82,15 @@ class Filled:
                 "software? Switch its hole filling and clipping off, or give the raw cloud"
             )
             out.append(Judgement(Verdict.INVALID if high else Verdict.UNDECIDED, reason))
-        if self.smoothed_mm:
-            reason = (
-                f"points of the scan {self.smoothed_mm:.2g} mm apart share their measuring noise: smoothed or "
-                "interpolated by the scanner's software, which lowers narrow bumps? Switch its smoothing off, give the "
-                "raw cloud, or allow for it (clean.fine_mm)"
-            )
-            out.append(Judgement(Verdict.UNDECIDED, reason))
-        return out
+        return out + self.smoothed.doubts()
 
     def left_out(self) -> tuple[LeftOut, ...]:
-        """Say that it could not be looked for."""
+        """Say what could not be looked for."""
         if not self.unknown:
-            return ()
+            return self.smoothed.left_out()
         bound = "none: such a patch is judged as if it had been measured; switch the scanner's hole filling off"
         what = "patches that the scanner's own software may have filled in or clipped, or smoothed with all of the scan"
-        return (LeftOut(what=what, why=self.unknown, bound=bound),)
+        return (LeftOut(what=what, why=self.unknown, bound=bound), *self.smoothed.left_out())
 
 
 class FilledSearch:
@@ -110,14 +104,23 @@ class FilledSearch:
         (4, 4), or None: the same frame.
     zones
         Where the ply is.
+    outline
+        Its edge, or None: not known.
     recipe
-        The sections clean, segmentation and run.
+        The sections clean, material, segmentation and run.
     """
 
-    def __init__(self, prepared: Prepared, mold_from_scanner: Floats | None, zones: PlyZones, recipe: Recipe) -> None:
+    def __init__(
+        self,
+        prepared: Prepared,
+        mold_from_scanner: Floats | None,
+        zones: PlyZones,
+        outline: Outline | None,
+        recipe: Recipe,
+    ) -> None:
         self._prepared, self._pose, self._zones, self._threads = prepared, mold_from_scanner, zones, recipe.run.threads
         self._up = np.array([0.0, 0.0, 1.0]) if mold_from_scanner is None else mold_from_scanner[2, :3]
-        self._fine_mm = recipe.clean.fine_mm
+        self._smoothed = SmoothedSearch(prepared, mold_from_scanner, outline, recipe)
         self._least_mm2 = min(recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
 
     def find(
@@ -133,8 +136,7 @@ class FilledSearch:
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite, or far off, is not seen
             some = some_on_ply(scan, squares, self._on_ply)
             found = quiet_squares(scan, squares, some, self._on_ply, self._up, stop, self._threads)
-            step = max(1, round(self._fine_mm / sample.pitch_mm))
-            smoothed_mm = step * sample.pitch_mm if noise_is_shared(scan, squares, some, step) else 0.0
+            smoothed = self._smoothed.find(scan, squares, some, sample.pitch_mm, mask)
         quiet = found.squares
         if mask is not None and mask.shape == scan.shape[:2]:
             quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
@@ -144,7 +146,7 @@ class FilledSearch:
         if not unknown and seen_mm > _NOTED * wide_mm:
             unknown = f"on pixels {sample.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
         large = tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2)
-        return Filled(large, unknown, smoothed_mm)
+        return Filled(large, unknown, smoothed)
 
     def _on_ply(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
         return self._zones.inside(self._of(points))

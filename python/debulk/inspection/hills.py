@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from debulk import _core, pocket
 from debulk.grid import Grid
 from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.stopping import heed
 from debulk.pocket import Dropped, Feet, Segmentation
 from debulk.recipe import options
 
 __all__ = ["Hill", "apart", "find", "without_tolerances"]
 
+_SEARCH = "the search for low hills"  # which heeds a stop between passes over all cells, of some ten milliseconds each
 _ABOVE_FOOT_MM = 0.05  # a hill's contour is cut at least so much above its foot
 _SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
 _LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
@@ -48,9 +50,9 @@ def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop) -> I
             known = _listed(whole, heights, without_tolerances(ply), stop) | (feet.labels.values > 0)
         found = _at(cut_mm, heights, ply, stop)
         fresh = _ids(found.labels, stands)
-        _heed(stop)
+        heed(stop, _SEARCH)
         fresh -= _ids(found.labels, known)
-        _heed(stop)
+        heed(stop, _SEARCH)
         if fresh and cut_mm < feet.hill_mm:
             fresh = _one_a_foot(found, fresh, _at(cut_mm - _ABOVE_FOOT_MM, feet.heights, ply, stop))
         known |= found.labels.values > 0
@@ -88,24 +90,18 @@ def _listed(
 def _above(cut_mm: float, heights: Grid, smooth: Grid, stop: _core.Stop) -> NDArray[np.bool_]:
     """Tell the cells that stand above the cut smoothed too: lower down noise is smoothed away."""
     stands: NDArray[np.bool_] = heights.values >= cut_mm
-    _heed(stop)
+    heed(stop, _SEARCH)
     if smooth is not heights:
         stands &= smooth.values >= cut_mm
-        _heed(stop)
+        heed(stop, _SEARCH)
     return stands
 
 
 def _off_feet(stands: NDArray[np.bool_], feet: Feet, stop: _core.Stop) -> bool:
     off = feet.labels.values == 0
-    _heed(stop)
+    heed(stop, _SEARCH)
     off &= stands
     return bool(off.any())
-
-
-def _heed(stop: _core.Stop) -> None:
-    """Raise `Stopped` once the stop is raised: between passes over all cells, each takes some ten milliseconds."""
-    if stop.now():
-        raise _core.Stopped("the search for low hills was stopped")
 
 
 def _at(cut_mm: float, heights: Grid, ply: PlyOnMold, stop: _core.Stop) -> Segmentation:

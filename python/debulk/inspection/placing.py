@@ -113,7 +113,7 @@ class Placing:
         self._ply_outline = ply_outline
         self._outline = None if ply_outline is None else Outline(ply_outline)
         self._zones = PlyZones(prepared.reference, ply_outline, low, high)
-        self._filled = FilledSearch(prepared, mold_from_scanner, self._zones, recipe)
+        self._filled = FilledSearch(prepared, mold_from_scanner, self._zones, self._outline, recipe)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
         """Take the sample that all checks are made on; and the scan, without its offset if the recipe allows that."""

@@ -17,7 +17,7 @@ from debulk.inspection.camera import PinholeImage, fit_camera
 from debulk.inspection.cleaning import clean, hide, owned
 from debulk.inspection.effort import check_map
 from debulk.inspection.preparation import Preparation
-from debulk.inspection.thinning import pitch_of, thinned
+from debulk.inspection.thinning import complete, pitch_of, thinned
 from debulk.inspection.unseen_marks import refuse_marks
 from debulk.results.trace import ArrayTrace
 
@@ -95,7 +95,7 @@ def _gridded(
     trace = step("reference: fingerprint", 0.1, lambda: fingerprint.of_cloud(points, stop))
     hide(points, mask, "reference", stop)
     of_scanner = thinned(points).points
-    refuse_marks(of_scanner[np.isfinite(of_scanner).all(axis=1)], "reference")
+    refuse_marks(of_scanner[complete(np.isfinite(of_scanner))], "reference")
     image = None
     if points.ndim == 3:
         found = fit_camera(points) if camera is None else camera
@@ -150,7 +150,7 @@ def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -
     """Return the height map's spacing for a cloud in the mold's frame, once its frame, density and size are checked."""
     threads = recipe.run.threads
     sample, each = thinned(points)
-    in_mold = sample[np.isfinite(sample).all(axis=1)].astype(np.float64)
+    in_mold = sample[complete(np.isfinite(sample))].astype(np.float64)
     if not len(in_mold):
         raise InputError("reference: expected a cloud, but of 30 000 places in it none holds a point")
     frame.check_cloud_frame(in_mold, pitch_of(in_mold[:, :2], each))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from debulk import cloud
 from debulk.inspection.camera import PinholeImage
+from debulk.inspection.thinning import complete
 from debulk.surface import Reference
 
 __all__ = ["RawPoints"]
@@ -101,7 +102,7 @@ class RawPoints:
         return self._finite_in_mold(points.reshape(-1, 3) if self._mask is None else points[~self._mask[part]])
 
     def _finite_in_mold(self, points: Cloud) -> Cloud:
-        kept = np.ascontiguousarray(points[np.isfinite(points).all(axis=1)], dtype=np.float32)
+        kept = np.ascontiguousarray(points[complete(np.isfinite(points))], dtype=np.float32)
         return kept if self._pose is None else cloud.transform(kept, self._pose)
 
 

@@ -7,6 +7,7 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.inspection.repeated_depths import depths_repeat
 from debulk.inspection.smooth_patches import Squares
 
 __all__ = ["noise_is_shared"]
@@ -15,8 +16,11 @@ Floats = NDArray[np.float64]
 
 _SIDE = 16  # points, of a square
 _DEGREE = 5  # of the polynomial that takes the ply's shape out of it
-_SQUARES = 400
-_FEWEST, _LEAST_SHARE = 20, 0.5  # squares that tell, and of all
+_SQUARES = 100
+_TURN = 0.618034  # of all squares, from one that is looked at to the next: they repeat no pattern of rows
+_SEEN = 0.75  # of a square
+_FEWEST, _LEAST_SHARE = 20, 0.4  # squares that tell, and of those looked at
+_LEAST_DIFFERENCES = 20  # in a square, of 144: each takes 25 points
 _ROUNDED = 2.0  # times what a float32 resolves: scatter below that is no noise
 _SHARED = 0.25  # of white noise 1; of a box of 3 points 0.29, of 5 0.23, of a Gaussian of 0.7 points 0.22, of 1 0.04
 _MOST_TELL = 0.75  # the quantile: a square with an edge, or much shape, shows less than its noise has
@@ -28,6 +32,7 @@ def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[
 
     What a smoothing leaves varies slowly: differences of fourth order along both axes of the image, in which white
     noise of one unit makes 70, are too small beside its scatter. Scanners' noise that is correlated has a white part.
+    What a median leaves has one, too, but takes the same depth again and again.
 
     Parameters
     ----------
@@ -38,8 +43,9 @@ def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[
     step
         Pixels from a point to the next that is looked at.
     """
-    some = index[:: max(1, len(index) // _SQUARES)]
-    return any(_shared(_depths(scan, squares, some, apart)) for apart in (step, 2 * step))
+    some = index[(_TURN * len(index) * np.arange(min(_SQUARES, len(index)))).astype(np.int64) % max(1, len(index))]
+    near, far = (_depths(scan, squares, some, apart) for apart in (step, 2 * step))
+    return _shared(near) or _shared(far) or depths_repeat(near)
 
 
 def _shared(depths: Floats) -> bool:
@@ -49,26 +55,45 @@ def _shared(depths: Floats) -> bool:
 
 
 def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> Floats:
-    """Take the depths, (N, 16, 16), of squares that were seen as a whole."""
+    """Take the depths, (N, 16, 16), of the squares that lie in the image."""
     wide = len(squares.columns)
     reach = step * np.arange(_SIDE)
     rows, columns = squares.rows[index // wide], squares.columns[index % wide]
     fits = (rows + reach[-1] < scan.shape[0]) & (columns + reach[-1] < scan.shape[1])
     at = (rows[fits, None] + reach)[:, :, None], (columns[fits, None] + reach)[:, None, :]
     depths = scan[(*at, 2)].astype(np.float64)
-    return np.asarray(depths[np.isfinite(depths).all(axis=(1, 2))])
+    return np.where(np.isfinite(depths), depths, np.nan)
 
 
 def _own_share(depths: Floats) -> Floats:
-    """Return for each square its fourth differences over the scatter about its polynomial; of white noise 1."""
-    shape = _polynomials()
-    flat = (depths - depths.mean(axis=(1, 2), keepdims=True)).reshape(len(depths), _SIDE**2)
-    rest = flat - (flat @ shape) @ shape.T
-    scatter = np.sqrt(np.sum(rest**2, axis=1) / (_SIDE**2 - shape.shape[1]))
-    differences = _fourth(_fourth(rest.reshape(depths.shape)).transpose(0, 2, 1))
-    of_white = np.sqrt(np.mean(differences**2, axis=(1, 2))) / np.sum(_FOURTH**2)
-    tells = scatter > _ROUNDED * np.spacing(np.abs(depths[:, 0, 0]).astype(np.float32))
+    """Return fourth differences over the scatter about a polynomial, of each square that tells; of white noise 1."""
+    flat = depths.reshape(len(depths), _SIDE**2)
+    seen = np.isfinite(flat)
+    enough = np.mean(seen, axis=1) >= _SEEN
+    flat, seen = flat[enough], seen[enough]
+    if not len(flat):
+        return np.empty(0)
+    rest, count = _rest(np.where(seen, flat, 0.0), seen), np.sum(seen, axis=1)
+    scatter = np.sqrt(np.sum(rest**2, axis=1) / (count - _polynomials()[0].shape[1]))
+    rest = np.where(seen, rest, np.nan)  # a difference needs all of its points
+    differences = _fourth(_fourth(rest.reshape(-1, _SIDE, _SIDE)).transpose(0, 2, 1)).reshape(len(rest), -1)
+    there = np.isfinite(differences)
+    number = np.sum(there, axis=1)
+    squared = np.sum(np.where(there, differences, 0.0) ** 2, axis=1)
+    of_white = np.sqrt(squared / np.maximum(number, 1)) / np.sum(_FOURTH**2)
+    resolved = np.spacing(np.nanmax(np.abs(np.where(seen, flat, 0.0)), axis=1).astype(np.float32))
+    tells = (number >= _LEAST_DIFFERENCES) & (scatter > _ROUNDED * resolved)
     return np.asarray(of_white[tells] / scatter[tells])
+
+
+def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:
+    """Return what each row's polynomial, fitted to the points that were seen, leaves of them; elsewhere 0."""
+    shape, products = _polynomials()
+    level = np.sum(flat, axis=1, keepdims=True) / np.sum(seen, axis=1, keepdims=True)
+    flat = np.where(seen, flat - level, 0.0)
+    normal = (seen @ products).reshape(len(flat), shape.shape[1], shape.shape[1])
+    factors = np.linalg.solve(normal, (flat @ shape)[:, :, None])[:, :, 0]
+    return np.where(seen, flat - factors @ shape.T, 0.0)
 
 
 def _fourth(values: Floats) -> Floats:
@@ -77,8 +102,9 @@ def _fourth(values: Floats) -> Floats:
 
 
 @functools.cache
-def _polynomials() -> Floats:
-    """Orthonormal polynomials over a square, (256, 21)."""
+def _polynomials() -> tuple[Floats, Floats]:
+    """Orthonormal polynomials over a square, (256, 21), and their products two by two, (256, 441)."""
     u, v = np.meshgrid(*2 * (np.linspace(-1, 1, _SIDE),))
     powers = [(i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]
-    return np.asarray(np.linalg.qr(np.stack([(u**i * v**j).ravel() for i, j in powers], axis=1))[0])
+    shape = np.linalg.qr(np.stack([(u**i * v**j).ravel() for i, j in powers], axis=1))[0]
+    return shape, (shape[:, :, None] * shape[:, None, :]).reshape(len(shape), -1)

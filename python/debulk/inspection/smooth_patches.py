@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
+from debulk.inspection.thinning import complete
 
 __all__ = ["SIDE", "Quiet", "Squares", "quiet_squares", "some_on_ply", "squares_of", "touching"]
 
@@ -143,6 +144,6 @@ def _unknown(limits: list[_core.cloud.QuietLimits]) -> str:
 def _those_on_ply(scan: Cloud, squares: Squares, index: Whole, on_ply: OnPly) -> Whole:
     """Return those of the squares whose middles were seen, and lie on the ply."""
     middles = squares.middles(scan, index)
-    seen = np.isfinite(middles).all(axis=1)
+    seen = complete(np.isfinite(middles))
     index = index[seen]
     return index[on_ply(middles[seen])] if len(index) else index

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import InputError
+from debulk.inspection.thinning import complete
 
 __all__ = ["refuse_marks"]
 
@@ -28,7 +29,7 @@ def refuse_marks(points: NDArray[np.float32], name: str) -> None:
         return
     outermost = np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])
     for place in (np.zeros(3, dtype=points.dtype), *points[outermost]):
-        at = np.count_nonzero((points[:, 0] == place[0]) & (points[:, 1] == place[1]) & (points[:, 2] == place[2]))
+        at = np.count_nonzero(complete(points == place))
         if at > max(_FEW, _MOST * len(points)):
             where = ", ".join(f"{value:g}" for value in place)
             raise InputError(

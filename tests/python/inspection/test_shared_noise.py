@@ -29,9 +29,9 @@ def gaussian(sigma):
     return lambda values: cv2.GaussianBlur(values, (0, 0), sigma)
 
 
-def told(depths, step=1):
+def told(depths, step=1, slope=0.1):
     y, x = np.mgrid[: depths.shape[0], : depths.shape[1]].astype(np.float32)
-    scan = np.dstack([x, y, 800 + 0.1 * x + x**2 / 4000 + depths])
+    scan = np.dstack([x, y, 800 + slope * (x + x**2 / 400) + depths])
     squares = squares_of(scan.shape, 1.0, 16.0)
     return noise_is_shared(scan, squares, some_on_ply(scan, squares, lambda at: np.ones(len(at), dtype=bool)), step)
 
@@ -58,6 +58,44 @@ def test_a_scanners_own_noise_is_not_shared(depths):
 @pytest.mark.parametrize("blur", [gaussian(0.8), gaussian(1.5), gaussian(4), lambda z: cv2.blur(z, (5, 5))])
 def test_smoothed_noise_is_shared(blur):
     assert told(blur(NOISE))
+
+
+@pytest.mark.parametrize("missing", [0.01, 0.02, 0.05])
+@pytest.mark.parametrize("blur", [gaussian(1.0), gaussian(2), lambda z: cv2.blur(z, (5, 5))])
+def test_so_it_is_where_points_are_missing_one_by_one(blur, missing):
+    """With 2 % of them missing hardly a square of 256 was seen as a whole."""
+    holes = np.where(np.random.default_rng(2).random(NOISE.shape) < missing, np.nan, 0.0)
+    assert told(blur(NOISE) + holes) and not told(NOISE + holes)
+
+
+def median(size, times=1):
+    def blur(z):
+        for _ in range(times):
+            z = cv2.medianBlur(z.astype(np.float32), size)
+        return z
+
+    return blur
+
+
+@pytest.mark.parametrize("blur", [median(5), median(5, 8)])
+@pytest.mark.parametrize("missing", [0.0, 0.02])
+def test_a_medians_depths_repeat(blur, missing):
+    holes = np.where(np.random.default_rng(2).random(NOISE.shape) < missing, np.nan, 0.0)
+    assert told(blur(NOISE) + holes, slope=0.0) and not told(NOISE + holes, slope=0.0)
+
+
+@pytest.mark.parametrize("blur", [median(3), lambda z: np.round(z, 2), lambda z: np.round(median(5)(z), 2)])
+def test_a_small_median_and_rounding_are_let_pass(blur):
+    """What was rounded repeats by that: there a median is told by the ply's edge alone, if at all."""
+    assert not told(blur(NOISE), slope=0.0)
+
+
+@pytest.mark.parametrize("nothing", [np.nan, np.inf])
+def test_where_nothing_was_seen_nothing_is_told(nothing):
+    scan = np.full((500, 700, 3), nothing, np.float32)
+    squares = squares_of(scan.shape, 1.0, 16.0)
+    for index in (np.arange(100), np.empty(0, dtype=np.int64)):
+        assert not noise_is_shared(scan, squares, index, 1)
 
 
 def test_only_points_that_far_apart_matter():

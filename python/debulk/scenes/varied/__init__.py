@@ -10,9 +10,10 @@ from debulk.scenes.varied.given import Given, Mistake, given_right
 from debulk.scenes.varied.layup import varied_layup
 from debulk.scenes.varied.mistaken_clouds import CLOUDS
 from debulk.scenes.varied.mistaken_setup import SETUP
+from debulk.scenes.varied.mistaken_software import SOFTWARE
 from debulk.scenes.varied.scanning import VariedLayup
 
 __all__ = ["MISTAKES", "Given", "Mistake", "VariedLayup", "given_right", "varied_layup"]
 
-MISTAKES: tuple[Mistake, ...] = (*SETUP, *CLOUDS)
-"""Mistakes of set-up and of clouds, each with a name of its own, for layups of either family."""
+MISTAKES: tuple[Mistake, ...] = (*SETUP, *CLOUDS, *SOFTWARE)
+"""Mistakes of set-up, clouds and a scanner's software, each with a name of its own, for layups of either family."""

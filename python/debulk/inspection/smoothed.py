@@ -1,0 +1,110 @@
+"""Whether a scan was smoothed, which lowers narrow bumps: by the noise its points share, and by the ply's edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.edge_check import Outline
+from debulk.inspection.edge_spread import EdgeSpread
+from debulk.inspection.shared_noise import noise_is_shared
+from debulk.inspection.smooth_patches import Squares
+from debulk.results.report import LeftOut
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.inspection.prepared import Prepared
+    from debulk.recipe import Recipe
+
+__all__ = ["Smoothed", "SmoothedSearch"]
+
+Floats = NDArray[np.float64]
+_SPREAD = 0.9  # of what is allowed: a box over three pixels spreads an edge by a sigma of 0.8 of one
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """What tells that a scan was smoothed.
+
+    Attributes
+    ----------
+    shared_mm
+        Points so far apart share their noise; 0: they do not.
+    edge_mm
+        Sigma of a Gaussian that spreads the ply's edge as far as it is spread; 0: by no more than is allowed; NaN: not
+        known.
+    """
+
+    shared_mm: float = 0.0
+    edge_mm: float = 0.0
+
+    def doubts(self) -> list[Judgement]:
+        """UNDECIDED where it was."""
+        if self.shared_mm:
+            found = (
+                f"points of the scan {self.shared_mm:.2g} mm apart share their measuring noise: smoothed or "
+                "interpolated"
+            )
+        elif self.edge_mm > 0:
+            found = f"the scan spreads the ply's edge as a Gaussian of {self.edge_mm:.2g} mm does: blurred, or smoothed"
+        else:
+            return []
+        reason = (
+            f"{found} by the scanner's software, which lowers narrow bumps? Switch its smoothing off, give the raw "
+            "cloud, or allow for it (clean.fine_mm)"
+        )
+        return [Judgement(Verdict.UNDECIDED, reason)]
+
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Say that the ply's edge could not be looked at."""
+        if not np.isnan(self.edge_mm):
+            return ()
+        return (
+            LeftOut(
+                what="how sharp the scan is, by the ply's edge",
+                why="the outline is not given, or too little of the edge was seen to lie flat on the reference",
+                bound="none: bumps that a filter lowered which leaves noise of its own are judged as low as they are",
+            ),
+        )
+
+
+class SmoothedSearch:
+    """Looks for it in scan after scan.
+
+    Parameters
+    ----------
+    prepared
+        Of the reference.
+    mold_from_scanner
+        (4, 4), or None: the same frame.
+    outline
+        The ply's, or None: its edge is not looked at.
+    recipe
+        The sections clean, material and run.
+    """
+
+    def __init__(
+        self, prepared: Prepared, mold_from_scanner: Floats | None, outline: Outline | None, recipe: Recipe
+    ) -> None:
+        thickness_mm = recipe.material.thickness_mm
+        self._edge = None if outline is None else EdgeSpread(prepared, mold_from_scanner, outline, thickness_mm)
+        self._fine_mm, self._threads = recipe.clean.fine_mm, recipe.run.threads
+
+    def find(
+        self,
+        scan: NDArray[np.float32],
+        squares: Squares,
+        some: NDArray[np.int64],
+        pitch_mm: float,
+        mask: NDArray[np.bool_] | None,
+    ) -> Smoothed:
+        """Look for it in an organised scan: in squares that tell the noise; (H, W) True in the mask: not to be used."""
+        step = max(1, round(self._fine_mm / pitch_mm))
+        if noise_is_shared(scan, squares, some, step):
+            return Smoothed(shared_mm=step * pitch_mm)
+        spread_mm = float("nan") if self._edge is None else self._edge.least_mm(scan, mask, self._threads)
+        allowed_mm = _SPREAD * max(self._fine_mm, pitch_mm)
+        return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)

@@ -1,0 +1,48 @@
+"""Mistakes in the settings of a scanner's software: it smooths, interpolates, or writes marks for what was not seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from debulk.scenes.varied.given import AnyLayup, Cloud, Given, Mistake
+
+Rng = np.random.Generator
+
+
+def _smoothed(given: Given, rng: Rng, layup: AnyLayup) -> Given:
+    from debulk.scenes.varied.filters import FILTERS, filtered
+
+    name = list(FILTERS)[int(rng.integers(len(FILTERS)))]
+    return replace(given, scan=filtered(given.scan, FILTERS[name]), note=name)
+
+
+def _doubled(given: Given, rng: Rng, layup: AnyLayup) -> Given:
+    """Keep every second row and column, and put means between them."""
+    scan = given.scan.copy()
+    scan[1:-1:2] = _between(scan[:-2:2], scan[2::2])[: len(scan[1:-1:2])]
+    scan[:, 1:-1:2] = _between(scan[:, :-2:2], scan[:, 2::2])[:, : scan[:, 1:-1:2].shape[1]]
+    return replace(given, scan=scan)
+
+
+def _between(left: Cloud, right: Cloud) -> Cloud:
+    return np.asarray(0.5 * (left + right), np.float32)
+
+
+def _marked(given: Given, rng: Rng, layup: AnyLayup) -> Given:
+    marks = ((0.0, 0.0, 0.0), (-9999.0, -9999.0, -9999.0), (0.0, 0.0, 1e5))
+    mark = marks[int(rng.integers(len(marks)))]
+    unseen = np.isnan(given.scan[..., 2])
+    if not unseen.any():  # at least where it is cut off
+        unseen[:, : unseen.shape[1] // 50] = True
+    scan = np.where(unseen[..., None], np.array(mark, np.float32), given.scan)
+    return replace(given, scan=scan.astype(np.float32), note=f"{mark}")
+
+
+SOFTWARE: tuple[Mistake, ...] = (
+    Mistake("scan smoothed", False, _smoothed),
+    Mistake("scan interpolated", False, _doubled),
+    Mistake("marks for what was not seen", False, _marked),
+)
+"""What is wrong in the software."""

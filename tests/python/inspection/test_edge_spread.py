@@ -1,0 +1,105 @@
+"""The ply's edge, a step of one thickness, tells how far a scan spreads what it shows."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+import laid_ply
+from debulk import Inspector, Recipe, scenes
+from debulk.inspection.edge_check import Outline
+from debulk.inspection.edge_spread import EdgeSpread
+from debulk.scenes.varied.filters import FILTERS, filtered
+from debulk.verdict import Verdict
+
+FLAT = laid_ply.bell(0, 0, 1, 0)
+
+
+def edge(outline_mm=None):
+    layup = laid_ply.layup()
+    outline = Outline(layup.ply_outline if outline_mm is None else outline_mm)
+    return EdgeSpread(laid_ply.inspector().prepared, layup.mold_from_scanner, outline, laid_ply.THICKNESS_MM)
+
+
+def spread_mm(scan, mask=None, threads=1):
+    return edge().least_mm(scan, mask, threads)
+
+
+@pytest.mark.parametrize("noise_mm", [0.0, 0.005, 0.02, 0.05, 0.1])
+def test_a_sharp_edge_is_not_spread(noise_mm):
+    assert abs(spread_mm(laid_ply.scan(FLAT, noise_mm))) < 0.5
+
+
+@pytest.mark.parametrize("noise_mm", [0.0, 0.02, 0.05])
+@pytest.mark.parametrize(
+    ("name", "sigma"),  # pixels, of 1 mm; a box's is the root of (n² - 1) / 12
+    [
+        ("Gaussian of 1 pixel", 1.0),
+        ("Gaussian of 2 pixels", 2.0),
+        ("box of 5 pixels", 2**0.5),
+        ("box of 9 pixels", 2.6),
+    ],
+)
+def test_a_filters_sigma_is_found(name, sigma, noise_mm):
+    """Less what it is uncertain by; flying pixels, smeared, are part of that."""
+    found = spread_mm(filtered(laid_ply.scan(FLAT, noise_mm), FILTERS[name]))
+    assert 0.65 * sigma < found < 1.1 * sigma
+
+
+def test_a_bilateral_filter_wider_than_the_step_is_found():
+    assert spread_mm(filtered(laid_ply.scan(FLAT), FILTERS["bilateral, 9 pixels, 2 mm"])) > 1.2
+
+
+def test_where_the_outline_lies_a_little_off_changes_nothing():
+    layup, scan = laid_ply.layup(), filtered(laid_ply.scan(FLAT), FILTERS["Gaussian of 2 pixels"])
+    middle = layup.ply_outline.mean(axis=0)
+    for off_mm in (-2.0, 2.0):
+        out = layup.ply_outline + off_mm * (layup.ply_outline - middle) / np.abs(layup.ply_outline - middle).max()
+        assert edge(out).least_mm(scan, None, 1) == pytest.approx(edge().least_mm(scan, None, 1), abs=0.3)
+
+
+def test_no_edge_no_answer():
+    scan = laid_ply.scan(FLAT)
+    assert np.isnan(spread_mm(np.full_like(scan, np.nan)))
+    assert np.isnan(spread_mm(scan[:20]))
+    assert np.isnan(spread_mm(laid_ply.layup().reference))  # no ply in it
+    assert np.isnan(spread_mm(scan, np.ones(scan.shape[:2], dtype=bool)))
+    assert np.isnan(spread_mm(np.zeros_like(scan)))
+    assert np.isnan(spread_mm(np.full_like(scan, 1e30)))
+
+
+def test_the_same_bits_on_any_number_of_threads():
+    scan = laid_ply.scan(FLAT)
+    assert spread_mm(scan, threads=1) == spread_mm(scan, threads=2)
+
+
+def test_a_layup_whose_edge_is_spread_is_undecided():
+    scan = filtered(laid_ply.scan(FLAT), FILTERS["bilateral, 9 pixels, 2 mm"])
+    report = laid_ply.inspector().inspect(scan)
+    assert report.verdict is Verdict.UNDECIDED
+    assert "spreads the ply's edge as a Gaussian of 1." in report.reason
+
+
+@pytest.mark.parametrize(("fine_mm", "expected"), [(0.5, Verdict.UNDECIDED), (2.0, Verdict.CEASE)])
+def test_the_recipe_may_allow_for_it(fine_mm, expected):
+    layup, recipe = laid_ply.layup(), Recipe(clean={"fine_mm": fine_mm})
+    inspector = Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    scan = filtered(laid_ply.scan(FLAT), lambda image: cv2.bilateralFilter(image, 7, 2.0, 3.0))
+    assert inspector.inspect(scan).verdict is expected
+
+
+def test_without_an_outline_the_report_says_that_it_was_not_looked_at():
+    layup = laid_ply.layup()
+    whole = Inspector(None, layup.reference, mold_from_scanner=layup.mold_from_scanner).inspect(laid_ply.scan(FLAT))
+    assert any(entry.what == "how sharp the scan is, by the ply's edge" for entry in whole.left_out)
+    told = laid_ply.inspector().inspect(laid_ply.scan(FLAT))
+    assert not any("how sharp" in entry.what for entry in told.left_out)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("make", [scenes.layup, scenes.varied_layup])
+def test_layups_of_both_families_are_sharp(make, seed):
+    layup = make(seed, (640, 480))
+    inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    assert "spreads the ply's edge" not in inspector.inspect(layup.scan).reason
