@@ -283,6 +283,7 @@ class Inspector:
         cycle.split("height map", found.times_ms)
         with cycle.stage("place", _FOUND):  # level between the pockets, and at the ply's edge
             placed = self._placing.judge(sample, found)
+            laid_wrong = self._placing.plateaus(found)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
             pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.doubt:
@@ -291,12 +292,12 @@ class Inspector:
                 bumps = tolerances.weigh(found, self.ply, cycle.stop)
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
-            riding = self._riding(points, sample, pockets, evaluations, bumps, cycle.stop)
+            others = [*laid_wrong, *self._riding(points, sample, pockets, evaluations, bumps, cycle.stop)]
         with cycle.stage("raw scan", 1.0):  # wait for what is searched beside the stages since the level
             filled, standing = searched()
         with cycle.stage("report", 1.0):
             return reporting.report(
-                found, placed, filled, bumps, standing, riding, pockets, evaluations, self.ply, cycle.timings_ms()
+                found, placed, filled, bumps, standing, others, pockets, evaluations, self.ply, cycle.timings_ms()
             )
 
     def _riding(

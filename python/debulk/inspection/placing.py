@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from debulk import _core, pocket
 from debulk.grid import Grid
-from debulk.inspection import frame
+from debulk.inspection import frame, plateaus
 from debulk.inspection.edge_check import Outline
 from debulk.inspection.few_squares import few_squares_reason
 from debulk.inspection.filled import Filled, FilledSearch
@@ -26,6 +26,7 @@ from debulk.inspection.sample import Sample, sampled
 from debulk.inspection.thinning import pitch_of
 from debulk.inspection.unit import unit_reason, width_of
 from debulk.results.level import Level
+from debulk.verdict import Judgement
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -148,6 +149,12 @@ class Placing:
     def filled(self, scan: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> Filled:
         """Look for patches of a scan that its scanner filled in, once it is known to be one of this ply."""
         return self._filled.find(scan, sample, self._mask, stop)
+
+    def plateaus(self, found: Found) -> list[Judgement]:
+        """Judge where the ply is missing, lies double, or on something."""
+        outlined = self._ply_outline is not None
+        of_found = plateaus.find(found.overview, self._zones, self._prepared.reference, self._recipe, outlined=outlined)
+        return plateaus.doubts(of_found, self._thickness_mm)
 
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets, and their share of the ply."""

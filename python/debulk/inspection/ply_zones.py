@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import pocket
+from debulk.grid import Grid
 from debulk.inspection.sample import Sample
 from debulk.surface import Reference
 
@@ -106,6 +107,18 @@ class PlyZones:
         on.flags.writeable = False  # shared by all who ask
         sample.inside[self] = on
         return on
+
+    def cells(self, heights: Grid) -> Bools:
+        """Tell which cells of a map lie on the ply well inside its outline."""
+        ny, nx = heights.values.shape
+        column, row = (
+            np.rint((heights.origin_mm[axis] + heights.spacing_mm * np.arange(n) - self._low[axis]) / _CELL_MM)
+            for axis, n in ((0, nx), (1, ny))
+        )
+        rows, columns = self._shape
+        there = ((row >= 0) & (row < rows))[:, None] & ((column >= 0) & (column < columns))
+        at = np.clip(row, 0, rows - 1).astype(np.int64), np.clip(column, 0, columns - 1).astype(np.int64)
+        return np.asarray(there & self._on.reshape(rows, columns)[np.ix_(*at)])
 
     def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:
         """Medians of the used points, square by square, where most of those on the ply are used."""

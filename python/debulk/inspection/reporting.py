@@ -34,13 +34,13 @@ def report(
     filled: Filled,
     bumps: Sequence[Bump],
     standing: Standing,
-    riding: Sequence[Judgement],
+    others: Sequence[Judgement],
     judged_as: Sequence[FoundPocket],
     evaluations: Sequence[Evaluation],
     ply: PlyOnMold,
     timings_ms: dict[str, float],
 ) -> Report:
-    """Judge the layup by its evaluated pockets, and what rides on them (`riders.doubts`), and report all of it.
+    """Judge the layup by its evaluated pockets and by others' judgements of what is no pocket, and report all of it.
 
     Each evaluation is of the pocket at its place in `judged_as`: first those found, then the bumps that are judged.
     """
@@ -54,7 +54,7 @@ def report(
     halves = [p.half_seen for p in pockets[len(pockets) - len(taken) :]]
     judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
     unknown = unseen.doubts(found, pockets, ply.recipe, judged_bumps)
-    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps), *common_fibres.doubts(bumps, ply), *riding])
+    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps), *common_fibres.doubts(bumps, ply), *others])
     judged = unseen.worst(judged, [*wrinkles.doubts(standing, ply.recipe), *filled.doubts(ply.recipe)])
     if ply.outline is None and judged.verdict is Verdict.INVALID:
         judged = replace(judged, reason=f"{judged.reason}; {_NO_OUTLINE}")

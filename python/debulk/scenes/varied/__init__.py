@@ -9,11 +9,12 @@
 from debulk.scenes.varied.given import Given, Mistake, given_right
 from debulk.scenes.varied.layup import varied_layup
 from debulk.scenes.varied.mistaken_clouds import CLOUDS
+from debulk.scenes.varied.mistaken_ply import PLY
 from debulk.scenes.varied.mistaken_setup import SETUP
 from debulk.scenes.varied.mistaken_software import SOFTWARE
 from debulk.scenes.varied.scanning import VariedLayup
 
 __all__ = ["MISTAKES", "Given", "Mistake", "VariedLayup", "given_right", "varied_layup"]
 
-MISTAKES: tuple[Mistake, ...] = (*SETUP, *CLOUDS, *SOFTWARE)
-"""Mistakes of set-up, clouds and a scanner's software, each with a name of its own, for layups of either family."""
+MISTAKES: tuple[Mistake, ...] = (*SETUP, *CLOUDS, *SOFTWARE, *PLY)
+"""Mistakes of set-up, clouds, software and laying, each with a name of its own, for layups of either family."""

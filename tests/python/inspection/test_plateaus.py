@@ -1,0 +1,131 @@
+"""A ply that is torn, folded over or double passes nothing; bells, loose borders and ribs below it are no plateaus."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import laid_ply
+from debulk import Inspector, pocket, scenes
+from debulk.grid import Grid
+from debulk.inspection import plateaus
+from debulk.verdict import Verdict
+
+T = laid_ply.THICKNESS_MM
+
+
+def place(wide_mm, long_mm, high_mm):
+    return lambda x, y: np.where((np.abs(x - 20) < wide_mm / 2) & (np.abs(y - 10) < long_mm / 2), high_mm, 0.0)
+
+
+def folded(size_mm):
+    """Fold the corner farthest along (1, 1) over: bare beyond the fold, two plies before it."""
+    corners, way = laid_ply.layup().ply_outline, np.array([1, 1]) / np.sqrt(2)
+    fold = (corners @ way).max() - size_mm / np.sqrt(2)
+
+    def height(x, y):
+        beyond = x * way[0] + y * way[1] - fold
+        mirrored = np.stack([x, y], axis=1) - 2 * beyond[:, None] * way
+        double = (beyond < 0) & (beyond > -size_mm) & pocket.inside(corners, mirrored)
+        return np.where(double, T, np.where(beyond > 0, -T, 0.0))
+
+    return height
+
+
+def found(scan):
+    inspector = laid_ply.inspector()
+    overview = inspector.find(scan).overview
+    return plateaus.find(overview, inspector._placing._zones, inspector.reference, inspector.recipe, outlined=True)
+
+
+@pytest.mark.parametrize("noise_mm", [0.0, 0.02, 0.1])
+@pytest.mark.parametrize("size", [(20, 20), (50, 50), (25, 150), (100, 100)])
+def test_where_the_ply_is_missing_is_found(size, noise_mm):
+    (one,) = found(laid_ply.scan(place(*size, -T), noise_mm))
+    assert one.off_mm == pytest.approx(-T, abs=0.02)
+    assert one.centre_mm == pytest.approx((20, 10), abs=1.5)
+    assert one.area_mm2 == pytest.approx(size[0] * size[1], rel=0.12)
+
+
+@pytest.mark.parametrize("high_mm", [T, 0.6, 1.4])
+@pytest.mark.parametrize("size", [(20, 20), (10, 100), (100, 100)])
+def test_where_something_lies_on_it_is_found(size, high_mm):
+    (one,) = found(laid_ply.scan(place(*size, high_mm)))
+    assert one.off_mm == pytest.approx(high_mm, abs=0.02)
+
+
+@pytest.mark.parametrize("regions", [True, False])
+def test_a_torn_ply_is_invalid(regions):
+    report = laid_ply.inspector(regions).inspect(laid_ply.scan(place(40, 40, -T)))
+    assert report.verdict is Verdict.INVALID
+    assert "the ply is missing over 16 cm²" in report.reason
+
+
+@pytest.mark.parametrize(
+    ("size_mm", "expected"),
+    [(15, Verdict.UNDECIDED), (25, Verdict.UNDECIDED), (60, Verdict.INVALID), (100, Verdict.INVALID)],
+)
+def test_a_corner_that_is_folded_over_passes_nothing(size_mm, expected):
+    """Of a small one only what lies double is far enough inside the outline."""
+    assert laid_ply.inspector().inspect(laid_ply.scan(folded(size_mm))).verdict is expected
+
+
+@pytest.mark.parametrize("regions", [True, False])
+def test_a_double_ply_is_undecided(regions):
+    report = laid_ply.inspector(regions).inspect(laid_ply.scan(place(60, 80, T)))
+    assert report.verdict is Verdict.UNDECIDED
+    assert "the ply lies 0.30 mm too high over" in report.reason
+
+
+@pytest.mark.parametrize(("wide_mm", "high_mm"), [(20, 1.5), (30, 1.6), (40, 1.4), (60, 1.2), (100, 0.6), (200, 1.2)])
+def test_a_bell_is_none(wide_mm, high_mm):
+    assert not found(laid_ply.scan(laid_ply.bell(50, 30, wide_mm, high_mm)))
+
+
+def test_without_an_outline_bare_mold_is_none():
+    """The ply may end there; what lies double is found all the same."""
+    layup, scan = laid_ply.layup(), laid_ply.scan(place(60, 80, T))
+    whole = Inspector(None, layup.reference, mold_from_scanner=layup.mold_from_scanner)
+    assert "missing" not in whole.inspect(laid_ply.scan(place(40, 40, -T))).reason
+    assert "mm too high over" in whole.inspect(scan).reason
+
+
+def test_a_loose_border_is_none():
+    """Its highest strip is cut off where the ply's level is not read any more: that is no edge."""
+    layup = scenes.varied_layup(2001, (640, 480))
+    inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    assert "mm too high over" not in inspector.inspect(layup.scan).reason
+
+
+class Flat:
+    """Zones of a ply that covers all of a map."""
+
+    def cells(self, heights):
+        return np.ones(heights.values.shape, dtype=bool)
+
+
+def flat_map(shape, value):
+    return Grid(np.full(shape, value, dtype=np.float32), np.zeros(2), 2.0)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 0.0, 0.3, 1e30])
+@pytest.mark.parametrize("shape", [(1, 1), (3, 2), (60, 80)])
+def test_maps_without_edges_have_none(shape, value):
+    inspector = laid_ply.inspector()
+    assert not plateaus.find(flat_map(shape, value), Flat(), inspector.reference, inspector.recipe, outlined=True)
+
+
+def test_a_ply_that_runs_on_over_a_recess_is_none(monkeypatch):
+    """Its height above the reference steps up there; the ply itself does not."""
+    rng = np.random.default_rng(0)
+    x, y = np.meshgrid(np.arange(400.0), np.arange(300.0))
+    recess = -0.5 * np.clip((25 - np.maximum(np.abs(x - 200), np.abs(y - 150))), 0, 1)
+    reference, scan = (
+        np.dstack([x, y, z + 0.01 * rng.standard_normal(x.shape)]).astype(np.float32)
+        for z in (recess, np.where((np.abs(x - 200) < 150) & (np.abs(y - 150) < 100), T, 0.0))
+    )
+    corners = np.array([[50, 50], [350, 50], [350, 250], [50, 250]], dtype=float)
+    inspector = Inspector(None, reference, corners, mold_from_scanner=np.eye(4))
+    assert "mm too high over" not in inspector.inspect(scan).reason
+    monkeypatch.setattr(plateaus, "_of_reference", lambda *_: 0.0)
+    assert "mm too high over" in inspector.inspect(scan).reason
