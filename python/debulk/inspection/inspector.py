@@ -283,7 +283,7 @@ class Inspector:
         cycle.split("height map", found.times_ms)
         with cycle.stage("place", _FOUND):  # level between the pockets, and at the ply's edge
             placed = self._placing.judge(sample, found)
-            laid_wrong = self._placing.plateaus(found)
+            laid_wrong = self._placing.plateaus(found, cycle.stop)
         with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
             pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.doubt:

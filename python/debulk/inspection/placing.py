@@ -150,11 +150,11 @@ class Placing:
         """Look for patches of a scan that its scanner filled in, once it is known to be one of this ply."""
         return self._filled.find(scan, sample, self._mask, stop)
 
-    def plateaus(self, found: Found) -> list[Judgement]:
+    def plateaus(self, found: Found, stop: _core.Stop) -> list[Judgement]:
         """Judge where the ply is missing, lies double, or on something."""
-        outlined = self._ply_outline is not None
-        of_found = plateaus.find(found.overview, self._zones, self._prepared.reference, self._recipe, outlined=outlined)
-        return plateaus.doubts(of_found, self._thickness_mm)
+        reference, outlined = self._prepared.reference, self._outline is not None
+        places = plateaus.find(found.overview, self._zones, reference, self._recipe, stop, outlined=outlined)
+        return plateaus.doubts(places, self._thickness_mm)
 
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets, and their share of the ply."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.grid import Grid
+from debulk.inspection.stopping import heed
 from debulk.surface import Reference
 from debulk.verdict import Judgement, Verdict
 
@@ -29,6 +30,7 @@ Bools = NDArray[np.bool_]
 
 _OFF = 0.55  # thicknesses off the ply's level: half of one is the middle of its edge
 _LARGEST_MM2 = 200.0  # what is larger is looked for, however large the smallest pocket that is asked for
+_CELL_MM = 1.5  # a finer map is thinned to it: the smallest plateau is 14 mm wide
 _QUARTERS = (0.25, 0.75)  # of a plateau's height, between which its edge is measured
 _ROUND_MM = 6.0  # about it, in which that edge lies
 _SHARP_MM = 3.5  # from one quarter to the other: of a step two cells of the map at most
@@ -37,7 +39,6 @@ _FLAT, _LEAST_FLAT = 0.25, 0.6  # of its height, that four tenths of its cells a
 _LEAST_RIM, _LEAST_RIM_MM = 0.2, 12.0  # of a rim, inside the ply
 _SMOOTH = 0.5  # of its height: the reference steps by less there, the other way
 _REACH_MM = (6.0, 14.0)  # to each side of the edge, between which the reference's slope is read
-_MOST = 5  # that are judged: the largest
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,13 @@ def doubts(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Judgement
 
 
 def find(
-    heights: Grid, zones: PlyZones, reference: Reference, recipe: Recipe, *, outlined: bool
+    heights: Grid,
+    zones: PlyZones,
+    reference: Reference,
+    recipe: Recipe,
+    stop: _core.Stop | None = None,
+    *,
+    outlined: bool,
 ) -> tuple[Plateau, ...]:
     """Find them in a map of heights above the reference, largest first.
 
@@ -95,9 +102,13 @@ def find(
         The surface below it: where it steps itself, a ply that runs on smoothly is no plateau.
     recipe
         The sections level, material and segmentation.
+    stop
+        Heeded between one place and the next.
     outlined
         Whether the ply's outline is known: without it, where the ply is missing there may be none.
     """
+    every = max(1, int(_CELL_MM / heights.spacing_mm))
+    heights = Grid(heights.values[::every, ::every], heights.origin_mm, every * heights.spacing_mm)
     thickness, cell = recipe.material.thickness_mm, float(heights.spacing_mm)
     least = max(_OFF * thickness, recipe.level.tol_mm)
     on = zones.cells(heights) & np.isfinite(heights.values)
@@ -112,7 +123,8 @@ def find(
             (off & (sign * rise > 0)).astype(np.uint8), connectivity=4
         )
         large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * cell**2 >= least_mm2) + 1
-        for label in sorted(large, key=lambda k: -int(stats[k, cv2.CC_STAT_AREA]))[:_MOST]:
+        for label in large:
+            heed(stop, "the search for plateaus")
             left, top, wide, high = (int(stats[label, k]) for k in range(4))
             around = round(_ROUND_MM / cell) + 1
             rows = slice(max(0, top - around), top + high + around)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import laid_ply
-from debulk import Inspector, pocket, scenes
+from debulk import Inspector, _core, pocket, scenes
 from debulk.grid import Grid
 from debulk.inspection import plateaus
 from debulk.verdict import Verdict
@@ -52,6 +52,21 @@ def test_where_the_ply_is_missing_is_found(size, noise_mm):
 def test_where_something_lies_on_it_is_found(size, high_mm):
     (one,) = found(laid_ply.scan(place(*size, high_mm)))
     assert one.off_mm == pytest.approx(high_mm, abs=0.02)
+
+
+def test_a_small_one_is_found_beside_many_large_bells():
+    bells = [laid_ply.bell(100 * i - 330, 100 * j - 150, 60, 1.6) for i in range(7) for j in range(4)]
+    patch = place(20, 20, T)
+    (one,) = found(laid_ply.scan(lambda x, y: patch(x, y) + sum(bell(x, y) for bell in bells)))
+    assert one.centre_mm == pytest.approx((20, 10), abs=2)
+
+
+def test_the_search_heeds_a_raised_stop():
+    inspector, stop = laid_ply.inspector(), _core.Stop()
+    overview = inspector.find(laid_ply.scan(place(40, 40, T))).overview
+    stop.cancel()
+    with pytest.raises(_core.Stopped):
+        plateaus.find(overview, inspector._placing._zones, inspector.reference, inspector.recipe, stop, outlined=True)
 
 
 @pytest.mark.parametrize("regions", [True, False])
