@@ -66,9 +66,20 @@ struct WrinkleFinder::Search {
     return end - begin + 1;
   }
 
-  // Whether something stands up on the way in most of the lines between the first and the last place.
-  bool solid(const std::vector<Place>& good, double height) const {
-    const double least = std::max(0.25 * height, std::min(0.5 * height, options.stands_out_mm));
+  // How high a place stands above the middle of those on both sides; where one of them was not seen, above the other.
+  double rise(int line, int at, double height) const {
+    const double left = above(line, at - side), right = above(line, at + side);
+    if (std::isnan(left) && std::isnan(right)) return height;
+    return height - (std::isnan(left) ? right : std::isnan(right) ? left : 0.5 * (left + right));
+  }
+
+  // Whether something stands out on the way in most of the lines between the first and the last place: by itself, for a pocket
+  // below it lifts all of the way.
+  bool solid(const std::vector<Place>& good) const {
+    std::vector<double> rises;
+    for (const Place& place : good) rises.push_back(rise(place.line, place.at, above(place.line, place.at)));
+    const double whole = median(rises);
+    const double least = std::max(0.25 * whole, std::min(0.5 * whole, options.stands_out_mm));
     int stand = 0, sunk = 0;
     std::size_t k = 0;
     for (int line = good.front().line; line <= good.back().line; ++line) {
@@ -78,9 +89,9 @@ struct WrinkleFinder::Search {
       const int way = static_cast<int>(std::nearbyint(a.at + slope * (line - a.line)));
       bool stands = false, sinks = false;
       for (int at = way - 3; at <= way + 3; ++at) {
-        const double here = above(line, at);
+        const double here = rise(line, way, above(line, at));
         stands = stands || here > least;
-        sinks = sinks || here < -0.25 * height;
+        sinks = sinks || here < -0.25 * whole;
       }
       stand += stands, sunk += sinks;
     }
@@ -110,7 +121,7 @@ struct WrinkleFinder::Search {
     for (const Eigen::Vector2d& p : out.along) low = low.cwiseMin(p), high = high.cwiseMax(p);
     const double across = (high - low).norm() / std::max(1.0, (good.back().line - good.front().line) * pitch);
     out.width = median(widths) * pitch / std::max(1.0, across);  // lines cross it askew
-    if (out.width > options.widest_mm || !solid(good, out.height)) return std::nullopt;
+    if (out.width > options.widest_mm || !solid(good)) return std::nullopt;
     return out;
   }
 

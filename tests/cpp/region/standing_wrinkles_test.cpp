@@ -53,6 +53,18 @@ TEST(StandingWrinkles, AreNoBellsNoNoiseAndNothingThatIsMasked) {
   EXPECT_TRUE(search.find(view_of(scan), masked.data(), kPitch).wrinkles.empty());
 }
 
+// A few flying pixels, where the pairs of lines are, on a straight way over a pocket: it lifts the way between them, too.
+TEST(StandingWrinkles, AreNoFlyingPixelsOverAPocket) {
+  const auto pocket = [](double high) -> Shape { return [=](double x, double y) { return high * std::exp(-(x * x + y * y) / 7200); }; };
+  const Shape ridge = [&](double x, double y) { return pocket(3)(x, y) + wrinkle(0, 4, 6, -70, 70)(x, y); };
+  EXPECT_FALSE(finder().find(view_of(scan_of(ridge, 0.05)), nullptr, kPitch).wrinkles.empty());
+  std::vector<float> scan = scan_of(pocket(6), 0.05);
+  const int step = static_cast<int>(std::lround(WrinkleOptions().pairs_mm / kPitch));
+  for (int row = 4 * step; row < 10 * step; row += step)
+    for (const int line : {row, row + 1}) scan[3 * (static_cast<std::size_t>(line) * kWidth + kWidth / 2) + 2] -= 14;
+  EXPECT_TRUE(finder().find(view_of(scan), nullptr, kPitch).wrinkles.empty());
+}
+
 TEST(StandingWrinkles, AreNotLookedForAmongTooManyCrossingsOnThePly) {
   const std::vector<float> wild = scan_of([](double, double) { return 0.0; }, 1.5);
   WrinkleOptions options;
