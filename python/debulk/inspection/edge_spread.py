@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from debulk.inspection.edge_check import Outline
 from debulk.inspection.prepared import Prepared
+from debulk.inspection.products import product
 from debulk.inspection.sample import sample_of
 
 __all__ = ["EdgeSpread"]
@@ -100,17 +101,17 @@ class EdgeSpread:
             return np.empty((0, 2), dtype=np.int64), np.empty(0, dtype=np.int64)
         plane = np.column_stack([mold[seen], np.ones(np.count_nonzero(seen))])
         image_of = np.linalg.lstsq(plane, image[seen], rcond=None)[0]  # affine; what is left is done step by step
-        at = np.column_stack([self._places, np.ones(len(self._places))]) @ image_of
+        at = product(np.column_stack([self._places, np.ones(len(self._places))]), image_of)
         for _ in range(_NEWTON):
             pixel = np.clip(np.rint(at), _HALF, most - _HALF).astype(np.int64)
-            off = (self._places - self._in_mold(scan[pixel[:, 0], pixel[:, 1]])[:, :2]) @ image_of[:2]
+            off = product(self._places - self._in_mold(scan[pixel[:, 0], pixel[:, 1]])[:, :2], image_of[:2])
             at = pixel + np.where(np.isfinite(off), off, 0.0)
         kept = np.flatnonzero(np.hypot(*off.T) < _MISS)  # not where it is NaN
         return pixel[kept], kept
 
     def _in_mold(self, points: Cloud) -> Floats:
         plain = points.astype(np.float64)
-        return plain if self._pose is None else np.asarray(plain @ self._pose[:3, :3].T + self._pose[:3, 3])
+        return plain if self._pose is None else product(plain, self._pose[:3, :3].T) + self._pose[:3, 3]
 
     def _spreads(self, points: Cloud, places: Floats, normals: Floats, threads: int) -> Floats:
         """Sigma in mm of each window, (N, M, 3), that shows the edge of this ply."""
@@ -147,9 +148,9 @@ def _sigmas(height: Floats, out: Floats) -> Floats:
     share = (height - low) / (high - low)
     near = np.abs(out - edge) < _NEAR
     used = known & (np.abs(share - 0.5) < 0.5 + _OUTLIER)
-    product = np.where(used, share * (1 - share), 0.0)
+    varies = np.where(used, share * (1 - share), 0.0)
     at_edge, of_noise = (
-        np.sum(product * where, axis=1, keepdims=True) / np.maximum(_count(used & where), 1) for where in (near, ~near)
+        np.sum(varies * where, axis=1, keepdims=True) / np.maximum(_count(used & where), 1) for where in (near, ~near)
     )
     good = (high - low > _STEP[0]) & (high - low < _STEP[1]) & (np.abs(low) < _LEVEL)
     for where in (inner, outer, used & near, used & ~near):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.inspection.ply_zones import Blocks
+from debulk.inspection.products import product
 from debulk.results.level import Level
 
 __all__ = ["Deviation", "departure", "deviation", "level_of"]
@@ -71,7 +72,7 @@ class Deviation:
         terms = _terms(self.xy_mm, 0.0)
         if np.count_nonzero(rest) <= 2 * terms.shape[1]:
             return False
-        fit = terms @ _robust(terms[rest], self.residual_mm[rest])
+        fit = product(terms, _robust(terms[rest], self.residual_mm[rest]))
         return bool(np.max(np.abs(fit)) <= tol_mm)
 
     def left(self, tol_mm: float, order: int) -> tuple[float, float]:
@@ -96,8 +97,8 @@ def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation
     terms = _terms(blocks.xy_mm, blocks.side_mm)
     constant = np.full(len(residual), np.median(residual))
     plane, paraboloid = _robust(terms[:, :3], residual), _robust(terms, residual)
-    fits = np.array([constant, terms[:, :3] @ plane, terms @ paraboloid])
-    bow = float(np.ptp(terms[:, 3:] @ paraboloid[3:]))
+    fits = np.array([constant, product(terms[:, :3], plane), product(terms, paraboloid)])
+    bow = float(np.ptp(product(terms[:, 3:], paraboloid[3:])))
     return Deviation(
         blocks.xy_mm,
         residual,
@@ -158,7 +159,7 @@ def _robust(terms: Floats, values: Floats) -> Floats:
             weights = np.maximum(0.0, 1 - (left / (_BISQUARE * sigma)) ** 2) ** 2
         weighted = terms * weights[:, None]
         # A little is added: squares in one line leave a slope across it undetermined.
-        normal = terms.T @ weighted + 1e-9 * weights.sum() * np.eye(terms.shape[1])
-        factors = np.linalg.solve(normal, weighted.T @ values)
-        left = values - terms @ factors
+        normal = product(weighted.T, terms) + 1e-9 * weights.sum() * np.eye(terms.shape[1])
+        factors = np.linalg.solve(normal, product(weighted.T, values))
+        left = values - product(terms, factors)
     return factors

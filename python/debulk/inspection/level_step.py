@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.inspection.level import Deviation
+from debulk.inspection.products import product
 
 __all__ = ["Step", "step_of"]
 
@@ -51,7 +52,7 @@ def step_of(found: Deviation, order: int) -> Step | None:
     best, least = None, _BETTER * smooth
     for degrees in np.arange(_WAYS) * (180.0 / _WAYS):
         across = np.array([-np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
-        way = found.xy_mm @ across
+        way = product(found.xy_mm, across)
         ranked = np.argsort(way, kind="stable")
         left, sums = _left(residual[ranked], way[ranked])
         k = int(np.argmin(left))
@@ -70,6 +71,6 @@ def _left(values: Floats, way: Floats) -> tuple[Floats, Floats]:
     """Sum of squares that a step behind each value leaves, infinite where none can be; and the running sums."""
     below = np.arange(1, len(values))
     sums = np.cumsum(values)
-    left = float(values @ values) - sums[:-1] ** 2 / below - (sums[-1] - sums[:-1]) ** 2 / (len(values) - below)
+    left = float(np.sum(values**2)) - sums[:-1] ** 2 / below - (sums[-1] - sums[:-1]) ** 2 / (len(values) - below)
     can = (below >= _LEAST_SQUARES) & (len(values) - below >= _LEAST_SQUARES) & (np.diff(way) > 1e-6)
     return np.where(can, left, np.inf), sums

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.inspection.products import product
+
 if TYPE_CHECKING:
     from debulk.inspection.found import Found
     from debulk.inspection.prepared import Prepared
@@ -50,7 +52,7 @@ def masked_holes(
             continue
         x, y = np.meshgrid(*(np.arange(b + 0.5 * _STEP_MM, e, _STEP_MM) for b, e in zip(begin, end, strict=True)))
         xy = np.column_stack([x.ravel(), y.ravel()])
-        points = (np.column_stack([xy, prepared.reference.height(xy)]) - pose[:3, 3]) @ pose[:3, :3]
+        points = product(np.column_stack([xy, prepared.reference.height(xy)]) - pose[:3, 3], pose[:3, :3])
         column = np.rint(image.f * points[:, 0] / points[:, 2] + image.cx)
         row = np.rint(image.f * points[:, 1] / points[:, 2] + image.cy)
         inside = (column >= 0) & (row >= 0) & (column < image.width) & (row < image.height)

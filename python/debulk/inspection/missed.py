@@ -63,7 +63,7 @@ def filtered_once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:
     column, row = cells[fits].T
     side = 2 * half + 1
     windows = sliding_window_view(heights.values, (side, side))[row - half, column - half]
-    lifted[fits] = np.nan_to_num(np.tensordot(windows, _weights(half), 2) - heights.values[row, column])
+    lifted[fits] = np.nan_to_num(np.einsum("nij,ij->n", windows, _weights(half)) - heights.values[row, column])
     return lifted
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from debulk import cloud
 from debulk.inspection.camera import PinholeImage
+from debulk.inspection.products import product
 from debulk.inspection.thinning import complete
 from debulk.surface import Reference
 
@@ -79,7 +80,7 @@ class RawPoints:
         below_mm = reference.height(outline_mm)
         box = np.concatenate([np.column_stack([outline_mm, below_mm + up]) for up in (0.0, _HIGH_MM)])
         if self._pose is not None:
-            box = (box - self._pose[:3, 3]) @ self._pose[:3, :3]
+            box = product(box - self._pose[:3, 3], self._pose[:3, :3])
         if (box[:, 2] <= 0).any():
             return None
         step = self._step  # the same points as of the whole scan

@@ -7,6 +7,7 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.inspection.products import product
 from debulk.inspection.repeated_depths import depths_repeat
 from debulk.inspection.smooth_patches import Squares
 
@@ -91,9 +92,9 @@ def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:
     shape, products = _polynomials()
     level = np.sum(flat, axis=1, keepdims=True) / np.sum(seen, axis=1, keepdims=True)
     flat = np.where(seen, flat - level, 0.0)
-    normal = (seen @ products).reshape(len(flat), shape.shape[1], shape.shape[1])
-    factors = np.linalg.solve(normal, (flat @ shape)[:, :, None])[:, :, 0]
-    return np.where(seen, flat - factors @ shape.T, 0.0)
+    normal = product(seen.astype(np.float64), products).reshape(len(flat), shape.shape[1], shape.shape[1])
+    factors = np.linalg.solve(normal, product(flat, shape)[:, :, None])[:, :, 0]
+    return np.where(seen, flat - product(factors, shape.T), 0.0)
 
 
 def _fourth(values: Floats) -> Floats:
