@@ -105,7 +105,7 @@ class EdgeSpread:
         for _ in range(_NEWTON):
             pixel = np.clip(np.rint(at), _HALF, most - _HALF).astype(np.int64)
             off = product(self._places - self._in_mold(scan[pixel[:, 0], pixel[:, 1]])[:, :2], image_of[:2])
-            at = pixel + np.where(np.isfinite(off), off, 0.0)
+            at = np.asarray(pixel + np.where(np.isfinite(off), off, 0.0), dtype=np.float64)
         kept = np.flatnonzero(np.hypot(*off.T) < _MISS)  # not where it is NaN
         return pixel[kept], kept
 

@@ -152,8 +152,8 @@ class Placing:
 
     def plateaus(self, found: Found, stop: _core.Stop) -> list[Judgement]:
         """Judge where the ply is missing, lies double, or on something."""
-        reference, outlined = self._prepared.reference, self._outline is not None
-        places = plateaus.find(found.overview, self._zones, reference, self._recipe, stop, outlined=outlined)
+        outlined = self._outline is not None
+        places = plateaus.find(found.overview, self._zones, self._prepared, self._recipe, stop, outlined=outlined)
         return plateaus.doubts(places, self._thickness_mm)
 
     def judge(self, sample: Sample, found: Found) -> Placed:

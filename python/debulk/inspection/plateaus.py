@@ -6,6 +6,7 @@ level then, is the edge of something.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
     from debulk.inspection.ply_zones import PlyZones
+    from debulk.inspection.prepared import Prepared
     from debulk.recipe import Recipe
 
 __all__ = ["Plateau", "doubts", "find"]
@@ -37,7 +39,10 @@ _SHARP_MM = 3.5  # from one quarter to the other: of a step two cells of the map
 _SLENDER = 0.12  # that width over the plateau's: of a bell's 0.33
 _FLAT, _LEAST_FLAT = 0.25, 0.68  # of its height, that a third of its cells at most may be off
 _LEAST_RIM, _LEAST_RIM_MM = 0.2, 12.0  # of a rim, inside the ply
-_SMOOTH = 0.5  # of its height: the reference steps by less there, the other way
+_EVEN, _LEAST_EVEN = 0.3, 0.4  # of a part's height, between neighbours; of the smallest plateau, without its rim
+_STEP_CELLS, _STEP, _STEPPED = 2, 0.6, 0.7  # beside a part's rim; of its height; of its rim
+_BESIDE = np.ones((3, 3), np.uint8)
+_SMOOTH = 0.5  # of its height: the reference steps by less there, the other way, and misses less of the mold
 _REACH_MM = (6.0, 14.0)  # to each side of the edge, between which the reference's slope is read
 
 
@@ -84,7 +89,7 @@ def doubts(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Judgement
 def find(
     heights: Grid,
     zones: PlyZones,
-    reference: Reference,
+    prepared: Prepared,
     recipe: Recipe,
     stop: _core.Stop | None = None,
     *,
@@ -98,8 +103,9 @@ def find(
         NaN where nothing is known; all of the ply.
     zones
         Where that is.
-    reference
-        The surface below it: where it steps itself, a ply that runs on smoothly is no plateau.
+    prepared
+        The surface below it: where it steps itself, a ply that runs on smoothly is no plateau; nor is a ply in a
+        groove that it fills in, or on a rib that it cuts off.
     recipe
         The sections level, material and segmentation.
     stop
@@ -119,7 +125,7 @@ def find(
         return ()
     out = []
     for sign in (-1.0, 1.0) if outlined else (1.0,):
-        _, labels, stats, centroids = cv2.connectedComponentsWithStats(
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(
             (off & (sign * rise > 0)).astype(np.uint8), connectivity=4
         )
         large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * cell**2 >= least_mm2) + 1
@@ -129,30 +135,62 @@ def find(
             around = round(_ROUND_MM / cell) + 1
             rows = slice(max(0, top - around), top + high + around)
             columns = slice(max(0, left - around), left + wide + around)
-            own = labels[rows, columns] == label
-            height_mm = _height(sign * rise[rows, columns].astype(np.float64), own, on[rows, columns], cell)
-            if not 0 < height_mm <= recipe.segmentation.cut_height_mm - thickness:
-                continue
+            own, known = labels[rows, columns] == label, on[rows, columns]
             origin = heights.origin_mm + cell * np.array([columns.start, rows.start])
-            if sign * _of_reference(reference, own, origin, cell) < -_SMOOTH * height_mm:
-                continue
-            x, y = heights.origin_mm + cell * centroids[label]
-            area_mm2 = float(stats[label, cv2.CC_STAT_AREA]) * cell**2
-            out.append(Plateau((float(x), float(y)), area_mm2, sign * height_mm))
+            for piece, height_mm in _pieces(sign * rise[rows, columns].astype(np.float64), own, known, cell, least_mm2):
+                if not 0 < height_mm <= recipe.segmentation.cut_height_mm - thickness:
+                    continue
+                row, column = np.nonzero(piece)
+                xy = origin + cell * np.stack([column, row], axis=1)
+                if sign * _of_reference(prepared.reference, piece, origin, cell) < -_SMOOTH * height_mm:
+                    continue
+                if sign * _missed_by_reference(prepared, xy) > _SMOOTH * height_mm:
+                    continue
+                x, y = xy.mean(axis=0).tolist()
+                out.append(Plateau((x, y), len(row) * cell**2, sign * height_mm))
     return tuple(sorted(out, key=lambda one: -one.area_mm2))
 
 
-def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
-    """Return the height of a plateau among (R, C) heights; 0: it is none, for it goes down gradually."""
+def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: float) -> Iterator[tuple[Bools, float]]:
+    """Tell what may be a plateau, and its height: a place among (R, C) heights, or even parts of one that is not flat.
+
+    Something that lies on a pocket's foot is one place with that pocket.
+    """
     level = float(np.median(rise[own]))
-    flat = np.mean(np.abs(rise[own] - level) < _FLAT * level)
-    all_rim = _rim(own)
-    ends = np.pad(~known, 1, constant_values=True)
-    rim = all_rim & ~_near(ends, 2)[1:-1, 1:-1]  # not where the ply, or what is known of it, ends
+    if _is_flat(rise[own], level):
+        yield own, _height(rise, own, known, cell)
+        return
+    uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
+    even = (own & (uneven < _EVEN * rise)).astype(np.uint8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
+    for label in range(1, count):
+        if stats[label, cv2.CC_STAT_AREA] * cell**2 < _LEAST_EVEN * least_mm2:
+            continue
+        part = own & _near(labels == label, 1)
+        if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
+            yield part, _step(rise, part, known)
+
+
+def _is_flat(rise: Floats, level: float) -> bool:
+    return bool(np.mean(np.abs(rise - level) < _FLAT * level) >= _LEAST_FLAT)
+
+
+def _step(rise: Floats, part: Bools, known: Bools) -> float:
+    """Return the height of a part that goes down sharply nearly all round, wherever to; 0: it does not."""
+    level = float(np.median(rise[part]))
+    down = rise - cv2.erode(rise, _BESIDE, iterations=_STEP_CELLS) > _STEP * level
+    steps = np.count_nonzero(_rim_inside(part, known) & down)
+    return level if steps >= _STEPPED * np.count_nonzero(_rim(part)) else 0.0
+
+
+def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
+    """Return the height of a flat place that goes down sharply where the ply runs on; 0: it goes down gradually."""
+    level = float(np.median(rise[own]))
+    all_rim, rim = _rim(own), _rim_inside(own, known)
     edge = _near(rim, max(1, round(_ROUND_MM / cell))) & known
     low, high = (int(np.count_nonzero(edge & (rise > share * level))) for share in _QUARTERS)
     length = int(np.count_nonzero(rim))
-    if flat < _LEAST_FLAT or length < max(_LEAST_RIM * np.count_nonzero(all_rim), _LEAST_RIM_MM / cell):
+    if length < max(_LEAST_RIM * np.count_nonzero(all_rim), _LEAST_RIM_MM / cell):
         return 0.0
     edge_mm = (low - high) / length * cell
     wide_mm = 4 * int(np.count_nonzero(own)) / int(np.count_nonzero(all_rim)) * cell
@@ -161,7 +199,7 @@ def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
 
 def _near(marks: Bools, cells: int) -> Bools:
     """Tell which cells are as near to a marked one as that, along rows and columns."""
-    return np.asarray(cv2.dilate(marks.astype(np.uint8), np.ones((3, 3), np.uint8), iterations=cells) > 0)
+    return np.asarray(cv2.dilate(marks.astype(np.uint8), _BESIDE, iterations=cells) > 0)
 
 
 def _rim(own: Bools) -> Bools:
@@ -169,6 +207,22 @@ def _rim(own: Bools) -> Bools:
     padded = np.pad(own, 1)
     inner = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
     return own & ~inner
+
+
+def _rim_inside(own: Bools, known: Bools) -> Bools:
+    """Cells of the rim, but not where the ply, or what is known of it, ends."""
+    ends = np.pad(~known, 1, constant_values=True)
+    return _rim(own) & ~_near(ends, 2)[1:-1, 1:-1]
+
+
+def _missed_by_reference(prepared: Prepared, xy: Floats) -> float:
+    """Return how far what was seen of the reference lies above the surface fitted to it, at these places."""
+    seen = prepared.seen
+    column, row = np.rint((xy - seen.origin_mm) / seen.spacing_mm).astype(np.intp).T
+    inside = (row >= 0) & (column >= 0) & (row < seen.values.shape[0]) & (column < seen.values.shape[1])
+    missed = seen.values[row[inside], column[inside]] - prepared.reference.height(xy[inside])
+    known = missed[np.isfinite(missed)]
+    return float(np.median(known)) if len(known) else 0.0
 
 
 def _of_reference(reference: Reference, own: Bools, origin: Floats, cell: float) -> float:

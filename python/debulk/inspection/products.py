@@ -14,6 +14,6 @@ __all__ = ["product"]
 Floats = NDArray[np.float64]
 
 
-def product(rows: Floats, factors: Floats) -> Floats:
+def product(rows: NDArray[np.floating], factors: NDArray[np.floating]) -> Floats:
     """Return ``rows @ factors``, of (N, K) with (K,) or (K, M)."""
     return np.asarray(np.einsum("nk,k...->n...", rows, factors))

@@ -9,6 +9,8 @@ import laid_ply
 from debulk import Inspector, _core, pocket, scenes
 from debulk.grid import Grid
 from debulk.inspection import plateaus
+from debulk.recipe import Recipe
+from debulk.scenes.varied import given_right
 from debulk.verdict import Verdict
 
 T = laid_ply.THICKNESS_MM
@@ -35,7 +37,7 @@ def folded(size_mm):
 def found(scan):
     inspector = laid_ply.inspector()
     overview = inspector.find(scan).overview
-    return plateaus.find(overview, inspector._placing._zones, inspector.reference, inspector.recipe, outlined=True)
+    return plateaus.find(overview, inspector._placing._zones, inspector.prepared, inspector.recipe, outlined=True)
 
 
 @pytest.mark.parametrize("noise_mm", [0.0, 0.02, 0.1])
@@ -66,7 +68,7 @@ def test_the_search_heeds_a_raised_stop():
     overview = inspector.find(laid_ply.scan(place(40, 40, T))).overview
     stop.cancel()
     with pytest.raises(_core.Stopped):
-        plateaus.find(overview, inspector._placing._zones, inspector.reference, inspector.recipe, stop, outlined=True)
+        plateaus.find(overview, inspector._placing._zones, inspector.prepared, inspector.recipe, stop, outlined=True)
 
 
 @pytest.mark.parametrize("regions", [True, False])
@@ -127,7 +129,7 @@ def flat_map(shape, value):
 @pytest.mark.parametrize("shape", [(1, 1), (3, 2), (60, 80)])
 def test_maps_without_edges_have_none(shape, value):
     inspector = laid_ply.inspector()
-    assert not plateaus.find(flat_map(shape, value), Flat(), inspector.reference, inspector.recipe, outlined=True)
+    assert not plateaus.find(flat_map(shape, value), Flat(), inspector.prepared, inspector.recipe, outlined=True)
 
 
 def test_a_ply_that_runs_on_over_a_recess_is_none(monkeypatch):
@@ -144,3 +146,30 @@ def test_a_ply_that_runs_on_over_a_recess_is_none(monkeypatch):
     assert "mm too high over" not in inspector.inspect(scan).reason
     monkeypatch.setattr(plateaus, "_of_reference", lambda *_: 0.0)
     assert "mm too high over" in inspector.inspect(scan).reason
+
+
+def test_a_ply_in_a_groove_that_the_reference_fills_in_is_none(monkeypatch):
+    """On pixels of 1.5 mm the smooth surface misses half a millimetre of a groove 24 mm wide."""
+    given = given_right(scenes.varied_layup(6128, (640, 480)))
+    inspector = Inspector(
+        Recipe(**given.recipe), given.reference, given.ply_outline, mold_from_scanner=given.mold_from_scanner
+    )
+    assert "missing over" not in inspector.inspect(given.scan).reason
+    monkeypatch.setattr(plateaus, "_missed_by_reference", lambda *_: 0.0)
+    assert "missing over" in inspector.inspect(given.scan).reason
+
+
+@pytest.mark.parametrize("off_mm", [0, 25, 50])
+@pytest.mark.parametrize("high_mm", [0.6, 1.2])
+def test_something_on_a_pockets_foot_is_found(high_mm, off_mm):
+    """It is one place with the pocket, which is not flat as a whole."""
+    patch, bell = place(60, 60, high_mm), laid_ply.bell(20 + off_mm, 60, 60, 2.5)
+    (one,) = found(laid_ply.scan(lambda x, y: patch(x, y) + bell(x, y)))
+    assert one.off_mm == pytest.approx(high_mm, abs=0.1)
+
+
+@pytest.mark.parametrize("wide_mm", [30, 60, 120])
+@pytest.mark.parametrize("high_mm", [0.4, 1.5, 6.0])
+def test_bells_on_bells_are_none(high_mm, wide_mm):
+    bells = [laid_ply.bell(20 + 0.4 * wide_mm * k, 10, wide_mm, high_mm) for k in range(3)]
+    assert not found(laid_ply.scan(lambda x, y: sum(bell(x, y) for bell in bells)))
