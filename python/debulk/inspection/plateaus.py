@@ -41,6 +41,7 @@ _FLAT, _LEAST_FLAT = 0.25, 0.68  # of its height, that a third of its cells at m
 _LEAST_RIM, _LEAST_RIM_MM = 0.2, 12.0  # of a rim, inside the ply
 _EVEN, _LEAST_EVEN = 0.3, 0.4  # of a part's height, between neighbours; of the smallest plateau, without its rim
 _STEP_CELLS, _STEP, _STEPPED = 2, 0.6, 0.7  # beside a part's rim; of its height; of its rim
+_LEAST_WIDE = 6.0  # cells: the top of a narrow wrinkle is even, too
 _BESIDE = np.ones((3, 3), np.uint8)
 _SMOOTH = 0.5  # of its height: the reference steps by less there, the other way, and misses less of the mold
 _REACH_MM = (6.0, 14.0)  # to each side of the edge, between which the reference's slope is read
@@ -179,8 +180,9 @@ def _step(rise: Floats, part: Bools, known: Bools) -> float:
     """Return the height of a part that goes down sharply nearly all round, wherever to; 0: it does not."""
     level = float(np.median(rise[part]))
     down = rise - cv2.erode(rise, _BESIDE, iterations=_STEP_CELLS) > _STEP * level
-    steps = np.count_nonzero(_rim_inside(part, known) & down)
-    return level if steps >= _STEPPED * np.count_nonzero(_rim(part)) else 0.0
+    steps, length = np.count_nonzero(_rim_inside(part, known) & down), np.count_nonzero(_rim(part))
+    wide = 4 * np.count_nonzero(part) / length
+    return level if wide >= _LEAST_WIDE and steps >= _STEPPED * length else 0.0
 
 
 def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
