@@ -31,7 +31,7 @@ class Hill(NamedTuple):
     cut_mm: float
 
 
-def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop) -> Iterator[Hill]:
+def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop, threads: int = 1) -> Iterator[Hill]:
     """Find what stands up without reaching the cut, off the pockets' feet: hills, then lower ones; raises `Stopped`.
 
     Hills are more than noise or a ripple, and judged as bumps are. Of lower ones a fibre's excess is nothing, but a
@@ -47,14 +47,14 @@ def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop) -> I
         if not _off_feet(stands, feet, stop):
             continue
         if known is None:
-            known = _listed(whole, heights, without_tolerances(ply), stop) | (feet.labels.values > 0)
-        found = _at(cut_mm, heights, ply, stop)
+            known = _listed(whole, heights, without_tolerances(ply), threads, stop) | (feet.labels.values > 0)
+        found = _at(cut_mm, heights, ply, threads, stop)
         fresh = _ids(found.labels, stands)
         heed(stop, _SEARCH)
         fresh -= _ids(found.labels, known)
         heed(stop, _SEARCH)
         if fresh and cut_mm < feet.hill_mm:
-            fresh = _one_a_foot(found, fresh, _at(cut_mm - _ABOVE_FOOT_MM, feet.heights, ply, stop))
+            fresh = _one_a_foot(found, fresh, _at(cut_mm - _ABOVE_FOOT_MM, feet.heights, ply, threads, stop))
         known |= found.labels.values > 0
         for one in found.pockets:
             if one.id in fresh:
@@ -76,11 +76,11 @@ def apart(candidate: pocket.Pocket, dropped: Dropped) -> float:
 
 
 def _listed(
-    whole: Segmentation, heights: Grid, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
+    whole: Segmentation, heights: Grid, wanted: _core.pocket.SegmentOptions, threads: int, stop: _core.Stop
 ) -> NDArray[np.bool_]:
     """Tell the cells of the bumps that are listed above the cut: the middle of a bent one may lie off it."""
     cells = np.zeros(heights.values.shape, dtype=np.bool_)
-    if whole.dropped and (above := pocket.segment_with(wanted, heights, 1, stop)).pockets:
+    if whole.dropped and (above := pocket.segment_with(wanted, heights, threads, stop)).pockets:
         for bump in whole.dropped:
             nearest = min(above.pockets, key=lambda one: apart(one, bump))
             cells |= above.labels.values == nearest.id
@@ -104,10 +104,10 @@ def _off_feet(stands: NDArray[np.bool_], feet: Feet, stop: _core.Stop) -> bool:
     return bool(off.any())
 
 
-def _at(cut_mm: float, heights: Grid, ply: PlyOnMold, stop: _core.Stop) -> Segmentation:
+def _at(cut_mm: float, heights: Grid, ply: PlyOnMold, threads: int, stop: _core.Stop) -> Segmentation:
     wanted = without_tolerances(ply)
     wanted.cut_height_mm = cut_mm
-    return pocket.segment_with(wanted, heights, 1, stop)
+    return pocket.segment_with(wanted, heights, threads, stop)
 
 
 def _as_dropped(one: pocket.Pocket) -> Dropped:

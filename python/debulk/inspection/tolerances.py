@@ -74,15 +74,17 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
         for d in whole.dropped
     ]
 
+    threads = ply.recipe.run.threads or _core.default_threads()
+    each = max(1, threads // max(1, len(found.parts)))  # a whole scan is one part
+
     def look(part: tuple[Segmentation, Feet]) -> list[BumpPlace] | None:
         whole, feet = part
         try:
-            lower = hills.find(whole, feet, ply, stop)
+            lower = hills.find(whole, feet, ply, stop, each)
             return [BumpPlace(*hill, whole, feet, found.unseen, found.masked) for hill in lower]
         except _core.Stopped:
             return None
 
-    threads = ply.recipe.run.threads or _core.default_threads()
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
         looked = list(pool.map(look, found.parts))
         places += [place for part in looked for place in part or ()]
