@@ -18,7 +18,7 @@ from debulk.inspection import fingerprint
 
 COLOURS = (
     "#4c72b0", "#55a868", "#c44e52", "#8172b2", "#ccb974", "#64b5cd", "#8c8c8c", "#dd8452", "#222222", "#da8bc3",
-    "#b07aa1", "#bcbd22", "#7f3b08",
+    "#b07aa1", "#bcbd22", "#7f3b08", "#556b2f",
 )  # fmt: skip
 
 
