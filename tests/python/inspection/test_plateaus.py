@@ -159,8 +159,7 @@ def test_a_ply_in_a_groove_that_the_reference_fills_in_is_none(monkeypatch):
     assert "missing over" in inspector.inspect(given.scan).reason
 
 
-@pytest.mark.parametrize("off_mm", [0, 25, 50])
-@pytest.mark.parametrize("high_mm", [0.6, 1.2])
+@pytest.mark.parametrize(("high_mm", "off_mm"), [(0.6, 0), (1.2, 25), (0.6, 50)])
 def test_something_on_a_pockets_foot_is_found(high_mm, off_mm):
     """It is one place with the pocket, which is not flat as a whole."""
     patch, bell = place(60, 60, high_mm), laid_ply.bell(20 + off_mm, 60, 60, 2.5)
@@ -168,8 +167,7 @@ def test_something_on_a_pockets_foot_is_found(high_mm, off_mm):
     assert one.off_mm == pytest.approx(high_mm, abs=0.1)
 
 
-@pytest.mark.parametrize("wide_mm", [30, 60, 120])
-@pytest.mark.parametrize("high_mm", [0.4, 1.5, 6.0])
+@pytest.mark.parametrize(("high_mm", "wide_mm"), [(6.0, 30), (1.5, 60), (0.4, 120), (6.0, 120)])
 def test_bells_on_bells_are_none(high_mm, wide_mm):
     bells = [laid_ply.bell(20 + 0.4 * wide_mm * k, 10, wide_mm, high_mm) for k in range(3)]
     assert not found(laid_ply.scan(lambda x, y: sum(bell(x, y) for bell in bells)))
