@@ -38,7 +38,7 @@ demo: setup ## Set everything up and inspect a virtual layup; the report is left
 .PHONY: test
 test: $(stamps)/tests $(stamps)/docs ## Set everything up and run all tests and checks
 	ctest --test-dir build/test --output-on-failure -j 2
-	$(python) -m pytest -q tests/python
+	$(python) -m pytest -q -n 2 --dist worksteal tests/python
 	$(python) -m pytest -q --doctest-modules --pyargs debulk
 	cmake/test_cpp_package.sh build/test
 	$(pages)
