@@ -1,4 +1,4 @@
-"""Pockets whose true ridges lie uniformly round the limit: python bench/study/limit.py [--layups 60] [--first 5000].
+"""Pockets whose true ridges lie uniformly round the limit: python bench/study/limit.py [--layups 120] [--first 5000].
 
 Virtual layups of the second family with white noise alone, each inspected whole. What counts are the pockets inside the
 ply that truly have a held excess for a ridge of 0.3 to 0.9 mm; each twelfth of that range weighs the same, however many
@@ -146,8 +146,9 @@ def table(rows: list[Row], layups: int) -> str:
         f"inside the ply whose true ridge, half the held excess and 0.43 of the thickness, is {LOW_MM:g} to "
         f"{HIGH_MM:g} mm; the limit is {limit:g} mm. Shares with a standard error: each of {BINS} parts of the range, "
         f"with {min(bins)} to {max(bins)} pockets, counts the same. Wrong side: CEASE with a true ridge above the "
-        "limit, CREASE with one below. Height: measured less true, mm. The inspection, and the excess alone of nets of "
-        "other sizes; ms: CPU time to lay both nets."
+        "limit, CREASE with one below. Height: measured less true, mm. A ring's true ridge counts each side of its "
+        "laid middle by itself, the rule lets one fold draw both together. The inspection, and the excess alone "
+        "of nets of other sizes; ms: CPU time to lay both nets."
     )
     lines = ["POCKETS ROUND THE LIMIT", "", fill(about, 116), ""]
     lines.append(
@@ -229,7 +230,7 @@ def picture(rows: list[Row], path: Path) -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--layups", type=int, default=60)
+    parser.add_argument("--layups", type=int, default=120)
     parser.add_argument("--first", type=int, default=5000, help="seed of the first layup")
     parser.add_argument("--pixels", type=int, nargs=2, default=(1280, 960))
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")

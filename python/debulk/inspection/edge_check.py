@@ -26,6 +26,7 @@ _LEAST_CELLS = 5  # in a strip of a stretch
 _NEEDED = 3  # strips that must be known on each side
 _BLUR_MM = 6.0  # a step nearer to the outline than this is at it: the map's cells are up to 8 mm wide
 _CLEAR = 0.5  # of the step's height: a misfit that a shift reduces by less is no evidence
+_FAR_MM = 20.0  # off by so much, an edge hides or frees a pocket
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,8 @@ class EdgeFit:
         Number of the stretches that were judged: the scan shows ply and reference beside them, and no pocket.
     off_share
         Share of them in which the edge lies elsewhere.
+    far_row
+        Most of them in a row in which it lies 20 mm or more away: a side of the ply that the outline cuts off.
     off_mm, at_mm
         In the middle of the longest row of such stretches: distance of the edge from the outline, positive outside it,
         and (2,) the place; NaN if there is none.
@@ -45,6 +48,7 @@ class EdgeFit:
 
     judged: int
     off_share: float
+    far_row: int
     off_mm: float
     at_mm: Floats
 
@@ -107,9 +111,10 @@ class Outline:
         wrong = judged & (np.abs(off) > _BLUR_MM)
         number = int(judged.sum())
         if not wrong.any():
-            return EdgeFit(number, 0.0, np.nan, np.full(2, np.nan))
-        worst = _longest(wrong)
-        return EdgeFit(number, float(wrong.sum()) / number, float(off[worst]), self._middles[worst])
+            return EdgeFit(number, 0.0, 0, np.nan, np.full(2, np.nan))
+        _, far_row = _longest(np.abs(off[judged]) >= _FAR_MM)
+        worst, _ = _longest(wrong)
+        return EdgeFit(number, float(wrong.sum()) / number, far_row, float(off[worst]), self._middles[worst])
 
 
 def _medians(strips: Floats) -> Floats:
@@ -146,16 +151,16 @@ def _edges(middle: Floats, offsets: Floats, thickness: float) -> Floats:
     return off
 
 
-def _longest(marks: NDArray[np.bool_]) -> int:
-    """Middle of the longest row of marks, round the end."""
-    if marks.all():
-        return 0
+def _longest(marks: NDArray[np.bool_]) -> tuple[int, int]:
+    """Middle of the longest row of marks, round the end, and its length."""
+    if marks.all() or not marks.any():
+        return 0, int(marks.sum())
     start = int(np.argmin(marks))
     turned = np.roll(marks, -start)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], turned, [False]]).astype(np.int8)))
     begins, ends = edges[::2], edges[1::2]
     k = int(np.argmax(ends - begins))
-    return int((start + (begins[k] + ends[k] - 1) // 2) % len(marks))
+    return int((start + (begins[k] + ends[k] - 1) // 2) % len(marks)), int(ends[k] - begins[k])
 
 
 def _signed_area(corners: Floats) -> float:

@@ -139,7 +139,8 @@ class Level(Section):
         default=0.2,
         ge=0,
         le=1,
-        description="share of the outline along which the scan may show the ply's edge elsewhere",
+        description="share of the outline along which the scan may show the ply's edge elsewhere; "
+        "never 20 mm away along 120 mm of it",
     )
     remove_offset_mm: float = Field(
         default=0.0, ge=0, le=10, description="a rigid offset of the scan's height up to this is taken out, and shown"

@@ -101,6 +101,47 @@ def test_the_edge_is_found_where_it_is(sense):
     assert fit.off_share == 0
 
 
+def rectangle(length, width):
+    return np.array([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]])
+
+
+@pytest.mark.parametrize("cut", [0, 8, 30, 300])
+def test_a_short_side_that_is_cut_off_is_seen_in_a_long_outline(cut):
+    """Of a ply 700 mm long and 200 wide, seen exactly; less than a fifth of the outline lies elsewhere."""
+    x, y = np.meshgrid(np.arange(-80.0, 781.0, 2.0), np.arange(-80.0, 281.0, 2.0))
+    on_ply = (x > 0) & (x < 700) & (y > 0) & (y < 200)
+    heights = Grid(np.where(on_ply, 0.3, 0.0), np.array([-80.0, -80.0]), 2.0)
+    fit = Outline(rectangle(700.0 - cut, 200.0)).fit(heights, 0.3, 2.0)
+    assert fit.off_share < 0.2
+    assert (fit.far_row >= 3) == (cut >= 30)
+    if cut == 0:
+        assert fit.off_share == 0
+
+
+def from_y(corners, y):
+    """The part of a polygon with no smaller y."""
+    kept = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if a[1] >= y:
+            kept.append(a)
+        if (a[1] - y) * (b[1] - y) < 0:
+            kept.append(a + (b - a) * (y - a[1]) / (b[1] - a[1]))
+    return np.array(kept)
+
+
+@MODES
+def test_an_outline_that_leaves_out_a_creasing_side_does_not_pass(regions):
+    """It was CEASE with all of it seen: the edge lies elsewhere along 19 % of this outline, and a fifth was allowed."""
+    layup = scenes.varied_layup(70028, (1024, 768), severity="any", holes_mm=0, clamp=False, pockets=1)
+    g = given_right(layup)
+    (creasing,) = (p.outline_mm for p in layup.truth.pockets if p.ridge_mm > 0.7)
+    short = from_y(g.ply_outline, creasing[:, 1].max() + 12)
+    recipe = Recipe(**g.recipe, segmentation={"regions": regions})
+    report = Inspector(recipe, g.reference, short, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
+    assert report.verdict is Verdict.INVALID
+    assert "the outline does not fit the scan" in report.reason
+
+
 def test_a_far_corner_does_not_crash_the_core():
     grid = Grid(np.zeros((20, 30), dtype=np.float32), np.zeros(2), 1.0)
     for far in (1e5, 1e9, 1e12, 1e300):
