@@ -113,6 +113,11 @@ def _gridded(
         0.3,
         lambda: surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop),
     )
+    if points.ndim == 3:
+        seen = of_scanner[complete(np.isfinite(of_scanner))].astype(np.float64)
+        if mold_from_scanner is not None:
+            seen = seen @ mold_from_scanner[:3, :3].T + mold_from_scanner[:3, 3]
+        resolution.check_neighbours(seen[:, :2], heights)
     return heights, image, of_scanner, trace
 
 

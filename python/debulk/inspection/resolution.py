@@ -11,12 +11,15 @@ from debulk._core import InputError
 from debulk.inspection.thinning import pitch_of
 
 if TYPE_CHECKING:
+    from debulk.grid import Grid
     from debulk.recipe import Recipe
 
-__all__ = ["check_reference", "coarse_reason"]
+__all__ = ["check_neighbours", "check_reference", "coarse_reason"]
 
 Floats = NDArray[np.float64]
 _ACROSS = 4.0  # points across the smallest pocket: 16 in it, with fewer its area is known to a third at best
+_WIDE = 20  # rows and columns of a map: of a narrower one it is said that it is narrow
+_NEIGHBOURED = 0.5  # of an image's points: of right ones it is nearly all, of shuffled lines a sixth at most
 
 
 def check_reference(xy_mm: Floats, each: int, recipe: Recipe) -> None:
@@ -24,6 +27,19 @@ def check_reference(xy_mm: Floats, each: int, recipe: Recipe) -> None:
     reason = coarse_reason(pitch_of(xy_mm, each), len(xy_mm), recipe)
     if reason:
         raise InputError(f"reference: {reason}")
+
+
+def check_neighbours(xy_mm: Floats, heights: Grid) -> None:
+    """Refuse an image whose neighbours are not seen or lie apart: few of its points, (N, 2), then get a height."""
+    rows, columns = heights.values.shape
+    cells = np.rint((xy_mm - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
+    inside = (cells >= 0).all(axis=1) & (cells < [columns, rows]).all(axis=1)
+    share = np.isfinite(heights.values[cells[inside, 1], cells[inside, 0]]).sum() / max(len(xy_mm), 1)
+    if min(rows, columns) >= _WIDE and share < _NEIGHBOURED:
+        raise InputError(
+            "reference: expected an image whose neighbouring pixels lie beside each other, but only "
+            f"{100 * share:.2g} % of its points have such neighbours; is every other pixel missing, are lines out of order?"
+        )
 
 
 def coarse_reason(pitch_mm: float, count: int, recipe: Recipe) -> str:

@@ -202,6 +202,18 @@ def test_a_reference_of_one_row_is_said_to_be_narrow():
             Inspector(None, narrow)
 
 
+@pytest.mark.parametrize("spoil", ["checkered", "every second line reversed"])
+def test_an_image_without_neighbours_is_said_to_be_one(spoil):
+    x, y = np.meshgrid(np.arange(300.0), np.arange(200.0))
+    plate = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    if spoil == "checkered":
+        plate[(np.indices(x.shape).sum(axis=0) % 2) == 1] = np.nan
+    else:
+        plate[1::2] = plate[1::2, ::-1]
+    with pytest.raises(InputError, match=r"^reference: expected an image whose neighbouring .* out of order"):
+        Inspector(None, plate)
+
+
 @pytest.mark.parametrize("left", [0, 3])
 def test_a_mask_that_hides_the_reference_is_named(left):
     x, y = np.meshgrid(np.arange(300.0), np.arange(200.0))
