@@ -38,7 +38,8 @@ def check_neighbours(xy_mm: Floats, heights: Grid) -> None:
     if min(rows, columns) >= _WIDE and share < _NEIGHBOURED:
         raise InputError(
             "reference: expected an image whose neighbouring pixels lie beside each other, but only "
-            f"{100 * share:.2g} % of its points have such neighbours; is every other pixel missing, are lines out of order?"
+            f"{100 * share:.2g} % of its points have such neighbours; is every other pixel missing, "
+            "are lines out of order?"
         )
 
 
