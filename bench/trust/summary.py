@@ -43,7 +43,7 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
         f"mistake; whatever the layup's verdict)",
         f"false alarms (INVALID or refused, nothing wrong)     {sum(o.false_alarm for o in outcomes):5} of {len(good)}",
         f"CREASE, nothing wrong and no held excess near limit  "
-        f"{sum(o.false_crease for o in outcomes):5} of {sum(not o.creases for o in good)}",
+        f"{sum(o.false_crease for o in outcomes):5} of {sum(o.closes for o in outcomes)}",
         f"exceptions other than InputError                     {sum(said(o) == 'other error' for o in outcomes):5}",
         f"crashes                                              {sum(o.said == 'crash' for o in outcomes):5}",
         f"over the limit of time                               {sum(o.said == 'hang' for o in outcomes):5}",
