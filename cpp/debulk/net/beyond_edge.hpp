@@ -1,20 +1,21 @@
 #pragma once
 
-#include "debulk/pocket/polygon.hpp"
+#include "debulk/pocket/outline_search.hpp"
 #include "debulk/surface/surface.hpp"
 
 namespace debulk {
 
-// A surface as it is on the ply; beside the ply it goes on as the tangent plane at the nearest point of the ply's edge. Nodes past
-// the edge are trimmed, but others hang on them: where the mold ends there, none can be laid on what lies below.
+// A surface that is unchanged under the ply and continues beside it as the tangent plane at the nearest point of the ply's edge. The
+// nodes past the edge are trimmed, but nodes of the ply are laid from them: where the mold ends beside the ply, nodes that follow its
+// cliff down shear all cells that are laid from them, and some cannot be laid at all.
 class BeyondEdge : public Surface {
  public:
   // Both are kept by reference.
-  BeyondEdge(const Surface& surface, const Polygon& ply_outline) : surface_(surface), outline_(ply_outline) {}
+  BeyondEdge(const Surface& surface, const OutlineSearch& ply_edge) : surface_(surface), edge_(ply_edge) {}
 
   SurfaceSample sample(const Eigen::Vector2d& xy) const override {
-    if (inside(outline_, xy)) return surface_.sample(xy);
-    const Eigen::Vector2d edge = nearest_on_outline(outline_, xy);
+    if (edge_.inside(xy)) return surface_.sample(xy);
+    const Eigen::Vector2d edge = edge_.nearest_point(xy);
     SurfaceSample s = surface_.sample(edge);
     s.height += s.gradient.dot(xy - edge);
     s.hessian.setZero();
@@ -23,7 +24,7 @@ class BeyondEdge : public Surface {
 
  private:
   const Surface& surface_;
-  const Polygon& outline_;
+  const OutlineSearch& edge_;
 };
 
 }  // namespace debulk

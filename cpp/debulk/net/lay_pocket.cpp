@@ -7,6 +7,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/net/beyond_edge.hpp"
 #include "debulk/net/raised.hpp"
+#include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/pocket/smooth.hpp"
 
@@ -37,6 +38,12 @@ Eigen::Vector2d net_centre(const Polygon& outline, const Eigen::Vector2d& centro
   return deep && inside(outline, centroid) ? centroid : deepest_point(outline);
 }
 
+// Whether a net on the foot may need nodes past the ply's edge.
+bool may_reach(const Polygon& foot, const OutlineSearch& ply_edge) {
+  const Box box = bounding_box(foot);
+  return ply_edge.within(0.5 * (box.low + box.high), (box.high - box.low).norm());
+}
+
 }  // namespace
 
 PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const FibreAngles& angles,
@@ -57,7 +64,10 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   window.margin_mm = kMarginBeyondNet + options.net.spacing.value_or(largest_spacing(feet.feet[index].area, options.net.node_target));
   Grid<double> excess = patch_excess(segmentation, feet, id, window, kBorder);
   check();
-  const Raised surface(reference, std::move(excess));
+  const OutlineSearch ply_edge(ply_outline);
+  const BeyondEdge extended(reference, ply_edge);
+  const Surface& below = may_reach(outline, ply_edge) ? static_cast<const Surface&>(extended) : reference;
+  const Raised surface(below, std::move(excess));
   check();
 
   PocketShape shape;
@@ -74,22 +84,12 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   // Geodesics would stray on the step at which the paper's patch is glued to the mold.
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
   PocketNet out = fibre_net(surface, reference, shape, net, stop);
-  const auto again = [&](const Surface& laid_on) {
+  if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
+    shape.centre = deepest_point(outline);
     try {
-      PocketNet other = fibre_net(laid_on, reference, shape, net, stop);
+      PocketNet other = fibre_net(surface, reference, shape, net, stop);
       if (other.open_ends.size() < out.open_ends.size()) out = std::move(other);
     } catch (const InputError&) {  // none can be laid so: the one at hand is what there is
-    }
-  };
-  if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
-    const Eigen::Vector2d begin = shape.centre;
-    shape.centre = deepest_point(outline);
-    again(surface);
-    if (!out.open_ends.empty() && !ply_outline.empty()) {  // nor may one whose way to a part of the foot leads past the mold's end
-      const BeyondEdge extended(surface, ply_outline);
-      again(extended);
-      shape.centre = begin;
-      if (!out.open_ends.empty()) again(extended);
     }
   }
   out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);

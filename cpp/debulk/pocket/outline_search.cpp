@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "debulk/pocket/cross.hpp"
 
@@ -33,14 +32,15 @@ bool OutlineSearch::inside(const Eigen::Vector2d& point) const {
   return odd;
 }
 
-double OutlineSearch::nearest(const Eigen::Vector2d& point, double squared) const {
+OutlineSearch::Nearest OutlineSearch::nearest(const Eigen::Vector2d& point, Nearest best) const {
   const auto try_group = [&](std::size_t g) {
     for (std::size_t k = g * group; k < std::min((g + 1) * group, polygon_.size()); ++k) {
       const Eigen::Vector2d &a = polygon_[k], &b = polygon_[k + 1 == polygon_.size() ? 0 : k + 1];
       const Eigen::Vector2d side = b - a;
       const double length2 = side.squaredNorm();
       const double t = length2 > 0 ? std::clamp((point - a).dot(side) / length2, 0.0, 1.0) : 0.0;
-      squared = std::min(squared, (a + t * side - point).squaredNorm());
+      const Eigen::Vector2d at = a + t * side;
+      if (const double squared = (at - point).squaredNorm(); squared < best.squared) best = {squared, at};
     }
   };
   const auto clearance = [&](std::size_t g) {
@@ -52,20 +52,24 @@ double OutlineSearch::nearest(const Eigen::Vector2d& point, double squared) cons
   for (std::size_t g = 0; g < boxes_.size(); ++g)
     if (const double c = clearance(g); c < least) least = c, first = g;
   constexpr double rounding = 1 + 1e-9;  // of the clearances and of the squares
-  if (!boxes_.empty() && least <= squared * rounding) try_group(first);
+  if (!boxes_.empty() && least <= best.squared * rounding) try_group(first);
   for (std::size_t g = 0; g < boxes_.size(); ++g)
-    if (g != first && clearance(g) <= squared * rounding) try_group(g);
-  return squared;
+    if (g != first && clearance(g) <= best.squared * rounding) try_group(g);
+  return best;
 }
 
 double OutlineSearch::distance(const Eigen::Vector2d& point) const {
-  return std::sqrt(nearest(point, std::numeric_limits<double>::infinity()));
+  return std::sqrt(nearest(point, {}).squared);
+}
+
+Eigen::Vector2d OutlineSearch::nearest_point(const Eigen::Vector2d& point) const {
+  return nearest(point, {}).at;
 }
 
 bool OutlineSearch::within(const Eigen::Vector2d& point, double reach) const {
   // What is farther than that need not be known: nearest() then stops at this, whose root is above the reach.
   const double farther = reach * reach * (1 + 1e-9) + std::numeric_limits<double>::min();
-  return !empty() && std::sqrt(nearest(point, farther)) <= reach;
+  return !empty() && std::sqrt(nearest(point, {farther, point}).squared) <= reach;
 }
 
 double OutlineSearch::way_out(const Eigen::Vector2d& from, const Eigen::Vector2d& direction) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "debulk/pocket/polygon.hpp"
@@ -18,12 +19,18 @@ class OutlineSearch {
   bool inside(const Eigen::Vector2d& point) const;
   double distance(const Eigen::Vector2d& point) const;            // infinite for an empty polygon
   bool within(const Eigen::Vector2d& point, double reach) const;  // distance(point) <= reach
+  Eigen::Vector2d nearest_point(const Eigen::Vector2d& point) const;  // of a polygon that is not empty
   // From a point inside straight on, in the direction of a unit vector, until the polygon is left; 0 from a point on it or outside.
   double way_out(const Eigen::Vector2d& from, const Eigen::Vector2d& direction) const;
 
  private:
-  static constexpr std::size_t group = 32;                             // sides
-  double nearest(const Eigen::Vector2d& point, double squared) const;  // squared distance, or `squared` if that is less
+  static constexpr std::size_t group = 32;  // sides
+  // A point of the outline with its squared distance from another.
+  struct Nearest {
+    double squared = std::numeric_limits<double>::infinity();
+    Eigen::Vector2d at = Eigen::Vector2d::Zero();
+  };
+  Nearest nearest(const Eigen::Vector2d& point, Nearest best) const;  // `best` where no other point of the outline is nearer
 
   Polygon polygon_;
   std::vector<Box> boxes_;  // of the groups

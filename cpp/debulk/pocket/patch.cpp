@@ -16,6 +16,8 @@ void PatchOptions::check() const {
 
 namespace {
 
+constexpr double kSpreadPastEdge = 4.0;  // mm; half of what the heights are smoothed over by default
+
 // Steps along x and y.
 struct Offset {
   std::int16_t i = kNone, j = 0;
@@ -103,8 +105,29 @@ struct PatchWindow {
     return feet.heights.contains(i + i0, j + j0) && !std::isnan(feet.heights.at(i + i0, j + j0)) && segmentation.ply.on_ply(i + i0, j + j0);
   }
   bool off_ply(int i, int j) const { return !ply.on_ply(i, j); }
+  // Whether the ply's edge runs beside the point, which may have seen the mold, too.
+  bool at_edge(int i, int j) const {
+    const bool amid = !ply.known() || i == 0 || j == 0 || i == nx - 1 || j == ny - 1;
+    return !amid && (off_ply(i - 1, j) || off_ply(i + 1, j) || off_ply(i, j - 1) || off_ply(i, j + 1));
+  }
   double height(int i, int j) const { return feet.heights.at(i + i0, j + j0); }
 };
+
+// Past the ply's edge each point has the height of one point of the edge. Where the fits of these heights are one-sided they scatter, and
+// the streaks would turn a fibre's path that runs along the edge. So the heights at `places` relax towards the mean of their neighbours,
+// in Gauss-Seidel sweeps: as many as spread a point's height over about the length `spread`.
+void relax(const std::vector<std::size_t>& places, double spread, Grid<double>& heights) {
+  const auto across = static_cast<std::size_t>(heights.nx);
+  double* z = heights.values.data();
+  const auto mean = [&](std::size_t k) { z[k] = 0.25 * (z[k - 1] + z[k + 1] + z[k - across] + z[k + across]); };
+  const double cells = spread / heights.spacing;
+  for (int sweep = static_cast<int>(std::ceil(cells * cells)); sweep > 0; --sweep) {
+    if (sweep % 2 == 0)
+      std::for_each(places.begin(), places.end(), mean);
+    else
+      std::for_each(places.rbegin(), places.rend(), mean);
+  }
+}
 
 // Adds max(ply - t, F) - F to the surface within, and its way down to 0 outside.
 void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within, const PatchOptions& options, Grid<double>& surface) {
@@ -124,37 +147,46 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
   left = std::max(left - reach, 0), right = std::min(right + reach, within.nx - 1);
   bottom = std::max(bottom - reach, 0), top = std::min(top + reach, within.ny - 1);
   Grid<std::uint8_t> marked(right - left + 1, top - bottom + 1, within.position(left, bottom), spacing);
+  auto above = marked.like<double>();
   bool all_known = true;
   for (int j = std::max(bottom, -window.j0); j <= std::min(top, window.feet.heights.ny - 1 - window.j0); ++j) {
     const std::uint8_t *in = &within.at(0, j), *on_ply = window.segmentation.ply.row(j + window.j0);
     const float* height = &window.feet.heights.at(0, j + window.j0);
     std::uint8_t* mark = &marked.at(0, j - bottom);
-    double* to = &surface.at(0, j);
+    double* to = &above.at(0, j - bottom);
     for (int i = left; i <= right; ++i) {
       if (!in[i]) continue;  // as all that does not lie on the map
       const bool known = !std::isnan(height[i + window.i0]) && (!on_ply || on_ply[i + window.i0]);
-      mark[i - left] = known;
+      mark[i - left] = known && !window.at_edge(i, j);
       all_known = all_known && known;
-      if (known) to[i] += std::max(height[i + window.i0] - t, 0.0);
+      if (mark[i - left]) to[i - left] = std::max(height[i + window.i0] - t, 0.0);
     }
   }
   const int farthest = all_known ? reach : Offset::kNone;
   const std::vector<std::vector<Span>> unmarked = unmarked_within(marked, farthest);
   const Grid<Offset> nearest = nearest_marked(marked, unmarked, farthest);
+  std::vector<std::size_t> past_edge;
   for (int j = bottom; j <= top; ++j)
     for (const Span& span : unmarked[static_cast<std::size_t>(j - bottom)])
       for (int i = left + span.begin; i < left + span.end; ++i) {
         const Offset o = nearest.at(i - left, j - bottom);
         if (!o.found()) continue;
         const double edge = std::max(window.height(i + o.i, j + o.j) - t, 0.0);
+        double& here = above.at(i - left, j - bottom);
+        const bool off_ply = window.off_ply(i, j);
         if (within.at(i, j)) {
-          surface.at(i, j) += edge;
-          continue;
+          here = edge;
+        } else {
+          const double width = off_ply ? off_ply_mm : options.fade_mm, away = std::sqrt(o.squared()) * spacing;
+          if (away >= width) continue;
+          here = (window.known(i, j) ? std::clamp(window.height(i, j) - t, 0.0, edge) : edge) * fade(away / width);
         }
-        const double here = window.known(i, j) ? std::clamp(window.height(i, j) - t, 0.0, edge) : edge;
-        const double width = window.off_ply(i, j) ? off_ply_mm : options.fade_mm;
-        if (width > 0) surface.at(i, j) += here * fade(std::sqrt(o.squared()) * spacing / width);
+        if ((off_ply || window.at_edge(i, j)) && i > left && i < right && j > bottom && j < top)
+          past_edge.push_back(static_cast<std::size_t>(j - bottom) * static_cast<std::size_t>(above.nx) + static_cast<std::size_t>(i - left));
       }
+  relax(past_edge, kSpreadPastEdge, above);
+  for (int j = bottom; j <= top; ++j)
+    for (int i = left; i <= right; ++i) surface.at(i, j) += above.at(i - left, j - bottom);
 }
 
 // Of a pocket, what the mode of the patch says of it.

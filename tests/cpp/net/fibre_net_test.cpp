@@ -246,13 +246,14 @@ TEST(FibreNet, ReachesAFootAlongAnEdgeWhereTheMoldEndsOnTheSurfaceThatGoesOn) {
     return reach;
   };
   EXPECT_LT(farthest(standing), 100);
-  EXPECT_GT(farthest(BeyondEdge(standing, ply)), 145);
+  EXPECT_GT(farthest(BeyondEdge(standing, OutlineSearch(ply))), 145);
 }
 
 TEST(BeyondEdge, IsTheSurfaceOnThePlyAndItsTangentPlaneBeside) {
   const exact::Hills hills(3, 0.02, {0.1, 0.2});
   const Polygon ply = rectangle(-50, -40, 50, 40);
-  const BeyondEdge extended(hills, ply);
+  const OutlineSearch ply_edge(ply);
+  const BeyondEdge extended(hills, ply_edge);
   for (const Vector2d& on : {Vector2d(0, 0), Vector2d(49, -39)}) EXPECT_EQ(extended.height(on), hills.height(on));
   const SurfaceSample edge = hills.sample({50, 10}), corner = hills.sample({-50, 40}), beside = extended.sample({62, 10});
   EXPECT_NEAR(beside.height, edge.height + 12 * edge.gradient.x(), 1e-12);
