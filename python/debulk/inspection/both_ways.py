@@ -145,7 +145,7 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
         cut = next(one for done in evaluations.values() for one in done if one.late)
         judgement = Judgement(max(Verdict.UNDECIDED, best), cut.report.reason)
     elif best is not Verdict.CREASE and seen.measured_share < limits.min_pocket_coverage:
-        # This check comes after that for CREASE: a pocket may be CREASE however little of it was seen.
+        # Not asked of CREASE: however little of a pocket was seen, that part may show that it creases.
         judgement = verdict.judge(certified=False, coverage=seen.measured_share, criteria=criteria(ply.recipe))
         judgement = Judgement(judgement.verdict, f"{judgement.reason}: {names} borders on it, scan again; {told}")
     elif len({way.verdict for way in half.ways}) > 1:

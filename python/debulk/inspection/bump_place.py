@@ -58,7 +58,7 @@ class BumpPlace:
 
 
 def looked_at_again(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> FoundPocket | None:
-    """Segment a window round a bump without tolerances; None if it belongs to a pocket or no more than a speck."""
+    """Segment a window round a bump without tolerances; None if it belongs to a pocket or is only a speck."""
     dropped, whole, feet = place.dropped, place.whole, place.feet
     wanted = without_tolerances(ply)
     wanted.cut_height_mm = place.cut_mm
