@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 _LARGEST_MM2 = 200.0  # a patch of this area is reported, even if the recipe's smallest pocket is larger
 _LEAST_SQUARES = 4  # touching squares without noise that make a patch: one alone may be quiet by chance
 _SEEN_PIXELS = 20  # a patch this wide is found on nearly any surface: a smaller one holds too few whole squares
-_NOTED = 1.5  # smallest pocket's widths: a report notes patches that can be missed only if they may be wider
+_NOTED = 1.5  # widths of the smallest wanted patch: that narrower ones can be missed is not worth a line in each report
 _LOST = 0.3  # of a square's side: squares nearer to a patch's rim than this contain noise from outside it
 
 
