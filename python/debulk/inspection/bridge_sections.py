@@ -80,7 +80,7 @@ class Short(NamedTuple):
 
 
 def over_bump(laid: Net, found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Short | None:
-    """Say whether a bump below the tolerances, with its net, may be a bridge; None if not; raises `Stopped`."""
+    """Say why a bump below the tolerances, on which a net is laid, may be a bridge; None if not; raises `Stopped`."""
     recipe = ply.recipe
     least_mm = options.counts_from_mm(recipe)
     bound_mm = _upper_side(_core.ridge.held_excess(laid._core.net, ply.reference).bridge_bound_mm, recipe)

@@ -35,7 +35,7 @@ __all__ = ["doubts", "without_shared_folds"]
 
 Floats = NDArray[np.float64]
 
-_INNER, _FIXED = 0, 1  # kinds of nodes: without contact to the mold, and held by it
+_INNER, _FIXED = 0, 1  # kinds of nodes: movable within the net, and fixed at its rim by the ply around it
 _NAMED = 3  # so many pockets and so many bumps at most are named in a reason
 
 

@@ -18,7 +18,7 @@ __all__ = ["EdgeFit", "Outline"]
 
 Floats = NDArray[np.float64]
 
-_REACH_MM = 40.0  # to each side
+_REACH_MM = 40.0  # to each side of the outline
 _STRIP_MM = 4.0
 _STRETCH_MM = 40.0
 _STEP_MM = 4.0  # along the outline
@@ -154,7 +154,7 @@ def _edges(middle: Floats, offsets: Floats, thickness: float) -> Floats:
 
 
 def _longest(marks: NDArray[np.bool_]) -> tuple[int, int]:
-    """Return the middle and the length of the longest row of marks; a row may continue from the end at the start."""
+    """Return the middle and the length of the longest row of marks; a row may run on from the last mark to the first."""
     if marks.all() or not marks.any():
         return 0, int(marks.sum())
     start = int(np.argmin(marks))

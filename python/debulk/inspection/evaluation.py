@@ -284,7 +284,7 @@ def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
 
 
 def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
-    """Say which bridge of the model is not counted, if no other bridge counts as much against the pocket."""
+    """Name a bridge of the model that is not counted although it is high enough to count and higher than the others."""
     if best.drawn_in_height_mm <= max(options.counts_from_mm(recipe), best.bridge_height_mm):
         return ""
     return (

@@ -25,7 +25,7 @@ __all__ = ["of_held_fibres", "of_net", "ridge_of"]
 # of the noise of the heights, far more than the noise of its nodes explains. Root mean square over 24 pockets of the
 # layups 3 and 4, four scans each; the same with noise of 0.02 and of 0.05 mm in the scan.
 _SCATTER = 1.3
-_INNER = 0  # kind of a node without contact to the mold
+_INNER = 0  # kind of a movable node within the net
 
 
 def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket, stop: _core.Stop | None = None) -> ExcessReport | None:

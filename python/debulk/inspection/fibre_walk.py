@@ -19,8 +19,8 @@ __all__ = ["CrossingFibres", "End", "Fibre", "FibreWalk", "Shared"]
 
 Floats = NDArray[np.float64]
 
-# Two fibre ends face each other across a gap if the cosine between their directions is below this. The ends of fibres
-# of the other direction, which cross the gap's line, do not.
+# Two fibre ends face each other across a gap if the cosine between their directions is below this. That excludes the
+# fibres of the other direction, which run across.
 _FACING = -math.sqrt(0.5)
 
 

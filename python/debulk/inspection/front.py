@@ -83,7 +83,7 @@ class FrontEnd:
         pose = np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64)
         everything = [[-1e9, -1e9], [1e9, 1e9]]
         box = arrays.numbers(everything if box_mm is None else box_mm, "box_mm", (2, 2), "an array of shape (2, 2)")
-        self._shape: tuple[int, ...] = ()  # of the last scan's image
+        self._shape: tuple[int, ...] = ()  # shape of the last scan's image
         self._core: Any = _core.surface.FrontEnd(
             reference,
             (0, 0) if image is None else image.shape,  # the core reads it only if there is a camera

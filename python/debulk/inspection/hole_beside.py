@@ -26,7 +26,7 @@ BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 _MARGIN_MM = 60.0  # round foot and holes: the window must hold a net, its patch and the windows of the smoothing
 _FARTHEST_MM = 120.0  # from the foot: if a hole extends farther, the pocket's rim is not known there and stays open
 _NEAR_MM = 10.0  # the places of listed holes are uncertain by this, as they come from a coarser map
-_NEAR_CELLS = 2  # a contour runs along unknown pixels at up to this distance from their middles
+_NEAR_CELLS = 2  # a contour runs along unknown cells at up to so many cells from their middles
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,7 +49,7 @@ __all__ = ["Cancelled", "Inspector", "Progress"]
 
 log = logging.getLogger("debulk")
 log.addHandler(logging.NullHandler())
-_FOUND = 0.45  # share of the work that is done once the pockets are found, as the progress function is told
+_FOUND = 0.45  # share of the work that is done once the pockets are found, as reported to the progress function
 
 
 class Inspector:
@@ -144,7 +144,7 @@ class Inspector:
         self._wrinkles = WrinkleSearch(reference, *given, recipe)
         self._finder = preparation.step("regions", 0.96, lambda: finder_for(reference, *given, recipe))
         self._tracing = Tracing(self)
-        self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
+        self._finding = threading.Lock()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()
 
     def __repr__(self) -> str:
@@ -270,7 +270,7 @@ class Inspector:
             return self._judge(points, sample, searched, cycle)
 
     def _search_raw(self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> tuple[Filled, Standing]:
-        """Look in the raw scan for what the filters would hide: patches that were filled in, and narrow wrinkles."""
+        """Look in the raw scan for filled-in patches, and for narrow wrinkles and bumps that the filters would hide."""
         return self._placing.filled(points, sample, stop), self._wrinkles.find(points, self.mask, stop)
 
     def _judge(

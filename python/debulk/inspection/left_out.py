@@ -71,7 +71,7 @@ def of_stages(stage: str) -> tuple[LeftOut, ...]:
 
 
 def of_scan(found: Found, outline_known: bool, bumps_searched: bool) -> tuple[LeftOut, ...]:
-    """Name the effects of an unknown ply's edge, and what the search of the scan did not examine."""
+    """Name what an unknown outline of the ply leaves out, and what the search of the scan did not examine."""
     entries = []
     if not outline_known:
         entries.append(

@@ -87,7 +87,7 @@ def departure(blocks: Blocks, thickness_mm: float, least_mm: float) -> Floats:
     """Return by how much each square is off the ply's thickness above the reference.
 
     The deviation is 0 for heights along z from the least thickness to that of a ply that keeps its thickness normal to
-    the slope, because whether it does depends on how the ply was made.
+    the slope. Whether a ply does so depends on how it was made.
     """
     above = blocks.height_mm - thickness_mm
     return np.asarray(above - np.clip(above, least_mm - thickness_mm, thickness_mm * (blocks.slope_factor - 1)))

@@ -22,7 +22,7 @@ _LEAST_SHARE = 0.7  # of a hole's area; pixels at a tool's edge are often missin
 def masked_holes(
     found: Found, mask: NDArray[np.bool_], prepared: Prepared, mold_from_scanner: NDArray[np.float64] | None
 ) -> tuple[bool, ...]:
-    """Return for each hole whether the mask hides most of it; False without a camera, which is needed to place it.
+    """Return for each hole whether the mask hides most of it; False without a camera, which relates mask and mold.
 
     Parameters
     ----------

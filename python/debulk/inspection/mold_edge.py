@@ -45,7 +45,7 @@ class Below:
     laid_mm: float
 
     def doubt(self, sample: Sample) -> str:
-        """Say that a ply, or something else, lies there; empty if nothing in the scan stands above the reference."""
+        """Say that a ply, or something else, lies there; empty if the scan does not stand above the reference there."""
         grid = self.heights
         column, row = np.rint((sample.points_mm[:, :2] - grid.origin_mm) / grid.spacing_mm).astype(np.int64).T
         on = (column >= 0) & (row >= 0) & (column < grid.values.shape[1]) & (row < grid.values.shape[0])
@@ -79,7 +79,7 @@ class Below:
 
 
 def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, Below | None]:
-    """Return the reference without the part below a cliff, and that part; None for it if there is no cliff."""
+    """Return the reference without the part below a cliff, and that part, which is None if there is no cliff."""
     seen = prepared.seen
     marks: NDArray[np.uint8] = _core.surface.above_cliffs(*prepared.seen_on_grid(), recipe.run.threads, _core.Stop())
     if not marks.size:
