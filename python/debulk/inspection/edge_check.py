@@ -154,7 +154,7 @@ def _edges(middle: Floats, offsets: Floats, thickness: float) -> Floats:
 
 
 def _longest(marks: NDArray[np.bool_]) -> tuple[int, int]:
-    """Return the middle and the length of the longest row of marks; a row may run on from the last mark to the first."""
+    """Return the middle and the length of the longest row of marks; a row may run on from the end to the start."""
     if marks.all() or not marks.any():
         return 0, int(marks.sum())
     start = int(np.argmin(marks))
