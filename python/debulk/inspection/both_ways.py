@@ -1,8 +1,8 @@
-"""A pocket that borders on what was not seen, judged with the ply laid there in each way that it may lie.
+"""A pocket that borders on a hole in the data, judged for each way in which the ply may lie in the hole.
 
-No scan tells how the ply lies in a hole. Where the pocket comes to the same verdict however it lies, that verdict
-holds: with the hole filled in, as the surface that stands round it goes on; with the ply on the mold in it; and, before
-it is said to crease, with the hole spanned by no more ply than it takes, so that all excess is what was seen.
+No scan shows how the ply lies in a hole. If the pocket gets the same verdict in each way, that verdict holds. The ways
+are: the hole is filled in by continuing the surface round it; the ply lies on the mold in the hole; and, before the
+pocket is called CREASE, the hole is spanned by as little ply as possible, so that all excess is excess that was seen.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ Flags = NDArray[np.bool_]
 Evaluate = Callable[[FoundPocket], Evaluation]
 
 _FILLED, _ON_MOLD, _SPANNED = "filled in", "on the mold", "spanned"
-# Weights of first against second differences: next to none bends a plate that goes on with the rim's slopes, a large
-# one stretches a membrane.
+# Weights of the first against the second differences of the heights in the hole. A weight near zero gives a plate that
+# continues the slopes at the rim; a large one gives a stretched membrane.
 _PLATE, _MEMBRANE = 1e-4, 1e4
 
 
@@ -45,18 +45,18 @@ def judged(
     Parameters
     ----------
     found, seen
-        The pocket as far as it was seen, and what the report says of that.
+        The pocket as far as it was seen, and its part of the report, filled in from that.
     hole
-        What borders on it.
+        The holes that border on it.
     ply, stop
-        As of an evaluation.
+        As in `evaluation.evaluate`.
     evaluate
         Evaluates a pocket whose rim is closed.
 
     Returns
     -------
     Evaluation
-        That of the pocket filled in, with the verdict of all ways.
+        The evaluation of the pocket with the hole filled in, with the verdict that follows from all ways.
     """
     names, half = hole_names(hole.holes), HalfSeen(holes=hole.holes, rim_share=hole.rim_share)
     if any(one.of == "reference" for one in hole.holes):
@@ -73,7 +73,7 @@ def judged(
             return _refused(seen, half, f"{names} borders on it, and hides where it ends: scan again")
         if way == _FILLED:
             stands = np.isin(pieces[0].segmentation.labels.values, [piece.pocket.id for piece in pieces])
-            own |= stands  # what is one pocket with the hole filled in is judged as one where the hole parts it, too
+            own |= stands  # cells that are one pocket with the hole filled in stay together in the other ways
             measured = 1 - np.count_nonzero(stands & hole.unknown) / np.count_nonzero(stands)
             seen = replace(seen, measured_share=min(seen.measured_share, measured))
             share = max(rim_share(piece.foot.outline_mm, hole.unknown, hole.heights) for piece in pieces)
@@ -87,7 +87,7 @@ def judged(
 
 
 def _ways(hole: Beside, ply: PlyOnMold, stop: _core.Stop) -> Iterator[tuple[str, Heights | None]]:
-    """Heights of the window with the ply laid in the hole; None where what is known round it does not tell them."""
+    """Yield each way with the window's heights; None if the known heights round the hole do not determine them."""
     unknown, known = hole.unknown.view(np.uint8), np.asarray(hole.heights.values, dtype=np.float32)
     low_mm = np.float32(ply.recipe.material.thickness_mm)
     plate = _core.surface.bridged(known, unknown, _PLATE, stop)
@@ -100,12 +100,12 @@ def _ways(hole: Beside, ply: PlyOnMold, stop: _core.Stop) -> Iterator[tuple[str,
 def _pieces(
     found: FoundPocket, own: Flags, hole: Beside, heights: Heights, ply: PlyOnMold, stop: _core.Stop
 ) -> Iterator[FoundPocket]:
-    """Find what stands up where the pocket or the hole is: one pocket, or several that the hole parts.
+    """Find the pockets where the pocket or the hole is: a single one, or several that the hole separates.
 
-    Where that falls below the tolerances, what is left of it is looked for without them.
+    If all of them fall below the tolerances, they are looked for without the tolerances.
     """
     wanted, lower = options.segment(ply.recipe, ply.outline), options.feet(ply.recipe)
-    lower.noise_mm = found.feet.noise_mm  # of the whole scan: a window is too small to tell
+    lower.noise_mm = found.feet.noise_mm  # the noise of the whole scan: a window is too small to estimate it
     window = Grid(heights, hole.heights.origin_mm, hole.heights.spacing_mm)
     for _ in range(2):
         again = pocket.segment_with(wanted, window, 1, stop)
@@ -135,7 +135,7 @@ def _way(name: str, evaluations: list[Evaluation]) -> Way:
 
 
 def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Evaluation]], ply: PlyOnMold) -> Evaluation:
-    """Put the verdicts of all ways together, never better than the hole allows."""
+    """Combine the verdicts of all ways; the result is never better than the hole allows."""
     filled = _worst(evaluations[_FILLED])
     names, limits = hole_names(half.holes), ply.recipe.verdict
     best = at_best(half, ply.recipe.segmentation.area_tol_mm2)
@@ -145,7 +145,7 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
         cut = next(one for done in evaluations.values() for one in done if one.late)
         judgement = Judgement(max(Verdict.UNDECIDED, best), cut.report.reason)
     elif best is not Verdict.CREASE and seen.measured_share < limits.min_pocket_coverage:
-        # The same pocket may crease for all that was seen of it, however little that is.
+        # Not asked of CREASE: however little of a pocket was seen, that part may show that it creases.
         judgement = verdict.judge(certified=False, coverage=seen.measured_share, criteria=criteria(ply.recipe))
         judgement = Judgement(judgement.verdict, f"{judgement.reason}: {names} borders on it, scan again; {told}")
     elif len({way.verdict for way in half.ways}) > 1:

@@ -1,9 +1,10 @@
-"""How high the ply bridges by the sections of its fibres: a pocket that is CREASE for its bridge alone, or a bump.
+"""The height of a bridge from sections along the fibres, for a bump or a pocket that is CREASE for its bridge alone.
 
-A net of some 100 nodes is coarse for a bridge: its chords cut a hollow off, crossing fibres share its pull, and a fibre
-that slips keeps the height that it had while it was pinned. Of eight layups without a crease that were CREASE for such
-a bridge, sections along the fibres confirm two (bench/trust/bridges.txt). And a ply that is too short for a narrow
-hollow stands over it lower than any pocket, with nothing to spare: as a bump below the tolerances it passed.
+A bridge is a ply that spans a hollow because it is too short to reach the bottom. A net of some 100 nodes models it
+coarsely: its chords cut across the hollow, crossing fibres share the pull, and a fibre that slips keeps the height that
+it had while it was pinned. Of eight layups without a crease that were CREASE for such a bridge, sections along the
+fibres confirm two (bench/trust/bridges.txt). Moreover, a ply that is too short for a narrow hollow stands over it lower
+than any pocket and has no excess length, so that it would pass as a bump below the tolerances.
 """
 
 from __future__ import annotations
@@ -34,21 +35,21 @@ _REMEDY = "treat it as CREASE, or smooth the ply into the hollow and scan again"
 
 @dataclass(frozen=True)
 class Weighed:
-    """A pocket's judgement, and the figures of its fibres' sections where they had a say."""
+    """A pocket's judgement, and the figures of its fibres' sections if they were taken into account."""
 
     judged: Judgement
     section: BridgeSection | None = None
     late: str = ""
-    """What a deadline left no time for; empty: nothing."""
+    """What a deadline left no time for; empty if it cut nothing off."""
 
 
 def weighed(
     judged: Judgement, laid: LaidPocket, settled: Settled, found: FoundPocket, ply: PlyOnMold, stop: _core.Stop
 ) -> Weighed:
-    """Weigh the sections of a pocket's fibres where nothing but a bridge makes it CREASE.
+    """Take the sections of a pocket's fibres into account if nothing but a bridge makes it CREASE.
 
-    Never CEASE: the net's bridge stays the upper end. Where there is no outline of the ply, or the mold is not known
-    under the whole pocket, the net alone decides.
+    The result is never CEASE, because the net's bridge remains the upper end of the range. If the outline of the ply is
+    not known, or the mold is not known under the whole pocket, the net alone decides.
     """
     limits = ply.recipe.verdict
     if limits.criterion == "paper" or judged.verdict is not Verdict.CREASE:
@@ -72,14 +73,14 @@ def weighed(
 
 
 class Short(NamedTuple):
-    """Why a bump may stay as a bridge above the limit, in words, and whether that is likelier than not."""
+    """Why a bump may remain as a bridge above the limit, in words, and whether that is more likely than not."""
 
     why: str
     likely: bool
 
 
 def over_bump(laid: Net, found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Short | None:
-    """Weigh the fibres over a bump below the tolerances, on which a net is laid; None: no bridge; raises `Stopped`."""
+    """Say why a bump below the tolerances, on which a net is laid, may be a bridge; None if not; raises `Stopped`."""
     recipe = ply.recipe
     least_mm = options.counts_from_mm(recipe)
     bound_mm = _upper_side(_core.ridge.held_excess(laid._core.net, ply.reference).bridge_bound_mm, recipe)
@@ -95,7 +96,7 @@ def over_bump(laid: Net, found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -
 
 
 def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSection | None:
-    """Measure the fibres of a pocket on the scan; None where outline or mold are not known; raises `Stopped`."""
+    """Measure the fibres of a pocket on the scan; None if outline or mold is not known; raises `Stopped`."""
     recipe = ply.recipe
     out = _core.ridge.bridge_section(
         found.feet._core,
@@ -112,7 +113,7 @@ def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSect
     least, height, most = (_upper_side(gap, recipe) for gap in (out.least_gap_mm, out.gap_mm, out.most_gap_mm))
     return BridgeSection(
         height_mm=height,
-        range_mm=(min(least, height), max(most, height)),  # but for rounding they are in order
+        range_mm=(min(least, height), max(most, height)),  # only rounding can put them out of order
         lacks_mm=out.lacks_mm,
         lacks_error_mm=out.error_mm,
         pull_n_per_mm=out.pull_n_per_mm,
@@ -121,7 +122,7 @@ def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSect
 
 
 def without_bridge(one: ridge.PostProcessed, laid: LaidPocket) -> ridge.PostProcessed:
-    """Leave a bridge out, also out of the RMS, as one that is drawn in is left out."""
+    """Leave a bridge out, also of the RMS, in the same way as a bridge that is drawn in is left out."""
     rest_mm = one.gap_mm[laid.net.inside & ~one.is_bridge & ~one.is_drawn_in]
     material = laid.recipe.material
     rms_mm = float(np.sqrt(np.mean(rest_mm**2))) if rest_mm.size else material.thickness_mm / material.bulk_factor
@@ -129,6 +130,6 @@ def without_bridge(one: ridge.PostProcessed, laid: LaidPocket) -> ridge.PostProc
 
 
 def _upper_side(gap_mm: float, recipe: Recipe) -> float:
-    """Height of a bridge as the net's post-processing counts it: with the consolidated ply, and 0 if it touches."""
+    """Return a bridge's height as post-processing counts it: with the consolidated ply, 0 if the ply touches."""
     thickness_mm = recipe.material.thickness_mm
     return gap_mm + thickness_mm / recipe.material.bulk_factor if gap_mm > thickness_mm / 30 else 0.0

@@ -1,4 +1,4 @@
-"""Where a bump that the tolerances drop stands: the piece of the scan round it, looked at again without tolerances."""
+"""A bump that the tolerances drop: the piece of the scan round it is segmented again without the tolerances."""
 
 from __future__ import annotations
 
@@ -21,9 +21,11 @@ from debulk.recipe import options
 
 __all__ = ["BumpPlace", "looked_at_again"]
 
-_LEAST_HALF_MM = 40.0  # of the window in which a bump is looked at again; it grows until the bump's foot lies in it
-_FRAYED = 12.0  # of the heights' noise: over a contour's thousand pixels, peak and notch each reach five deviations
-_MOST_FRAYED_MM = 0.2  # a notch deeper than this parts two bumps, however noisy the scan is
+_LEAST_HALF_MM = 40.0  # half the side of the first window round a bump; it grows until the bump's foot lies in it
+# In standard deviations of the heights' noise: over the thousand pixels of a contour, a peak and a notch of pure noise
+# reach five of them each.
+_FRAYED = 12.0
+_MOST_FRAYED_MM = 0.2  # a notch deeper than this separates two bumps, however noisy the scan is
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +35,13 @@ class BumpPlace:
     Attributes
     ----------
     dropped
-        As the segmentation lists it.
+        The bump as the segmentation lists it.
     cut_mm
-        The height at which it is cut out.
+        Height at which it is cut out.
     whole, feet
-        The piece of the scan.
+        Segmentation and feet of the piece of the scan.
     unseen, masked
-        What the scan does not show, and what of it the mask hides.
+        What the scan does not show, and for each of its holes whether the mask hides it.
     """
 
     dropped: Dropped
@@ -50,13 +52,13 @@ class BumpPlace:
     masked: tuple[bool, ...]
 
     def cell(self, heights: Grid) -> tuple[int, int]:
-        """Return the column and the row of its middle on a grid."""
+        """Return the column and the row of the bump's middle on a grid."""
         i, j = np.rint((self.dropped.centroid_mm - heights.origin_mm) / heights.spacing_mm).astype(int)
         return int(i), int(j)
 
 
 def looked_at_again(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> FoundPocket | None:
-    """Segment a window round a bump without tolerances; None where it stands on the foot of a pocket."""
+    """Segment a window round a bump without tolerances; None if it belongs to a pocket or is only a speck."""
     dropped, whole, feet = place.dropped, place.whole, place.feet
     wanted = without_tolerances(ply)
     wanted.cut_height_mm = place.cut_mm
@@ -67,14 +69,14 @@ def looked_at_again(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> Found
             return None
         again = pocket.segment_with(wanted, window, 1, stop)
         if not again.pockets:
-            return None  # at the edge of the cut: what is left of it above is a speck
+            return None  # it hardly reaches the cut: only a speck of it lies above
         index = min(range(len(again.pockets)), key=lambda k: apart(again.pockets[k], dropped))
         owner = feet.labels.values[rows, columns][again.labels.values == again.pockets[index].id]
         if 2 * np.count_nonzero(owner) > owner.size:
             return None
         lower = options.feet(ply.recipe)
-        lower.noise_mm = feet.noise_mm  # of the whole scan: a window is too small to tell
-        # Over the window of a pocket a bump 10 mm wide would lose half of its excess.
+        lower.noise_mm = feet.noise_mm  # the noise of the whole scan: a window is too small to estimate it
+        # Smoothed over the window that suits a pocket, a bump 10 mm wide would lose half of its excess.
         bump = again.pockets[index]
         lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / narrow.perimeter_mm(bump.outline_mm))
         again.pockets[index] = replace(
@@ -90,7 +92,7 @@ def looked_at_again(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> Found
 def _frayed(
     place: BumpPlace, labels: NDArray[np.int32], window: Grid, wanted: _core.pocket.SegmentOptions, stop: _core.Stop
 ) -> bool:
-    """Whether no more than noise parts a bump from a pocket: the contour of a broad one frays where it is flat."""
+    """Return whether only noise separates a bump from a pocket, whose contour frays where a broad pocket is flat."""
     cut_mm = wanted.cut_height_mm
     wanted.cut_height_mm = place.dropped.peak_mm - min(_FRAYED * place.feet.noise_mm, _MOST_FRAYED_MM)
     try:
@@ -105,7 +107,7 @@ def _frayed(
 
 
 def _windows(place: BumpPlace) -> Iterator[tuple[slice, slice]]:
-    """Rows and columns round a bump, wider and wider, up to the whole grid."""
+    """Yield rows and columns of wider and wider windows round a bump, up to the whole grid."""
     heights = place.whole.heights
     ny, nx = heights.values.shape
     middle, half_mm = place.dropped.centroid_mm, max(_LEAST_HALF_MM, 3 * math.sqrt(place.dropped.area_mm2))

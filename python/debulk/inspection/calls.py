@@ -1,4 +1,4 @@
-"""An inspection and a comparison in one call each: enough where a reference is used only once."""
+"""An inspection and a comparison in one call each, for a reference that is used only once."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def inspect(
     progress: Progress | None = None,
     context: Mapping[str, Any] | None = None,
 ) -> Report:
-    """Inspect one scan against a reference, in one call. See `Inspector` for what goes in.
+    """Inspect one scan against a reference, in one call; see `Inspector` and `Inspector.inspect` for the arguments.
 
     Examples
     --------
@@ -57,19 +57,19 @@ def compare(
     mold_from_scanner: ArrayLike | None = None,
     mask: ArrayLike | None = None,
 ) -> Comparison:
-    """Hold a report against a scan of the same ply after debulking.
+    """Compare a report with a scan of the same ply after debulking.
 
     Parameters
     ----------
     report
-        Of the inspection before; from memory or `Report.load`.
+        The report of the inspection before debulking, from memory or `Report.load`.
     debulked_scan, reference
-        (H, W, 3) organised or (N, 3) clouds, mm, NaN = nothing seen: the ply after debulking, and what lies below it.
+        (H, W, 3) organised or (N, 3) clouds, mm, NaN = nothing seen: the ply after debulking, and the surface below it.
     recipe
-        None: the report's own.
+        All settings. None means those of the report.
     mold_from_scanner
-        (4, 4), x_mold = T x_scanner, of both clouds; None: they are in the mold's frame already. The outlines of the
-        report are in the mold's frame: the mold must not have moved in it.
+        (4, 4), x_mold = T x_scanner, for both clouds; None means that they are in the mold's frame already. The
+        outlines of the report are in the mold's frame, so the mold must not have moved within that frame.
     mask
         (H, W) bool, True where the image of either cloud shows a clamp or a tool.
 
@@ -81,7 +81,7 @@ def compare(
     Raises
     ------
     InputError
-        Names what was wrong, what was expected and what came.
+        Names what was wrong, what was expected and what was given.
 
     Examples
     --------

@@ -13,7 +13,7 @@ __all__ = ["PinholeImage", "fit_camera"]
 
 
 class PinholeImage(NamedTuple):
-    """The image of a pinhole camera at the origin of the scanner's frame that looks along +z; all in pixels."""
+    """The image of a pinhole camera that stands at the origin of the scanner's frame and looks along +z; in pixels."""
 
     height: int
     width: int
@@ -43,8 +43,8 @@ def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
     Returns
     -------
     tuple[float, float, float] | None
-        f, cx, cy in pixels. None for a cloud that is not a pinhole's: unorganised, or points more than 0.1 px off
-        their pixels.
+        f, cx, cy in pixels. None if no pinhole camera fits: the cloud is not organised, or its points lie more than
+        0.1 px off their pixels.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A cloud on its way to a map of heights, by the steps that take any cloud: check, mask, mold frame, outliers."""
+"""The steps that prepare any cloud for a map of heights: check, mask, outlier removal, motion into the mold frame."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 __all__ = ["check_mask", "clean", "hide", "masked", "owned", "pieces", "taken"]
 
 Cloud = NDArray[np.float32]
-_PIECE = 1 << 19  # points, a few milliseconds: so soon a raised stop is heeded
+_PIECE = 1 << 19  # points; they take a few milliseconds, and a raised stop is heeded between pieces
 
 
 def pieces(points: ArrayLike, name: str, stop: _core.Stop | None = None) -> Iterator[Cloud]:
-    """Yield a cloud as `as_cloud` makes it, some rows at a time; views of it where it has that form already.
+    """Yield a cloud in the form of `as_cloud`, some rows at a time; the pieces are views if it has that form already.
 
     Raises
     ------
     Stopped
-        Before a piece, once the stop is raised.
+        Before the next piece, once the stop is raised.
     """
-    array = points if _is_plain(points) else cloud.as_cloud(points, name)  # which says what is wrong
+    array = points if _is_plain(points) else cloud.as_cloud(points, name)  # as_cloud raises an error if it is no cloud
     rows = max(1, 3 * _PIECE * len(array) // max(1, array.size))
     for first in range(0, max(1, len(array)), rows):
         heed(stop, "the taking of a cloud")
@@ -38,14 +38,14 @@ def pieces(points: ArrayLike, name: str, stop: _core.Stop | None = None) -> Iter
 
 
 def taken(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
-    """Do what `as_cloud` does, and heed the stop: to copy a cloud of another type takes a while."""
+    """Do what `as_cloud` does, but heed the stop, because it takes a while to copy a cloud of another type."""
     if not _is_plain(points) or (points.dtype == np.float32 and points.flags.c_contiguous):
         return cloud.as_cloud(points, name)
     return owned(points, name, stop)
 
 
 def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
-    """Copy a cloud: its owner may write into its memory while it is worked on."""
+    """Copy a cloud, because its owner may write into its memory while it is being processed."""
     array = points if _is_plain(points) else cloud.as_cloud(points, name)
     out = np.empty(array.shape, dtype=np.float32)
     filled = 0
@@ -61,7 +61,7 @@ def _is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
 
 
 def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> Cloud:
-    """Check a cloud, and take out what the mask hides."""
+    """Check a cloud, and return it with NaN where the mask hides it."""
     whole = taken(points, name, stop)
     _check_bounds(whole, name, stop)
     if mask is None:
@@ -77,24 +77,24 @@ def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str, stop: _
 
 
 def _check_bounds(points: Cloud, name: str, stop: _core.Stop) -> None:
-    """Refuse what `cloud.checked` refuses, and heed the stop."""
+    """Refuse what `cloud.checked` refuses, but heed the stop."""
     parts = [_core.cloud.bounds(piece, 0) for piece in pieces(points, name, stop)]
     cloud.check_bounds(parts, points.size // 3, name)
 
 
 def check_mask(mask: NDArray[np.bool_] | None, points: Cloud, name: str) -> None:
-    """Refuse a mask of another shape than the cloud's image."""
+    """Refuse a mask whose shape is not that of the cloud's image."""
     if mask is not None and points.shape[:2] != mask.shape:
         raise InputError(f"mask: expected the shape of the {name}'s image, {points.shape[:2]}, but got {mask.shape}")
 
 
 def hide(points: Cloud, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> None:
-    """Check a cloud, and take out what the mask hides, in place."""
+    """Check a cloud, and set to NaN in place what the mask hides."""
     _check_bounds(points, name, stop)
     check_mask(mask, points, name)
     if mask is not None:
         filled = 0
-        for piece in pieces(points, name, stop):  # views of it
+        for piece in pieces(points, name, stop):  # the pieces are views of the cloud
             piece[mask[filled : filled + len(piece)]] = np.nan
             filled += len(piece)
 
@@ -106,15 +106,15 @@ def clean(
     recipe: Recipe,
     stop: _core.Stop,
 ) -> None:
-    """Take out a cloud's outliers, and move it into the mold's frame, in place.
+    """Remove a cloud's outliers, and move it into the mold's frame, in place.
 
     Parameters
     ----------
     points
         (H, W, 3) or (N, 3), scanner frame; in memory that belongs to the caller alone.
     camera
-        (f, cx, cy) in pixels: neighbours are found in its image then, twenty times faster and with the same decisions,
-        if the cloud is that camera's. None: it is no pinhole camera's.
+        (f, cx, cy) in pixels. If the cloud comes from this camera, neighbours are found in its image, twenty times
+        faster and with the same decisions. None means that the cloud does not come from a pinhole camera.
     """
     threads = recipe.run.threads
     keep = _core.cloud.remove_outliers(points, options.outliers(recipe), threads, stop, camera)

@@ -1,8 +1,8 @@
-"""Fibres that cross several pockets: what those have to spare may gather in one fold (docs/verdicts.md).
+"""Fibres that cross several pockets: the excess lengths of all of them may gather in one fold (docs/verdicts.md).
 
-The ply between two pockets lies on the mold, and friction holds it there up to some way only. Whether the excess of the
-one is drawn into the fold of the other depends on the history of the vacuum; so where both together would exceed the
-limit nothing is decided.
+The ply between two pockets lies on the mold, and friction holds it there only if there is enough of it. Whether the
+excess of one pocket is drawn into the fold of the other depends on the history of the vacuum. So if both together would
+exceed the limit, the verdict is UNDECIDED. What a fibre has "to spare" is its excess length.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ __all__ = ["doubts", "without_shared_folds"]
 
 Floats = NDArray[np.float64]
 
-_INNER, _FIXED = 0, 1  # kinds of nodes that no contact holds, and that one does
-_NAMED = 3  # of the pockets and of the bumps in a reason
+_INNER, _FIXED = 0, 1  # kinds of nodes: movable within the net, and fixed at its rim by the ply around it
+_NAMED = 3  # so many pockets and so many bumps at most are named in a reason
 
 
 class _Fold(NamedTuple):
-    """What one fold may draw together: its ridge, the excess in it, and where that is from."""
+    """What one fold may draw together: the height of its ridge, the excess in it, and where the excess comes from."""
 
     ridge_mm: float
     excess_mm: float
@@ -50,9 +50,9 @@ class _Fold(NamedTuple):
 def without_shared_folds(
     reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], bumps: Sequence[Bump], ply: PlyOnMold
 ) -> tuple[PocketReport, ...]:
-    """Take CEASE from the pockets whose fibres have too much to spare together with those of others nearby.
+    """Turn CEASE into UNDECIDED for pockets whose fibres have too much excess together with those of others nearby.
 
-    `bumps`: those below the tolerances; what they have to spare counts, as far as a net was laid on them.
+    `bumps` are those below the tolerances; the excess of those that have a net counts as well.
     """
     reports = tuple(reports)
     nets = {p.id: laid for p, one in zip(reports, pockets, strict=True) if (laid := _of_pocket(p, one)) is not None}
@@ -73,14 +73,14 @@ def without_shared_folds(
 
 
 def doubts(bumps: Sequence[Bump], ply: PlyOnMold) -> list[Judgement]:
-    """Say which bumps below the tolerances may crease together, though no pocket lies between them."""
+    """Say which bumps below the tolerances may crease together, even without a pocket among them."""
     left = {n: bump for n, bump in enumerate(bumps) if bump.spare is not None and bump.found is None}
     nets = {n: bump.spare for n, bump in left.items() if bump.spare is not None}
     shared = _shared_folds(list(nets), nets, {n: frozenset((n,)) for n in nets}, ply)
     names = {n: f"the {bump_name(bump.dropped)}" for n, bump in left.items()}
     judged, told = [], set[int]()
     for n, fold in sorted(shared.items(), key=lambda item: -item[1].ridge_mm):
-        if told.isdisjoint((n, *fold.with_others.numbers)):  # each of a row tells of the same fold
+        if told.isdisjoint((n, *fold.with_others.numbers)):  # all bumps of a row would report the same fold
             judged.append(Judgement(Verdict.UNDECIDED, _reason(names[n], fold, names, ply.recipe)))
         told |= {n, *fold.with_others.numbers}
     return judged
@@ -89,7 +89,7 @@ def doubts(bumps: Sequence[Bump], ply: PlyOnMold) -> list[Judgement]:
 def _shared_folds(
     numbers: Sequence[int], nets: Mapping[int, SpareNet], same_foot: Mapping[int, frozenset[int]], ply: PlyOnMold
 ) -> dict[int, _Fold]:
-    """Return, of those numbers whose fibres have too much to spare together with others, the worst fold."""
+    """Return the worst fold of each of these numbers whose fibres have too much excess together with others."""
     if ply.recipe.verdict.criterion != "excess":
         return {}
     way_mm = friction_length(ply.recipe)
@@ -111,7 +111,7 @@ def _of_pocket(p: PocketReport, found: FoundPocket) -> SpareNet | None:
 
 
 def _close_by(nets: Mapping[int, SpareNet], way_mm: float) -> dict[int, list[int]]:
-    """Return, by number, the others between whose ply on the mold and its own lies no more than a way of it."""
+    """Return for each number the others that at most `way_mm` of ply lying on the mold separates from it."""
     numbers, feet = list(nets), [one.foot_outline_mm for one in nets.values()]
     tails = np.array([one.tail_mm for one in nets.values()])
     close: dict[int, list[int]] = {number: [] for number in numbers}
@@ -134,7 +134,7 @@ def _close_by(nets: Mapping[int, SpareNet], way_mm: float) -> dict[int, list[int
 def _near(
     number: int, nets: Mapping[int, SpareNet], close: dict[int, list[int]], same_foot: frozenset[int], recipe: Recipe
 ) -> set[int]:
-    """Return what may share a fold with one, and that itself; none where all of their excess would not do."""
+    """Return the numbers that may share a fold with this one, and itself; empty if all their excess is too little."""
     within, open_ones = {number}, [number]
     while open_ones:
         for other in close[open_ones.pop()]:
@@ -164,10 +164,10 @@ def _crossing(number: int, one: SpareNet, numbers: frozenset[int], ply: PlyOnMol
 
 
 def _is_held(nodes: list[int], kinds: NDArray[np.integer], xy: Floats, spacing_mm: float, ply: PlyOnMold) -> bool:
-    """Whether friction holds both ends of a fibre on the mold.
+    """Return whether friction holds both ends of a fibre on the mold.
 
-    A net lets nodes near the ply's edge slide, but sideways too: where the ply goes on along the fibre for the way over
-    which an edge slips, the end stays.
+    A net lets nodes near the ply's edge slide, even if the edge lies to the side of the fibre. Where the ply continues
+    along the fibre for the length over which an edge slips, the end is held.
     """
     for at, before in ((nodes[0], nodes[1]), (nodes[-1], nodes[-2])):
         if kinds[at] == _FIXED:
@@ -182,7 +182,7 @@ def _is_held(nodes: list[int], kinds: NDArray[np.integer], xy: Floats, spacing_m
 
 
 def _end(xy: Floats, inside: NDArray[np.bool_], away: Floats) -> End:
-    """Find where a fibre that begins at the first of the points comes into the foot."""
+    """Find where a fibre that begins at the first of the points enters the foot."""
     k = int(np.argmax(inside))
     out, within = (0, 1) if k == 0 else (k - 1, k)
     share = away[out] / (away[out] + away[within]) if k and away[out] + away[within] > 0 else 0.0
@@ -191,7 +191,7 @@ def _end(xy: Floats, inside: NDArray[np.bool_], away: Floats) -> End:
 
 
 def _excess_mm(points: Floats, ply: PlyOnMold) -> float:
-    """Length of one fibre beyond that of the mold."""
+    """Return by how much one fibre is longer than the mold below it."""
     chain = np.full((len(points), 4), -1, dtype=np.int32)
     chain[:-1, 0] = np.arange(1, len(points))
     chain[1:, 1] = np.arange(len(points) - 1)
@@ -199,14 +199,14 @@ def _excess_mm(points: Floats, ply: PlyOnMold) -> float:
 
 
 def _worst_fold(one: CrossingFibres, walk: FibreWalk, recipe: Recipe) -> _Fold | None:
-    """Return the highest fold above the limit that a fibre makes with what others have to spare; None: none."""
+    """Return the highest fold above the limit that a fibre makes with the excess of others; None if there is none."""
     worst = None
     for k, fibre in enumerate(one.fibres):
         shared = Shared(taken=one.numbers)
         for side in (0, 1):
             shared = walk.beyond(one.number, k, side, shared)
         total_mm = fibre.spare_mm + shared.spare_mm
-        # Of the ridge u, of the excess 2u.
+        # The uncertainties are those of ridges; an excess is uncertain by twice as much.
         most_mm = total_mm + 2 * math.sqrt(one.uncertainty_mm**2 + shared.variance_mm2)
         ridge_mm = excess.ridge_of(most_mm, recipe)
         if shared.spare_mm > 0 and ridge_mm > (recipe.verdict.max_ridge_mm if worst is None else worst.ridge_mm):
@@ -228,6 +228,6 @@ def _reason(name: str, fold: _Fold, names: Mapping[int, str], recipe: Recipe) ->
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Name the first few."""
+    """Name the first few, and count the others."""
     more = [f"{len(names) - _NAMED} more"] if len(names) > _NAMED else []
     return " and ".join([*names[:_NAMED], *more])

@@ -1,4 +1,4 @@
-"""Measures the debulked ply inside the outlines of a report, and holds it against what was predicted."""
+"""Measures the debulked ply inside the outlines of a report, and compares it with the prediction."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = ["check_place", "compared", "placing_of"]
 Floats = NDArray[np.float64]
 
 _PEAK_CELLS = 5  # width of the median before a peak is read: short runs of flying pixels survive a smaller one
-_PEAK_NOISE = 1.2  # the largest of many values after that median stands so many sigma of one value too high
+_PEAK_NOISE = 1.2  # after that median, the largest of many values is too high by so many sigma of a single value
 
 
 def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
@@ -60,7 +60,7 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
                 **figures,
             )
         )
-    # Without an outline the map reaches past the ply, and its median would not be the ply's.
+    # Without an outline the map extends beyond the ply, and its median would not be that of the ply.
     laid = None
     if report.ply_outline_mm is not None and between.any():
         laid = float(np.median(filtered.values[between]))
@@ -77,18 +77,18 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
 def placing_of(
     report: Report, prepared: Prepared, mold_from_scanner: Floats | None, mask: NDArray[np.bool_] | None, recipe: Recipe
 ) -> Placing:
-    """Return what tells whether a scan shows the report's ply, consolidated, where the report has it."""
+    """Return the check whether a scan shows the report's ply in its place; the ply may be consolidated."""
     consolidated_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
     return Placing(prepared, mold_from_scanner, report.ply_outline_mm, mask, recipe, consolidated_mm)
 
 
 def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid) -> None:
-    """Refuse a scan that does not show the report's ply there.
+    """Refuse a scan that does not show the report's ply in its place.
 
     Raises
     ------
     InputError
-        With the reason that an inspection would give.
+        Has the reason that an inspection would give.
     """
     feet = [p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm for p in report.pockets]
     placed = placing.gross(sample) or placing.judge_between(sample, feet, heights)
@@ -103,7 +103,7 @@ def _measure(
     peaks: surface.HeightMap,
     recipe: Recipe,
 ) -> tuple[Verdict, str, dict[str, float]]:
-    """Outcome of one pocket, why, and its figures."""
+    """Return the outcome of one pocket, the reason, and its figures."""
     limits = recipe.verdict
     seen = inside & np.isfinite(filtered.values)
     share = int(np.count_nonzero(seen)) / max(1, int(np.count_nonzero(inside)))

@@ -1,4 +1,4 @@
-"""The clock of one inspection: its deadline, the time of each stage, its progress; and how Ctrl-C reaches it."""
+"""The clock of one inspection (deadline, time of each stage, progress), and the handling of Ctrl-C."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Cycle:
     Parameters
     ----------
     deadline_s
-        Seconds from now; None: none.
+        Seconds from now; None means no deadline.
     progress
         Called with the name of the stage and the share of the work that is done.
     """
@@ -47,7 +47,7 @@ class Cycle:
 
     @contextmanager
     def stage(self, name: str, done: float) -> Iterator[None]:
-        """Time the body as a stage that begins when a share `done` of the work is done."""
+        """Time the body as a stage; `done` is the share of the work that is done when it begins."""
         self.check()
         self.current = name
         self.report(name, done)
@@ -62,7 +62,7 @@ class Cycle:
             raise Cancelled("the inspection was cancelled")
 
     def split(self, name: str, parts_ms: dict[str, float]) -> None:
-        """Name the parts of a stage; what they leave of its time stays its own."""
+        """Divide the time of a stage among named parts; the remaining time stays with the stage."""
         rest = self._stages.pop(name) - sum(parts_ms.values())
         self._stages |= {**parts_ms, name: max(0.0, rest)}
 
@@ -77,16 +77,16 @@ class Cycle:
 
 
 def watched(stop: _core.Stop, work: Callable[[], Result]) -> Result:
-    """Do the work in another thread, so that Ctrl-C reaches this one while the work is in the core."""
+    """Do the work in another thread, so that this one can react to Ctrl-C while the work is in the compiled core."""
     with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
         return pool.submit(work).result()
 
 
 @contextmanager
 def beside(stop: _core.Stop, work: Callable[[], Result], threads: int) -> Iterator[Callable[[], Result]]:
-    """Do the work in another thread while the body runs; it gets a function that waits for the result.
+    """Do the work in another thread while the body runs; the body gets a function that waits for the result.
 
-    With one thread, the work is done when the body asks for its result.
+    If only one thread is allowed, the work is done when the body asks for its result.
     """
     if threads == 1:
         yield lambda: watched(stop, work)

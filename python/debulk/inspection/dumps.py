@@ -22,8 +22,8 @@ def keep(
 ) -> None:
     """Write the solve of pocket `number` into the recipe's folder, if it has one and the solve failed or was slow.
 
-    `first` is the number of the first start that was tried. A folder that cannot be written to costs a warning in
-    the log, not the verdict.
+    `first` is the number of the first start that was tried. If the folder cannot be written to, a warning is logged
+    and the verdict is not affected.
     """
     folder, wanted = recipe.run.dump_folder, recipe.solve
     if folder is None or refused or (solution.certified and took_ms <= recipe.run.slow_ms):

@@ -1,7 +1,7 @@
-"""Whether the ply's edge in the scan lies where the outline has it: just inside, the ply; just outside, what is below.
+"""A check that the ply's edge in the scan lies on the outline: the ply just inside, the reference just outside.
 
-Along the outline, stretch by stretch, the scan's heights are gathered in strips parallel to it, and the edge is put
-where they fit a step from the ply's thickness down to the reference best.
+Along the outline, stretch by stretch, the scan's heights are gathered in strips parallel to it. The edge is located
+where a step from the ply's thickness down to the reference fits them best.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ __all__ = ["EdgeFit", "Outline"]
 
 Floats = NDArray[np.float64]
 
-_REACH_MM = 40.0  # to each side
+_REACH_MM = 40.0  # to each side of the outline
 _STRIP_MM = 4.0
 _STRETCH_MM = 40.0
 _STEP_MM = 4.0  # along the outline
-_LEAST_CELLS = 5  # in a strip of a stretch
+_LEAST_CELLS = 5  # known cells that a strip of a stretch needs
 _NEEDED = 3  # strips that must be known on each side
-_BLUR_MM = 6.0  # a step nearer to the outline than this is at it: the map's cells are up to 8 mm wide
-_CLEAR = 0.5  # of the step's height: a misfit that a shift reduces by less is no evidence
-_FAR_MM = 20.0  # off by so much, an edge hides or frees a pocket
+_BLUR_MM = 6.0  # a step nearer to the outline than this counts as on it: the map's cells are up to 8 mm wide
+_CLEAR = 0.5  # of the step's squared height: if a shift reduces the misfit by less, that is no evidence
+_FAR_MM = 20.0  # an edge that is off by so much hides a pocket or makes its edge free
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +38,13 @@ class EdgeFit:
     judged
         Number of the stretches that were judged: the scan shows ply and reference beside them, and no pocket.
     off_share
-        Share of them in which the edge lies elsewhere.
+        Share of these in which the edge does not lie on the outline.
     far_row
-        Most of them in a row in which it lies 20 mm or more away: a side of the ply that the outline cuts off.
+        Largest number of consecutive ones in which the edge lies 20 mm or more away, as where the outline cuts off a
+        side of the ply.
     off_mm, at_mm
-        In the middle of the longest row of such stretches: distance of the edge from the outline, positive outside it,
-        and (2,) the place; NaN if there is none.
+        Distance of the edge from the outline, positive outside it, and (2,) the place, both in the middle of the
+        longest row of stretches in which the edge does not lie on the outline; NaN if there is no such stretch.
     """
 
     judged: int
@@ -54,7 +55,7 @@ class EdgeFit:
 
 
 class Outline:
-    """The outline with its strips, prepared once.
+    """The outline with its strips, prepared once and used for scan after scan.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ class Outline:
     Attributes
     ----------
     places_mm, normals
-        (N, 2) points every 4 mm along it, and the unit normals there, outwards.
+        (N, 2) points every 4 mm along it, and the outward unit normals there.
     """
 
     def __init__(self, corners_mm: Floats) -> None:
@@ -77,7 +78,7 @@ class Outline:
         side = np.clip(np.searchsorted(way, at, side="right") - 1, 0, len(corners_mm) - 1)
         share = ((at - way[side]) / lengths[side])[:, None]
         points = corners_mm[side] + share * (ends - corners_mm)[side]
-        # Normals over a stretch's length: an outline of short sides with noise has none of its own.
+        # Normals are taken over some 16 mm: the short sides of a noisy outline have no useful normals of their own.
         reach = max(1, round(0.25 * _STRETCH_MM / _STEP_MM))
         along = np.roll(points, -reach, axis=0) - np.roll(points, reach, axis=0)
         normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
@@ -86,7 +87,7 @@ class Outline:
             normal = -normal
         self.offsets_mm = np.arange(-_REACH_MM + 0.5 * _STRIP_MM, _REACH_MM, _STRIP_MM)
         xy = points[:, None, :] + self.offsets_mm[None, :, None] * normal[:, None, :]
-        # At corners a strip's points may lie on the other side of another stretch: these say nothing.
+        # At corners a strip's points may lie on the other side of another stretch; these are not used.
         inside = pocket.inside(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
         near = pocket.distance_to_outline(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
         own = (inside == (self.offsets_mm < 0)) & (near > 0.7 * np.abs(self.offsets_mm))
@@ -96,7 +97,7 @@ class Outline:
         self._middles = points.reshape(count, steps, 2).mean(axis=1)
 
     def fit(self, heights: Grid, thickness_mm: float, cut_height_mm: float) -> EdgeFit:
-        """Find the ply's edge in a height map, NaN where nothing is known; what stands above the cut is a pocket."""
+        """Find the ply's edge in a height map (NaN: nothing known), disregarding pockets, which rise above the cut."""
         count, steps = self._stretches
         ij = np.rint((self._xy - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
         ny, nx = heights.values.shape
@@ -104,7 +105,7 @@ class Outline:
         values = np.full(known.shape, np.nan)
         values[known] = heights.values[ij[known][:, 1], ij[known][:, 0]]
         middle = _medians(values.reshape(count, steps, -1).transpose(0, 2, 1))
-        # A pocket at the edge hides it, and so does what lies far below: another thing beside the mold.
+        # A pocket at the edge hides the edge, and so does an object beside the mold that lies far below it.
         middle[np.abs(middle) > max(cut_height_mm, 2 * thickness_mm)] = np.nan
         off = _edges(middle, self.offsets_mm, thickness_mm)
         judged = np.isfinite(off)
@@ -118,26 +119,27 @@ class Outline:
 
 
 def _medians(strips: Floats) -> Floats:
-    """(S, K) medians of what is known in (S, K, N) values; NaN where that is too few."""
+    """Return the (S, K) medians of the known ones among (S, K, N) values; NaN where too few are known."""
     ranked, known = np.sort(strips, axis=2), np.isfinite(strips).sum(axis=2)  # NaN last
     at = np.stack([np.maximum(known - 1, 0) // 2, np.minimum(known // 2, strips.shape[2] - 1)], axis=2)
     return np.where(known >= _LEAST_CELLS, np.take_along_axis(ranked, at, axis=2).mean(axis=2), np.nan)
 
 
 def _edges(middle: Floats, offsets: Floats, thickness: float) -> Floats:
-    """Return where steps from the thickness to 0 fit (S, K) rows best, as distances from the outline; NaN: unknown."""
+    """Return the distance from the outline of the best step from thickness to 0 in each (S, K) row; NaN: unknown."""
     known = np.isfinite(middle)
     enough = (known[:, offsets < 0].sum(axis=1) >= _NEEDED) & (known[:, offsets > 0].sum(axis=1) >= _NEEDED)
     off = np.full(len(middle), np.nan)
     rows, known = np.arange(np.count_nonzero(enough)), known[enough]
     values = np.where(known, middle[enough], 0.0)
-    most = np.where(known, thickness**2, 0.0)  # 0: what is not known fits anything
+    most = np.where(known, thickness**2, 0.0)  # 0 because an unknown value fits anything
     ply, bare = np.minimum((values - thickness) ** 2, most), np.minimum(values**2, most)
-    # Ply up to the k-th strip, then none.
+    # The misfit of ply up to the k-th strip and none beyond it.
     misfit = np.pad(np.cumsum(ply, axis=1), ((0, 0), (1, 0)))
     misfit += np.pad(np.cumsum(bare[:, ::-1], axis=1)[:, ::-1], ((0, 0), (0, 1)))
     here, best = int(np.searchsorted(offsets, 0.0)), np.argmin(misfit, axis=1)
-    # Between the last known strip of the ply and the first known one off it; at the only one that there is.
+    # The edge lies midway between the last known strip on the ply and the first known one off it. If only one of the
+    # two exists, it lies there.
     number = np.arange(len(offsets))
     before = np.pad(np.maximum.accumulate(np.where(known, number, -1), axis=1), ((0, 0), (1, 0)), constant_values=-1)
     last = len(offsets)
@@ -152,7 +154,7 @@ def _edges(middle: Floats, offsets: Floats, thickness: float) -> Floats:
 
 
 def _longest(marks: NDArray[np.bool_]) -> tuple[int, int]:
-    """Middle of the longest row of marks, round the end, and its length."""
+    """Return the middle and the length of the longest row of marks; a row may run on from the end to the start."""
     if marks.all() or not marks.any():
         return 0, int(marks.sum())
     start = int(np.argmin(marks))

@@ -1,9 +1,9 @@
-"""A pocket at the ply's edge that would close is settled once more with its rim held: friction may hold that much.
+"""A pocket at the ply's edge that would be CEASE is settled again with its rim held, as friction may hold that much.
 
-How much ply a free node drags is a choice of the model, and the default, the strip to the nearest point of the edge,
-lies near the low end (docs/referee.md). So a CEASE stands only if it stands at the other end, too. That end is no other
-sharing of the same friction: along the fibres a net of 100 nodes slips where a fine one holds, past the one or two
-nodes beside the edge whose fibres end soon.
+How much ply a free node drags against friction is a choice of the model. The default, the strip to the nearest point of
+the edge, lies near the low end (docs/referee.md). So CEASE is kept only if the other end of the range gives it, too.
+That other end is a held rim, and not friction along the fibres: with friction along the fibres, a net of 100 nodes
+slips where a fine net holds, past the one or two nodes beside the edge whose fibres end soon.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ _REMEDY = "treat it as CREASE, or smooth it out over the ply's edge and scan aga
 
 @dataclass(frozen=True)
 class BothEnds:
-    """What a pocket comes to at both ends of the friction's range; of one without such a range what it came to."""
+    """The result for a pocket from both ends of the friction's range, or its only result if it has no such range."""
 
     judged: Judgement
     counted: starts.Settled
-    """With all minima that count."""
+    """The minima that count: those of both ends if the held ones are certified."""
     shown: starts.Settled
-    """Whose ridges are shown: those of the end that decides."""
+    """The minima of the end that decides; their ridges are shown."""
     report: EdgeFriction | None = None
     left_out: tuple[LeftOut, ...] = ()
     late: str = ""
-    """What a deadline left no time for; empty: nothing."""
+    """What a deadline left no time for; empty if it cut nothing off."""
 
 
 def at_both_ends(
@@ -52,7 +52,7 @@ def at_both_ends(
     stop: _core.Stop,
     pool: Executor | None = None,
 ) -> BothEnds:
-    """Settle a pocket at the ply's edge with its rim held, too, where that can change what its slipping minima say."""
+    """Settle a pocket at the ply's edge also with its rim held, if that can change the verdict of the slipping rim."""
     if "friction" in laid.sheet.left_out:
         return BothEnds(judged, slipping, slipping)
     if laid.recipe.verdict.criterion == "paper" or judged.verdict is not Verdict.CEASE:
@@ -84,7 +84,7 @@ def _together(
     if_held: Judgement,
     late: bool,
 ) -> Judgement:
-    """Judge a pocket that ceases as it slips."""
+    """Judge a pocket that is CEASE with a slipping rim."""
     if if_held.verdict is Verdict.CEASE:
         return laid.judge(slipping.solution, slipping.best, counted.every)
     reason = if_held.reason

@@ -1,4 +1,4 @@
-"""What a recipe would cost: refused with the estimate where it means hours or gigabytes, before they are spent."""
+"""An estimate of what a recipe costs, so that one that takes hours or gigabytes is refused beforehand."""
 
 from __future__ import annotations
 
@@ -16,22 +16,24 @@ __all__ = ["check_map", "check_solves"]
 
 Floats = NDArray[np.float64]
 
-_MOST_GB = 4.0  # of a height map and all that is kept beside it
-_CELL_BYTES = 80  # of all maps together
-_MOST_HOLE_CELLS = 200  # a hole so wide takes about a second and 64 MB, by the fourth and the third power of its width
+_MOST_GB = 4.0  # for a height map and all the maps that are kept beside it
+_CELL_BYTES = 80  # per cell, for all maps together
+# A hole of this width takes about a second and 64 MB, which grow as the fourth and the third power of its width.
+_MOST_HOLE_CELLS = 200
 _MOST_POCKET_S = 60.0  # sixty such pockets take an hour
-# Of one start on one thread, measured with nets of 100, 300 and 900 nodes; the other methods: bench/study/study.txt.
+# Time of one start on one thread, measured with nets of 100, 300 and 900 nodes, and how many times slower the other
+# methods are (bench/study/study.txt).
 _HUNDRED_NODES_S, _POWER = 0.004, 2.3
 _TIMES_SLOWER = {"ipopt": 25.0, "nlopt": 250.0}
 
 
 def check_map(low_mm: Floats, high_mm: Floats, spacing_mm: float, recipe: Recipe) -> None:
-    """Refuse a height map of a box that takes gigabytes, and holes in it that take minutes each.
+    """Refuse a height map that takes gigabytes for this box, and holes in it that take minutes each.
 
     Raises
     ------
     InputError
-        Names the setting, the estimate and what would do.
+        Names the setting, the estimate and what would be accepted.
     """
     columns, rows = np.maximum(1.0, (high_mm - low_mm) / spacing_mm)
     gigabytes = columns * rows * _CELL_BYTES / 1e9
@@ -53,19 +55,19 @@ def check_map(low_mm: Floats, high_mm: Floats, spacing_mm: float, recipe: Recipe
 
 
 def check_solves(recipe: Recipe, area_mm2: float | None = None) -> None:
-    """Refuse solves that take more than a minute for a pocket.
+    """Refuse settings with which the solves of one pocket take more than a minute.
 
     Parameters
     ----------
     recipe
-        The sections net and solve.
+        Of which the sections ``net`` and ``solve`` are used.
     area_mm2
-        Of a pocket's foot, where the recipe sets the spacing of the nets; None: not known yet.
+        Area of a pocket's foot, needed if the recipe sets the spacing of the nets; None if it is not known yet.
 
     Raises
     ------
     InputError
-        Names the settings, the estimate and what would do.
+        Names the settings, the estimate and what would be accepted.
     """
     net, solve = recipe.net, recipe.solve
     if net.spacing_mm is None:

@@ -1,4 +1,4 @@
-"""What the evaluation of one pocket gives."""
+"""The result of the evaluation of one pocket."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Evaluation"]
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A pocket's part of the report, what was left out for it, and what of it a deadline cut off; empty: nothing."""
+    """A pocket's part of the report, what it leaves out, and what a deadline cut off (empty: nothing)."""
 
     report: PocketReport
     left_out: tuple[LeftOut, ...] = ()

@@ -1,4 +1,4 @@
-"""One pocket, from what was found of it to its verdict: lay the net, settle it, post-process, judge."""
+"""The evaluation of one pocket, from its outline to its verdict: lay the net, settle it, post-process, judge."""
 
 from __future__ import annotations
 
@@ -42,10 +42,11 @@ log = logging.getLogger("debulk")
 
 
 def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, begun: float) -> list[Evaluation]:
-    """Evaluate all pockets, as many at a time as there are threads; `begun` is the share of the work done before."""
+    """Evaluate all pockets, one per thread at a time; `begun` is the share of the work that is already done."""
     threads = ply.recipe.run.threads or _core.default_threads()
     evaluations = []
-    # The core's calls release the GIL; whatever ends the wait (Ctrl-C, an error of progress) ends the solvers.
+    # Calls of the core release the GIL. Whatever ends the wait (Ctrl-C, an error in the progress function) also ends
+    # the solvers.
     with ThreadPoolExecutor(threads, "debulk") as pool, stopping(cycle.stop):
         for evaluation in pool.map(lambda found: evaluate(found, ply, cycle.stop, pool), pockets):
             evaluations.append(evaluation)
@@ -55,9 +56,9 @@ def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, b
 
 
 def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None) -> Evaluation:
-    """Evaluate one pocket. Idle threads of the pool help, see `starts.settle`.
+    """Evaluate one pocket; idle threads of the pool help, see `starts.settle`.
 
-    An error costs the verdict on this pocket, not the report: the pocket is INVALID, and the error is its reason.
+    An unexpected error does not prevent the report: the pocket is INVALID, and the error is its reason.
     """
     seen = _seen(found)
     if stop.now():
@@ -91,7 +92,7 @@ def _evaluate(
     try:
         with watch.step("net"):
             laid = lay_pocket(found, ply, stop)
-    except _core.InputError as error:  # of the data, not of the user: a surface on which no net can be laid
+    except _core.InputError as error:  # here the data are at fault, not the user: no net can be laid on the surface
         return _not_evaluated(seen, _refused(found, f"no net could be laid: {error}"))
 
     with watch.step("ridge"):
@@ -174,13 +175,13 @@ def _report(
 
 
 def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:
-    """Report pockets for which nothing was computed, because the whole scan cannot be judged."""
+    """Report pockets for which nothing was computed because the whole scan cannot be judged."""
     return [_not_evaluated(_seen(found), verdict.judge(certified=False, refused=why)) for found in pockets]
 
 
 @dataclass
 class _Stopwatch:
-    """Milliseconds a step, without those of the steps within it."""
+    """Milliseconds per step, without those of the steps nested in it."""
 
     split_ms: dict[str, float] = field(default_factory=dict)
 
@@ -228,7 +229,7 @@ def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judge
 
 
 def _refused(found: FoundPocket, why: str) -> verdict.Judgement:
-    """Judge what no net says anything of; of a bump below the tolerances that it may crease is all that is known."""
+    """Judge a pocket without a result of its net; a bump below the tolerances is UNDECIDED, as it may crease."""
     if not found.promoted:
         return verdict.judge(certified=False, refused=why)
     return verdict.Judgement(verdict.Verdict.UNDECIDED, f"{found.promoted}; not evaluated: {why}")
@@ -283,7 +284,7 @@ def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
 
 
 def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
-    """Say which bridge of the model is not counted, where it alone would have counted against the pocket."""
+    """Name a bridge of the model that is not counted although it is high enough to count and higher than the others."""
     if best.drawn_in_height_mm <= max(options.counts_from_mm(recipe), best.bridge_height_mm):
         return ""
     return (

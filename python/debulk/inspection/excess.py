@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 
 __all__ = ["of_held_fibres", "of_net", "ridge_of"]
 
-# From scan to scan the outline moves with the noise, and the net with it: the excess scatters by so many times the
-# noise of the heights, far more than the noise of its nodes makes. Root mean square over 24 pockets of the layups 3 and
-# 4, four scans each; the same with noise of 0.02 and of 0.05 mm in the scan.
+# From scan to scan the outline moves with the noise, and the net moves with it. So the excess scatters by this multiple
+# of the noise of the heights, far more than the noise of its nodes explains. Root mean square over 24 pockets of the
+# layups 3 and 4, four scans each; the same with noise of 0.02 and of 0.05 mm in the scan.
 _SCATTER = 1.3
-_INNER = 0  # kind of a node that no contact holds
+_INNER = 0  # kind of a movable node within the net
 
 
 def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket, stop: _core.Stop | None = None) -> ExcessReport | None:
-    """Measure the fibres of a net that `lay_net` has laid on a pocket; raises `Stopped`.
+    """Measure the excess of the fibres of a net that `lay_net` has laid on a pocket; raises `Stopped`.
 
     Returns
     -------
     ExcessReport or None
-        None where the ply slides in at its edge, or no closed net could be laid at half the spacing: there the excess
-        of the fibres that are held bounds nothing, or is not known well enough.
+        None if the ply can slide in at its edge, as the excess of the held fibres is then no bound; and None if no
+        closed net could be laid at half the spacing, as the excess is then not known well enough.
     """
     made, finer, reference, recipe = laid._core, laid._core.finer, ply.reference, ply.recipe
     if not made.held_all_round or finer.spacing <= 0:
@@ -50,12 +50,13 @@ def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket, stop: _core.Stop | Non
         lengths.noise_gain = math.hypot(half.noise_gain, _SCATTER * found.feet.noise_mm / made.noise)
     rule = recipe.material.thickness_mm, recipe.material.bulk_factor, recipe.verdict.excess_margin_mm
     made_of_it = _core.verdict.ridge_by_excess(lengths, *rule)
-    # Filters only take away, so that what is missed lifts the upper end of the range alone.
+    # Filters only reduce the excess, so what they take away raises only the upper end of the range.
     missed_mm = missed_share(found, laid, reference) * max(made_of_it.excess_mm, 0.0)
-    if made_of_it.range.low <= recipe.verdict.max_ridge_mm:  # else it creases, whatever else stands on it
+    if made_of_it.range.low <= recipe.verdict.max_ridge_mm:  # else it creases, whatever stands between the fibres
         between_mm = straight_fibres.longest(found, ply, stop=stop).excess_mm - made_of_it.excess_mm
-        # The longest of hundreds of lines has the luckiest noise: half of the uncertainty is left to that. From all of
-        # it on nothing is, and no step lies between.
+        # The longest of hundreds of lines is the one that noise lengthens most. So what the lines add does not count up
+        # to half the uncertainty of the excess, and counts fully from the whole uncertainty on; in between it grows
+        # without a step.
         clear_mm = between_mm - missed_mm - made_of_it.uncertainty_mm
         missed_mm = min(missed_mm + 2 * max(clear_mm, 0.0), max(missed_mm, between_mm))
     lengths.at_spacing_mm, lengths.at_half_mm = coarse.largest_mm + missed_mm, half.largest_mm + missed_mm
@@ -79,8 +80,8 @@ def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket, stop: _core.Stop | Non
 def of_held_fibres(laid: Net, ply: PlyOnMold) -> float:
     """Return the largest excess, mm, of the fibres that friction holds at both ends, whatever the rest of the net does.
 
-    Such an end lies on the mold, and the ply goes on beyond it, along the fibre, for the way over which an edge slips.
-    Near an edge a net lets its nodes slide all the same: sideways, for fibres along the edge.
+    Such an end lies on the mold, and the ply continues beyond it along the fibre for the length over which an edge
+    slips. Near an edge a net lets the nodes of such a fibre slide nevertheless: sideways, if the fibre runs along it.
     """
     on_mold = laid.kinds != _INNER
     ways_mm, enough_mm = laid._core.hold_ways, max(ply.recipe.net.free_edge_mm, laid.spacing_mm)
@@ -93,7 +94,7 @@ def of_held_fibres(laid: Net, ply: PlyOnMold) -> float:
 
 
 def ridge_of(excess_mm: float, recipe: Recipe) -> float:
-    """Return the height, mm, of one ridge that holds all of an excess length."""
+    """Return the height, mm, of a single ridge that takes up all of an excess length."""
     material = recipe.material
     base_mm = material.thickness_mm / material.bulk_factor
     if excess_mm <= 0:

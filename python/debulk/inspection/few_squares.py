@@ -1,4 +1,4 @@
-"""Why a ply has too few squares to read its level from."""
+"""The reason why too few squares of the ply are known to determine its level from them."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from debulk.inspection.thinning import pitch_of
 
 __all__ = ["few_squares_reason"]
 
-_SEEN = 0.8  # of the ply: what is missing then is not what was not seen
-_ROUND_MM = 50  # that a cropped scan keeps round the ply
+_SEEN = 0.8  # of the ply: if more was seen, squares are missing for another reason than an incomplete scan
+_ROUND_MM = 50  # margin that a cropped scan should keep round the ply
 
 
 def few_squares_reason(
     zones: PlyZones, sample: Sample, on: NDArray[np.bool_], *, least: int, share: float, outlined: bool
 ) -> str:
-    """Say what the matter is.
+    """Say why there are too few squares, and what to do.
 
     Parameters
     ----------
     zones, sample, on
-        The ply's squares, the points that are looked at first, and which of them lie well inside the ply.
+        The ply's squares, the sample of the scan's points, and which of these lie well inside the ply.
     least
         How many squares are needed.
     share
-        Of the ply that lies in the squares that there are.
+        Share of the ply that the known squares cover.
     outlined
         Whether the ply's outline is known.
     """

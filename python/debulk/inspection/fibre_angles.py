@@ -1,4 +1,4 @@
-"""The fibre directions of a draped ply: two angles for all of it, or a map of them, known here and unknown there."""
+"""The fibre directions of a draped ply: two angles for all of it, or a map of them that may be known only in parts."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _LEAST_APART_DEG = 1.0
 
 
 def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
-    """Two angles in degrees, or a Grid of them with NaN where nothing is known; a Drape is read on such a grid.
+    """Return two angles in degrees, or a Grid of them with NaN where nothing is known; a Drape is read on such a grid.
 
     Raises
     ------
     InputError
-        Another shape, an infinite angle, or a grid that knows none.
+        For another shape, an infinite angle, or a grid without a point at which both angles are known.
     """
     if isinstance(value, Drape):
         return _sampled(value)
@@ -44,7 +44,7 @@ def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
 
 
 def check_apart(angles_deg: ArrayLike, name: str) -> None:
-    """Refuse two fibre directions that are one, or nearly."""
+    """Refuse two fibre directions that are equal, or nearly so."""
     first, second = np.asarray(angles_deg, dtype=np.float64)
     apart = abs(first - second) % 180 if np.isfinite([first, second]).all() else 0.0
     if not _LEAST_APART_DEG <= apart <= 180 - _LEAST_APART_DEG:
@@ -60,7 +60,7 @@ def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
     Raises
     ------
     InputError
-        Names the place and a remedy where the nearest point is outside the grid, or its angles are not known.
+        If the nearest point is outside the grid, or its angles are not known; names the place and a remedy.
     """
     if not isinstance(angles, Grid):
         return angles
@@ -80,7 +80,7 @@ def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
 def _sampled(drape: Drape) -> Grid:
     """Read a drape on the grid of its own spacing that covers its nodes: plain values, which can be saved.
 
-    Along a fibre a drape has the direction of the segment, one per cell, so that a finer grid would say no more.
+    A drape has one direction per segment of a fibre, that is one per cell, so a finer grid would add nothing.
     """
     low, high = drape.nodes_mm[:, :2].min(axis=0), drape.nodes_mm[:, :2].max(axis=0)
     nx, ny = np.ceil((high - low) / drape.spacing_mm).astype(int) + 1

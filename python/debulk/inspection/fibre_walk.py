@@ -1,4 +1,7 @@
-"""What one fold may draw together: straight on along a fibre, from foot to foot, as far as friction lets it."""
+"""The excess that one fold may draw together, straight on along a fibre from foot to foot, as far as friction allows.
+
+What a fibre has "to spare" is its excess length; a pocket's foot is where its ply comes down to the mold.
+"""
 
 from __future__ import annotations
 
@@ -16,19 +19,20 @@ __all__ = ["CrossingFibres", "End", "Fibre", "FibreWalk", "Shared"]
 
 Floats = NDArray[np.float64]
 
-# Cosine between the ends of one fibre on either side of a gap: those of the other direction cross it.
+# Two fibre ends face each other across a gap if the cosine between their directions is below this. That excludes the
+# fibres of the other direction, which run across.
 _FACING = -math.sqrt(0.5)
 
 
 class End(NamedTuple):
-    """Where a fibre leaves the foot of its pocket, and the unit vector in which it goes on, mold XY."""
+    """Where a fibre leaves the foot of its pocket, and the unit vector along which it continues, mold XY."""
 
     xy: Floats
     way: Floats
 
 
 class Fibre(NamedTuple):
-    """A fibre that is held at both ends: what it has to spare, and where it leaves the foot."""
+    """A fibre that is held at both ends: its excess length, and where it leaves the foot."""
 
     spare_mm: float
     ends: tuple[End, End]
@@ -41,17 +45,17 @@ class CrossingFibres:
     Attributes
     ----------
     numbers
-        Its own, and those of the pockets whose foot is the same.
+        Its own number, and those of the pockets with the same foot.
     number
-        Its own.
+        Its own number.
     spacing_mm
-        Of its net.
+        Spacing of its net.
     tail_mm
-        From where a fibre leaves the foot to where it lies on the mold.
+        Distance from where a fibre leaves the foot to where it lies on the mold.
     uncertainty_mm
-        Standing, of the ridge that they make.
+        Uncertainty of the height of the ridge that the fibres make.
     fibres
-        Of both directions.
+        Its held fibres, of both directions.
     """
 
     numbers: frozenset[int]
@@ -63,7 +67,19 @@ class CrossingFibres:
 
 
 class Shared(NamedTuple):
-    """What a fibre has to spare in other pockets."""
+    """What a fibre may draw from other pockets.
+
+    Attributes
+    ----------
+    spare_mm
+        Sum of the excess lengths.
+    variance_mm2
+        Sum of the squared uncertainties of the ridges that these would make.
+    numbers
+        The pockets that they are drawn from.
+    taken
+        All pockets from which nothing more can be drawn.
+    """
 
     spare_mm: float = 0.0
     variance_mm2: float = 0.0
@@ -72,7 +88,7 @@ class Shared(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """Straight on into another pocket: the gap before it, what there is to spare, and the end by which one leaves."""
+    """A step straight on into another pocket: the gap before it, the excess there, and the end at which one leaves."""
 
     gap_mm: float
     pocket: int
@@ -83,16 +99,16 @@ class _Step(NamedTuple):
 class FibreWalk:
     """Follows fibres from pocket to pocket.
 
-    The ends of all fibres are the places of a graph, and the steps on from one are found once. Of the chains of steps
-    to a place only those count that no other reaches over less ply with as much to spare. So many small pockets in a
-    row, each of which may be passed by or not, do not double the work one by one.
+    The ends of all fibres are the nodes of a graph ("places"), and the steps that lead on from each are found once. A
+    chain of steps to a place counts only if no other chain reaches that place over less ply with as much excess. So the
+    work does not double with each pocket of a long row of small ones, each of which may be included or passed by.
 
     Parameters
     ----------
     pockets
-        With distinct numbers.
+        The pockets and bumps, with distinct numbers.
     way_mm
-        Of ply lying between pockets that a fold draws over.
+        Largest length of ply lying on the mold over which a fold can draw.
     """
 
     def __init__(self, pockets: Sequence[CrossingFibres], way_mm: float) -> None:
@@ -111,9 +127,9 @@ class FibreWalk:
         self._known: dict[int, list[_Step]] = {}
 
     def beyond(self, number: int, fibre: int, side: int, shared: Shared) -> Shared:
-        """Add to `shared` what a fibre of a pocket may draw beyond one of its two ends, but for what is taken."""
+        """Add to `shared` what a fibre of a pocket may draw beyond one of its two ends, except from taken pockets."""
         most, here = shared, int(self._first[self._index[number]]) + 2 * fibre + side
-        # By the ply drawn over, so that what comes later to a place has to bring more.
+        # Sorted by the ply drawn over, so that a later chain to the same place counts only if it brings more excess.
         waiting, count = [(0.0, -shared.spare_mm, 0, here, shared)], 0
         brought: dict[int, float] = {}
         while waiting:
@@ -135,7 +151,7 @@ class FibreWalk:
         return self._known[place]
 
     def _find_steps(self, start: int) -> None:
-        """Find the steps from all ends of a pocket: only into what lies no farther off than the way."""
+        """Find the steps from all ends of a pocket into the pockets within reach (`way_mm`)."""
         apart_mm = np.maximum(0.0, np.maximum(self._low - self._high[start], self._low[start] - self._high))
         tails_mm = self._tail_mm[start] + self._tail_mm
         near = np.flatnonzero(np.hypot(*apart_mm.T) <= self._way_mm + tails_mm)
@@ -155,21 +171,21 @@ class FibreWalk:
                 self._known[int(here[i])].append(step)
 
     def _step(self, pocket: int, own: NDArray[np.intp], ahead: Floats, aside: Floats, tails_mm: float) -> _Step | None:
-        """Go straight on into a pocket, which the line meets: between two fibres, or beside the outermost."""
+        """Return the step into a pocket that the line meets, between two of its fibres or beside the outermost one."""
         order = np.argsort(aside, kind="stable")
-        spacing_mm = self._spacing_mm[pocket]  # beyond the outermost fibres there is nothing to spare
+        spacing_mm = self._spacing_mm[pocket]  # one spacing beyond the outermost fibres there is no excess
         places = np.array([aside[order[0]] - spacing_mm, *aside[order], aside[order[-1]] + spacing_mm])
         gap_mm = float(np.interp(0.0, places, ahead[[order[0], *order, order[-1]]]))
-        # Of the fibres on either side the one with more: between them it may be as much.
+        # The larger excess of the two fibres on either side counts: between them it may be as large.
         beside = int(np.searchsorted(places, 0.0))
         spare_mm = max([0.0, *self._spare_mm[own[order]].tolist(), 0.0][beside - 1 : beside + 1])
         if gap_mm < -spacing_mm / 2 or gap_mm > self._way_mm + tails_mm or spare_mm <= 0:
-            return None  # behind, too far, or nothing to draw
+            return None  # it lies behind or too far away, or there is nothing to draw
         return _Step(max(gap_mm - tails_mm, 0.0), pocket, spare_mm, int(own[np.argmin(np.abs(aside))]) ^ 1)
 
 
 def _with(drawn: Shared, other: CrossingFibres, spare_mm: float) -> Shared | None:
-    """Add what a fibre has to spare in another pocket; None if that is drawn already."""
+    """Add the excess of a fibre in another pocket; None if that has been drawn already."""
     if other.numbers & drawn.taken:
         return None
     return Shared(

@@ -1,4 +1,4 @@
-"""What a scanner's own software filled in, clipped or smoothed: it was not seen, however it looks."""
+"""Parts of a scan that the scanner's own software filled in, clipped or smoothed, and that were thus not measured."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 __all__ = ["Filled", "FilledSearch", "Patch"]
 
 Floats = NDArray[np.float64]
-_LARGEST_MM2 = 200.0  # a patch of this area is looked for, however large the smallest pocket that is asked for
-_LEAST_SQUARES = 4  # that touch: one alone may be quiet by chance
-_SEEN_PIXELS = 20  # across a patch that hardly any ground hides: a smaller one holds too few whole squares
-_NOTED = 1.5  # of the smallest pocket's width: less is not worth a line in each report
-_LOST = 0.3  # of a square's side: so near to a patch's rim a square in it still holds noise from beside
+_LARGEST_MM2 = 200.0  # a patch of this area is reported, even if the recipe's smallest pocket is larger
+_LEAST_SQUARES = 4  # touching squares without noise that make a patch: one alone may be quiet by chance
+_SEEN_PIXELS = 20  # a patch this wide is found on nearly any surface: a smaller one holds too few whole squares
+_NOTED = 1.5  # widths of the smallest wanted patch: that narrower ones can be missed is not worth a line in each report
+_LOST = 0.3  # of a square's side: squares nearer to a patch's rim than this contain noise from outside it
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class Patch:
     centre_mm
         Mold XY.
     area_mm2
-        About.
+        Approximate area.
     height_mm
-        Its highest, above the reference.
+        Largest height above the reference.
     """
 
     centre_mm: tuple[float, float]
@@ -54,16 +54,16 @@ class Patch:
 
 @dataclass(frozen=True)
 class Filled:
-    """What a scan tells of the software that it went through.
+    """What a scan shows of the software that processed it.
 
     Attributes
     ----------
     patches
-        That carry none.
+        The patches that carry no measuring noise.
     unknown
-        Why they could not be looked for; empty: they could.
+        Why some or all patches could not be found; empty if they could.
     smoothed
-        What tells that all of the scan was smoothed.
+        Signs that the whole scan was smoothed.
     """
 
     patches: tuple[Patch, ...] = ()
@@ -71,7 +71,7 @@ class Filled:
     smoothed: Smoothed = field(default_factory=Smoothed)
 
     def doubts(self, recipe: Recipe) -> list[Judgement]:
-        """Judge each as a hole of its size: INVALID where it stands up, UNDECIDED where a pocket may lie below it."""
+        """Judge each patch as a hole of its size: INVALID if it stands up, else UNDECIDED, as it may hide a pocket."""
         out = []
         for patch in self.patches:
             x, y = patch.centre_mm
@@ -94,20 +94,20 @@ class Filled:
 
 
 class FilledSearch:
-    """Looks for it in scan after scan.
+    """Looks for filled-in, clipped or smoothed parts in scan after scan.
 
     Parameters
     ----------
     prepared
-        Of the reference.
+        The prepared reference.
     mold_from_scanner
-        (4, 4), or None: the same frame.
+        (4, 4); None if both frames are the same.
     zones
         Where the ply is.
     outline
-        Its edge, or None: not known.
+        The outline of the ply; None if it is not known.
     recipe
-        The sections clean, material, segmentation and run.
+        Of which the sections ``clean``, ``material``, ``segmentation`` and ``run`` are used.
     """
 
     def __init__(
@@ -126,14 +126,14 @@ class FilledSearch:
     def find(
         self, scan: NDArray[np.float32], sample: Sample, mask: NDArray[np.bool_] | None, stop: _core.Stop
     ) -> Filled:
-        """Look for it in a scan, of which a sample was taken; (H, W) True in the mask: not to be used."""
+        """Search a scan, given a sample of its points; pixels at which the (H, W) mask is True are not used."""
         if scan.ndim != 3:
             return Filled(unknown="the scan is no image: which of its points are neighbours is not known")
         wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
         squares = squares_of(scan.shape, sample.pitch_mm, wide_mm)
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
-        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite, or far off, is not seen
+        with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
             some = some_on_ply(scan, squares, self._on_ply)
             found = quiet_squares(scan, squares, some, self._on_ply, self._up, stop, self._threads)
             smoothed = self._smoothed.find(scan, squares, some, sample.pitch_mm, mask)

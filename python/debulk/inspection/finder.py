@@ -1,4 +1,4 @@
-"""What finds the pockets of a scan: through regions of interest where that is sure to find all, else in all of it."""
+"""Finders of the pockets in a scan: through regions of interest if these surely find all, else in the whole scan."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 class Finder(Protocol):
-    """Prepared once for a reference, then used scan after scan, by one thread at a time."""
+    """A finder is prepared once for a reference, then used for scan after scan, by one thread at a time."""
 
     def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan.
@@ -34,7 +34,7 @@ class Finder(Protocol):
         mask
             (H, W) of an organised scan: True where a pixel is not to be used.
         stop
-            Raised from another thread, or past its deadline, it ends the search with `Stopped`.
+            Ends the search with `Stopped` when it is raised from another thread, or when its deadline passes.
 
         Raises
         ------
@@ -46,7 +46,7 @@ class Finder(Protocol):
 def finder_for(
     prepared: Prepared, mold_from_scanner: Floats | None, ply_outline: Floats | None, recipe: Recipe
 ) -> Finder:
-    """Prepare what the recipe asks for: regions of interest with the whole scan behind them, or the whole scan."""
+    """Prepare the finder that the recipe asks for: regions with the whole scan as fallback, or only the whole scan."""
     whole = WholeScanFinder(prepared, mold_from_scanner, ply_outline, recipe)
     if not recipe.segmentation.regions:
         whole.prepare()

@@ -1,4 +1,4 @@
-"""Fingerprints of arrays: SHA-256, of a scan in a thread of its own beside the inspection."""
+"""Fingerprints (SHA-256) of arrays; that of a scan is computed in its own thread in parallel to the inspection."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["beside", "of_cloud", "of_mask"]
 
 
 def of_cloud(points: ArrayLike, stop: _core.Stop | None = None, name: str = "points") -> ArrayTrace:
-    """Fingerprint a cloud as it is read: float32, mm. Without the hash where the stop was raised meanwhile."""
+    """Fingerprint a cloud as it is read (float32, mm); the hash is missing if the stop was raised meanwhile."""
     digest = hashlib.sha256()
     try:
         for piece in pieces(points, name, stop):
@@ -37,10 +37,10 @@ def of_mask(mask: NDArray[np.bool_]) -> ArrayTrace:
 
 @contextmanager
 def beside(points: ArrayLike, stop: _core.Stop, wanted: bool) -> Iterator[Callable[[], ArrayTrace | None]]:
-    """Fingerprint a scan while the body runs; it gets a function that waits for the result.
+    """Fingerprint a scan while the body runs; the body gets a function that waits for the result.
 
-    None for what is no cloud, which the inspection itself refuses with its reason. A scan that its owner changes
-    meanwhile has the fingerprint of neither state.
+    The result is None if the scan is no cloud; the inspection itself refuses it and gives the reason. If its owner
+    changes the scan meanwhile, the fingerprint matches neither state.
     """
 
     def work() -> ArrayTrace | None:

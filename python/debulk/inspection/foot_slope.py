@@ -1,4 +1,4 @@
-"""How steeply a pocket comes down to the mold where its foot ends."""
+"""The slope with which a pocket comes down to the mold at the outline of its foot."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ __all__ = ["foot_slope"]
 
 Floats = NDArray[np.float64]
 
-_SLOPE_MM = 1.5  # to either side, over which the slope at the foot is taken
-_PLACES = 64  # of the foot's outline
+_SLOPE_MM = 1.5  # distance to either side over which the slope is taken
+_PLACES = 64  # on the foot's outline, at most
 
 
 def foot_slope(heights: Grid, outline: Floats) -> float:
-    """Return the mean slope of the heights where an outline runs; 0 where none of them is known."""
+    """Return the mean slope of the heights along an outline; 0 if it is not known anywhere on it."""
     off = max(1, round(_SLOPE_MM / heights.spacing_mm))
     places = outline[:: -(-len(outline) // _PLACES)]
     last = np.array(heights.values.shape[::-1]) - 1

@@ -1,4 +1,4 @@
-"""What a finder finds in a scan: the pockets, how much of the ply is known, and what was not looked at."""
+"""What a finder finds in a scan: the pockets, how much of the ply is known, and which parts were not examined."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ class FoundPocket:
     Attributes
     ----------
     number
-        1 for the largest of the scan.
+        1 for the largest pocket of the scan.
     segmentation, feet
-        The piece of the scan that the pocket was found in.
+        The piece of the scan in which the pocket was found.
     index
-        Of the pocket in that piece, from 0.
+        Index of the pocket in that piece, from 0.
     unseen
         What the scan does not show.
     promoted
-        Why it is judged though it is below a tolerance; empty: it is not below any.
+        Why it is judged although it is below a tolerance; empty if it is not below any.
     doubt
-        Why it may crease though its net does not; empty: nothing speaks for it.
+        Why it may crease although its net does not; empty if nothing suggests that.
     joined
-        Numbers of the other pockets whose feet are one with this one's: its net spans them too.
+        Numbers of the other pockets that share their foot with this one; its net spans them too.
     net
-        Laid on it already, to bound its excess; None: not yet.
+        The net, if it was already laid to bound the excess of the pocket; None if not.
     masked
-        As of the `Found` that it is from.
+        As in the `Found` that the pocket comes from.
     """
 
     number: int
@@ -53,46 +53,47 @@ class FoundPocket:
 
     @property
     def hidden(self) -> tuple[bool, ...]:
-        """For each of the holes of `unseen`, whether it is the mask that hides it."""
+        """For each of the holes of `unseen`, whether the mask hides it."""
         return self.masked or (False,) * len(self.unseen.holes)
 
     @property
     def pocket(self) -> Pocket:
-        """What stands up; its `id` counts within its piece."""
+        """The part above the cut; its `id` is unique only within its piece of the scan."""
         return self.segmentation.pockets[self.index]
 
     @property
     def foot(self) -> Foot:
-        """Where its ply comes down to the mold."""
+        """The foot, where the ply comes down to the mold."""
         return self.feet.feet[self.index]
 
     @cached_property
     def foot_slope(self) -> float:
-        """Mean slope of the heights along the foot's outline; asked for several times while the pocket is judged."""
+        """Mean slope of the heights along the foot's outline; cached, as it is needed several times."""
         return foot_slope(self.feet.heights, self.foot.outline_mm)
 
 
 @dataclass(frozen=True)
 class RegionFigures:
-    """How much of a scan was looked at where its pockets were found through regions of interest.
+    """How much of a scan was examined if its pockets were found through regions of interest.
 
     Attributes
     ----------
     rows, columns
         Steps between the rows and the columns of pixels that the coarse pass reads.
     pixel_mm
-        A pixel's longest side on the ply.
+        Longest side of a pixel on the ply.
     eye_mm2
-        Area between two such rows and two such columns: what is larger cannot hide there.
+        Area between two such rows and two such columns; nothing larger can be missed there.
     flag_mm
         Height above which the coarse pass takes a pixel for a part of a pocket.
     windows
-        Number of the windows that were processed.
+        Number of windows that were processed.
     read_share, image_share
-        Shares of the pixels that the coarse pass and the sample of the outlier filter read, and that lie in windows.
+        Share of the pixels that the coarse pass and the sample of the outlier filter read, and share that lies in
+        windows.
     threshold_mm, threshold_error_mm, sample
-        Of the outlier filter: its threshold, the standard error of it, and the points that it comes from; an error of
-        0 says that all points were used.
+        Threshold of the outlier filter, its standard error, and the number of points that it was computed from; an
+        error of 0 means that all points were used.
     """
 
     rows: int
@@ -115,21 +116,21 @@ class Found:
     Attributes
     ----------
     parts
-        What was segmented, with the feet. No pocket is in two parts.
+        The segmented pieces of the scan, with their feet. No pocket is in two pieces.
     unseen
-        How much of the ply (outline unknown: of the reference) is known, and the holes in it.
+        How much of the ply is known (of the reference, if the outline is unknown), and the holes in it.
     overview
         Heights above the reference for a picture.
     times_ms
-        Stage by stage.
+        Duration of each stage.
     left_out
-        What this way of looking leaves out.
+        What this kind of search leaves out.
     regions
-        Figures of the regions of interest; None: the whole scan was processed.
+        Figures of the regions of interest; None if the whole scan was processed.
     doubt
-        Why no pocket was looked for: the scan shows far too little of the ply. Empty: pockets were looked for.
+        Why no pockets were looked for: the scan shows far too little of the ply. Empty if they were looked for.
     masked
-        For each of the holes of `unseen`, whether it is the mask that hides it. Empty: there is no mask.
+        For each of the holes of `unseen`, whether the mask hides it. Empty if there is no mask.
 
     Examples
     --------
@@ -169,6 +170,6 @@ class Found:
 
     @property
     def dropped(self) -> tuple[Dropped, ...]:
-        """What stood above the cut but is no pocket, largest area first."""
+        """The bumps that stand above the cut but are no pockets, largest area first."""
         dropped = [d for segmentation, _ in self.parts for d in segmentation.dropped]
         return tuple(sorted(dropped, key=lambda d: -d.area_mm2))

@@ -1,4 +1,4 @@
-"""Whether a reference can be in the mold's frame and in mm: a pose or a factor that was forgotten shows here."""
+"""Checks that a reference can be in the mold's frame and in mm, so that a forgotten pose or unit factor is noticed."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ __all__ = ["check_cloud_frame", "check_outline_on", "check_tilt", "pose_needed"]
 
 Floats = NDArray[np.float64]
 
-# float32 keeps 0.008 mm at a hundred metres: farther off, heights would be rounded by a part of a ply.
+# float32 resolves 0.008 mm at a hundred metres; farther away, rounding would reach a noticeable part of a ply.
 _FAR_MM = 1e5
 _LARGE_MM = 1e5
 _LEAST_PITCH_MM = 0.03
 _MOST_TILT_DEG = 40.0
-_LEAST_PLY_SHARE = 0.002  # of the reference: an outline in inches makes 1/645 of one that fills it
+_LEAST_PLY_SHARE = 0.002  # of the reference: an outline in inches covers 1/645 of the area that it covers in mm
 
 
 def pose_needed() -> InputError:
-    """Return the error for an image of a pinhole camera at the origin without a pose: its frame is the scanner's."""
+    """Return the error for an image of a camera at the origin that comes without a pose, so in the scanner's frame."""
     return InputError(
         "mold_from_scanner: expected a pose, but got None, and the reference is the image of a camera at the origin: "
         "it is in the scanner's frame; give the (4, 4) motion into the mold's, with z up from the mold, or np.eye(4) "
@@ -31,7 +31,7 @@ def pose_needed() -> InputError:
 
 
 def check_cloud_frame(points_mm: Floats, pitch_mm: float) -> None:
-    """Refuse a reference of impossible size, place or density; (N, 3) of its points, mold frame, all finite."""
+    """Refuse a reference of impossible size, place or density, from (N, 3) of its points, mold frame, all finite."""
     low, high = points_mm.min(axis=0), points_mm.max(axis=0)
     size = high - low
     spans = f"{size[0]:.4g} x {size[1]:.4g} mm"
@@ -54,9 +54,9 @@ def check_cloud_frame(points_mm: Floats, pitch_mm: float) -> None:
 
 
 def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats, ply_outline: Floats | None = None) -> None:
-    """Refuse a reference whose mean normal leans far from z; that of the ply counts where a flank beside it leans more.
+    """Refuse a reference that leans far from z as a whole and, if the outline is known, also below the ply.
 
-    A wrong pose leans all of a reference, the ply's part too.
+    A wrong pose tilts the whole reference, including the part below the ply; a steep flank beside the ply does not.
     """
     tilt = _tilt_deg(reference, _spread(low_mm, high_mm))
     if tilt > _MOST_TILT_DEG and ply_outline is not None:
@@ -72,7 +72,7 @@ def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats, ply_outlin
 
 
 def _spread(low_mm: Floats, high_mm: Floats) -> Floats:
-    """Return 40 by 40 places all over a box."""
+    """Return 40 by 40 places, evenly spread over a box."""
     x, y = (np.linspace(a, b, 40) for a, b in zip(low_mm, high_mm, strict=True))
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
@@ -83,7 +83,7 @@ def _tilt_deg(reference: Reference, xy_mm: Floats) -> float:
 
 
 def check_outline_on(outline: Floats, low_mm: Floats, high_mm: Floats) -> None:
-    """Refuse an outline that cannot be the ply's on this reference: beside it, or of another unit."""
+    """Refuse an outline that cannot be that of the ply: it lies beside the reference, or has another unit."""
     low, high = outline.min(axis=0), outline.max(axis=0)
 
     def box(a: Floats, b: Floats) -> str:

@@ -1,4 +1,4 @@
-"""How much of a ply that lies on the mold one fold draws over."""
+"""The length of ply lying on the mold over which one fold can draw more ply in."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ __all__ = ["friction_length"]
 
 
 def friction_length(recipe: Recipe) -> float:
-    """Return how much of a flat ply, mm, the fold of the limit's height pushes or draws against friction: H / (mu P).
+    """Return the length of flat ply, mm, that a fold as high as the limit can move against friction: H / (mu P).
 
-    Its end force H is by the closed form for small folds, which lies above the exact one (docs/model.md, section 6).
+    Its end force H comes from the closed form for small folds, which lies above the exact force (docs/model.md,
+    section 6).
     """
     material, limits, pressure_mpa = recipe.material, recipe.verdict, recipe.loads.pressure_mpa
     if material.friction == 0:

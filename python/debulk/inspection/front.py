@@ -1,4 +1,4 @@
-"""The front end of a cell: from one scan after the other to height maps above one reference, prepared once."""
+"""The front end of an inspection cell, which turns scan after scan into height maps above one prepared reference."""
 
 from __future__ import annotations
 
@@ -19,38 +19,40 @@ InputError = _core.InputError
 
 
 class FrontEnd:
-    """Scans to height maps: outliers removed, heights above the reference on a grid, holes filled, spikes, median.
+    """Turns scans into height maps: removes outliers, grids heights, fills holes, removes spikes, takes the median.
 
-    The same steps as `debulk.cloud.transform`, `debulk.cloud.remove_outliers`, `debulk.surface.height_map`,
-    `debulk.surface.without_spikes` and `debulk.surface.median`, many times faster for the organised scans of a pinhole
-    camera: exact neighbours are found in the image, heights are measured along the rays and the shift of raised
-    points is undone on the grid.
-    Whatever depends on the reference and the camera alone is prepared here, and memory is kept from scan to scan. Any
-    other cloud takes the general way, with the same decisions. One object serves one thread at a time.
+    The steps are those of `debulk.cloud.transform`, `debulk.cloud.remove_outliers`, `debulk.surface.height_map`,
+    `debulk.surface.without_spikes` and `debulk.surface.median`, but many times faster for the organised scans of a
+    pinhole camera: exact neighbours are found in the image, heights are measured along the rays, and the shift of
+    raised points is undone on the grid.
+    Whatever depends only on the reference and the camera is prepared here, and memory is reused from scan to scan. Any
+    other cloud is processed by the general method, with the same decisions. One object serves one thread at a time.
 
     Parameters
     ----------
     reference
         The smooth reference surface, mold frame.
     image
-        Of the pinhole camera that the organised scans come from (see `debulk.inspection.camera`). None: every scan
-        takes the general way.
+        Image of the pinhole camera that the organised scans come from (see `debulk.inspection.camera`). None means
+        that every scan is processed by the general method.
     mold_from_scanner
-        (4, 4) rigid motion, x_mold = T x_scanner. None: scans are in the mold's frame already.
+        (4, 4) rigid motion, x_mold = T x_scanner. None means that scans are in the mold's frame already.
     options
-        Compiled, see `debulk.recipe.options.front_end`. The fast way needs four neighbours. None: the defaults.
+        Compiled options, see `debulk.recipe.options.front_end`. The fast method needs four neighbours. None means the
+        defaults.
     box_mm
-        (2, 2) lowest and highest mold XY that the map is to cover, cut to the reference's; None: all of that.
+        (2, 2) lowest and highest mold XY that the map covers, cut to the reference's; None means all of the reference.
     threads
-        0: as many as the process may use. The result does not depend on it.
+        Number of threads; 0 means as many as the process may use. The result does not depend on it.
     seen
-        The heights that the reference was fitted to: values (ny, nx), origin, spacing. Where they are NaN, but for gaps
-        that a scan's rule for small holes would fill, no height is known. None: the reference is known everywhere.
+        The heights that the reference was fitted to: values (ny, nx), origin, spacing. Where they are NaN, except in
+        gaps that the rule for small holes in a scan would fill, no height is known. None means that the reference is
+        known everywhere.
 
     Raises
     ------
     InputError
-        Names the argument, what was expected and what came.
+        Names the argument, what was expected and what was given.
 
     Examples
     --------
@@ -81,10 +83,10 @@ class FrontEnd:
         pose = np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64)
         everything = [[-1e9, -1e9], [1e9, 1e9]]
         box = arrays.numbers(everything if box_mm is None else box_mm, "box_mm", (2, 2), "an array of shape (2, 2)")
-        self._shape: tuple[int, ...] = ()  # of the last scan's image
+        self._shape: tuple[int, ...] = ()  # shape of the last scan's image
         self._core: Any = _core.surface.FrontEnd(
             reference,
-            (0, 0) if image is None else image.shape,  # the core reads it beside a camera only
+            (0, 0) if image is None else image.shape,  # the core reads it only if there is a camera
             None if image is None else image.camera,
             pose,
             tuple(box.reshape(4).tolist()),
@@ -94,16 +96,16 @@ class FrontEnd:
         )
 
     def inspect(self, scan: ArrayLike, stop: _core.Stop | None = None, *, copy: bool = True) -> HeightMap:
-        """Height map of a scan.
+        """Return the height map of a scan.
 
         Parameters
         ----------
         scan
             (H, W, 3) or (N, 3), scanner frame, mm, NaN = nothing seen. C-contiguous float32 is not copied.
         stop
-            Raised from another thread, ends the computation soon with a RuntimeError.
+            When raised from another thread, ends the computation soon with a RuntimeError.
         copy
-            False: the map's arrays are views that the next call overwrites.
+            If False, the map's arrays are views that the next call overwrites.
 
         Raises
         ------
@@ -117,12 +119,12 @@ class FrontEnd:
         return HeightMap(values, origin, spacing, measured.view(np.bool_), before, self._core.blur_mm2)
 
     def unseen(self, options: _core.pocket.UnseenOptions) -> _core.pocket.Unseen:
-        """Return what the last scan did not show of the ply; without an outline, of the reference."""
+        """Return what the last scan did not show of the ply, or of the reference if there is no outline."""
         return _core.pocket.find_unseen(self._core, options)
 
     @property
     def fast(self) -> bool:
-        """Whether the last scan took the fast way."""
+        """Whether the last scan was processed by the fast method."""
         return bool(self._core.fast)
 
     @property
@@ -134,10 +136,10 @@ class FrontEnd:
 
     @property
     def outlier_threshold_mm(self) -> float:
-        """Mean distance to the neighbours above which the last scan's points went."""
+        """Mean distance to the neighbours above which points of the last scan were removed."""
         return float(self._core.threshold)
 
     @property
     def times_ms(self) -> dict[str, float]:
-        """How long the last scan took, stage by stage."""
+        """Duration of each stage for the last scan."""
         return dict(zip(("clean", "grid", "fill", "spikes", "median"), self._core.times, strict=True))

@@ -1,4 +1,4 @@
-"""What stands up below the cut's height: no pocket, but a ply too short for a hollow may stay there as a bridge."""
+"""Bumps that stay below the cut height ("hills"): no pockets, but a ply too short for a hollow may bridge it there."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from debulk.recipe import options
 
 __all__ = ["Hill", "apart", "find", "without_tolerances"]
 
-_SEARCH = "the search for low hills"  # which heeds a stop between passes over all cells, of some ten milliseconds each
-_ABOVE_FOOT_MM = 0.05  # a hill's contour is cut at least so much above its foot
-_SPECK_SHARE = 0.05  # of AreaTol: the segmentation lists nothing smaller
-_LARGEST_SPECK_MM2 = 10.0  # as of the default tolerance: what is larger can crease, whatever the tolerance is
+_SEARCH = "the search for low hills"  # it heeds a stop between passes over all cells, of some ten milliseconds each
+_ABOVE_FOOT_MM = 0.05  # a hill's contour is cut at least this far above its foot
+_SPECK_SHARE = 0.05  # of AreaTol (`area_tol_mm2`): the segmentation lists nothing smaller
+_LARGEST_SPECK_MM2 = 10.0  # that share of the default tolerance: larger bumps can crease, whatever the tolerance is
 
 
 class Hill(NamedTuple):
@@ -32,10 +32,10 @@ class Hill(NamedTuple):
 
 
 def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop, threads: int = 1) -> Iterator[Hill]:
-    """Find what stands up without reaching the cut, off the pockets' feet: hills, then lower ones; raises `Stopped`.
+    """Find bumps below the cut and off the pockets' feet: first hills, then lower ones; raises `Stopped`.
 
-    Hills are more than noise or a ripple, and judged as bumps are. Of lower ones a fibre's excess is nothing, but a
-    bridge above the limit stands no higher.
+    Hills stand clearly above noise and ripples, and are judged in the same way as bumps. The excess of a fibre over
+    lower ones is negligible, but a bridge above the limit may stand no higher than they do.
     """
     heights = Grid(whole.heights.values, whole.heights.origin_mm, whole.heights.spacing_mm)
     lower_mm = max(options.flag_mm(ply.recipe), ply.recipe.material.thickness_mm + feet.mold_tol_mm + _ABOVE_FOOT_MM)
@@ -62,7 +62,7 @@ def find(whole: Segmentation, feet: Feet, ply: PlyOnMold, stop: _core.Stop, thre
 
 
 def without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
-    """Segment as the recipe says, but drop only specks."""
+    """Return the recipe's options for the segmentation, changed so that only specks are dropped."""
     wanted = options.segment(ply.recipe, ply.outline)
     wanted.area_tol_mm2 = min(_SPECK_SHARE * wanted.area_tol_mm2, _LARGEST_SPECK_MM2)
     wanted.peak_tol_mm = 0.0
@@ -70,7 +70,7 @@ def without_tolerances(ply: PlyOnMold) -> _core.pocket.SegmentOptions:
 
 
 def apart(candidate: pocket.Pocket, dropped: Dropped) -> float:
-    """Tell by how much a pocket differs from a bump in place and size, in mm."""
+    """Return by how much a pocket differs from a bump in place and size, in mm."""
     away = float(np.linalg.norm(candidate.centroid_mm - dropped.centroid_mm))
     return away + abs(math.sqrt(candidate.area_mm2) - math.sqrt(dropped.area_mm2))
 
@@ -78,7 +78,7 @@ def apart(candidate: pocket.Pocket, dropped: Dropped) -> float:
 def _listed(
     whole: Segmentation, heights: Grid, wanted: _core.pocket.SegmentOptions, threads: int, stop: _core.Stop
 ) -> NDArray[np.bool_]:
-    """Tell the cells of the bumps that are listed above the cut: the middle of a bent one may lie off it."""
+    """Return all cells of the bumps listed above the cut, as a bump's centre alone may lie off a bent bump."""
     cells = np.zeros(heights.values.shape, dtype=np.bool_)
     if whole.dropped and (above := pocket.segment_with(wanted, heights, threads, stop)).pockets:
         for bump in whole.dropped:
@@ -88,7 +88,7 @@ def _listed(
 
 
 def _above(cut_mm: float, heights: Grid, smooth: Grid, stop: _core.Stop) -> NDArray[np.bool_]:
-    """Tell the cells that stand above the cut smoothed too: lower down noise is smoothed away."""
+    """Return the cells above the cut; for a low cut their smoothed heights, which are free of noise, must be, too."""
     stands: NDArray[np.bool_] = heights.values >= cut_mm
     heed(stop, _SEARCH)
     if smooth is not heights:
@@ -115,7 +115,7 @@ def _as_dropped(one: pocket.Pocket) -> Dropped:
 
 
 def _one_a_foot(found: Segmentation, fresh: set[int], ground: Segmentation) -> set[int]:
-    """Keep the largest of those that share ground: its net spans the others too, as a rule its own frayed rim."""
+    """Keep the largest of the bumps on the same ground: its net spans the others, mostly parts of its frayed rim."""
     kept: set[int] = set()
     taken: set[int] = set()
     for one in found.pockets:

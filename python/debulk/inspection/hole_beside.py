@@ -1,4 +1,4 @@
-"""What was not seen beside a pocket and within its foot: which cells of the height map, and how much of the rim."""
+"""The holes in the data beside a pocket and within its foot: their cells in the map, and their share of the rim."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ __all__ = ["BRIDGE_MM", "Beside", "beside", "listed_hole", "rim_share"]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# A drop-out no thicker than this, with something high at its rim, is bridged by the segmentation.
+# The segmentation bridges a drop-out (a small hole) no thicker than this if something at its rim is high.
 BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
-_MARGIN_MM = 60.0  # of the window, round foot and holes: what a net, its patch and the windows of the smoothing need
-_FARTHEST_MM = 120.0  # from the foot: of a hole that goes on beyond, the pocket's rim is not known, and stays open
-_NEAR_MM = 10.0  # a hole is listed by a coarser map
-_NEAR_CELLS = 2  # a contour runs along the pixels of what is unknown, up to so far from their middles
+_MARGIN_MM = 60.0  # round foot and holes: the window must hold a net, its patch and the windows of the smoothing
+_FARTHEST_MM = 120.0  # from the foot: if a hole extends farther, the pocket's rim is not known there and stays open
+_NEAR_MM = 10.0  # the places of listed holes are uncertain by this, as they come from a coarser map
+_NEAR_CELLS = 2  # a contour runs along unknown cells at up to so many cells from their middles
 
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """What was not seen beside a pocket, in a window of the height map.
+    """The holes beside a pocket, in a window of the height map.
 
     Attributes
     ----------
     heights
-        Of the ply above the reference in the window, NaN where nothing is known.
+        Heights of the ply above the reference in the window, NaN where nothing is known.
     unknown
-        (ny, nx): the cells of the holes that border on the pocket's foot, or lie within it.
+        (ny, nx): the cells of the holes that border on the pocket's foot or lie within it.
     pocket
         (ny, nx): the cells of the pocket itself, above the cut.
     holes
@@ -55,10 +55,10 @@ class Beside:
 
 
 def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
-    """Find what was not seen beside a pocket; None: nothing, or nothing that is listed and a closed foot all the same.
+    """Find the holes beside a pocket; None if there are none, or if the foot is closed and none of them is listed.
 
-    A hole is what the scan, the reference or the mask leaves unknown on the ply after the rules for small holes and for
-    drop-outs, also where the segmentation bridged it because a pocket surrounds it.
+    A hole is a part of the ply that the scan, the reference or the mask leaves unknown after the rules for small holes
+    and for drop-outs. A hole that the segmentation bridged because a pocket surrounds it counts, too.
     """
     listed = [(hole, hidden) for hole, hidden in zip(found.unseen.holes, found.hidden, strict=True) if not hole.filled]
     heights, own = found.segmentation.heights, _box(found.foot.outline_mm)
@@ -78,13 +78,13 @@ def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
 
 
 def listed_hole(hole: pocket.UnseenHole, hidden: bool) -> HoleBeside:
-    """Name a hole that the core lists, and what is missing in it."""
+    """Describe a hole that the core lists: place, area, and whether the mask, the reference or the scan causes it."""
     of = "mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan"
     return HoleBeside(centre_mm=(float(hole.centre[0]), float(hole.centre[1])), area_mm2=float(hole.area), of=of)
 
 
 def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
-    """Return the share of a closed outline's length that runs along, or within, what is unknown."""
+    """Return the share of a closed outline's length that runs along, or within, unknown cells."""
     near = grown(unknown, _NEAR_CELLS)
     ends = np.roll(outline_mm, -1, axis=0)
     lengths = np.linalg.norm(ends - outline_mm, axis=1)
@@ -98,9 +98,9 @@ def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
 def _reached(
     found: FoundPocket, own_mm: Floats, thick_mm: Sequence[Floats], ply: PlyOnMold
 ) -> tuple[slice, slice, Flags]:
-    """Rows and columns that hold a foot, the holes that border on it, and a margin; and these holes' cells.
+    """Return rows and columns that hold a foot, the holes that border on it and a margin; and these holes' cells.
 
-    Other feet beside these holes are in them too: filled in, they may be one.
+    The rows and columns also hold other feet beside these holes, because with the holes filled in they may be one foot.
     """
     heights, feet = found.segmentation.heights, found.feet.labels.values
     steps = math.ceil(_FARTHEST_MM / heights.spacing_mm)
@@ -128,7 +128,7 @@ def _bridged(found: FoundPocket, rows: slice, columns: slice) -> Flags:
 
 
 def _within(boxes_mm: Sequence[Floats], heights: Grid, rows: slice, columns: slice) -> Flags:
-    """Cells of a part of the map that lie in one of the boxes."""
+    """Return the cells of a part of the map that lie in one of the boxes."""
     x, y = (
         heights.origin_mm[axis] + heights.spacing_mm * np.arange(part.start, part.stop)
         for axis, part in enumerate((columns, rows))
@@ -158,7 +158,7 @@ def _on_ply(missing: Flags, heights: Grid, rows: slice, columns: slice, ply: Ply
 
 
 def _flood(into: Flags, start: Flags, steps: int) -> Flags:
-    """Cells of `into` that so many steps lead to from `start` through cells of `into`, by sides and corners."""
+    """Return the cells of `into` within so many steps of `start`, through cells of `into`, by sides and corners."""
     reached = into & (start | grown(start))
     front = reached
     for _ in range(steps):
@@ -170,7 +170,7 @@ def _flood(into: Flags, start: Flags, steps: int) -> Flags:
 
 
 def _holes(unknown: Flags, window: Grid, listed: list[tuple[pocket.UnseenHole, bool]]) -> Iterator[HoleBeside]:
-    """Name the unknown cells by the listed holes that they belong to; cells of none are one hole of their own."""
+    """Yield the listed holes that the unknown cells belong to; the other cells, if they are many, are one more hole."""
     cell_mm2 = window.spacing_mm**2
     xy = window.origin_mm + window.spacing_mm * np.argwhere(unknown)[:, ::-1]
     rest = np.ones(len(xy), dtype=np.bool_)

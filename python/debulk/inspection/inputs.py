@@ -1,4 +1,4 @@
-"""Checks of what an Inspector is given beside its clouds."""
+"""Checks of the arguments of an Inspector other than its clouds."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ Kept = TypeVar("Kept", bound=np.generic)
 
 
 def kept(array: NDArray[Kept]) -> NDArray[Kept]:
-    """Copy an array, and lock it: neither its owner nor who reads a report changes what was inspected with."""
+    """Return a read-only copy, so that neither the array's owner nor the reader of a report can change it."""
     own = array.copy()
     own.flags.writeable = False
     return own
 
 
 def outline(value: ArrayLike | None) -> Floats | None:
-    """(M, 2) corners of the ply; a last corner that repeats the first is dropped."""
+    """Return the (M, 2) corners of the ply, without a last corner that repeats the first."""
     return None if value is None else kept(arrays.outline(value, "ply_outline"))
 
 
 def pose(value: ArrayLike | None) -> Floats | None:
-    """(4, 4) rigid motion."""
+    """Return the (4, 4) rigid motion."""
     return None if value is None else kept(arrays.rigid(value, "mold_from_scanner"))
 
 
 def camera_parameters(value: tuple[float, float, float] | None) -> Floats | None:
-    """(f, cx, cy) in pixels, f positive."""
+    """Return (f, cx, cy) in pixels, with a positive f."""
     if value is None:
         return None
     parameters = arrays.numbers(value, "camera", (3,), "(f, cx, cy) in pixels")
@@ -45,7 +45,7 @@ def camera_parameters(value: tuple[float, float, float] | None) -> Floats | None
 
 
 def image_mask(value: ArrayLike | None) -> NDArray[np.bool_] | None:
-    """(H, W) bool."""
+    """Return the (H, W) mask, bool."""
     if value is None:
         return None
     if isinstance(value, np.ma.MaskedArray):

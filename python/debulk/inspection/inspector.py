@@ -49,45 +49,46 @@ __all__ = ["Cancelled", "Inspector", "Progress"]
 
 log = logging.getLogger("debulk")
 log.addHandler(logging.NullHandler())
-_FOUND = 0.45  # share of the work that is done when the pockets are found, for the progress
+_FOUND = 0.45  # share of the work that is done once the pockets are found, as reported to the progress function
 
 
 class Inspector:
-    """Inspects scans of one ply against the reference below it. Prepared once, then used cycle after cycle.
+    """Inspects scans of one ply against the reference below it; it is prepared once and used cycle after cycle.
 
     Parameters
     ----------
     recipe
-        All settings. None: ``Recipe()``.
+        All settings. None means ``Recipe()``.
     reference
-        (H, W, 3) organised or (N, 3) cloud of the surface below the ply, mm, NaN = nothing seen; of a layup of several
-        plies, the scan after the ply before.
+        (H, W, 3) organised or (N, 3) cloud of the surface below the ply, mm, NaN = nothing seen. In a layup of several
+        plies this is the scan taken after the previous ply.
     ply_outline
-        (M, 2) outline of the ply, mold XY, mm, closed from last to first. None: unknown; then no edge of a pocket is
-        free, and the report says so.
+        (M, 2) outline of the ply, mold XY, mm, closed from last to first. None means that it is unknown; then no edge
+        of a pocket is free, and the report says so.
     fibre_angles_deg
         The two fibre directions, degrees counter-clockwise from mold +x, projected along z: two numbers, a
         `debulk.Grid` with values (ny, nx, 2), NaN where nothing is known, or a `debulk.net.Drape`, which is read on a
-        grid of its own spacing. A pocket takes the angles of the grid's point nearest to its centre; it is INVALID
+        grid of its own spacing. A pocket takes the angles of the grid point nearest to its centre; it is INVALID
         where they are not known.
     mold_from_scanner
-        (4, 4) rigid motion from the scanner's frame, in which scan and reference are, to the mold's: x_mold = T x.
-        None: they are in the mold's frame already.
+        (4, 4) rigid motion from the scanner's frame, in which scan and reference are given, to the mold's frame:
+        x_mold = T x. None means that they are in the mold's frame already.
     camera
-        (f, cx, cy) in pixels, of an organised cloud in the scanner's frame. None: fitted to the reference. With it the
-        height map takes the fast way; without a pinhole camera (a residual above 0.1 px, an unorganised cloud, a scan
-        of another shape than the reference) the general one, with the same decisions.
+        (f, cx, cy) in pixels, of an organised cloud in the scanner's frame. None means that it is fitted to the
+        reference. With a camera the height map is computed by the fast method. Without one (a fit residual above
+        0.1 px, an unorganised cloud, a scan of another shape than the reference) it is computed by the general
+        method, with the same decisions.
     mask
         (H, W) bool, True where the image shows a clamp or a tool: these points of an organised scan are not used.
     progress
         Called with the name of the stage and the share of the work that is done, from the calling thread, some twenty
-        times a second. To cancel the preparation, raise an exception from it, `Cancelled` for one: all threads of the
-        preparation are ended then, and the exception is raised.
+        times a second. To cancel the preparation, raise an exception in this function, for example `Cancelled`: all
+        threads of the preparation are then ended, and the exception is passed on.
 
     Raises
     ------
     InputError
-        Names what was wrong, what was expected and what came.
+        Names what was wrong, what was expected and what was given.
 
     Notes
     -----
@@ -143,7 +144,7 @@ class Inspector:
         self._wrinkles = WrinkleSearch(reference, *given, recipe)
         self._finder = preparation.step("regions", 0.96, lambda: finder_for(reference, *given, recipe))
         self._tracing = Tracing(self)
-        self._finding = threading.Lock()  # the finder keeps its buffers: one scan at a time
+        self._finding = threading.Lock()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()
 
     def __repr__(self) -> str:
@@ -157,12 +158,12 @@ class Inspector:
 
     @typed
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the prepared inspector with its recipe, for `load`: a .npz of plain arrays, a few seconds' work saved.
+        """Write the prepared inspector with its recipe to a .npz of plain arrays; `load` saves a few seconds' work.
 
         Raises
         ------
         InputError
-            If the ending is another, or the file cannot be written.
+            If the path does not end in .npz, or the file cannot be written.
         """
         path = Path(path)
         if path.suffix.lower() != ".npz":
@@ -172,19 +173,20 @@ class Inspector:
     @classmethod
     @typed
     def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
-        """Read an inspector that `save` wrote; its reports are equal to the saved one's, to the last bit.
+        """Read an inspector that `save` wrote; its reports equal those of the saved one to the last bit.
 
         Parameters
         ----------
         path
             The .npz file.
         recipe
-            Other settings than the saved ones; its section clean must be the same, for the reference went through it.
+            Settings to use instead of the saved ones. Its section ``clean`` must equal the saved one, because the
+            reference was cleaned with it.
 
         Raises
         ------
         InputError
-            If the file is not such a file, or was cut off, or the recipe's section clean is another.
+            If the file is not such a file, or was cut off, or the recipe's section ``clean`` differs.
         """
         from debulk.recipe import Recipe
 
@@ -212,30 +214,31 @@ class Inspector:
         ----------
         scan
             (H, W, 3) organised or (N, 3) cloud, float32 or float64, mm, in the reference's frame, NaN = nothing seen.
-            Borrowed: C-contiguous float32 is read where it lies, so leave it alone until the call returns. Where a
-            scanner writes the next scan into it meanwhile, nothing crashes and nothing outside it is read, but the
-            report is of a mixture of both.
+            It is borrowed: a C-contiguous float32 array is read in place, so do not change it until the call returns.
+            If a scanner writes the next scan into it meanwhile, nothing crashes and nothing outside it is read, but
+            the report describes a mixture of both scans.
         deadline_s
-            Seconds from now. All stages end early then, and what was cut off is UNDECIDED: pockets that were not
-            evaluated, and those for which starts that the rule asks for were not tried.
+            Seconds from now; None means no deadline. When it passes, all stages end early, and what was cut off is
+            UNDECIDED: pockets that were not evaluated, and pockets for which not all starts that the rule asks for
+            were tried.
         progress
             Called with the name of the stage and the share of the work that is done, from the calling thread.
         context
-            What is to be kept with the report, as ``{"part": "A-17", "ply": 3}``: text, numbers, lists, dictionaries.
+            Data to keep with the report, such as ``{"part": "A-17", "ply": 3}``: text, numbers, lists, dictionaries.
 
         Returns
         -------
         Report
-            With the verdict, each pocket, timings, what was left out, and the trace of all that went in. The scan's
-            SHA-256 in it is computed beside the inspection, and lacks where the deadline passes before it is complete
-            or the recipe's ``run.hash_scan`` is false.
+            The verdict, each pocket, the timings, what was left out, and the trace of all inputs. The scan's SHA-256
+            in the trace is computed in parallel to the inspection. It is missing if the deadline passes before it is
+            complete, or if the recipe's ``run.hash_scan`` is false.
 
         Raises
         ------
         InputError
             Names what was wrong with the scan.
         Cancelled
-            After `cancel`.
+            If `cancel` was called meanwhile.
         """
         kept, began = checked_context(context), now_utc()
         cycle = Cycle(deadline_s, progress)
@@ -253,7 +256,7 @@ class Inspector:
             return replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds))
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
-        """Walk through the steps of the field."""
+        """Run the steps of an inspection, one after the other."""
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
             points, sample = self._placing.look(taken(scan, "scan", cycle.stop), cycle.stop)
             placed = self._placing.gross(sample)
@@ -267,7 +270,7 @@ class Inspector:
             return self._judge(points, sample, searched, cycle)
 
     def _search_raw(self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> tuple[Filled, Standing]:
-        """Look for what the filters would hide, in the scan as it came."""
+        """Look in the raw scan for filled-in patches, and for narrow wrinkles and bumps that the filters would hide."""
         return self._placing.filled(points, sample, stop), self._wrinkles.find(points, self.mask, stop)
 
     def _judge(
@@ -277,14 +280,14 @@ class Inspector:
         searched: Callable[[], tuple[Filled, Standing]],
         cycle: Cycle,
     ) -> Report:
-        """Walk through the steps of the field that follow on the level."""
+        """Run the steps that follow the check of the level."""
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self.find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
-        with cycle.stage("place", _FOUND):  # level between the pockets, and at the ply's edge
+        with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
             placed = self._placing.judge(sample, found)
             laid_wrong = self._placing.plateaus(found, cycle.stop)
-        with cycle.stage("debulk", _FOUND):  # of each pocket: lay the net, settle it, post-process, judge
+        with cycle.stage("debulk", _FOUND):  # for each pocket: lay the net, settle it, post-process, judge
             pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.doubt:
                 evaluations = not_judged(pockets, "the scan is not in its place")
@@ -293,7 +296,7 @@ class Inspector:
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
             others = [*laid_wrong, *self._riding(points, sample, pockets, evaluations, bumps, cycle.stop)]
-        with cycle.stage("raw scan", 1.0):  # wait for what is searched beside the stages since the level
+        with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing = searched()
         with cycle.stage("report", 1.0):
             return reporting.report(
@@ -309,7 +312,7 @@ class Inspector:
         bumps: Sequence[tolerances.Bump],
         stop: _core.Stop,
     ) -> list[Judgement]:
-        """Look for bumps that ride on what stands up in a layup that would pass."""
+        """Look for narrow bumps on top of pockets and of wider bumps, if all pockets are CEASE so far."""
         if any(one.report.verdict is not Verdict.CEASE for one in done):
             return []
         on = riders.carriers(pockets, [one.report for one in done], bumps, self.ply.recipe)
@@ -319,19 +322,19 @@ class Inspector:
         return riders.doubts(raw, on, self.ply, stop)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
-        """Find the pockets of a scan, and go no further: the first steps of `inspect`.
+        """Find the pockets of a scan without evaluating them; these are the first steps of `inspect`.
 
         Parameters
         ----------
         scan
-            As of `inspect`.
+            As in `inspect`.
         stop
-            Raised from another thread, or past its deadline, it ends the search with `Stopped`.
+            Ends the search with `Stopped` when it is raised from another thread, or when its deadline passes.
 
         Returns
         -------
         Found
-            The pockets, largest first, how much of the ply is known, and what was not looked at.
+            The pockets, largest first, how much of the ply is known, and which parts were not examined.
 
         Raises
         ------
@@ -348,21 +351,21 @@ class Inspector:
 
     @typed
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
-        """Hold a report against a scan of the same ply after debulking. See `debulk.compare`.
+        """Compare a report with a scan of the same ply after debulking; see `debulk.compare`.
 
         Parameters
         ----------
         report
-            Of the inspection before debulking.
+            The report of the inspection before debulking.
         debulked_scan
-            As the scan of `inspect`.
+            The scan after debulking, in the form that `inspect` takes.
 
         Raises
         ------
         InputError
-            Names what was wrong; also where the scan shows another ply, or this one elsewhere or in another state.
+            Names what was wrong; also raised if the scan shows another ply, or this ply in another place or state.
         Cancelled
-            After `cancel`.
+            If `cancel` was called meanwhile.
         """
         stop = _core.Stop()
         try:
@@ -370,10 +373,10 @@ class Inspector:
                 points = owned(debulked_scan, "debulked_scan", stop)
                 hide(points, self.mask, "debulked_scan", stop)
                 placing = placing_of(report, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
-                _, sample = placing.look(points, stop)  # of the copy, before it is moved into the mold's frame
+                _, sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 image = self.prepared.image
                 clean(points, self.mold_from_scanner, None if image is None else image.camera, self.recipe, stop)
-                heights = surface.height_map(  # what was not seen is not measured: no hole is filled in
+                heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
                     points,
                     self.reference,
                     self.grid_spacing_mm,
@@ -387,5 +390,5 @@ class Inspector:
         return compared(report, heights, self.recipe)
 
     def cancel(self) -> None:
-        """Stop the inspections that run, from any thread: they raise `Cancelled`, within an iteration of the solver."""
+        """Cancel all running calls, from any thread: they raise `Cancelled` within one iteration of the solver."""
         self._running.cancel()

@@ -1,4 +1,4 @@
-"""A prepared inspector in a file: a .npz of plain arrays, never with pickled objects."""
+"""The file of a prepared inspector: a .npz of plain arrays, without pickled objects."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 FORMAT = "debulk inspector 1"
 _GRID = ("f", (3,))  # x and y of the first point, spacing
-# Name: kind of the values, and shape, None where any length will do. What an inspector may lack has a question mark.
+# For each name the kind of the values and the shape, with None for any length. A question mark marks an optional array.
 _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "recipe": ("U", ()),
     "reference": ("f", (None, None)),
@@ -43,11 +43,11 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "cloud_shape?": ("i", (None,)),
     "cloud_sha256?": ("U", ()),
 }
-_SPARE_BYTES = 1 << 16  # headers of the archive
+_SPARE_BYTES = 1 << 16  # allowed for headers of the archive
 
 
 def write(inspector: Inspector, path: Path) -> None:
-    """Write the inspector with its recipe and everything it was given beside its reference."""
+    """Write the inspector: its recipe, its prepared reference and all its other arguments."""
     prepared, angles = inspector.prepared, inspector.fibre_angles_deg
     arrays: dict[str, Any] = {
         "format": FORMAT,
@@ -75,7 +75,7 @@ def write(inspector: Inspector, path: Path) -> None:
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Read what `Inspector` takes: its keyword arguments, the recipe as a dictionary."""
+    """Read the keyword arguments of `Inspector`, with the recipe as a dictionary."""
     a = _arrays(path)
     try:
         recipe = json.loads(str(a["recipe"]))
@@ -125,10 +125,10 @@ def _cloud(arrays: dict[str, NDArray[Any]]) -> ArrayTrace | None:
 
 
 def _arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Read the file's arrays, each of the kind and shape that it must have."""
+    """Read the file's arrays, and check that each has the kind and shape that it must have."""
     try:
         size = path.stat().st_size
-        with zipfile.ZipFile(path) as archive:  # sizes first: nothing is unpacked that the file does not hold
+        with zipfile.ZipFile(path) as archive:  # sizes first, so that a small file cannot unpack to huge arrays
             if sum(info.file_size for info in archive.infolist()) > size + _SPARE_BYTES:
                 _fail(path, "its arrays are larger than the file")
         with np.load(path, allow_pickle=False) as archive:
@@ -137,7 +137,7 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
         raise
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except Exception as error:  # a damaged archive ends in errors of zipfile, zlib, NumPy: all mean the same
+    except Exception as error:  # a damaged archive causes errors of zipfile, zlib or NumPy, which all mean the same
         _fail(path, " ".join(str(error).split())[:120])
     if str(found.pop("format", "")) != FORMAT:
         _fail(path, f"expected the format {FORMAT!r}")

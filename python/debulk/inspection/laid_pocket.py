@@ -25,9 +25,9 @@ Criterion = Literal["excess", "paper"]
 
 __all__ = ["REFUSED", "LaidPocket", "criteria", "lay_net", "lay_pocket"]
 
-# How a solve ends that says of the pocket itself that it cannot be judged.
+# Statuses of a solve which mean that the pocket itself cannot be judged.
 REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface")
-_FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 where three times the nodes asked for allow it
+_FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
 _FREE = 2  # kind of a node at the ply's edge
 _SLIPS = 2.0
 
@@ -55,15 +55,15 @@ class LaidPocket:
     closed_rim
         Whether fixed nodes, or the ply's edge, close the pocket all round.
     inside_ply
-        Whether every node of the rim is held: only then the excess can decide.
+        Whether every node of the rim is held; only then can the excess decide.
     excess
-        The ridge that the fibres' excess makes; None where it is not known.
+        The ridge that the fibres' excess makes; None if it is not known.
     held_excess_mm
         Largest excess of a fibre that is held at both ends, at the net's spacing.
     doubt
-        Why the pocket may crease though its net does not; empty where nothing speaks for it.
+        Why the pocket may crease although its net does not; empty if nothing suggests that.
     lowered
-        What the filters may have taken from it.
+        By how much the filters may have lowered its ridge.
     recipe
         All settings.
     """
@@ -86,11 +86,11 @@ class LaidPocket:
         return self.inside_ply and self.recipe.verdict.criterion == "excess"
 
     def __getstate__(self) -> dict[str, object]:
-        """Leave out what is compiled: a copy from another process can still be judged."""
+        """Leave out the compiled objects; a copy that comes from another process can still be judged."""
         return {k: v for k, v in self.__dict__.items() if k not in ("sheet", "reference")}
 
     def post_process(self, solution: solve.Solution) -> ridge.PostProcessed:
-        """Return the ridges that a solution stands for."""
+        """Return the ridges of a solution."""
         wanted = options.ridge(self.recipe)
         ply = options.ply(self.recipe)
         return ridge.from_core(_core.ridge.post_process(solution._core, self.net._core, self.reference, wanted, ply))
@@ -110,16 +110,16 @@ class LaidPocket:
         Parameters
         ----------
         solution
-            The best one.
+            The best solution.
         best, every
-            Its figures, and those of all solutions that count; none: of the best alone.
+            Its figures, and those of all solutions that count; if there are none, the best alone counts.
         deadline_passed
             Whether time ran out before the solution was certified, or before all starts that the rule asks for were
-            tried: then nothing is decided.
+            tried; then the figures of the minima decide nothing.
         recipe
-            With other limits than the pocket's own; for studies.
+            A recipe with other limits than the pocket's own, for studies.
         criterion
-            Another than the recipe's.
+            A criterion to use instead of the recipe's.
         """
         counted = every or [best]
         judged = verdict.judge(
@@ -142,7 +142,7 @@ class LaidPocket:
         return self._doubted(judged, recipe or self.recipe)
 
     def judge_unsolved(self) -> verdict.Judgement:
-        """Judge by what is known before the solve."""
+        """Judge the pocket by what is known before the solve."""
         judged = verdict.judge(
             **self._excess_evidence(),
             certified=False,
@@ -160,11 +160,11 @@ class LaidPocket:
         if judged.verdict is verdict.Verdict.CEASE and doubt:
             return verdict.Judgement(verdict.Verdict.UNDECIDED, doubt)
         if judged.verdict is verdict.Verdict.UNDECIDED and taken and self._only_missed(limit_mm):
-            return verdict.Judgement(verdict.Verdict.UNDECIDED, taken)  # which says what to do
+            return verdict.Judgement(verdict.Verdict.UNDECIDED, taken)  # this reason says what to do
         return judged
 
     def _only_missed(self, limit_mm: float) -> bool:
-        """Whether the excess is below the limit but for what the filters may have taken."""
+        """Return whether the excess would be below the limit without what the filters may have taken away."""
         return self.excess is not None and self.excess.range_mm[1] - self.excess.missed_mm < limit_mm
 
     def _excess_evidence(self) -> _ExcessEvidence:
@@ -177,12 +177,12 @@ class LaidPocket:
 
 
 def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> LaidPocket:
-    """Lay the net of a pocket, and make the ply of it.
+    """Lay the net of a pocket, and make the model of its ply.
 
     Raises
     ------
     InputError
-        Fibre angles that are not known there, or a surface on which no net can be laid.
+        If the fibre angles are not known there, or no useful net can be laid on the surface.
     """
     laid = lay_net(found, ply, stop)
     if not laid.inside.any():
@@ -210,7 +210,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
 
 
 def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold, stop: _core.Stop | None) -> str:
-    """Say why a net proves nothing where the ply stands off the mold widely round what stands above the cut."""
+    """Say why a net proves little if the ply stands off the mold widely round the pocket; empty if it proves enough."""
     if found.doubt:
         return found.doubt
     times = found.foot.area_mm2 / found.pocket.area_mm2
@@ -220,7 +220,8 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold, stop: _core.Stop |
         return f"only {inside} of the {len(laid.nodes_mm)} nodes of its net lie inside its outline: {round_it}"
     if ply.outline is None or not (laid.kinds == _FREE).any():
         return ""
-    # Friction holds the ply after a slip of about 20 mm (docs/model.md, section 6): a farther edge releases nothing.
+    # Friction holds the ply after a slip of about 20 mm (docs/model.md, section 6), so an edge farther off releases
+    # nothing.
     slip_mm = ply.recipe.net.free_edge_mm
     away_mm = float(pocket.distance_to_outline(ply.outline, found.pocket.outline_mm).min())
     if away_mm > _SLIPS * slip_mm:
@@ -228,7 +229,8 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold, stop: _core.Stop |
             f"its net is free at an edge of the ply {away_mm:.0f} mm away, and a ply slips by some {slip_mm:g} mm: "
             f"{round_it}"
         )
-    # A net at the edge may let such a fibre bow sideways to where the ply is free; whether friction does is not known.
+    # A net at the edge may let a fibre that is held at both ends bow sideways to where the ply is free. It is not known
+    # whether friction allows that.
     straight = straight_fibres.longest(found, ply, slip_mm, stop)
     held_mm = max(excess.of_held_fibres(laid, ply), straight.excess_mm)
     limits = ply.recipe.verdict
@@ -242,7 +244,7 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold, stop: _core.Stop |
 
 
 def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> net.Net:
-    """Lay the net of a pocket on its patch, if it is not laid already."""
+    """Return the net of a pocket, laid on its patch if that was not done before."""
     if found.net is not None:
         return found.net
     check_solves(ply.recipe, found.foot.area_mm2)
@@ -261,5 +263,5 @@ def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) 
 
 
 def criteria(recipe: Recipe, criterion: Criterion | None = None) -> verdict.Criteria:
-    """Take the limits, and the criterion unless another is named, from the recipe."""
+    """Take the limits from the recipe, and the criterion, too, unless another is given."""
     return verdict.Criteria.from_core(options.criteria(recipe, criterion))

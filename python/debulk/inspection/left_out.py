@@ -1,4 +1,4 @@
-"""What a verdict does not take into account: what, why, and a bound on what it could change."""
+"""The entries "left out" of a report: what a verdict does not take into account, why, and a bound on its effect."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _TERMS = {
 
 
 def of_pocket(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
-    """Name the energies that a pocket's ply does without, and the starts that a deadline cut off."""
+    """Name the energy terms that the model of a pocket's ply omits, and the starts that a deadline cut off."""
     entries = [_TERMS[name] for name in ply.left_out if name in _TERMS]
     if settled.cut:
         entries.append(
@@ -38,7 +38,7 @@ def of_pocket(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
 
 
 def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
-    """Name the minimum that was not looked for, because the excess length decides without it."""
+    """Name the minimum that was not computed because the excess length decides without it."""
     return (
         LeftOut(
             what=f"the minimum of pocket {number}, its picture and the paper's figures",
@@ -49,7 +49,7 @@ def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
 
 
 def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:
-    """Name what the deadline left no time for, from numbers of pockets and what each lacks: one entry for each lack."""
+    """Name what the deadline cut off, from pairs of a pocket's number and what it is missing; one entry per kind."""
     entries = []
     for what in dict.fromkeys(lack for _, lack in cut):
         numbers = [str(number) for number, lack in cut if lack == what]
@@ -60,7 +60,7 @@ def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:
 
 
 def of_stages(stage: str) -> tuple[LeftOut, ...]:
-    """Name what a deadline left out that passed before any pocket was known, during this stage."""
+    """Name what is left out if the deadline passed during this stage, before any pocket was known."""
     return (
         LeftOut(
             what=f"the rest of the inspection from the stage {stage} on: pockets, coverage and verdict",
@@ -71,7 +71,7 @@ def of_stages(stage: str) -> tuple[LeftOut, ...]:
 
 
 def of_scan(found: Found, outline_known: bool, bumps_searched: bool) -> tuple[LeftOut, ...]:
-    """Name the ply's edge where it is not known, and what the finder did not look at."""
+    """Name what an unknown outline of the ply leaves out, and what the search of the scan did not examine."""
     entries = []
     if not outline_known:
         entries.append(
@@ -88,7 +88,7 @@ def of_scan(found: Found, outline_known: bool, bumps_searched: bool) -> tuple[Le
 
 
 def merged(entries: tuple[LeftOut, ...]) -> tuple[LeftOut, ...]:
-    """Return entries that say the same of several pockets once."""
+    """Return the entries without repetitions, as several pockets may have the same one."""
     seen: dict[tuple[str, str, str], LeftOut] = {}
     for entry in entries:
         seen.setdefault((entry.what, entry.why, entry.bound), entry)

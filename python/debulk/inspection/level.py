@@ -1,4 +1,4 @@
-"""The level: how high the ply lies between its pockets, and which motion of the scan explains where it does not."""
+"""The level: how high the ply lies between its pockets, and which motion of the scan explains a deviation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Deviation", "departure", "deviation", "level_of"]
 
 Floats = NDArray[np.float64]
 _NORMAL = 1.4826  # standard deviation of normally distributed values over the median of their absolute deviations
-_BISQUARE = 4.685  # of Tukey's weights: 95 % efficient for normally distributed values
+_BISQUARE = 4.685  # constant of Tukey's weights: 95 % efficient for normally distributed values
 _LEAST_SIGMA_MM = 0.005
 _ROUNDS = 8
 _SURE = 2.0  # standard errors
@@ -23,22 +23,22 @@ _SURE = 2.0  # standard errors
 
 @dataclass(frozen=True, eq=False)
 class Deviation:
-    """By how much each square lies off its thickness above the reference, and what of it a fit explains.
+    """By how much each square of the ply is off one thickness above the reference, and how much a fit explains.
 
     Attributes
     ----------
     xy_mm
         (B, 2) middles of the squares.
     residual_mm
-        (B,) as `departure` has it.
+        (B,) the deviations, as `departure` returns them.
     error_mm
         (B,) standard errors of the residuals.
     fits_mm
         (3, B) values of the median, and of a robustly fitted plane and paraboloid.
     middle_mm
-        Of the plane: its value in the middle of the ply.
+        Value of the plane in the middle of the ply.
     slope
-        (2,) of the plane, mm per mm.
+        (2,) slope of the plane, mm per mm.
     bow_mm
         Range of the paraboloid's second-order part.
     """
@@ -52,10 +52,11 @@ class Deviation:
     bow_mm: float
 
     def off(self, tol_mm: float) -> NDArray[np.int64]:
-        """-1 for each square that lies too low, 1 for too high, 0 else.
+        """Return -1 for each square that lies too low, 1 for each that lies too high, and 0 for the others.
 
-        A square is off where its median is by more than the tolerance and twice its error; or where the paraboloid is,
-        which takes a motion or a bend out of the noise of single squares.
+        A square is off if its median is off by more than the tolerance plus twice its standard error, or if the
+        paraboloid is off by more than the tolerance there. The paraboloid shows a motion or a bend of the scan that is
+        lost in the noise of single squares.
         """
         beyond = np.abs(self.residual_mm) > tol_mm + _SURE * self.error_mm
         smooth = np.abs(self.fits_mm[2]) > tol_mm
@@ -63,9 +64,10 @@ class Deviation:
         return np.asarray(sign, dtype=np.int64)
 
     def level_without(self, loose: NDArray[np.int64], tol_mm: float) -> bool:
-        """Whether a paraboloid of the other squares stays within the tolerance on all of them.
+        """Return whether a paraboloid fitted to the squares that are not loose stays within the tolerance on all.
 
-        That of a bent scan goes on through the squares that stand up; that of a ply with a loose border does not.
+        The paraboloid of a bent scan rises through the squares that stand up; that of a ply with a loose border does
+        not.
         """
         rest = np.ones(len(self.residual_mm), dtype=np.bool_)
         rest[loose] = False
@@ -76,23 +78,23 @@ class Deviation:
         return bool(np.max(np.abs(fit)) <= tol_mm)
 
     def left(self, tol_mm: float, order: int) -> tuple[float, float]:
-        """Shares of the squares that lie too low and too high, less the fit of that order."""
+        """Return the shares of the squares that lie too low and too high after subtracting the fit of that order."""
         rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + _SURE * self.error_mm
         return float(np.mean(rest < -limit)), float(np.mean(rest > limit))
 
 
 def departure(blocks: Blocks, thickness_mm: float, least_mm: float) -> Floats:
-    """Return by how much each square lies off the ply's thickness above the reference.
+    """Return by how much each square is off the ply's thickness above the reference.
 
-    0 from the least thickness to the thickness across the slope, measured along z: whether a ply keeps its thickness on
-    a slope depends on how it was made.
+    The deviation is 0 for heights along z from the least thickness to that of a ply that keeps its thickness normal to
+    the slope. Whether a ply does so depends on how it was made.
     """
     above = blocks.height_mm - thickness_mm
     return np.asarray(above - np.clip(above, least_mm - thickness_mm, thickness_mm * (blocks.slope_factor - 1)))
 
 
 def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation:
-    """Fit the deviation of at least 6 squares."""
+    """Compute and fit the deviation of at least 6 squares."""
     residual = departure(blocks, thickness_mm, least_mm)
     terms = _terms(blocks.xy_mm, blocks.side_mm)
     constant = np.full(len(residual), np.median(residual))
@@ -111,7 +113,7 @@ def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation
 
 
 def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float, removed_mm: float) -> Level:
-    """Put the figures into the report's form."""
+    """Convert the figures into the form of the report."""
     residual = found.residual_mm
     median = float(np.median(residual))
     sigma = _NORMAL * float(np.median(np.abs(residual - found.fits_mm[2])))
@@ -135,22 +137,22 @@ def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: floa
 
 
 def _half(xy_mm: Floats, least_mm: float) -> Floats:
-    """Half the extent of the squares' middles, a square's side at least."""
+    """Return half the extent of the squares' middles, but at least `least_mm`."""
     return np.asarray(np.maximum(0.5 * np.ptp(xy_mm, axis=0), max(least_mm, 1e-9)))
 
 
 def _terms(xy_mm: Floats, least_mm: float) -> Floats:
-    """Terms of a paraboloid, (B, 6), of coordinates from -1 to 1."""
+    """Return the terms of a paraboloid, (B, 6), in coordinates from -1 to 1."""
     u, v = ((xy_mm - 0.5 * (xy_mm.min(axis=0) + xy_mm.max(axis=0))) / _half(xy_mm, least_mm)).T
     return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
 
 
 def _robust(terms: Floats, values: Floats) -> Floats:
-    """Least squares with Tukey's weights, begun from the median: a few squares beside pockets count little."""
+    """Fit by least squares with Tukey's weights, begun from the median, so that a few outliers count little."""
     factors = np.zeros(terms.shape[1])
     factors[0] = np.median(values)
     left = values - factors[0]
-    # First with weights that grow slowly with the distance, then with those that leave out what lies far off.
+    # The first rounds use weights that fall slowly with the distance, the later ones weights that drop far outliers.
     for k in range(_ROUNDS):
         sigma = max(_NORMAL * float(np.median(np.abs(left))), _LEAST_SIGMA_MM)
         if k < _ROUNDS // 2:
@@ -158,7 +160,7 @@ def _robust(terms: Floats, values: Floats) -> Floats:
         else:
             weights = np.maximum(0.0, 1 - (left / (_BISQUARE * sigma)) ** 2) ** 2
         weighted = terms * weights[:, None]
-        # A little is added: squares in one line leave a slope across it undetermined.
+        # A small diagonal term is added, because squares in one line leave the slope across it undetermined.
         normal = product(weighted.T, terms) + 1e-9 * weights.sum() * np.eye(terms.shape[1])
         factors = np.linalg.solve(normal, product(weighted.T, values))
         left = values - product(terms, factors)

@@ -1,4 +1,4 @@
-"""Names the mistake behind a level that is not the ply's, and what to do."""
+"""Names the likely mistake if the level cannot be that of the ply, and what to do about it."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 __all__ = ["edge_reason", "level_reason", "same_reason", "swapped_reason"]
 
 _ROUNDS_TO_NOTHING_MM = 0.005
-_EXPLAINED = 0.25  # a fit that leaves no more than this of what was wrong is what is wrong
+_EXPLAINED = 0.25  # of the wrong squares: a fit that leaves no more of them wrong than this explains the deviation
 
 
 def same_reason(share: float) -> str:
-    """Say that scan and reference are one cloud."""
+    """Say that scan and reference are the same cloud."""
     return (
         f"scan and reference are the same: {100 * share:.0f} % of their points agree bit for bit; give the scan of the "
         "draped ply and the reference from before it was draped, with all the digits that the scanner gave"
@@ -29,7 +29,7 @@ def same_reason(share: float) -> str:
 
 
 def swapped_reason(hanging_mm2: float, cut_height_mm: float) -> str:
-    """Say that what should stand up hangs down."""
+    """Say that parts of the scan lie below the reference where pockets should stand above it."""
     return (
         f"scan and reference look swapped: {hanging_mm2 / 100:.0f} cm² of the scan hang more than {cut_height_mm:g} mm "
         "below the reference; give them the other way round, or check the pose: z is to point up, away from the mold"
@@ -49,18 +49,18 @@ def edge_reason(fit: EdgeFit) -> str:
 def level_reason(
     level: Level, found: Deviation, recipe: Recipe, pockets_share: float = 0.0, loose_share: float = 0.0
 ) -> str:
-    """Say why a level cannot be the ply's; empty if it can.
+    """Say why a level cannot be that of the ply; empty if it can.
 
     Parameters
     ----------
     level, found
-        Of the ply between its pockets.
+        Level and deviation of the ply between its pockets.
     recipe
-        The section level.
+        Of which the section ``level`` is used.
     pockets_share
-        Share of the ply that pockets may cover, where they have not been left out.
+        Share of the ply that pockets may cover if they have not been left out.
     loose_share
-        Share of the ply between the pockets that is a loose border or low bumps, and may stand up.
+        Share of the ply between the pockets that may stand up because it is a loose border or low bumps.
     """
     tol, share = recipe.level.tol_mm, recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:
@@ -81,7 +81,7 @@ def level_reason(
         )
     enough = max(share, _EXPLAINED * wrong)
     left = [found.left(tol, k) for k in range(3)]
-    # A fit that is hardly there is not what is wrong, though what it leaves be little.
+    # A fit of negligible size explains nothing, even if little is left after subtracting it.
     sizes = zip((abs(median), float(np.ptp(found.fits_mm[1])), level.bow_mm), (0.5, 1.0, 0.5), strict=True)
     counts = [size_mm > max(share_of_tol * tol, _ROUNDS_TO_NOTHING_MM) for size_mm, share_of_tol in sizes]
     small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
@@ -98,7 +98,7 @@ def level_reason(
 
 
 def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[str, str]:
-    """Name a rigid motion or a bend that explains what is wrong, and a remedy."""
+    """Name the rigid motion or the bend that explains the deviation, and a remedy."""
     offset = level.laid_mm - level.thickness_mm
     lies = f"lies {abs(offset):.2f} mm too {'high' if offset > 0 else 'low'}"
     if order == 0:
@@ -130,7 +130,7 @@ def _step(step: Step) -> tuple[str, str]:
 
 
 def _uneven(level: Level, found: Deviation, recipe: Recipe) -> tuple[str, str]:
-    """Name what no simple motion explains, and a remedy."""
+    """Name a deviation that no simple motion explains, and a remedy."""
     worst = int(np.argmax(np.abs(found.residual_mm) - 2 * found.error_mm))
     x, y = found.xy_mm[worst]
     what = (

@@ -1,4 +1,4 @@
-"""A step in the level: one side of a line higher than the other, as backing paper that was left on makes it."""
+"""A step in the level: one side of a line is higher than the other, as when backing paper was left on the ply."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ __all__ = ["Step", "step_of"]
 Floats = NDArray[np.float64]
 _WAYS = 36  # directions that are tried, 5 degrees apart
 _LEAST_SQUARES = 3  # on either side
-# Of the squares' sum that a plane or a paraboloid leaves. Of a step across the middle a plane leaves a quarter of the
-# variance, of a tilt a step does: each is seen by the other's fit, and noise is the same in both.
+# A step is taken only if it leaves less than this share of the sum of squares that a plane or a paraboloid leaves. A
+# plane leaves a quarter of the variance of a step across the middle, and a step leaves a quarter of that of a tilt, as
+# each partly fits the other. Noise is the same in both.
 _BETTER = 0.5
 
 
@@ -27,15 +28,15 @@ class Step:
     Attributes
     ----------
     height_mm
-        By which the higher side lies above the other.
+        Height of the higher side above the other.
     share
-        Of the squares that lie on the higher side.
+        Share of the squares that lie on the higher side.
     at_mm
-        (2,) a place on the line between both.
+        (2,) a place on the line between both sides.
     line_deg
         Direction of that line from x, 0 to 180.
     rest_mm
-        (B,) what the step leaves of the squares.
+        (B,) deviations of the squares after subtracting the step.
     """
 
     height_mm: float
@@ -46,7 +47,7 @@ class Step:
 
 
 def step_of(found: Deviation, order: int) -> Step | None:
-    """Return the straight step that explains a deviation better than the fit of that order; None if none does."""
+    """Return the straight step that explains a deviation best, if clearly better than the fit of that order."""
     residual = found.residual_mm
     smooth = float(np.sum((residual - found.fits_mm[order]) ** 2))
     best, least = None, _BETTER * smooth
@@ -68,7 +69,7 @@ def step_of(found: Deviation, order: int) -> Step | None:
 
 
 def _left(values: Floats, way: Floats) -> tuple[Floats, Floats]:
-    """Sum of squares that a step behind each value leaves, infinite where none can be; and the running sums."""
+    """Return the sum of squares after a step behind each value (infinite if none can be there), and running sums."""
     below = np.arange(1, len(values))
     sums = np.cumsum(values)
     left = float(np.sum(values**2)) - sums[:-1] ** 2 / below - (sums[-1] - sums[:-1]) ** 2 / (len(values) - below)

@@ -1,4 +1,4 @@
-"""Which holes are the mask's: a clamp that the user names hides no pocket that a better scan would show."""
+"""The holes that the mask causes: under a clamp that the user has masked, a better scan would show no pocket either."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ if TYPE_CHECKING:
 __all__ = ["masked_holes"]
 
 _STEP_MM = 2.0
-_LEAST_SHARE = 0.7  # of a hole's area; the pixels at a tool's edge are often lost beside it
+_LEAST_SHARE = 0.7  # of a hole's area; pixels at a tool's edge are often missing in addition to the masked ones
 
 
 def masked_holes(
     found: Found, mask: NDArray[np.bool_], prepared: Prepared, mold_from_scanner: NDArray[np.float64] | None
 ) -> tuple[bool, ...]:
-    """Tell for each hole whether the mask hides most of it; never without the camera, which places the mask.
+    """Return for each hole whether the mask hides most of it; False without a camera, which relates mask and mold.
 
     Parameters
     ----------
     found
-        With the holes.
+        The result of the search, with the holes.
     mask
         (H, W): True where a pixel is not used.
     prepared
         The reference, and the camera's image.
     mold_from_scanner
-        (4, 4), or None: the same frame.
+        (4, 4); None if both frames are the same.
     """
     image = prepared.image
     if image is None or mask.shape != image.shape:

@@ -1,4 +1,4 @@
-"""What a net misses of the excess of a pocket's fibres: what the filters take away, and what lies beyond the foot."""
+"""The excess of a pocket's fibres that its net misses: what the filters take away, and what lies beyond the foot."""
 
 from __future__ import annotations
 
@@ -16,22 +16,24 @@ __all__ = ["filtered_once_more", "missed_share", "tail_mm"]
 
 Floats = NDArray[np.float64]
 
-# What gridding and the 3 by 3 median blur the heights with, as a variance in squares of their spacing: a quarter is the
-# gridding's kernel (surface/image_gridding.hpp), a half what the median does to a round crest.
+# Blur of the heights by gridding and the 3 by 3 median, as a variance in squares of their spacing: a quarter comes from
+# the kernel of the gridding (surface/image_gridding.hpp), a half from the median's effect on a round crest.
 _BLUR = 0.75
 _LONGEST_TAIL_MM = 20.0
 
 
 def missed_share(found: FoundPocket, laid: Net, reference: Reference) -> float:
-    """Return by what share the excess of the largest fibre may be larger than its net says.
+    """Return by what share the largest excess of a fibre may exceed the value from its net.
 
-    A filter that keeps cubics and loses a share of what is narrow loses nearly the same share once more (Tukey's
-    twicing), so that filtering the filtered heights tells it. Of round bells with 0.85 mm to spare, heights 0.5, 0.8
-    and 1.2 mm apart, that takes 0.04 to 0.09 mm where the foot is 25 mm wide, and 0.05 to 0.12 mm lacked; 0.01 to 0.05
-    mm where it is 35 mm wide, and 0.02 to 0.04 mm lacked; up to 0.01 mm from 80 mm on, and nothing lacked.
+    A filter that keeps cubics and loses a share of narrow features loses nearly the same share when it is applied again
+    (Tukey's twicing), so filtering the filtered heights shows the loss. For round bells with 0.85 mm of excess and
+    heights 0.5, 0.8 and 1.2 mm apart, the loss estimated in this way is 0.04 to 0.09 mm if the foot is 25 mm wide (0.05
+    to 0.12 mm were missing), 0.01 to 0.05 mm if it is 35 mm wide (0.02 to 0.04 mm were missing), and up to 0.01 mm from
+    80 mm on (nothing was missing).
 
-    Below the mold tolerance the ply is taken to lie. A parabola that comes down to the mold from that height with a
-    slope s has tolerance * s / 3 to spare; the net goes on for a spacing, and catches a part of it.
+    The ply is taken to lie on the mold where it is lower than the mold tolerance. A parabola that comes down to the
+    mold from that height with a slope s has an excess of tolerance * s / 3; the net extends one spacing beyond, and
+    includes a part of it.
     """
     nodes = np.array(laid.nodes_mm)
     before_mm = _core.ridge.largest_fibre_excess(nodes, laid.neighbours, reference)
@@ -44,21 +46,21 @@ def missed_share(found: FoundPocket, laid: Net, reference: Reference) -> float:
 
 
 def tail_mm(found: FoundPocket) -> float:
-    """Return how far beyond its foot's outline the ply of a pocket comes to lie on the mold.
+    """Return how far beyond the outline of a pocket's foot its ply touches down on the mold.
 
-    A parabola that comes down from the mold tolerance with a slope s ends 2 * tolerance / s away.
+    A parabola that comes down from the mold tolerance with a slope s touches down 2 * tolerance / s away.
     """
     twice_mm = 2 * found.feet.mold_tol_mm
     return twice_mm / max(found.foot_slope, twice_mm / _LONGEST_TAIL_MM)
 
 
 def filtered_once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:
-    """By how much the filters lift the heights at these places; 0 where not all of a window is known."""
+    """Return by how much filtering once more raises the heights at these places; 0 if a window is not all known."""
     half = max(1, round(smooth_mm / (2 * heights.spacing_mm)))
     cells = np.rint((xy - heights.origin_mm) / heights.spacing_mm).astype(np.intp)
     fits = ((cells >= half) & (cells < np.array(heights.values.shape[::-1]) - half)).all(axis=1)
     lifted = np.zeros(len(xy))
-    if not fits.any():  # of no cell, if the grid is smaller than a window
+    if not fits.any():  # no cell fits, for example, if the grid is smaller than a window
         return lifted
     column, row = cells[fits].T
     side = 2 * half + 1
@@ -68,7 +70,7 @@ def filtered_once_more(heights: Grid, xy: Floats, smooth_mm: float) -> Floats:
 
 
 def _weights(half: int) -> Floats:
-    """Of a quadratic fit after the blur: a + b r^2 over the window, their sum 1, their second moments the blur."""
+    """Return the weights a + b r^2 of a quadratic fit to blurred heights: sum 1, second moments those of the blur."""
     squares = np.arange(-half, half + 1.0) ** 2
     n, second, fourth = len(squares), squares.sum(), (squares**2).sum()
     s0, s2, s4 = n * n, n * second, n * fourth + second * second

@@ -1,4 +1,4 @@
-"""The mold's edge where no outline says how far the ply reaches: what lies below a cliff in the reference is no ply."""
+"""The mold's edge, for a ply of unknown outline: what lies below a cliff in the reference is assumed to be no ply."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
 __all__ = ["Below", "parted"]
 
 _SQUARE_MM = 40.0
-_LEAST_POINTS = 9  # in a square
-_MARGIN_MM = 8.0  # beside the edge a scan may hold points between both sides, and the ply is not seen from above alone
-_CLIFF_MM = 200.0  # as far from the edge the table is seen again, behind the cliff's shadow
+_LEAST_POINTS = 9  # that a square needs to be judged
+_MARGIN_MM = 8.0  # so near to the edge a scan may have points between both levels, and show the ply from the side, too
+_CLIFF_MM = 200.0  # within this distance of the edge the table is visible again, beyond the cliff's shadow
 
 
 @dataclass(frozen=True, eq=False)
 class Below:
-    """What the reference shows below the mold's edge: a table, if a scan shows nothing on it.
+    """The part of the reference below the mold's edge, which is taken for a table if a scan shows nothing on it.
 
     Attributes
     ----------
     heights
-        Of the reference there, mm; NaN elsewhere.
+        Heights of the reference there, mm; NaN elsewhere.
     share
-        Of all that is known of the reference.
+        Its share of the known part of the reference.
     laid_mm
-        The ply's thickness: what stands half of it above the table is a ply.
+        The ply's thickness; what stands half of it above the table may be a ply.
     """
 
     heights: Grid
@@ -45,7 +45,7 @@ class Below:
     laid_mm: float
 
     def doubt(self, sample: Sample) -> str:
-        """Say that a ply, or something else, lies there; empty if a scan shows the same there as the reference."""
+        """Say that a ply, or something else, lies there; empty if the scan does not stand above the reference there."""
         grid = self.heights
         column, row = np.rint((sample.points_mm[:, :2] - grid.origin_mm) / grid.spacing_mm).astype(np.int64).T
         on = (column >= 0) & (row >= 0) & (column < grid.values.shape[1]) & (row < grid.values.shape[0])
@@ -68,7 +68,7 @@ class Below:
         )
 
     def left_out(self) -> LeftOut:
-        """Name what is not judged."""
+        """Name the part that is not judged."""
         return LeftOut(
             what=f"{100 * self.share:.0f} % of the reference, below the mold's edge",
             why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
@@ -79,7 +79,7 @@ class Below:
 
 
 def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, Below | None]:
-    """Return the reference without what lies below a cliff, and that; None where there is no cliff."""
+    """Return the reference without the part below a cliff, and that part, which is None if there is no cliff."""
     seen = prepared.seen
     marks: NDArray[np.uint8] = _core.surface.above_cliffs(*prepared.seen_on_grid(), recipe.run.threads, _core.Stop())
     if not marks.size:
