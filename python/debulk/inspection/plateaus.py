@@ -205,7 +205,7 @@ def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
 
 
 def _near(marks: Bools, cells: int) -> Bools:
-    """Return the mask of the cells that lie within so many rows and columns of a marked cell."""
+    """Return the mask of the cells that lie within this number of rows and columns of a marked cell."""
     return np.asarray(cv2.dilate(marks.astype(np.uint8), _BESIDE, iterations=cells) > 0)
 
 

@@ -85,7 +85,7 @@ class PlyZones:
         self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
         self.side_mm = next((s for s in _SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
         self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
-        # One row of squares more than needed: `inside` rounds to cells, which reach past the last square by half a cell.
+        # One spare row of squares: `inside` rounds to cells, which reach past the last square by half a cell.
         squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
         block = self._block_of(xy[on])
         self._block_cells = np.bincount(block, minlength=squares)
