@@ -24,7 +24,7 @@ _NEAR_MM = 10.0  # from a hole to a foot or bump beside it: smoothed heights rea
 
 
 def standing_mm(recipe: Recipe) -> float:
-    """Return the height from which a hole's rim stands up: a quarter of the cut, or what a laid ply may show if more."""
+    """Return the height from which a hole's rim stands up: a quarter of the cut, or more if a laid ply may show it."""
     return max(recipe.segmentation.cut_height_mm / 4, recipe.material.thickness_mm + recipe.patch.mold_tol_mm)
 
 
