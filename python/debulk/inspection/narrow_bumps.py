@@ -23,8 +23,8 @@ from debulk.verdict import Judgement, Verdict
 __all__ = ["NarrowBump", "bell_excess_mm", "critical", "doubts", "left_out", "not_looked_for"]
 
 _SURE = 0.75  # of the limit: a lower estimate is surely below the limit, although pixels miss the bump's top and foot
-_PIXELS = 5.0  # narrowest foot that is searched for, in pixels (in mm if pixels are finer): narrower, too few stand up
-_MEASURED = 0.78  # of the narrowest foot: the least measured width; flying points side by side measure up to 0.75 of it
+_PIXELS = 5.0  # narrowest foot searched for, in pixels (in mm if they are finer): in a narrower one too few stand up
+_MEASURED = 0.78  # least measured width of a foot over that of the narrowest; flying points side by side reach 0.75
 _STEEPEST = 2.0  # greatest height of a bump over the width of its foot: a ply cannot be steeper
 _LOST_CELLS = 9.0  # bells up to so many grid cells wide at their foot vanish in the filters
 _BELL_MM = 2.0  # height of the bell that serves as an example in the reports

@@ -46,7 +46,7 @@ _EVEN, _LEAST_EVEN = 0.3, 0.4
 _STEP_CELLS, _STEP, _STEPPED = 2, 0.6, 0.7
 _LEAST_WIDE = 6.0  # cells: least width of an even part, for the top of a narrow wrinkle is even, too
 _BESIDE = np.ones((3, 3), np.uint8)
-_SMOOTH = 0.5  # of its height: if the reference steps the other way by more, or misses more of the mold, it is none
+_SMOOTH = 0.5  # of its height: no plateau if the reference steps the other way by more, or misses more of the mold
 _REACH_MM = (6.0, 14.0)  # distances on each side of the edge between which the reference's slope is read
 
 

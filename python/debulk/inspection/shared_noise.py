@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 _SIDE = 16  # points along the side of a square
 _DEGREE = 5  # of the polynomial that removes the ply's shape from a square
-_SQUARES = 100  # that are looked at, at most
+_SQUARES = 100  # looked at, at most
 _TURN = 0.618034  # share of all squares from one that is looked at to the next, so that no pattern of rows repeats
 _SEEN = 0.75  # least share of a square's points that must have been seen
 _FEWEST, _LEAST_SHARE = 20, 0.4  # squares that must give a result: their number, and their share of those looked at

@@ -141,7 +141,7 @@ def _weigh(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> Bump:
         try:
             if not one.foot.closed:
                 return _open(dropped, one, ply, stop)
-            # A bent or branched bump fills little of its net: between the fibres it may have twice their excess.
+            # A bent or branched bump fills little of its net: a line between the fibres may have twice their excess.
             between_mm = straight_fibres.longest(one, ply, stop=stop).excess_mm
             laid = lay_net(one, bounding, stop)
             short = bridge_sections.over_bump(laid, one, ply, stop)

@@ -65,7 +65,8 @@ class Pocket:
 class Dropped:
     """A region above the cut that is no pocket, for too little ``"area"``, ``"peak"`` or ``"area and peak"``.
 
-    `touches_unknown` and `measured_share` are as in `Pocket`.
+    `debulk.inspection` also lists hills below the cut, with the reason ``"height"``. `touches_unknown` and
+    `measured_share` are as in `Pocket`.
     """
 
     reason: str
@@ -124,9 +125,10 @@ def segment(
     heights, not from pixels (the paper's Moore tracing), so that areas are exact below the grid's spacing. Heights
     outside the ply do not count, and outlines end at its edge, also to a fraction of the spacing.
 
-    A drop-out neither joins two pockets nor cuts one. Before the cut, an unknown region at most `bridge_mm` thick with
-    a height above a quarter of the cut at its rim is bridged by the least-bent surface through that rim. A thicker one
-    is no pocket: outlines close along its pixels, unless one pocket surrounds it.
+    A drop-out neither joins two pockets nor cuts one. Before the cut, an unknown region off the grid's border that is
+    at most `bridge_mm` thick and has a height above a quarter of the cut at its rim is bridged by the least-bent
+    surface through that rim. A thicker one is no pocket: outlines close along its pixels, unless one pocket surrounds
+    it.
 
     Parameters
     ----------
