@@ -1,11 +1,11 @@
-"""Bumps that the filters take for noise: narrow every way, or too short for a wrinkle that stands already.
+"""Bumps that the filters take for noise: narrow in every direction, or too short to be a standing wrinkle.
 
-A foreign body under the ply, 5 to 9 mm wide at its foot, covers a few dozen points: the spike filter and the median of
-the height map take its top away, and with it the bump. So the scan is looked at before any filter, in rows of pixels
-2 mm apart: where a point stands out from both sides, what hangs together with it is measured among the pixels around
-it (cpp/debulk/region/narrow_bumps.hpp). The height map does not resolve it, so that nothing can be laid on it and it is
-not judged as a pocket: what its ridge would be is worked out from its height and its width, and one that could be above
-the limit leaves the layup undecided.
+A foreign body under the ply, 5 to 9 mm wide at its foot, covers a few dozen points. The spike filter and the median of
+the height map remove its top, and with it the bump. The raw scan is therefore searched before any filter, in rows of
+pixels 2 mm apart: where a point stands out from both sides, the group of raised points around it is measured on the
+neighbouring pixels (cpp/debulk/region/narrow_bumps.hpp). The height map does not resolve such a bump, so no net can be
+laid on it and it is not judged as a pocket. Its ridge is estimated from its height and width instead, and a bump whose
+ridge could be above the limit leaves the layup undecided.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from debulk.verdict import Judgement, Verdict
 
 __all__ = ["NarrowBump", "bell_excess_mm", "critical", "doubts", "left_out", "not_looked_for"]
 
-_SURE = 0.75  # of the limit: a bump whose ridge comes out lower is below it, though pixels miss its top and its foot
-_PIXELS = 5.0  # that a bump's foot is wide, or mm where pixels are finer: below, too few of them stand up
-_MEASURED = 0.78  # of its foot, at least; flying points side by side measure up to 0.75 of the narrowest
-_STEEPEST = 2.0  # times its foot's width is a bump high: what is steeper is no ply
-_LOST_CELLS = 9.0  # bells as wide at their foot vanish in the filters
-_BELL_MM = 2.0
-_LONGEST_MM = 12.0  # at half the height: two of 46 good layups showed longer ones, which were none
+_SURE = 0.75  # of the limit: a lower estimate is surely below the limit, although pixels miss the bump's top and foot
+_PIXELS = 5.0  # narrowest foot searched for, in pixels (in mm if they are finer): in a narrower one too few stand up
+_MEASURED = 0.78  # least measured width of a foot over that of the narrowest; flying points side by side reach 0.75
+_STEEPEST = 2.0  # greatest height of a bump over the width of its foot: a ply cannot be steeper
+_LOST_CELLS = 9.0  # bells up to so many grid cells wide at their foot vanish in the filters
+_BELL_MM = 2.0  # height of the bell that serves as an example in the reports
+_LONGEST_MM = 12.0  # at half the height: two of 46 good layups showed longer ones, which were not bumps
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class NarrowBump:
     top_mm
         Mold XY of its top.
     height_mm, width_mm, length_mm
-        Above what is around it; at half its height.
+        Height above its surroundings; width and length at half that height.
     excess_mm, ridge_mm
-        Of a fibre across it, if it is a bell; the ridge that remains of this.
+        Excess length of a fibre across it if it is a bell, and the ridge that this excess makes.
     """
 
     top_mm: tuple[float, float]
@@ -54,14 +54,14 @@ class NarrowBump:
 
 
 def bell_excess_mm(height_mm: float, wide_mm: float) -> float:
-    """Return how much longer a fibre over a bell is than its foot: a squared cosine, `wide_mm` from foot to foot."""
+    """Return how much longer a fibre over a bell is than the bell's foot: a squared cosine `wide_mm` across."""
     x = np.linspace(0.0, wide_mm, 200)
     bell = height_mm * np.sin(np.pi * x / wide_mm) ** 2
     return float(np.hypot(np.diff(x), np.diff(bell)).sum()) - wide_mm
 
 
 def critical(found: Sequence[Sequence[float]], pitch_mm: float, recipe: Recipe) -> tuple[NarrowBump, ...]:
-    """Return those of x, y, height, width and length whose ridge could be above the limit, highest first."""
+    """Return the bumps whose ridge could be above the limit, highest first, from x, y, height, width and length."""
     thickness_mm, limit_mm = recipe.material.thickness_mm, recipe.verdict.max_ridge_mm
     bumps = []
     for x, y, height_mm, width_mm, length_mm in found:
@@ -77,7 +77,7 @@ def critical(found: Sequence[Sequence[float]], pitch_mm: float, recipe: Recipe) 
 
 
 def doubts(bumps: Sequence[NarrowBump]) -> list[Judgement]:
-    """Judge bumps: none is resolved, so that each leaves the layup undecided."""
+    """Judge bumps: the height map resolves none of them, so that each leaves the layup undecided."""
     return [
         Judgement(
             Verdict.UNDECIDED,
@@ -89,10 +89,10 @@ def doubts(bumps: Sequence[NarrowBump]) -> list[Judgement]:
 
 
 def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...]:
-    """Name the bumps on which nothing could be laid, and those that the search does not see.
+    """Name the bumps on which no net could be laid, and the kind of bumps that the search does not see.
 
-    On a scan with pixels 1 mm apart it saw 96 to 100 of 100 bells 5 mm and more wide at their foot and 2 mm high, 80 to
-    95 that were 1.5 mm high; narrower ones cover too few pixels.
+    On a scan with pixels 1 mm apart the search saw 96 to 100 of 100 bells that were 5 mm or more wide at their foot and
+    2 mm high, and 80 to 95 of those that were 1.5 mm high. Narrower bells cover too few pixels.
     """
     narrowest_mm = _narrowest_mm(pitch_mm)
     entries = [
@@ -116,10 +116,10 @@ def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...
 
 
 def not_looked_for(spacing_mm: float) -> LeftOut:
-    """Name what the filters take for noise, where the raw scan was not searched for it.
+    """Name the bumps that the filters take for noise, for a raw scan that was not searched for them.
 
-    Of bells on heights 1 mm apart the height map showed none that was up to 9 mm wide at its foot and 2 mm high, 8 mm
-    and 3 mm, or 6 mm and 6 mm; all of 10 mm and more.
+    With heights 1 mm apart, the height map showed none of the bells that were up to 9 mm wide at their foot and 2 mm
+    high, 8 mm wide and 3 mm high, or 6 mm wide and 6 mm high. It showed all that were 10 mm wide or more.
     """
     wide_mm = _LOST_CELLS * spacing_mm
     return LeftOut(

@@ -1,4 +1,4 @@
-"""The crests that a net at a minimum shows: from the peak of one post-processed section to that of the next."""
+"""The crests of a net at a minimum: lines that join the peak of one post-processed section to that of the next."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from debulk.inspection.net_fibres import ALONG
 
 __all__ = ["NetCrest", "net_crests"]
 
-_ACROSS = ALONG[::-1]  # from fibre to fibre
+_ACROSS = ALONG[::-1]  # columns of the neighbours on the next fibre, to either side
 
 Floats = NDArray[np.float64]
 Links = list[list[int]]
@@ -27,9 +27,9 @@ class NetCrest:
     Attributes
     ----------
     nodes
-        Its peaks in order, each on a fibre of its own.
+        Its peaks in order, each on a different fibre.
     points_mm
-        (K, 3) these nodes, and half the way to the next fibre beyond the last on either side.
+        (K, 3) positions of these nodes, with one more point at each end, half the way on to the next fibre.
     section
         Its highest section.
     """
@@ -59,7 +59,7 @@ def net_crests(found: ridge.PostProcessed, neighbours: NDArray[np.int32], nodes_
 
 
 def _trace(start: int, fibre: int, links: Links, peaks: Collection[int], nodes_mm: Floats) -> tuple[int, ...]:
-    """Follow a crest both ways; it may shift by one node from a fibre to the next, and takes the nearest peak."""
+    """Follow a crest both ways to the nearest peak on each next fibre, at most one node along that fibre."""
     ahead, back = ALONG[fibre]
     ways = []
     for side in _ACROSS[fibre]:
@@ -76,9 +76,10 @@ def _trace(start: int, fibre: int, links: Links, peaks: Collection[int], nodes_m
 
 
 def _outward(node: int, links: Links, nodes_mm: Floats, side: int, fibre: int) -> Floats:
-    """Way from a node to the next fibre: to the neighbour there, or as far on as the one on the other side is back.
+    """Return the vector from a node to the next fibre on one side.
 
-    Where its fibre has none beside it, a segment's length across it.
+    Without a neighbour on that side, it is the vector from the neighbour on the other side to the node. Without any
+    neighbour beside the fibre, it is as long as a segment of the fibre, and at right angles to it.
     """
     other = _ACROSS[fibre][0] + _ACROSS[fibre][1] - side
     if links[node][side] >= 0:

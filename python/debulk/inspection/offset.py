@@ -28,10 +28,10 @@ def raised(
     mold_from_scanner
         (4, 4), x_mold = T x_scanner; None: the scan is in the mold's frame.
     offset_mm
-        By how much, along the mold's z.
+        Distance by which the points are raised along the mold's z.
     along_rays
-        Whether each point stays on its pixel's ray, as those of a pinhole camera must. Then it also moves sideways,
-        by the offset times the tangent of the ray's angle to z.
+        Whether each point stays on its pixel's ray, as the points of a pinhole camera must. It then also moves
+        sideways, by the offset times the tangent of the ray's angle to z.
     stop
         Once raised, it ends the work soon with `Stopped`.
 

@@ -1,4 +1,4 @@
-"""Whether scan, reference, pose, outline and recipe belong together: judged before any pocket is."""
+"""Checks whether scan, reference, pose, outline and recipe belong together, made before any pocket is judged."""
 
 from __future__ import annotations
 
@@ -34,30 +34,30 @@ if TYPE_CHECKING:
 __all__ = ["Placed", "Placing"]
 
 Floats = NDArray[np.float64]
-# Of the ply: what was scanned once without it and once with it agrees bit for bit in hardly any point.
+# Share of the points on the ply. Two scans, one without the ply and one with it, agree bit for bit in hardly any point.
 _SAME_SHARE = 0.5
-_LEAST_BLOCKS = 6  # as many as a paraboloid has factors
+_LEAST_BLOCKS = 6  # squares: as many as a paraboloid has coefficients
 _WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
-_PLY_SHARE = 0.5  # more of it wrong than this is not done by pockets
-_BARE_SHARE = 0.95  # of what is seen: with more of it bare, there is no ply
-_LOOSE_SHARE = 0.2  # of the ply between the pockets, that its loose borders and low bumps may be
-_LOW_SHARE = 0.01  # of it, that may lie too low meanwhile
-_HILL = 0.5  # of the cut's height: what stands as high is listed as a bump
-_TOUCHING = 1.5  # sides of a square: nearer squares touch
-_HANGING = 3.0  # so many times as much below as above: what stands up was taken away
-_FAR_ROW = 3  # stretches, 120 mm: of 305 right layups one had a single such stretch, none two
+_PLY_SHARE = 0.5  # of the ply: if more of it is off the level, pockets cannot be the cause
+_BARE_SHARE = 0.95  # of the points seen: if more of them show the bare mold, there is no ply
+_LOOSE_SHARE = 0.2  # of the ply between the pockets: the largest share that may be loose borders and low bumps
+_LOW_SHARE = 0.01  # of the ply between the pockets: if more of it lies too low, none counts as loose
+_HILL = 0.5  # of the cut's height: a square that stands as high as this is listed as a bump elsewhere
+_TOUCHING = 1.5  # sides of a square: squares nearer to one another than this touch
+_HANGING = 3.0  # times the area above the cut: if more hangs as far below, scan and reference look swapped
+_FAR_ROW = 3  # stretches, 120 mm: of 305 right layups, one had a single stretch that far off, and none had two
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """What came of the checks: the level, None where there is too little to read it from, and why it is none."""
+    """The result of the checks: the level (None: too little to read it from), and what is wrong (empty: nothing)."""
 
     level: Level | None
     doubt: str = ""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the reader of the report should know."""
+        """Warnings for the reader of the report."""
         out: list[str] = []
         if self.level is None:
             return ()
@@ -76,12 +76,12 @@ class Placed:
 
 
 class Placing:
-    """Checks scan after scan. Everything that does not depend on the scan is prepared here.
+    """Checks scan after scan. Everything that does not depend on the scan is prepared in the constructor.
 
     Parameters
     ----------
     prepared
-        Of the reference.
+        The prepared reference.
     mold_from_scanner
         (4, 4), x_mold = T x_scanner; None: clouds are in the mold's frame.
     ply_outline
@@ -89,9 +89,9 @@ class Placing:
     mask
         (H, W), True where the image is not to be used, or None.
     recipe
-        The sections level, material, segmentation and run.
+        The sections level, material, segmentation and run are used.
     least_mm
-        How thin the ply may be; None: not thinner than the recipe has it.
+        Least thickness that the ply may have; None: the recipe's thickness.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class Placing:
         self._filled = FilledSearch(prepared, mold_from_scanner, self._zones, self._outline, recipe)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
-        """Take the sample that all checks are made on; and the scan, without its offset if the recipe allows that."""
+        """Return the scan, without its offset if the recipe allows removing it, and the sample for all checks."""
         sample = sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
         on = self._zones.inside(sample)
         sample = replace(sample, pitch_mm=pitch_of(sample.points_mm[on, :2], sample.each))
@@ -129,7 +129,7 @@ class Placing:
         return raised(scan, self._pose, -offset_mm, along_rays=along_rays, stop=stop), sample.lowered(offset_mm)
 
     def gross(self, sample: Sample) -> Placed | None:
-        """Judge what no pocket can be the cause of, so that none need be looked for; None: nothing of that kind."""
+        """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
         on = self._zones.inside(sample)
         same = self._same_share(sample, on)
         if same > (_SAME_SHARE if self._outline is not None else _BARE_SHARE):
@@ -148,11 +148,11 @@ class Placing:
         return placed if placed.doubt else None
 
     def filled(self, scan: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> Filled:
-        """Look for patches of a scan that its scanner filled in, once it is known to be one of this ply."""
+        """Look for patches that the scanner filled in, in a scan that is known to show this ply."""
         return self._filled.find(scan, sample, self._mask, stop)
 
     def plateaus(self, found: Found, stop: _core.Stop) -> list[Judgement]:
-        """Judge where the ply is missing, lies double, or on something."""
+        """Judge the places where the ply is missing, lies double, or lies on something."""
         outlined = self._outline is not None
         places = plateaus.find(found.overview, self._zones, self._prepared, self._recipe, stop, outlined=outlined)
         return plateaus.doubts(places, self._thickness_mm)
@@ -181,9 +181,9 @@ class Placing:
         heights: Grid,
         bumps: Sequence[tuple[Floats, float]] = (),
     ) -> Placed:
-        """Judge the level off the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights.
+        """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights.
 
-        `bumps`: middles and radii of what is listed as a bump.
+        `bumps` holds the middles and the radii of the bumps that are listed.
         """
         placed = self._judge(sample, outlines_mm, bumps)
         if placed.doubt or self._outline is None:
@@ -195,14 +195,15 @@ class Placing:
         return replace(placed, doubt=edge_reason(fit))
 
     def _same_share(self, sample: Sample, on: NDArray[np.bool_]) -> float:
-        """Share of the ply's points that are the reference's: beside the ply both scans show the same thing.
+        """Return the share of the points on the ply that are the reference's own, bit for bit.
 
-        Where its outline is not known the ply may be a small part of what was seen, and nearly all must be the same.
+        Points beside the ply do not count, for both scans show the same surface there. If the outline is not known, the
+        ply may be a small part of the scan, and the caller asks for nearly all points to be the same.
         """
         return float(np.mean(sample.same[on])) if on.any() else 0.0
 
     def _offset(self, sample: Sample) -> float:
-        """Return the offset of the scan's height that the recipe allows to take out; 0: none worth it."""
+        """Return the offset of the scan's height that is to be removed; 0: none is allowed, or it is too small."""
         most = self._recipe.level.remove_offset_mm
         if most <= 0:
             return 0.0
@@ -212,7 +213,7 @@ class Placing:
         return median if _WORTH * self._recipe.level.tol_mm < abs(median) <= most else 0.0
 
     def _blocks(self, sample: Sample, on: NDArray[np.bool_], outlines: Sequence[Floats]) -> Blocks:
-        """Return the squares of the ply off the outlines; where its outline is not known, without the bare mold."""
+        """Return the squares of the ply outside the outlines, without the bare mold if the ply's outline is unknown."""
         used = on & off_pockets(sample.points_mm, outlines)
         if self._outline is None:
             bare = np.abs(sample.height_mm) <= self._recipe.level.tol_mm
@@ -245,10 +246,11 @@ class Placing:
         return Placed(replace(level, loose_share=loose) if needed and not doubt else level, doubt)
 
     def _loose_share(self, found: Deviation, blocks: Blocks, bumps: Sequence[tuple[Floats, float]]) -> float:
-        """Share of the squares that stand up in one piece from the ply's edge inwards, or from a bump outwards.
+        """Return the share of the squares that stand up in one piece with the ply's edge or with a bump.
 
-        0 where anything else is wrong: a motion or a bend of the scan, or another reference, leaves squares too low,
-        too, or a fit that is not level; and what stands up as widely as a fifth of the ply is neither border nor bump.
+        It is 0 if anything else is wrong. A motion or a bend of the scan, or another reference, also leaves squares too
+        low, or a fit that is not level. An area of more than a fifth of the ply that stands up is neither a loose
+        border nor a bump.
         """
         tol = self._recipe.level.tol_mm
         off = found.off(tol)

@@ -1,7 +1,7 @@
-"""Flat places with a sharp edge, in the ply: where it is torn or folded away, where it lies double, or on something.
+"""Flat places with a sharp edge in the ply: where it is torn or folded away, lies double, or lies on something.
 
-Air lifts a ply in a bell; what rises or falls by a fraction of a millimetre from one millimetre to the next, and stays
-level then, is the edge of something.
+Air lifts a ply in the shape of a bell. Where the ply's surface rises or falls by a fraction of a millimetre within a
+millimetre, and is level beyond, there is the edge of something.
 """
 
 from __future__ import annotations
@@ -30,21 +30,24 @@ __all__ = ["Plateau", "doubts", "find"]
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-_OFF = 0.55  # thicknesses off the ply's level: half of one is the middle of its edge
-_LARGEST_MM2 = 200.0  # what is larger is looked for, however large the smallest pocket that is asked for
-_CELL_MM = 1.5  # a finer map is thinned to it: the smallest plateau is 14 mm wide
-_QUARTERS = (0.25, 0.75)  # of a plateau's height, between which its edge is measured
-_ROUND_MM = 6.0  # about it, in which that edge lies
-_SHARP_MM = 3.5  # from one quarter to the other: of a step two cells of the map at most
-_SLENDER = 0.12  # that width over the plateau's: of a bell's 0.33
-_FLAT, _LEAST_FLAT = 0.25, 0.68  # of its height, that a third of its cells at most may be off
-_LEAST_RIM, _LEAST_RIM_MM = 0.2, 12.0  # of a rim, inside the ply
-_EVEN, _LEAST_EVEN = 0.3, 0.4  # of a part's height, between neighbours; of the smallest plateau, without its rim
-_STEP_CELLS, _STEP, _STEPPED = 2, 0.6, 0.7  # beside a part's rim; of its height; of its rim
-_LEAST_WIDE = 6.0  # cells: the top of a narrow wrinkle is even, too
+_OFF = 0.55  # thicknesses off the ply's level: just beyond the half that the middle of a plateau's edge reaches
+_LARGEST_MM2 = 200.0  # a plateau larger than this is looked for even if the smallest pocket of the recipe is larger
+_CELL_MM = 1.5  # a finer map is thinned to about this spacing: the smallest plateau is 14 mm wide
+_QUARTERS = (0.25, 0.75)  # shares of a plateau's height between which the width of its edge is measured
+_ROUND_MM = 6.0  # distance from the rim within which the edge is measured
+_SHARP_MM = 3.5  # greatest width of the edge from one quarter to the other; a step has two cells of the map at most
+_SLENDER = 0.12  # greatest ratio of that width to the width of the plateau; a bell has 0.33
+_FLAT, _LEAST_FLAT = 0.25, 0.68  # share of its height by which a cell may be off it; least share of cells within that
+_LEAST_RIM, _LEAST_RIM_MM = 0.2, 12.0  # least share and length of a plateau's rim that must lie inside the ply
+# An even part: greatest difference between neighbours over its height, and its least area without the rim over that of
+# the smallest plateau.
+_EVEN, _LEAST_EVEN = 0.3, 0.4
+# The step down round an even part: within so many cells, by this share of its height, along this share of its rim.
+_STEP_CELLS, _STEP, _STEPPED = 2, 0.6, 0.7
+_LEAST_WIDE = 6.0  # cells: least width of an even part, for the top of a narrow wrinkle is even, too
 _BESIDE = np.ones((3, 3), np.uint8)
-_SMOOTH = 0.5  # of its height: the reference steps by less there, the other way, and misses less of the mold
-_REACH_MM = (6.0, 14.0)  # to each side of the edge, between which the reference's slope is read
+_SMOOTH = 0.5  # of its height: no plateau if the reference steps the other way by more, or misses more of the mold
+_REACH_MM = (6.0, 14.0)  # distances on each side of the edge between which the reference's slope is read
 
 
 @dataclass(frozen=True)
@@ -56,9 +59,9 @@ class Plateau:
     centre_mm
         Mold XY.
     area_mm2
-        At half of its height.
+        Area of the cells that make it up, at about half of its height.
     off_mm
-        Above the laid ply; below it: negative.
+        Height above the laid ply; negative below it.
     """
 
     centre_mm: tuple[float, float]
@@ -67,7 +70,7 @@ class Plateau:
 
 
 def doubts(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Judgement]:
-    """INVALID where the ply is missing, UNDECIDED where it lies double or on something."""
+    """Judge plateaus: INVALID where the ply is missing, UNDECIDED where it lies double or on something."""
     out = []
     for one in plateaus:
         x, y = one.centre_mm
@@ -96,23 +99,24 @@ def find(
     *,
     outlined: bool,
 ) -> tuple[Plateau, ...]:
-    """Find them in a map of heights above the reference, largest first.
+    """Find the plateaus in a map of heights above the reference, largest first.
 
     Parameters
     ----------
     heights
-        NaN where nothing is known; all of the ply.
+        Map of the whole ply, NaN where nothing is known.
     zones
-        Where that is.
+        The zones that tell where the ply is.
     prepared
-        The surface below it: where it steps itself, a ply that runs on smoothly is no plateau; nor is a ply in a
-        groove that it fills in, or on a rib that it cuts off.
+        The surface below the ply. Where this surface itself has a step, a ply that runs on smoothly is no plateau; nor
+        is a ply in a groove that the fitted surface fills in, or on a rib that it cuts off.
     recipe
-        The sections level, material and segmentation.
+        The sections level, material and segmentation are used.
     stop
-        Heeded between one place and the next.
+        Checked between one place and the next.
     outlined
-        Whether the ply's outline is known: without it, where the ply is missing there may be none.
+        Whether the ply's outline is known. Without it, a place without a ply may lie beside the ply, and only raised
+        plateaus are looked for.
     """
     every = max(1, int(_CELL_MM / heights.spacing_mm))
     heights = Grid(heights.values[::every, ::every], heights.origin_mm, every * heights.spacing_mm)
@@ -153,9 +157,10 @@ def find(
 
 
 def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: float) -> Iterator[tuple[Bools, float]]:
-    """Tell what may be a plateau, and its height: a place among (R, C) heights, or even parts of one that is not flat.
+    """Yield what may be a plateau, with its height: a whole place among (R, C) heights, or the even parts of one.
 
-    Something that lies on a pocket's foot is one place with that pocket.
+    A place that is not flat as a whole is searched for even parts, because something that lies on a pocket's foot forms
+    one place with that pocket.
     """
     level = float(np.median(rise[own]))
     if _is_flat(rise[own], level):
@@ -177,7 +182,7 @@ def _is_flat(rise: Floats, level: float) -> bool:
 
 
 def _step(rise: Floats, part: Bools, known: Bools) -> float:
-    """Return the height of a part that goes down sharply nearly all round, wherever to; 0: it does not."""
+    """Return the height of a part that goes down sharply nearly all round, to whatever level; 0: it does not."""
     level = float(np.median(rise[part]))
     down = rise - cv2.erode(rise, _BESIDE, iterations=_STEP_CELLS) > _STEP * level
     steps, length = np.count_nonzero(_rim_inside(part, known) & down), np.count_nonzero(_rim(part))
@@ -200,25 +205,25 @@ def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
 
 
 def _near(marks: Bools, cells: int) -> Bools:
-    """Tell which cells are as near to a marked one as that, along rows and columns."""
+    """Return the mask of the cells that lie within this number of rows and columns of a marked cell."""
     return np.asarray(cv2.dilate(marks.astype(np.uint8), _BESIDE, iterations=cells) > 0)
 
 
 def _rim(own: Bools) -> Bools:
-    """Cells of a piece beside one that is not."""
+    """Return the mask of a piece's cells that have a neighbour outside it."""
     padded = np.pad(own, 1)
     inner = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
     return own & ~inner
 
 
 def _rim_inside(own: Bools, known: Bools) -> Bools:
-    """Cells of the rim, but not where the ply, or what is known of it, ends."""
+    """Return the rim without the cells near the ply's end, or near heights that are not known."""
     ends = np.pad(~known, 1, constant_values=True)
     return _rim(own) & ~_near(ends, 2)[1:-1, 1:-1]
 
 
 def _missed_by_reference(prepared: Prepared, xy: Floats) -> float:
-    """Return how far what was seen of the reference lies above the surface fitted to it, at these places."""
+    """Return by how much, at these places, the reference's measured heights lie above the surface fitted to them."""
     seen = prepared.seen
     column, row = np.rint((xy - seen.origin_mm) / seen.spacing_mm).astype(np.intp).T
     inside = (row >= 0) & (column >= 0) & (row < seen.values.shape[0]) & (column < seen.values.shape[1])

@@ -1,4 +1,4 @@
-"""The ply of an inspection and what lies below it: the same for all of its pockets."""
+"""The ply of an inspection and the surface below it, which are the same for all of its pockets."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class PlyOnMold:
-    """Everything that a pocket is evaluated with, beside what was found of it.
+    """Everything that the evaluation of a pocket needs besides the pocket itself.
 
     Attributes
     ----------
     reference
         The surface below the ply.
     outline
-        (M, 2), mold XY, mm; None = unknown.
+        (M, 2), mold XY, mm; None: not known.
     fibre_angles_deg
         Two angles, or a Grid of them with NaN where nothing is known.
     recipe

@@ -1,4 +1,4 @@
-"""Where on the ply its level is read: well inside the outline, off the pockets, in squares that cover it evenly."""
+"""Where the ply's level is read: well inside the outline, outside the pockets, in squares that cover the ply evenly."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ __all__ = ["Blocks", "PlyZones"]
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-_SIDES_MM = (40.0, 20.0, 10.0)  # of the squares: the largest that gives a fit enough of them
-_ENOUGH = 24
-_INSET_MM = 10.0  # beside its edge the ply is not yet seen from above alone
-_CELL_MM = 4.0
+_SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
+_ENOUGH = 24  # squares
+_INSET_MM = 10.0  # from the outline: nearer to its edge, the ply is not seen from above alone
+_CELL_MM = 4.0  # of the grid that stores where the ply is
 _LEAST_POINTS = 9  # in a square: their median is uncertain by 0.4 of their noise
-_LEAST_SHARE = 0.6  # of a square's points: in one that pockets cover more the ply has not come down to the mold yet
+_LEAST_SHARE = 0.6  # of a square's points: if pockets cover more, the ply there has not come down to the mold yet
 _OF_QUARTILES = 1.2533 / 1.349  # standard error of a median times the root of the count, over the quartiles' distance
-_CORNERS = 100  # as many of an outline are enough to keep off it
+_CORNERS = 100  # so many corners of an outline are enough to leave out what lies inside it
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +41,10 @@ class Blocks:
     error_mm
         (B,) standard errors of these medians, from the quartiles of the heights.
     slope_factor
-        (B,) mean of sqrt(1 + |grad F|²): by it a slope lifts the top of a ply along z, where the ply keeps its
-        thickness across.
+        (B,) mean of sqrt(1 + |grad F|²), F being the reference. On a slope, a ply that keeps its thickness at right
+        angles to the surface is thicker along z by this factor.
     side_mm
-        Of the squares.
+        Side of the squares.
     ply_share
         Share of the ply's area that lies in them.
     """
@@ -58,7 +58,7 @@ class Blocks:
 
 
 class PlyZones:
-    """Finds the squares of scan after scan; everything that does not depend on the scan is prepared here.
+    """Finds the squares of scan after scan; everything that does not depend on the scan is prepared once.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class PlyZones:
     ply_outline
         (M, 2), mold XY, mm; None: all of the reference counts as the ply.
     low_mm, high_mm
-        (2,) corners of the box that holds what is known of the reference.
+        (2,) corners of the box around the known part of the reference.
     """
 
     def __init__(self, reference: Reference, ply_outline: Floats | None, low_mm: Floats, high_mm: Floats) -> None:
@@ -85,7 +85,7 @@ class PlyZones:
         self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
         self.side_mm = next((s for s in _SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
         self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
-        # One square more than there are: `inside` rounds to cells, which reach past the last square by half of one.
+        # One spare row of squares: `inside` rounds to cells, which reach past the last square by half a cell.
         squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
         block = self._block_of(xy[on])
         self._block_cells = np.bincount(block, minlength=squares)
@@ -96,7 +96,7 @@ class PlyZones:
         self._block_factor = np.bincount(block, factor, minlength=squares) / np.maximum(self._block_cells, 1)
 
     def inside(self, sample: Sample) -> Bools:
-        """Tell which points of a sample have a height, and lie on the ply well inside its outline."""
+        """Return which points of a sample have a height and lie on the ply, well inside its outline."""
         if (known := sample.inside.get(self)) is not None:
             return known
         cell = np.rint((sample.points_mm[:, :2] - self._low) / _CELL_MM)
@@ -104,12 +104,12 @@ class PlyZones:
         on: Bools = np.isfinite(sample.height_mm) & (cell >= 0).all(axis=1) & (cell < [nx, ny]).all(axis=1)
         column, row = cell[on].astype(np.int64).T
         on[on] = self._on[row * nx + column]
-        on.flags.writeable = False  # shared by all who ask
+        on.flags.writeable = False  # because all callers share it
         sample.inside[self] = on
         return on
 
     def cells(self, heights: Grid) -> Bools:
-        """Tell which cells of a map lie on the ply well inside its outline."""
+        """Return which cells of a map lie on the ply, well inside its outline."""
         ny, nx = heights.values.shape
         column, row = (
             np.rint((heights.origin_mm[axis] + heights.spacing_mm * np.arange(n) - self._low[axis]) / _CELL_MM)
@@ -121,7 +121,7 @@ class PlyZones:
         return np.asarray(there & self._on.reshape(rows, columns)[np.ix_(*at)])
 
     def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:
-        """Medians of the used points, square by square, where most of those on the ply are used."""
+        """Return the medians of the used points in each square in which most of the points on the ply are used."""
         size = len(self._block_factor)
         block = self._block_of(sample.points_mm[on, :2])
         on_ply = np.bincount(block, minlength=size)
@@ -151,8 +151,8 @@ class PlyZones:
 def _by_block(block: NDArray[np.int64], heights: Floats) -> Floats:
     """Sort heights by square, then by height, rounded to single precision.
 
-    Both become one whole number, for these are sorted ten times faster than pairs: the bits of a float, with all but
-    the sign turned over in negative ones, come in the order of the values.
+    The number of the square and the height are packed into one whole number, because whole numbers are sorted ten times
+    faster than pairs. The bits of a float, with all but the sign inverted in negative ones, sort as the values do.
     """
 
     def turned(bits: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -164,7 +164,7 @@ def _by_block(block: NDArray[np.int64], heights: Floats) -> Floats:
 
 
 def off_pockets(points_mm: Floats, outlines_mm: Sequence[Floats]) -> Bools:
-    """Tell which (N, 2 or more) points lie in none of the outlines."""
+    """Return which (N, 2 or more) points lie in none of the outlines."""
     off = np.ones(len(points_mm), dtype=np.bool_)
     x, y = points_mm[:, 0], points_mm[:, 1]
     for corners in outlines_mm:

@@ -1,4 +1,4 @@
-"""Lines in space: along which direction they run, and how far a point is from one."""
+"""Polylines in space: their length, their direction, and the distance of a point from one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def length_mm(line: Floats) -> float:
 
 
 def axis(line: Floats) -> Floats:
-    """Return the (3,) unit vector of a line's longest principal axis, every piece counted by its length."""
+    """Return the (3,) unit vector of a line's longest principal axis, with every segment weighted by its length."""
     steps, middles = np.diff(line, axis=0), (line[1:] + line[:-1]) / 2
     weights = np.linalg.norm(steps, axis=1)
     off = middles - weights @ middles / weights.sum()
@@ -27,7 +27,7 @@ def axis(line: Floats) -> Floats:
 
 
 def direction_deg(way: Floats) -> float:
-    """Return the angle of a way, seen along z, counter-clockwise from +x: 0 to 180, 180 left out.
+    """Return the angle of a vector, seen along z, counter-clockwise from +x: from 0 to less than 180.
 
     Examples
     --------
@@ -35,7 +35,7 @@ def direction_deg(way: Floats) -> float:
     90.0
     """
     angle = math.degrees(math.atan2(way[1], way[0])) % 180.0
-    return angle if angle < 180.0 else 0.0  # of -1e-20 the remainder is 180
+    return angle if angle < 180.0 else 0.0  # the remainder of -1e-20 is rounded to 180
 
 
 def distance_mm(line: Floats, points: Floats) -> Floats:

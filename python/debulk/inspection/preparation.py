@@ -1,4 +1,4 @@
-"""The steps of a preparation: each in a thread of its own, with its time and its progress, and ended when asked."""
+"""The steps of a preparation, each in a thread of its own: timed, reported to the caller, and stopped on request."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from debulk.stopping import stopping
 __all__ = ["Preparation"]
 
 Result = TypeVar("Result")
-_BEAT_S = 0.05  # between two calls of the progress function: as soon an exception from it is heeded
+_BEAT_S = 0.05  # between two calls of the progress function, and so the longest delay until its exception takes effect
 
 
 class Preparation:
@@ -22,9 +22,9 @@ class Preparation:
     Parameters
     ----------
     progress
-        Called with the name of the step and the share of the work that is done, from the calling thread, when a step
-        begins and some twenty times a second until it ends. An exception from it ends the preparation: the step's
-        threads are stopped and waited for, and it is raised.
+        Function that is called in the calling thread with the name of the step and the share of the work that is done,
+        when a step begins and about twenty times a second until it ends. An exception that it raises ends the
+        preparation: the step's threads are stopped and waited for, and then the exception is raised.
     """
 
     def __init__(self, progress: Progress | None = None) -> None:
@@ -32,11 +32,11 @@ class Preparation:
 
     @property
     def stop(self) -> _core.Stop:
-        """Raised when the preparation is to end; what takes time heeds it."""
+        """The stop that is raised when the preparation is to end; long-running work checks it."""
         return self._cycle.stop
 
     def step(self, name: str, done: float, work: Callable[[], Result]) -> Result:
-        """Do one step, which begins when a share `done` of the work is done."""
+        """Do one step, at whose beginning the share `done` of the whole work is done."""
         with (
             self._cycle.stage(name, done),
             ThreadPoolExecutor(1, "debulk") as pool,

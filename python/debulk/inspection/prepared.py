@@ -1,4 +1,4 @@
-"""What an inspector makes of its reference cloud, once."""
+"""The preparation of an inspector's reference cloud, which is done once."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["Prepared", "prepare"]
 
 log = logging.getLogger("debulk")
 Floats = NDArray[np.float64]
-_LEAST_SPACING_MM = 0.5  # of the height map: a finer one shows no more of a pocket
+_LEAST_SPACING_MM = 0.5  # of the height map: a finer map shows no more of a pocket
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,14 +38,15 @@ class Prepared:
     Attributes
     ----------
     reference, seen
-        The smooth surface, and the heights that it was fitted to; NaN also where it does not follow them.
+        The smooth surface, and the heights that it was fitted to: NaN where nothing was seen, and where the surface
+        does not follow them.
     grid_spacing_mm
-        Of the height map.
+        Spacing of the height map.
     image
-        Of the pinhole camera that the cloud comes from; None: it comes from none.
+        Image of the pinhole camera that took the cloud; None: no such camera took it.
     sample
-        (N, 3) some of the cloud's points, as `debulk.inspection.thinning.thinned` takes them: a scan that has the same
-        is the reference itself. None: not kept.
+        (N, 3) some of the cloud's points, as `debulk.inspection.thinning.thinned` takes them. A scan with the same
+        points is the reference itself. None: not kept.
     cloud
         Shape and fingerprint of the cloud; None: not kept.
     """
@@ -58,7 +59,7 @@ class Prepared:
     cloud: ArrayTrace | None = None
 
     def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:
-        """Return `seen` as the core takes it: values, origin, spacing."""
+        """Return `seen` in the form that the C++ core takes: values, origin, spacing."""
         return np.asarray(self.seen.values, dtype=np.float32), self.seen.origin_mm, float(self.seen.spacing_mm)
 
 
@@ -86,9 +87,9 @@ def _gridded(
     recipe: Recipe,
     preparation: Preparation,
 ) -> tuple[Grid, PinholeImage | None, NDArray[np.float32], ArrayTrace]:
-    """Lay the cleaned cloud on a grid; with it its camera's image, a sample and the fingerprint of what was given.
+    """Return the cleaned cloud's heights on a grid, its camera's image, a sample, and the given cloud's fingerprint.
 
-    One copy of the cloud is made, and all work is done in it.
+    One copy of the cloud is made, and all work is done in that copy.
     """
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
     points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
@@ -122,7 +123,7 @@ def _gridded(
 
 
 def _fitted(heights: Grid, threads: int, stop: _core.Stop) -> surface.Reference:
-    """Fit the surface, or say of the cloud what the fit says of its heights."""
+    """Fit the surface; if the fit refuses the heights, raise an error that describes the cloud instead."""
     try:
         return surface.fit_reference(heights, threads=threads, stop=stop)
     except InputError as error:
@@ -143,7 +144,7 @@ def _hidden(mask: NDArray[np.bool_]) -> str:
 
 
 def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:
-    """Take out, in place, the heights that the surface does not follow: the mold is not known there."""
+    """Set the heights that the surface does not follow to NaN, in place: the mold is not known there."""
     off = surface.misfits(heights, fitted, threads=threads, stop=stop)
     if off.any():
         area_mm2 = float(np.count_nonzero(off)) * heights.spacing_mm**2
@@ -161,12 +162,12 @@ def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -
     frame.check_cloud_frame(in_mold, pitch_of(in_mold[:, :2], each))
     resolution.check_reference(in_mold[:, :2], each, recipe)
     spacing = recipe.clean.grid_spacing_mm
-    if not spacing:  # of few binary digits: then grid positions are exact, in the whole map and in a part of it
+    if not spacing:  # a multiple of 1/1024 mm, so that grid positions are exact, in the whole map and in a part of it
         pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
     _, low, high = _core.cloud.bounds(points, threads)
     wide_mm, long_mm = high[0] - low[0], high[1] - low[1]
-    if min(wide_mm, long_mm) < spacing:  # one row of an image, as of a scanner of lines
+    if min(wide_mm, long_mm) < spacing:  # a single row of points, as from a line scanner
         raise _too_narrow(wide_mm, long_mm)
     check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
     return spacing

@@ -1,7 +1,8 @@
-"""Products of many rows, by numpy itself instead of by BLAS.
+"""Matrix products of many rows, computed by numpy itself instead of by BLAS.
 
-BLAS, which ``@`` calls, shares a product of some thousand rows among threads of its own, one a processor. Each spins
-for some 30 ms after it, on the cores that the inspection works on, and how many there are may change a sum's last bits.
+BLAS, which ``@`` calls, divides a product of some thousand rows among threads of its own, one per processor. Each
+thread spins for about 30 ms afterwards, on the cores that the inspection works on, and the number of threads may change
+a sum's last bits.
 """
 
 from __future__ import annotations
@@ -15,5 +16,5 @@ Floats = NDArray[np.float64]
 
 
 def product(rows: NDArray[np.floating], factors: NDArray[np.floating]) -> Floats:
-    """Return ``rows @ factors``, of (N, K) with (K,) or (K, M)."""
+    """Return ``rows @ factors`` for (N, K) rows and (K,) or (K, M) factors."""
     return np.asarray(np.einsum("nk,k...->n...", rows, factors))

@@ -1,4 +1,4 @@
-"""The points of a scan before any filter, as many as one asks for, where one asks for them."""
+"""The points of a scan before any filter, read only in the part of the scan that is asked for."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ __all__ = ["RawPoints"]
 Cloud = NDArray[np.float32]
 Flags = NDArray[np.bool_]
 Floats = NDArray[np.float64]
-_APART_MM = 1.0  # a scan that is denser is read in steps
-_HIGH_MM = 25.0  # above the reference, that points may stand to be seen
-_MARGIN = 4  # pixels
-_OFF = 1.0  # pixels, by which a point may miss its pixel
+_APART_MM = 1.0  # a denser scan is read in steps, with points at most this far apart
+_HIGH_MM = 25.0  # greatest height above the reference of the points that are read
+_MARGIN = 4  # pixels round the part of the image that is read
+_OFF = 1.0  # pixels by which the points may miss their pixels: by more, another camera took the scan
 
 
 class RawPoints:
-    """Thinned points of a scan.
+    """The unfiltered points of a scan, thinned if the scan is dense.
 
     Parameters
     ----------
@@ -35,11 +35,11 @@ class RawPoints:
     mask
         (H, W), True where the image is not to be used, or None.
     mold_from_scanner
-        (4, 4); None: the scan is in the mold's frame.
+        (4, 4), x_mold = T x_scanner; None: the scan is in the mold's frame.
     pitch_mm
-        From point to point of the scan; inf: not known.
+        Distance from point to point of the scan; inf: not known.
     image
-        Of the camera that took the reference; None: it is not known.
+        Image of the camera that took the reference; None: it is not known.
     """
 
     def __init__(
@@ -53,15 +53,15 @@ class RawPoints:
         organised = scan.ndim == 3
         step = max(1, int(_APART_MM / pitch_mm)) if organised and 0 < pitch_mm < math.inf else 1
         self.pitch_mm = step * pitch_mm
-        """From one of the points to the next."""
+        """Distance from one of the thinned points to the next."""
         self._step, self._mask, self._pose = step, mask, mold_from_scanner
         self._scan = scan
         self._lock = Lock()
-        self._read: Cloud | None = None  # all of them, once they were wanted
+        self._read: Cloud | None = None  # all points, once they have been asked for
         self._image = image if organised and image is not None and image.shape == scan.shape[:2] else None
 
     def over(self, outline_mm: Floats, reference: Reference) -> Cloud:
-        """Return (N, 3) the points over an outline, with others, mold frame; from any thread."""
+        """Return the (N, 3) points over an outline, and others near it, mold frame; may be called from any thread."""
         points = self._in_window(outline_mm, reference)
         return self._all() if points is None else points
 
@@ -74,7 +74,7 @@ class RawPoints:
             return self._read
 
     def _in_window(self, outline_mm: Floats, reference: Reference) -> Cloud | None:
-        """Return the points of the part of the image in which an outline lies; None if that is not known."""
+        """Return the points of the part of the image that shows an outline; None if that part is not known."""
         if self._image is None:
             return None
         below_mm = reference.height(outline_mm)
@@ -83,7 +83,7 @@ class RawPoints:
             box = product(box - self._pose[:3, 3], self._pose[:3, :3])
         if (box[:, 2] <= 0).any():
             return None
-        step = self._step  # the same points as of the whole scan
+        step = self._step  # rows and columns are multiples of it, so that `_all` holds the same points
         rows, columns = (
             slice(max(0, int(seen.min()) - _MARGIN) // step * step, max(0, int(seen.max()) + _MARGIN + 1), step)
             for seen in _pixels(box, self._image)
@@ -95,7 +95,7 @@ class RawPoints:
             off = np.abs(np.array(_pixels(points, self._image)) - at).max(axis=0)
         known = off[np.isfinite(off)]
         if not known.size or np.median(known) > _OFF:
-            return None  # of another camera
+            return None  # another camera took the scan
         return self._in_part(part)
 
     def _in_part(self, part: tuple[slice, slice]) -> Cloud:
@@ -108,6 +108,6 @@ class RawPoints:
 
 
 def _pixels(points: NDArray[np.floating], image: PinholeImage) -> tuple[Floats, Floats]:
-    """Rows and columns in which (..., 3) points are seen."""
+    """Return the rows and the columns of the image in which (..., 3) points are seen."""
     x, y, z = np.moveaxis(points, -1, 0)
     return image.f * y / z + image.cy, image.f * x / z + image.cx

@@ -24,30 +24,30 @@ __all__ = ["RegionFinder"]
 
 Floats = NDArray[np.float64]
 _WHOLE = "none: the whole scan was processed, which takes longer"
-_LEAST_RATIO = 1.5  # at 1.0 a clean scan loses 5 % of the ply on flanks, at 1.5 none (measured on 14 pockets)
+_LEAST_RATIO = 1.5  # with 1.0 a clean scan loses 5 % of the ply on flanks, with 1.5 nothing (measured on 14 pockets)
 
 
 class RegionFinder:
-    """Finds the pockets of scan after scan through regions of interest, or in the whole scan where that is not sure.
+    """Finds the pockets of scan after scan through regions of interest, or in the whole scan where they may miss some.
 
-    A coarse pass over some rows and columns of pixels finds what stands up. Windows round that are processed exactly
-    as the whole scan would be: outliers, heights, holes, spikes, median, segmentation, feet. Only the scans of a
-    pinhole camera can be taken so; `Found.left_out` says why a scan was processed whole. One object serves one thread
-    at a time. Memory is kept from scan to scan: `find` writes where an earlier `Found` was that nobody holds any more,
-    and never changes one that is held. Reports hold none.
+    A coarse pass over some rows and columns of pixels finds the places where the ply stands up. Windows round these
+    places are processed exactly as the whole scan would be: outliers, heights, holes, spikes, median, segmentation,
+    feet. Only the scans of a pinhole camera can be processed this way; `Found.left_out` says why a scan was processed
+    whole. One object serves one thread at a time. Memory is reused from scan to scan: `find` overwrites the arrays of
+    an earlier `Found` that nobody holds any more, and never changes one that is held. Reports do not hold a `Found`.
 
     Parameters
     ----------
     prepared
-        The reference, and the camera's image where there is one.
+        The reference, and the camera's image if there is one.
     mold_from_scanner
         (4, 4), x_mold = T x_scanner. None: scans are in the mold's frame.
     ply_outline
         (M, 2), mold XY, mm, or None.
     recipe
-        The sections clean, segmentation, patch, material and run.
+        The sections clean, segmentation, patch, material and run are used.
     whole
-        Takes the scans that regions do not; None: made here.
+        Finder for the scans that cannot be processed by regions; None: one is made here.
     mesh
         (rows, columns): steps between the rows and the columns of pixels that the coarse pass reads, for studies; a
         sparse mesh can miss pockets. None: as sparse as the area tolerance allows without missing any.

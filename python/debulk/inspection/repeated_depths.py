@@ -1,4 +1,4 @@
-"""Whether depths repeat from point to point, to the last bit: a median of windows that overlap makes them do so."""
+"""Whether depths repeat from point to point, to the last bit, as they do after a median filter: its windows overlap."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ __all__ = ["depths_repeat"]
 
 Floats = NDArray[np.float64]
 
-_NEAR, _FAR = 3, 13  # points: windows of 5 overlap at the first, hardly any do at the second
-_LEVEL = 0.95  # the quantile of the squares: on a slope a median repeats nothing, and changes little
-_REPEATED, _TIMES = 0.015, 4.0  # share of pairs, beyond so many times that of those far apart
-_RESOLVED = 3.0  # times what a float32 resolves: depths with no smaller differences were rounded, and repeat by that
+_NEAR, _FAR = 3, 13  # distances in points: windows of 5 overlap at the first, hardly any windows at the second
+_LEVEL = 0.95  # quantile over the squares that is compared: on a slope a median repeats nothing, and changes little
+_REPEATED, _TIMES = 0.015, 4.0  # share of equal near pairs, in excess of so many times the share of equal far pairs
+_RESOLVED = 3.0  # times a float32's resolution: if all differences are larger, the depths repeat because of rounding
 _FEWEST = 20  # squares
 
 
 def depths_repeat(depths: Floats) -> bool:
-    """Tell it from squares of depths, (N, S, S), NaN where nothing was seen; not where they were rounded."""
+    """Return whether (N, S, S) squares of depths, NaN where nothing was seen, repeat; False if they were rounded."""
     if len(depths) < _FEWEST or depths.shape[1] <= _FAR:
         return False
     steps = np.abs(np.diff(depths, axis=2))
@@ -29,7 +29,7 @@ def depths_repeat(depths: Floats) -> bool:
 
 
 def _equal(depths: Floats, lag: int) -> Floats:
-    """Share of pairs of points so far apart that are equal, along the axis of each square that has more of them."""
+    """Return each square's share of equal pairs of points `lag` apart, along the axis that has more of them."""
     along_rows = np.mean(depths[:, :, lag:] == depths[:, :, :-lag], axis=(1, 2))
     along_columns = np.mean(depths[:, lag:] == depths[:, :-lag], axis=(1, 2))
     return np.asarray(np.maximum(along_rows, along_columns))

@@ -1,4 +1,4 @@
-"""An inspection is done again from its report: the same clouds, by their SHA-256, give the same figures to the bit."""
+"""Repeating an inspection from its report: clouds with the same SHA-256 give the same figures to the last bit."""
 
 from __future__ import annotations
 
@@ -20,22 +20,23 @@ if TYPE_CHECKING:
 
 __all__ = ["Repetition", "repeat"]
 
-# What differs between two runs on the same data: times, and where and when they ran.
+# Entries that differ between two runs on the same data: times, and where and when they ran.
 _OF_A_RUN = {"timings_ms", "runtime_ms", "runtime_split_ms", "trace", "source", "version", "recipe"}
 
 
 @dataclass(frozen=True, eq=False)
 class Repetition:
-    """What came of an inspection that was done again.
+    """The result of an inspection that was repeated.
 
     Attributes
     ----------
     report
-        The new one.
+        The new report.
     differences
         Names of the values that are not the same to the last bit, like ``"pockets[2].rms_mm"``; times are not compared.
     unchecked
-        Which of scan, reference and mask could be held against their shape only: the record has no SHA-256 of them.
+        Which of scan, reference and mask could be compared by their shape only, because the record has no SHA-256 of
+        them.
     """
 
     report: Report
@@ -56,28 +57,29 @@ def repeat(
     mask: ArrayLike | None = None,
     progress: Progress | None = None,
 ) -> Repetition:
-    """Do an inspection again, with the recipe, the pose and all else that its report has kept.
+    """Repeat an inspection with the recipe, the pose and everything else that its report has kept.
 
     Parameters
     ----------
     report
-        From memory or `Report.load`.
+        A report from memory or from `Report.load`.
     scan, reference
-        The clouds of that inspection, mm. Refused where their SHA-256 is not the record's.
+        The clouds of that inspection, mm. They are refused if their SHA-256 is not the one in the record.
     mask
-        (H, W) bool, where there was one.
+        (H, W) bool, if that inspection had one.
     progress
-        As of `Inspector.inspect`.
+        As in `Inspector.inspect`.
 
     Returns
     -------
     Repetition
-        The new report, and what is not the same. There is no deadline: what it cut off the first time differs.
+        The new report, and the names of the values that differ. The repetition has no deadline: figures that a deadline
+        cut off the first time differ.
 
     Raises
     ------
     InputError
-        A report without a record, or a cloud or a mask that is not that inspection's.
+        The report has no record, or a cloud or the mask is not the one of that inspection.
 
     Examples
     --------
@@ -131,14 +133,14 @@ def _check_same(name: str, given: ArrayTrace | None, kept: ArrayTrace | None) ->
 
 
 def _recipe(report: Report) -> Recipe:
-    """Return the recipe of the report, but nothing is dumped twice."""
+    """Return the recipe of the report, without the folder for dumps: nothing is dumped a second time."""
     from debulk.recipe import Recipe
 
     return Recipe(**report.recipe).model_copy(update={"run": {"dump_folder": None}})
 
 
 def _differences(first: Any, again: Any, name: str = "") -> Iterator[str]:
-    """Name every value that differs in two trees of JSON's types, where NaN and infinity are text."""
+    """Yield the name of every value that differs in two trees of JSON types, in which NaN and infinity are text."""
     if isinstance(first, dict) and isinstance(again, dict):
         for key in first | again:
             if key not in _OF_A_RUN:
@@ -146,5 +148,5 @@ def _differences(first: Any, again: Any, name: str = "") -> Iterator[str]:
     elif isinstance(first, list) and isinstance(again, list) and len(first) == len(again) and name == "pockets":
         for k, pair in enumerate(zip(first, again, strict=True)):
             yield from _differences(*pair, f"{name}[{k}]")
-    elif repr(first) != repr(again):  # tells 0.0 from -0.0, and one double from the next
+    elif repr(first) != repr(again):  # repr distinguishes 0.0 from -0.0, and one double from the next
         yield name

@@ -1,4 +1,4 @@
-"""A solve in one file, to be done again elsewhere, with ``debulk replay FILE`` (docs/solver.md)."""
+"""Solves written to a file, so that they can be repeated elsewhere with ``debulk replay FILE`` (docs/solver.md)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["dump", "load", "replay"]
 
 FORMAT = "debulk-solve-1"
-MARGIN = 20  # grid spacings around the nodes: the spline forgets its border by a factor of 4 a spacing
+MARGIN = 20  # grid spacings around the nodes: the effect of the spline's border falls by a factor of 4 per spacing
 _KEYS = ("nodes_mm", "neighbours", "kinds", "spacing_mm", "area_mm2", "reference", "ply", "options", "ended")
 OPTIONS = ("method", "starts", "first_start", "seed", "tolerance", "max_iterations", "stiffness")
 
@@ -33,11 +33,11 @@ def dump(path: str | Path, sheet: Sheet, solution: Solution | None = None, **opt
     Parameters
     ----------
     path
-        Of the file.
+        Path of the file.
     sheet
         The ply.
     solution
-        What the solve gave; its status and energy are written beside, to compare with.
+        Result of the solve; its status and its energy are written too, for comparison.
     options
         Keyword arguments of `debulk.solve.minimise`: method, starts, first_start, seed,
         tolerance, max_iterations, stiffness.
@@ -91,13 +91,13 @@ def dump(path: str | Path, sheet: Sheet, solution: Solution | None = None, **opt
 
 
 def load(path: str | Path) -> tuple[Sheet, dict[str, Any]]:
-    """Read what `dump` wrote: the sheet, and the options for `debulk.solve.minimise`."""
+    """Read a file written by `dump`: the sheet, and the options for `debulk.solve.minimise`."""
     data = _read(path)
     return _sheet(data), data["options"]
 
 
 def replay(path: str | Path) -> Solution:
-    """Do a dumped solve again."""
+    """Repeat a dumped solve."""
     sheet, options = load(path)
     return minimise(sheet, **options)
 
@@ -120,7 +120,7 @@ def _read(path: str | Path) -> dict[str, Any]:
 
 
 def _sheet(data: dict[str, Any]) -> Sheet:
-    # Files from before there was a choice hold solves with the paper's lumping.
+    # Files from before the lumping could be chosen hold solves with the paper's lumping.
     grid, ply = data["reference"], SimpleNamespace(**{"lumping": "paper", **data["ply"]})
     recipe: Recipe = SimpleNamespace(material=ply, loads=ply)  # type: ignore[assignment]
     return Sheet(
@@ -146,7 +146,7 @@ def _ended(solution: Solution) -> dict[str, Any]:
 
 
 def main(arguments: list[str]) -> int:
-    """Command line: each file's solve, then and now. 1 if one is not certified."""
+    """Repeat each file's solve and print how it ended then and now; return 1 if a solve is not certified now."""
     code = 0
     for path in arguments:
         data = _read(path)

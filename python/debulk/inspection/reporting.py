@@ -1,4 +1,4 @@
-"""What an inspection reports: the layup's verdict from its pockets', the coverage, and what was left out."""
+"""The report of an inspection: the layup's verdict from those of its pockets, the coverage, and what was left out."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def report(
     ply: PlyOnMold,
     timings_ms: dict[str, float],
 ) -> Report:
-    """Judge the layup by its evaluated pockets and by others' judgements of what is no pocket, and report all of it.
+    """Judge the layup by its evaluated pockets and by the judgements `others` of everything else, and report it.
 
-    Each evaluation is of the pocket at its place in `judged_as`: first those found, then the bumps that are judged.
+    Evaluations and `judged_as` are in the same order: first the pockets found, then the bumps judged as pockets.
     """
     seen = found.unseen.coverage
     pockets = common_fibres.without_shared_folds(
@@ -58,8 +58,8 @@ def report(
     judged = unseen.worst(judged, [*wrinkles.doubts(standing, ply.recipe), *filled.doubts(ply.recipe)])
     if ply.outline is None and judged.verdict is Verdict.INVALID:
         judged = replace(judged, reason=f"{judged.reason}; {_NO_OUTLINE}")
-    # What is said of the coverage says more than that nothing can be said of the level.
-    # Nor can anything be where no pockets were looked for: they stand in the level.
+    # Too little coverage is a more helpful reason than a level that could not be read because of it. If no pockets were
+    # looked for, the level's doubt does not count either: the pockets stand in the squares that the level is read from.
     telling = placed.level is not None or seen >= ply.recipe.verdict.min_coverage
     if placed.doubt and telling and not found.doubt:
         judged = Judgement(Verdict.INVALID, placed.doubt)

@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 __all__ = ["check_neighbours", "check_reference", "coarse_reason"]
 
 Floats = NDArray[np.float64]
-_ACROSS = 4.0  # points across the smallest pocket: 16 in it, with fewer its area is known to a third at best
-_WIDE = 20  # rows and columns of a map: of a narrower one it is said that it is narrow
-_NEIGHBOURED = 0.5  # of an image's points: of right ones it is nearly all, of shuffled lines a sixth at most
+_ACROSS = 4.0  # points across the smallest pocket, 16 in it: with fewer, its area is known to a third at best
+_WIDE = 20  # rows and columns of a map: a narrower one is refused elsewhere, for being narrow
+_NEIGHBOURED = 0.5  # of an image's points: in a right image nearly all get a height, in shuffled lines a sixth at most
 
 
 def check_reference(xy_mm: Floats, each: int, recipe: Recipe) -> None:
-    """Refuse a reference too coarse for the smallest pocket; (N, 2) of its points, as `thinned` takes them."""
+    """Refuse a reference too coarse for the smallest pocket, by (N, 2) of its points as `thinned` takes them."""
     reason = coarse_reason(pitch_of(xy_mm, each), len(xy_mm), recipe)
     if reason:
         raise InputError(f"reference: {reason}")
 
 
 def check_neighbours(xy_mm: Floats, heights: Grid) -> None:
-    """Refuse an image whose neighbours are not seen or lie apart: few of its points, (N, 2), then get a height."""
+    """Refuse an image whose neighbouring pixels are empty or lie apart: few of its (N, 2) points get a height then."""
     rows, columns = heights.values.shape
     cells = np.rint((xy_mm - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
     inside = (cells >= 0).all(axis=1) & (cells < [columns, rows]).all(axis=1)
@@ -44,9 +44,9 @@ def check_neighbours(xy_mm: Floats, heights: Grid) -> None:
 
 
 def coarse_reason(pitch_mm: float, count: int, recipe: Recipe) -> str:
-    """Say why a cloud of this pitch is too coarse; empty if it is not. With an area tolerance of 0 none is.
+    """Return why a cloud of this pitch is too coarse; empty if it is not, or if the area tolerance is 0.
 
-    Of too few points (`count`) the pitch is not known, and infinite.
+    If there are too few points (`count`), the pitch is not known, and is infinite.
     """
     wanted = recipe.segmentation.area_tol_mm2
     most = np.sqrt(wanted) / _ACROSS

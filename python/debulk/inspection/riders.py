@@ -1,8 +1,8 @@
-"""Bumps that ride on a pocket and are so narrow that the filters take them for noise.
+"""Riders: bumps that ride on a pocket and are so narrow that the filters take them for noise.
 
-What stands on even ground is found by `narrow_bumps`; a pocket is none, nor is what stands up below the tolerances. But
-the heights there, after all filters, tell how the ply lies without such a bump: where points of the scan next to each
-other stand above them, with hardly any below, there is one. It is looked for where a layup would pass.
+Narrow bumps on even ground are found by `narrow_bumps`. A pocket, or a bump below the tolerances, is no even ground.
+But its heights after all filters show how the ply lies without such a rider: where points of the raw scan next to each
+other stand above these heights, with hardly any below, there is one. Riders are looked for in layups that would pass.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ __all__ = ["Carrier", "Rider", "carriers", "doubts", "riders_on"]
 
 
 class Carrier(NamedTuple):
-    """What a bump may ride on: a pocket, or what stands up below the tolerances.
+    """Something that a narrow bump may ride on: a pocket, or a wider bump below the tolerances.
 
     Attributes
     ----------
     name
-        In words.
+        Its name in words.
     found
-        Where it stands.
+        The place where it stands.
     spare_mm
-        What its own fibres have to spare at most.
+        Largest excess length that its own fibres may have, mm.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Carrier(NamedTuple):
 
 
 class Rider(NamedTuple):
-    """A bump on a pocket: its place, height above the ply round it, width at its foot, and what it adds."""
+    """A bump on a pocket: its place, height above the ply round it, width at its foot, and the excess that it adds."""
 
     top_mm: tuple[float, float]
     height_mm: float
@@ -58,7 +58,7 @@ class Rider(NamedTuple):
 def carriers(
     pockets: Sequence[FoundPocket], reports: Sequence[PocketReport], bumps: Sequence[Bump], recipe: Recipe
 ) -> list[Carrier]:
-    """List the pockets, with reports of the same places, and the bumps that are not judged as pockets."""
+    """List the pockets, whose reports are in the same order, and the bumps that are not judged as pockets."""
     listed = [
         Carrier(f"pocket {report.id}", one, _excess_mm(report, recipe))
         for one, report in zip(pockets, reports, strict=True)
@@ -71,19 +71,19 @@ def carriers(
 
 
 def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Judgement]:
-    """Say what would cease but could crease for a bump on it.
+    """Judge the carriers: UNDECIDED for each one that would cease but could crease because of a bump on it.
 
     Parameters
     ----------
     raw
         The scan before any filter.
     on
-        Where to look.
+        The carriers to search.
     ply
-        What they are judged by.
+        The ply and the recipe by which they are judged.
     stop
-        Raised from another thread, ends the search with `Stopped`; past its deadline, what was not looked at is in
-        doubt.
+        Raised from another thread, it ends the search with `Stopped`. After its deadline, carriers that were not
+        searched are in doubt.
     """
 
     def doubt(carrier: Carrier) -> Judgement | None:
@@ -106,7 +106,7 @@ def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.St
 
 
 def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.Stop | None = None) -> list[Rider]:
-    """Find the bumps on one place, highest first."""
+    """Find the narrow bumps that ride on one pocket or bump, highest first."""
     core = found.feet._core
     foot, reference = core.feet[found.index], ply.reference
     if not len(found.foot.outline_mm):
@@ -117,7 +117,7 @@ def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.St
 
 
 def _excess_mm(report: PocketReport, recipe: Recipe) -> float:
-    """Return what its fibres have to spare at most."""
+    """Return the largest excess length that a pocket's fibres may have, mm."""
     if report.excess is None:
         return max(report.excess_length_mm or 0.0, 0.0)
     return max(report.excess.length_mm + 2 * (report.excess.missed_mm + report.excess.uncertainty_mm), 0.0)

@@ -1,4 +1,4 @@
-"""The geometry of a pocket's ridges: from the excess where the rim is held, else from the minima."""
+"""The geometry of a pocket's ridges: from the excess length if the rim is held, else from the minima."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ if TYPE_CHECKING:
 
 __all__ = ["of_excess", "of_minima"]
 
-# Half the width of the band of places, in radii of a disc of the foot's area, that holds nine in ten of the minima from
-# other starts (bench/study/places.txt): about the ridge by the excess, and about that of a minimum at the ply's edge.
-# There the highest ridge may stand anywhere in the pocket.
+# Half the width of the band that contains the highest ridge of nine in ten minima from other starts
+# (bench/study/places.txt), in radii of a disc of the foot's area: first the band about the ridge by the excess, then
+# the band about the ridge of a minimum at the ply's edge, where the highest ridge may stand anywhere in the pocket.
 HELD_SPREAD, EDGE_SPREAD = 0.21, 1.35
-_ENOUGH = 8  # minima, the farthest of which says as much: the next lies within it in 8 of 9 cases
+_ENOUGH = 8  # minima: the farthest of so many sets the width of the band; the next one lies within it in 8 of 9 cases
 
 Floats = NDArray[np.float64]
 
 
 def of_excess(laid: LaidPocket, foot: Foot) -> tuple[RidgeGeometry, ...]:
-    """Return the one ridge that the excess makes of a pocket whose rim is held; empty where none stands.
+    """Return the one ridge that the excess makes in a pocket whose rim is held; empty if none stands.
 
-    It needs no minimum. A coarse net shows several smaller ridges in its place, others from every start, which share
-    the excess of the same fibres.
+    No minimum is needed. The minima of a coarse net show several smaller ridges in its place, which differ from start
+    to start and share the excess of the same fibres.
     """
     known = laid.excess
     if known is None or not known.height_mm > 0:
@@ -60,7 +60,8 @@ def of_excess(laid: LaidPocket, foot: Foot) -> tuple[RidgeGeometry, ...]:
 def of_minima(laid: LaidPocket, settled: Settled, foot: Foot) -> tuple[RidgeGeometry, ...]:
     """Return the ridges of the best minimum as its net shows them, highest first.
 
-    The band holds the highest ridges of all certified minima; of a few it is as wide at least as was measured of many.
+    The band of places contains the highest ridges of all certified minima. If there are few minima, it is at least as
+    wide as the band that was measured on many.
     """
     nodes_mm = settled.solution.nodes_mm
     crests = net_crests(settled.best, laid.net.neighbours, nodes_mm)
@@ -119,12 +120,12 @@ def _geometry(
 
 
 def _on_mold(line_mm: Floats, reference: Reference) -> Floats:
-    """(K, 3) points of the mold below a line."""
+    """Return the (K, 3) points of the mold below a line."""
     return np.column_stack([line_mm, reference.height(line_mm)])
 
 
 def _fibres(laid: LaidPocket, nodes_mm: Floats, crest: Sequence[int]) -> list[Floats]:
-    """Return the ways of the fibres past the nodes of a crest, of the directions that have any."""
+    """Return the vector along the fibres at the nodes of a crest, for each fibre direction that has any."""
     ways = []
     for ahead, back in ((0, 1), (2, 3)):
         links = laid.net.neighbours[list(crest)]
@@ -134,12 +135,12 @@ def _fibres(laid: LaidPocket, nodes_mm: Floats, crest: Sequence[int]) -> list[Fl
 
 
 def _angle_deg(a: Floats, b: Floats) -> float:
-    """Between two lines, 0 to 90."""
+    """Return the angle between two lines, 0 to 90 degrees."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     cross = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])  # np.cross takes twenty times as long
     return math.degrees(math.atan2(float(np.linalg.norm(cross)), abs(float(a @ b))))
 
 
 def _radius_mm(area_mm2: float) -> float:
-    """Of a disc of that area."""
+    """Return the radius of a disc of this area."""
     return math.sqrt(area_mm2 / math.pi)

@@ -1,4 +1,4 @@
-"""A few of a scan's points, looked at before all others: where they are, and how high above the reference."""
+"""A sample of a scan's points, checked before all others: where they are, and how high above the reference."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from debulk.surface import Reference
 __all__ = ["Sample", "sample_of", "sampled"]
 
 Floats = NDArray[np.float64]
-_FEW = 10_000  # coordinates: a cloud of fewer may be none at all
+_FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,17 +30,17 @@ class Sample:
     points_mm
         (N, 3), all finite.
     height_mm
-        (N,) above the reference along z; NaN where that was not seen.
+        (N,) heights above the reference along z; NaN where the reference was not seen.
     each
-        How many points of the scan each of them stands for.
+        Number of the scan's points that each of these stands for.
     same
-        (N,) which of the points the reference cloud has bit for bit; none where that is not known.
+        (N,) which of the points are in the reference cloud, bit for bit; all False if that is not known.
     removed_mm
-        What was taken off the heights.
+        Offset that was subtracted from the heights.
     pitch_mm
-        From point to point of the scan, where it shows the ply; inf: not known.
+        Distance from point to point of the scan, where it shows the ply; inf: not known.
     inside
-        What `PlyZones.inside` has found already, by the zones: several checks ask for it.
+        Results of `PlyZones.inside`, by the zones, kept because several checks ask for them.
     """
 
     points_mm: Floats
@@ -52,7 +52,7 @@ class Sample:
     inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
 
     def lowered(self, offset_mm: float) -> Sample:
-        """Return the same points, lower by so much."""
+        """Return the same points, lower by this offset."""
         down = self.points_mm - np.array([0.0, 0.0, offset_mm])
         return Sample(down, self.height_mm - offset_mm, self.each, self.same, offset_mm, self.pitch_mm)
 
@@ -88,17 +88,17 @@ def sampled(
 def sample_of(
     points: NDArray[np.float32], prepared: Prepared, mold_from_scanner: Floats | None, threads: int
 ) -> Sample:
-    """Make a sample of (N, 3) points of a scan, all finite, that stand for themselves."""
+    """Make a sample of (N, 3) points of a scan, all finite, each of which stands for itself alone."""
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
-    in_mold = points.astype(np.float64, order="F")  # each coordinate in one piece: that is what the checks read
+    in_mold = points.astype(np.float64, order="F")  # each coordinate is contiguous: the checks read them one by one
     return Sample(
         in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), 1, np.zeros(len(in_mold), np.bool_)
     )
 
 
 def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
-    """Heights of (N, 3) points above the reference; NaN where the grid says that nothing was seen of it."""
+    """Return the heights of (N, 3) points above the reference; NaN where the grid `seen` shows nothing of it."""
     heights = np.full(len(points_mm), np.nan)
     corners = _core.surface.extent(reference)
     (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)

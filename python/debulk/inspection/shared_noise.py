@@ -1,4 +1,4 @@
-"""Whether neighbouring points of a scan share their noise, as they do once its scanner's software has smoothed it."""
+"""Whether neighbouring points of a scan share their noise, as they do after the scanner's software has smoothed it."""
 
 from __future__ import annotations
 
@@ -15,34 +15,36 @@ __all__ = ["noise_is_shared"]
 
 Floats = NDArray[np.float64]
 
-_SIDE = 16  # points, of a square
-_DEGREE = 5  # of the polynomial that takes the ply's shape out of it
-_SQUARES = 100
-_TURN = 0.618034  # of all squares, from one that is looked at to the next: they repeat no pattern of rows
-_SEEN = 0.75  # of a square
-_FEWEST, _LEAST_SHARE = 20, 0.4  # squares that tell, and of those looked at
-_LEAST_DIFFERENCES = 20  # in a square, of 144: each takes 25 points
-_ROUNDED = 2.0  # times what a float32 resolves: scatter below that is no noise
-_SHARED = 0.25  # of white noise 1; of a box of 3 points 0.29, of 5 0.23, of a Gaussian of 0.7 points 0.22, of 1 0.04
-_MOST_TELL = 0.75  # the quantile: a square with an edge, or much shape, shows less than its noise has
+_SIDE = 16  # points along the side of a square
+_DEGREE = 5  # of the polynomial that removes the ply's shape from a square
+_SQUARES = 100  # looked at, at most
+_TURN = 0.618034  # share of all squares from one that is looked at to the next, so that no pattern of rows repeats
+_SEEN = 0.75  # least share of a square's points that must have been seen
+_FEWEST, _LEAST_SHARE = 20, 0.4  # squares that must give a result: their number, and their share of those looked at
+_LEAST_DIFFERENCES = 20  # in a square, out of 144: each needs 25 points
+_ROUNDED = 2.0  # times a float32's resolution: smaller scatter is no noise
+# Share of white noise below which noise is shared. White noise has 1; after a box of 3 points 0.29 of it is left, of 5
+# 0.23, after a Gaussian of 0.7 points 0.22, of 1 0.04.
+_SHARED = 0.25
+_MOST_TELL = 0.75  # quantile over the squares that is compared: an edge, or much shape, lowers the share in a square
 _FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
 def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> bool:
-    """Tell whether points `step` pixels apart, or twice that, lack what they have of their own: white noise.
+    """Return whether points `step` pixels apart, or twice that, have no white noise, which each point has for itself.
 
-    What a smoothing leaves varies slowly: differences of fourth order along both axes of the image, in which white
-    noise of one unit makes 70, are too small beside its scatter. Scanners' noise that is correlated has a white part.
-    What a median leaves has one, too, but takes the same depth again and again.
+    Noise that was smoothed varies slowly: its differences of fourth order along both axes of the image, which are 70
+    for white noise of one unit, are too small compared with its scatter. A scanner's own noise, even if correlated, has
+    a white part. Noise after a median filter has one too, but the same depth occurs again and again.
 
     Parameters
     ----------
     scan
         (H, W, 3), scanner frame, NaN where nothing was seen.
     squares, index
-        Where to look: squares that lie on the ply, counted row by row.
+        The squares to look at: the lattice, and the numbers, counted row by row, of squares that lie on the ply.
     step
-        Pixels from a point to the next that is looked at.
+        Pixels from one point that is looked at to the next.
     """
     some = index[(_TURN * len(index) * np.arange(min(_SQUARES, len(index)))).astype(np.int64) % max(1, len(index))]
     near, far = (_depths(scan, squares, some, apart) for apart in (step, 2 * step))
@@ -56,7 +58,7 @@ def _shared(depths: Floats) -> bool:
 
 
 def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> Floats:
-    """Take the depths, (N, 16, 16), of the squares that lie in the image."""
+    """Return the (N, 16, 16) depths of the squares that lie in the image."""
     wide = len(squares.columns)
     reach = step * np.arange(_SIDE)
     rows, columns = squares.rows[index // wide], squares.columns[index % wide]
@@ -67,7 +69,7 @@ def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64
 
 
 def _own_share(depths: Floats) -> Floats:
-    """Return fourth differences over the scatter about a polynomial, of each square that tells; of white noise 1."""
+    """Return each usable square's fourth differences over its scatter about a polynomial; 1 for white noise."""
     flat = depths.reshape(len(depths), _SIDE**2)
     seen = np.isfinite(flat)
     enough = np.mean(seen, axis=1) >= _SEEN
@@ -88,7 +90,7 @@ def _own_share(depths: Floats) -> Floats:
 
 
 def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:
-    """Return what each row's polynomial, fitted to the points that were seen, leaves of them; elsewhere 0."""
+    """Return the residuals of each row about a polynomial fitted to its points that were seen; 0 for other points."""
     shape, products = _polynomials()
     level = np.sum(flat, axis=1, keepdims=True) / np.sum(seen, axis=1, keepdims=True)
     flat = np.where(seen, flat - level, 0.0)
@@ -98,13 +100,13 @@ def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:
 
 
 def _fourth(values: Floats) -> Floats:
-    """Differences of fourth order along the last axis."""
+    """Return differences of fourth order along the last axis."""
     return np.asarray(sum(c * values[..., k : values.shape[-1] - 4 + k] for k, c in enumerate(_FOURTH)))
 
 
 @functools.cache
 def _polynomials() -> tuple[Floats, Floats]:
-    """Orthonormal polynomials over a square, (256, 21), and their products two by two, (256, 441)."""
+    """Return orthonormal polynomials over a square, (256, 21), and the products of each pair of them, (256, 441)."""
     u, v = np.meshgrid(*2 * (np.linspace(-1, 1, _SIDE),))
     powers = [(i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]
     shape = np.linalg.qr(np.stack([(u**i * v**j).ravel() for i, j in powers], axis=1))[0]

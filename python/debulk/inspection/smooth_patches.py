@@ -1,4 +1,4 @@
-"""Patches of an organised scan that carry no measuring noise, as a scanner's own software fills or clips them."""
+"""Patches of an organised scan without measuring noise, where a scanner's own software filled or clipped the scan."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Whole = NDArray[np.int64]
 Cloud = NDArray[np.float32]
 OnPly = Callable[[Cloud], Bools]
 
-SIDE = _core.cloud.square_side  # pixels, of a square
-_ACROSS = 3.0  # squares begin so many times in the width of the smallest patch that is asked for
-_FOR_LIMITS = 1000  # squares, over all of the image
-_LEVEL = 0.01  # of the mold's z along the scanner's XY: with less both z have the same differences
+SIDE = _core.cloud.square_side  # pixels along the side of a square
+_ACROSS = 3.0  # squares that begin within the width of the smallest patch that is looked for
+_FOR_LIMITS = 1000  # squares, spread over the image, from which the scan's noise is read
+_LEVEL = 0.01  # component of the mold's z in the scanner's XY: if smaller, depths along both z axes differ alike
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,9 @@ class Squares:
     Attributes
     ----------
     rows, columns
-        Of their first pixels.
+        Rows and columns of the squares' first pixels.
     step
-        Pixels from one to the next, along rows and columns.
+        Pixels from one square to the next, along rows and columns.
     """
 
     rows: Whole
@@ -42,7 +42,7 @@ class Squares:
     step: int
 
     def middles(self, scan: Cloud, index: Whole) -> Cloud:
-        """Return the (N, 3) points in the middle of squares, counted row by row."""
+        """Return the (N, 3) points in the middle of the squares with these numbers, counted row by row."""
         half, wide = SIDE // 2, len(self.columns)
         return np.asarray(scan[self.rows[index // wide] + half, self.columns[index % wide] + half])
 
@@ -54,9 +54,9 @@ class Quiet:
     Attributes
     ----------
     squares
-        (R, C).
+        (R, C) True for the squares without noise.
     unknown
-        Why noise may be missing elsewhere, too, and not be missed; empty: it would be.
+        Why a lack of noise would go undetected in other squares; empty: it would be detected.
     """
 
     squares: Bools
@@ -64,7 +64,7 @@ class Quiet:
 
 
 def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squares | None:
-    """Lay squares on a cloud's image such that a patch so wide holds some; None: it is no image, or too small."""
+    """Lay squares on a cloud's image so that a patch of this width holds some; None: no image, or one too small."""
     if len(shape) != 3 or min(shape[:2]) < SIDE or not np.isfinite(pitch_mm):
         return None
     step = int(np.clip(wide_mm / (_ACROSS * pitch_mm), 4, 2 * SIDE))
@@ -73,7 +73,7 @@ def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squar
 
 
 def some_on_ply(scan: Cloud, squares: Squares, on_ply: OnPly) -> Whole:
-    """Return a thousand squares at most, spread over the image, whose middles were seen and lie on the ply."""
+    """Return at most a thousand squares, spread over the image, whose middles were seen and lie on the ply."""
     count = len(squares.rows) * len(squares.columns)
     return _those_on_ply(scan, squares, np.arange(0, count, -(-count // _FOR_LIMITS)), on_ply)
 
@@ -81,24 +81,24 @@ def some_on_ply(scan: Cloud, squares: Squares, on_ply: OnPly) -> Whole:
 def quiet_squares(
     scan: Cloud, squares: Squares, some: Whole, on_ply: OnPly, up: Floats, stop: _core.Stop, threads: int = 0
 ) -> Quiet:
-    """Tell which squares on the ply carry none of the scan's noise.
+    """Find the squares on the ply that carry none of the scan's noise.
 
     Parameters
     ----------
     scan
         (H, W, 3), scanner frame.
     squares
-        On its image.
+        The squares on its image.
     some
-        Of those on the ply, as `some_on_ply` returns them: they tell the scan's noise.
+        Some of the squares on the ply, as `some_on_ply` returns them: the scan's noise is read from them.
     on_ply
-        Tells which (N, 3) points lie on the ply.
+        Function that returns which (N, 3) points lie on the ply.
     up
-        (3,) the mold's z in the scanner's frame: heights may have been clipped along it, and not along the scanner's.
+        (3,) the mold's z in the scanner's frame: heights may have been clipped along it, not along the scanner's z.
     stop
-        Heeded.
+        Ends the search with `Stopped`.
     threads
-        0: as many as there are processors.
+        Number of threads; 0: as many as there are processors.
     """
     shape = len(squares.rows), len(squares.columns)
     count = shape[0] * shape[1]
@@ -113,7 +113,7 @@ def quiet_squares(
 
 
 def touching(quiet: Bools) -> list[Whole]:
-    """Return the (N, 2) rows and columns of quiet squares, piece by piece of those that touch along a side."""
+    """Return the (N, 2) rows and columns of quiet squares, in groups of squares that touch along a side."""
     left = {(int(row), int(column)) for row, column in np.argwhere(quiet)}
     pieces = []
     for start in sorted(left):
@@ -121,7 +121,7 @@ def touching(quiet: Bools) -> list[Whole]:
             continue
         left.remove(start)
         piece = [start]
-        for row, column in piece:  # which grows meanwhile
+        for row, column in piece:  # the list grows during the loop
             beside = {(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)} & left
             left -= beside
             piece += sorted(beside)
@@ -142,7 +142,7 @@ def _unknown(limits: list[_core.cloud.QuietLimits]) -> str:
 
 
 def _those_on_ply(scan: Cloud, squares: Squares, index: Whole, on_ply: OnPly) -> Whole:
-    """Return those of the squares whose middles were seen, and lie on the ply."""
+    """Return those of the squares whose middles were seen and lie on the ply."""
     middles = squares.middles(scan, index)
     seen = complete(np.isfinite(middles))
     index = index[seen]

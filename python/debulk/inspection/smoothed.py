@@ -1,4 +1,4 @@
-"""Whether a scan was smoothed, which lowers narrow bumps: by the noise its points share, and by the ply's edge."""
+"""Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ if TYPE_CHECKING:
 __all__ = ["Smoothed", "SmoothedSearch"]
 
 Floats = NDArray[np.float64]
-_SPREAD = 0.9  # of what is allowed: a box over three pixels spreads an edge by a sigma of 0.8 of one
+_SPREAD = 0.9  # allowed sigma of the edge, over fine_mm or the pitch if larger; a box over three pixels has 0.8 pixels
 
 
 @dataclass(frozen=True)
 class Smoothed:
-    """What tells that a scan was smoothed.
+    """The evidence that a scan was smoothed.
 
     Attributes
     ----------
     shared_mm
-        Points so far apart share their noise; 0: they do not.
+        Distance at which points share their noise; 0: they do not.
     edge_mm
-        Sigma of a Gaussian that spreads the ply's edge as far as it is spread; 0: by no more than is allowed; NaN: not
-        known.
+        Sigma of the Gaussian that would blur the ply's edge as much as the scan does; 0: no more than is allowed; NaN:
+        not known.
     """
 
     shared_mm: float = 0.0
     edge_mm: float = 0.0
 
     def doubts(self) -> list[Judgement]:
-        """UNDECIDED where it was."""
+        """Return UNDECIDED if the scan was smoothed, else nothing."""
         if self.shared_mm:
             found = (
                 f"points of the scan {self.shared_mm:.2g} mm apart share their measuring noise: smoothed or "
@@ -59,7 +59,7 @@ class Smoothed:
         return [Judgement(Verdict.UNDECIDED, reason)]
 
     def left_out(self) -> tuple[LeftOut, ...]:
-        """Say that the ply's edge could not be looked at."""
+        """Return an entry for the report if the blur of the ply's edge is not known."""
         if not np.isnan(self.edge_mm):
             return ()
         return (
@@ -72,18 +72,18 @@ class Smoothed:
 
 
 class SmoothedSearch:
-    """Looks for it in scan after scan.
+    """Looks for signs of smoothing in scan after scan.
 
     Parameters
     ----------
     prepared
-        Of the reference.
+        The prepared reference.
     mold_from_scanner
-        (4, 4), or None: the same frame.
+        (4, 4), x_mold = T x_scanner; None: scans are in the mold's frame.
     outline
-        The ply's, or None: its edge is not looked at.
+        The ply's outline; None: the ply's edge is not looked at.
     recipe
-        The sections clean, material and run.
+        The sections clean, material and run are used.
     """
 
     def __init__(
@@ -101,7 +101,10 @@ class SmoothedSearch:
         pitch_mm: float,
         mask: NDArray[np.bool_] | None,
     ) -> Smoothed:
-        """Look for it in an organised scan: in squares that tell the noise; (H, W) True in the mask: not to be used."""
+        """Look for smoothing in an organised scan, at the squares `some` on the ply and at the ply's edge.
+
+        The (H, W) mask is True where a pixel is not to be used.
+        """
         step = max(1, round(self._fine_mm / pitch_mm))
         if noise_is_shared(scan, squares, some, step):
             return Smoothed(shared_mm=step * pitch_mm)

@@ -1,4 +1,4 @@
-"""A laid net with what its fibres have to spare for a fold, theirs or that of a pocket nearby."""
+"""A laid net with the excess length that its fibres can give to a fold, on it or in a pocket nearby."""
 
 from __future__ import annotations
 
@@ -26,15 +26,16 @@ class SpareNet:
     Attributes
     ----------
     net, spacing_mm
-        As laid.
+        The net as laid, and its spacing.
     foot_outline_mm
         (M, 2), mold XY, where the ply comes down to the mold tolerance.
     tail_mm
-        How far beyond that it comes to lie on the mold.
+        Distance beyond that outline at which the ply comes to lie on the mold.
     at_spacing_mm
         Largest excess of its fibres, as laid.
     measure
-        Returns the ridge that it makes; None where it is not known. Called once, where a fold may reach it.
+        Function that returns the ridge that the excess makes; None if it is not known. It is called at most once, and
+        only if a fold may reach the net.
     """
 
     net: Net | PocketNet
@@ -46,20 +47,20 @@ class SpareNet:
 
     @cached_property
     def excess(self) -> ExcessReport | None:
-        """The ridge that the excess makes; None where it is not known."""
+        """The ridge that the excess makes; None if it is not known."""
         return self.measure()
 
     @property
     def scale(self) -> float:
-        """By what the excess grows from the net's own spacing to none, with what the net may miss."""
+        """Factor by which the excess grows from the net's own spacing to zero spacing, with what the net may miss."""
         if self.excess is None or self.excess.at_spacing_mm <= 0:
             return 1.0
         return max(self.excess.length_mm + 2 * self.excess.missed_mm, 0.0) / self.excess.at_spacing_mm
 
     def uncertainty_mm(self, recipe: Recipe) -> float:
-        """Of the ridge that the excess makes: half of that of the excess."""
+        """Return the uncertainty of the ridge that the excess makes, half of the uncertainty of the excess itself."""
         return recipe.verdict.excess_margin_mm if self.excess is None else self.excess.uncertainty_mm
 
     def most_mm(self, recipe: Recipe) -> float:
-        """Return the largest excess of its fibres within the uncertainty."""
+        """Return the largest excess that its fibres may have, with the uncertainty added."""
         return self.at_spacing_mm * self.scale + 2 * self.uncertainty_mm(recipe)

@@ -1,8 +1,9 @@
-"""How many starts a pocket gets: a fixed few, and more, up to a fixed number, while a figure lies close to its limit.
+"""How many starts a pocket gets: a few, and more, up to a fixed number, while a figure lies close to its limit.
 
-A sheet has many minima, and its figures differ between them (docs/model.md, section 4). Far from every limit that does
-not matter; close to one, the range over a few starts is too narrow to trust. Measured in bench/study: 2 starts, and up
-to 8 close to a limit, decide as well as 6 for every pocket, in less than half the time.
+A start is a starting point of the minimisation. A sheet has many minima, and its figures differ between them
+(docs/model.md, section 4). Far from every limit this does not matter; close to a limit, the range over a few starts is
+too narrow to trust. In bench/study, 2 starts, and up to 8 close to a limit, decided as well as 6 for every pocket, in
+less than half the time.
 """
 
 from __future__ import annotations
@@ -25,53 +26,53 @@ Found = TypeVar("Found")
 
 
 class Figures(Protocol):
-    """What decides on a solution."""
+    """The figures of a solution that the verdict depends on."""
 
     @property
     def rms_mm(self) -> float:
-        """Of the gaps inside the perimeter."""
+        """RMS of the gaps inside the perimeter."""
 
     @property
     def ridge_height_mm(self) -> float:
-        """Of the highest ridge; 0 without one."""
+        """Height of the highest ridge; 0 without one."""
 
     @property
     def bridge_height_mm(self) -> float:
-        """Of the highest bridging node; 0 without one."""
+        """Height of the highest bridging node; 0 without one."""
 
 
 @dataclass(frozen=True)
 class Settled:
-    """What all starts of a pocket came to."""
+    """The result of all starts of a pocket."""
 
     solution: solve.Solution
-    """The best certified one, with every start's in `minima`."""
+    """The best certified solution, with the solutions of all starts in its `minima`."""
     best: ridge.PostProcessed
     """Ridges of that solution."""
     counted: tuple[solve.Solution, ...]
-    """The certified ones (those that needed a compliance count only if all did); without any the best."""
+    """The certified solutions (those that needed a compliance count only if all did); without any, the best one."""
     every: tuple[ridge.PostProcessed, ...]
-    """Ridges of each of these."""
+    """Ridges of each of the counted solutions."""
     cut: bool
     """Whether a deadline cut off starts that the rule asks for."""
 
     def and_of(self, other: Settled) -> Settled:
-        """Let the minima of the same net under another friction count, too; the best one stays."""
+        """Also count the minima of the same net under another friction; the best solution stays."""
         return replace(self, counted=self.counted + other.counted, every=self.every + other.every)
 
     @property
     def rms_mm(self) -> Range:
-        """Least and most over the certified starts."""
+        """Least and greatest RMS over the certified starts."""
         return spread([p.rms_mm for p in self.every])
 
     @property
     def ridge_mm(self) -> Range:
-        """The same of the ridge height."""
+        """Least and greatest ridge height over the certified starts."""
         return spread([p.ridge_height_mm for p in self.every])
 
     @property
     def bridge_mm(self) -> Range:
-        """The same of the bridging height."""
+        """Least and greatest bridging height over the certified starts."""
         return spread([p.bridge_height_mm for p in self.every])
 
 
@@ -86,12 +87,12 @@ def settle(
 ) -> Settled:
     """Minimise from `recipe.solve.starts`, then from further ones while `close` says so, up to `most_starts`.
 
-    Idle threads of the pool work ahead on the further ones. What they find counts only where the rule asks for it, in
-    the order of the starts: the result does not depend on them.
+    Idle threads of the pool work ahead on the further starts. Their results count only if the rule asks for them, in
+    the order of the starts, so that the result does not depend on the pool.
 
-    `for_the_picture`: the verdict needs no figure of a minimum, and one certified minimum is enough. It comes from a
-    perturbed start: a smooth, symmetric pocket keeps its symmetry on the way down from the net as laid, and shares its
-    excess among folds that none of its neighbours in energy has (bench/referee). The net as laid is the second resort.
+    With `for_the_picture`, the verdict needs no figure of a minimum, and one certified minimum is enough. It comes from
+    a perturbed start: from the net as laid, a smooth, symmetric pocket keeps its symmetry on the way down, and shares
+    its excess among folds that none of its neighbours in energy has (bench/referee). The net as laid is tried second.
     """
     wanted = recipe.solve
     minima: list[solve.Solution] = []
@@ -105,7 +106,7 @@ def settle(
     def take(found: tuple[solve.Solution, ...]) -> None:
         minima.extend(found)
         counted.extend((m, post_process(m)) for m in found if m.certified)
-        # A ply with softer fibres is another ply: it counts where all of them needed a compliance.
+        # A ply with softer fibres is another ply: minima with a compliance count only if all of them needed one.
         if not all(m.certificate.compliant for m, _ in counted):
             counted[:] = [(m, p) for m, p in counted if not m.certificate.compliant]
 
@@ -125,7 +126,7 @@ def settle(
         with closing(_in_order(lambda k: minimise(k, k + 1), further, pool)) as results:
             while more() and not stop.now():
                 take(next(results))
-    # A start that is not certified may be one that the stop ended on its way.
+    # If a start is not certified, the stop may have ended it before it reached a minimum.
     cut = stop.now() and (more() or len(minima) < wanted.starts or not all(m.certified for m in minima))
     return _settled(minima, counted, post_process, cut)
 
@@ -146,7 +147,7 @@ def _settled(
 def _in_order(
     work: Callable[[int], Found], numbers: Iterable[int], pool: Executor | None
 ) -> Generator[Found, None, None]:
-    """Yield the work on each number, in order; what no idle thread of the pool has begun by then is done here."""
+    """Yield the result for each number, in order; work that no thread of the pool has begun by then is done here."""
     if pool is None:
         yield from map(work, numbers)
         return
@@ -160,10 +161,11 @@ def _in_order(
 
 
 def close(every: Sequence[Figures], recipe: Recipe) -> bool:
-    """Whether another start may well change the verdict on a pocket whose certified starts have these figures.
+    """Return whether another start may change the verdict on a pocket whose certified starts have these figures.
 
-    Not where the starts lie on both sides of a limit already: it is UNDECIDED, and stays so. Not where one figure lies
-    above its limit in every start, or all below, by more than `solve.close_ridge_mm` and `solve.close_rms_mm`.
+    It may not if the starts already lie on both sides of a limit: the pocket is UNDECIDED, and stays so. Nor may it if
+    one figure is above its limit in every start, or all figures are below, by more than `solve.close_ridge_mm` and
+    `solve.close_rms_mm`.
     """
     if not every:
         return False
@@ -185,5 +187,5 @@ def close(every: Sequence[Figures], recipe: Recipe) -> bool:
 
 
 def spread(values: Sequence[float]) -> Range:
-    """Return the least and the most."""
+    """Return the least and the greatest value."""
     return min(values), max(values)

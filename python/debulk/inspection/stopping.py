@@ -1,4 +1,4 @@
-"""Heeding a raised stop between two pieces of work in Python."""
+"""Checks of a stop between two pieces of work in Python."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ __all__ = ["heed"]
 
 
 def heed(stop: _core.Stop | None, what: str) -> None:
-    """Raise `Stopped`, naming what was, once the stop is raised."""
+    """Raise `Stopped`, with `what` in its message, if the stop is raised or its deadline has passed."""
     if stop is not None and stop.now():
         raise _core.Stopped(f"{what} was stopped")

@@ -1,7 +1,7 @@
-"""What stands between the fibres of a net: straight lines along them, a few millimetres apart, over the heights.
+"""Straight lines over the heights, parallel to the fibres and a few millimetres apart, to see between a net's fibres.
 
-A net of some hundred nodes on a wide pocket has fibres 10 to 30 mm apart, and steps over a bump that rides on it. The
-lines do not: each is as long as the heights say, from one end of the foot to the other.
+A net of some hundred nodes on a wide pocket has fibres 10 to 30 mm apart, and may step over a bump that rides on the
+pocket. The lines do not: the length of each is read from the heights, from one end of the foot to the other.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["StraightFibre", "longest"]
 
 
 class StraightFibre(NamedTuple):
-    """By how much a straight line over a pocket is longer than the mold below it, and where it is highest."""
+    """The excess length of a straight line over a pocket, compared with the mold below, and where it is highest."""
 
     excess_mm: float
     top_mm: tuple[float, float]
@@ -32,15 +32,16 @@ def longest(
 ) -> StraightFibre:
     """Return the line with the most excess, of both fibre directions at the pocket's centre.
 
-    Where more ply lies between two parts of a foot, as within a ring, than one fold draws over, each has its own lines.
-    What the filters take from it is added, told by what they take once more (`missed.missed_share`).
+    If more ply lies on the mold between two parts of a foot, as within a ring, than one fold can draw over, each part
+    has its own lines. The length that the filters have removed is added; it is estimated by what filtering the filtered
+    heights once more removes (`missed.missed_share`).
 
     Parameters
     ----------
     found, ply
-        The pocket, and what it is judged by.
+        The pocket, and the ply and the recipe by which it is judged.
     held_over_mm
-        Lines count only where the ply goes on so far beyond both of their ends; 0: all of them.
+        A line counts only if the ply goes on this far beyond both of its ends; 0: all lines count.
     stop
         Ends the search with `Stopped`.
     """

@@ -1,4 +1,4 @@
-"""A few of a cloud's points, spread over all of it, and how densely the cloud covers what it shows."""
+"""A few of a cloud's points, spread over all of it, and the pitch of the cloud on the surface that it shows."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 __all__ = ["Thinned", "complete", "pitch_of", "thinned"]
 
-_POINTS = 30_000  # some 30 in a square of 40 mm on a ply of a square metre
-_CELLS_MM = (10.0, 20.0, 40.0, 80.0)
-_MANY = 20  # cells in the box of the points, for each of them
-_CROWD = 6  # points in a cell: so many more than one that the cells which they fill are the surface
+_POINTS = 30_000  # about 30 in a square of 40 mm on a ply of a square metre
+_CELLS_MM = (10.0, 20.0, 40.0, 80.0)  # sides of the cells that are tried
+_MANY = 20  # cells per point in the box of the points, up to which cells are counted by marks
+_CROWD = 6  # points per filled cell: with so many, hardly a cell of the surface is empty
 
 
 class Thinned(NamedTuple):
@@ -24,7 +24,7 @@ class Thinned(NamedTuple):
     points
         (N, 3).
     each
-        How many points of the cloud each of them stands for.
+        Number of the cloud's points that each of these stands for.
     """
 
     points: NDArray[np.float32]
@@ -34,8 +34,8 @@ class Thinned(NamedTuple):
 def thinned(points: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) -> Thinned:
     """Return about 30 000 points, one from each tile of a cloud's image or list, NaN where the mask hides them.
 
-    Their places in the tiles are random, but the same for every cloud of a shape: a cloud of every eighth pixel is
-    neither hit nor missed by them as a whole.
+    Their places in the tiles are random, but the same for every cloud of the same shape. If a cloud has a point in
+    every eighth pixel only, the random places hit neither all nor none of its points.
     """
     places, each = _places(points.shape[:-1])
     few = np.take(points.reshape(-1, 3), places, axis=0)
@@ -46,7 +46,7 @@ def thinned(points: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) 
 
 @functools.lru_cache(maxsize=4)
 def _places(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], int]:
-    """Flat indices of one point in each tile, and the points of a tile."""
+    """Return the flat indices of one point in each tile, and the number of points in a tile."""
     step = max(1, int((np.prod(shape) / _POINTS) ** (1 / len(shape))))
     tiles = np.meshgrid(*(np.arange(max(1, n // step)) for n in shape), indexing="ij")
     inside = np.random.default_rng(0).integers(0, step, (len(shape), tiles[0].size))
@@ -57,14 +57,14 @@ def _places(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], int]:
 
 
 def complete(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Tell which rows of (N, 3) marks are all set; ten times faster than `all` along so short an axis."""
+    """Return which rows of (N, 3) marks are all set; ten times faster than `all` along so short an axis."""
     return np.asarray(marks[:, 0] & marks[:, 1] & marks[:, 2])
 
 
 def pitch_of(xy_mm: NDArray[np.floating], each: int) -> float:
-    """Return the side of the square that each point of a cloud has for itself, from a sample, (N, 2), all finite.
+    """Return the side of the square that each point of a cloud has for itself, from a finite sample, (N, 2).
 
-    The area is that of the cells which hold points, in cells so large that hardly one of the surface's is empty.
+    The area is that of the cells that hold points. The cells are so large that hardly a cell on the surface is empty.
     """
     if len(xy_mm) < _CROWD:
         return np.inf
@@ -78,9 +78,9 @@ def pitch_of(xy_mm: NDArray[np.floating], each: int) -> float:
 
 
 def _filled(column: NDArray[np.floating], row: NDArray[np.floating]) -> int:
-    """Count different cells, by their whole numbers."""
+    """Return the number of different cells with these columns and rows, which are whole numbers."""
     wide, tall = np.ptp(column) + 1, np.ptp(row) + 1
-    if not wide * tall <= _MANY * len(row):  # points far off: sorting takes less than so many marks
+    if not wide * tall <= _MANY * len(row):  # some points are far off: sorting takes less time than so many marks
         return len(np.unique(np.stack([column, row], axis=1), axis=0))
     marks = np.zeros((int(tall), int(wide)), dtype=np.bool_)
     marks[(row - row.min()).astype(np.int64), (column - column.min()).astype(np.int64)] = True

@@ -1,4 +1,4 @@
-"""What the tolerances drop: each bump's excess is bounded, and one that could crease is judged as a pocket."""
+"""Bumps that the tolerances drop: the excess of each is bounded, and one that could crease is judged as a pocket."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
 
 @dataclass(frozen=True, eq=False)
 class Bump:
-    """A bump that the tolerances drop, and what debulking could make of it at most.
+    """A bump that the tolerances drop, and a bound on what debulking could make of it.
 
     Attributes
     ----------
     dropped
-        As the segmentation lists it.
+        The bump as the segmentation lists it.
     excess_mm, ridge_mm, rms_mm
-        Largest excess of a fibre of the net laid on it, with the ridge and the RMS that this bounds; None where no net
-        was laid.
+        Largest excess of a fibre over it, and the bounds on ridge and RMS that follow from this; None if no net was
+        laid.
     why
-        In words, how it was bounded, or why it is judged as a pocket.
+        How it was bounded, in words, or why it is judged as a pocket.
     found
-        What is judged as a pocket; None: it stays dropped.
+        The bump as a pocket that is judged; None: it stays dropped.
     spare
-        Its net, with what its fibres have to spare for a fold in a pocket nearby; None where none was laid.
+        Its net, with the excess that its fibres can give to a fold in a pocket nearby; None if no net was laid.
     stands
-        Where it stands, with its foot; None where no net was laid.
+        The place where it stands, with its foot; None if no net was laid.
     late
         Whether the deadline passed before it was bounded.
     """
@@ -64,8 +64,8 @@ class Bump:
 def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
     """Bound what each dropped bump could become: lay a net on it, and take its largest excess as one ridge.
 
-    Fibres are inextensible and their ends are held: no minimum has more excess than the laid net (docs/model.md,
-    section 8). At the ply's edge, where fibres can slip, the bound is not reached.
+    Fibres are inextensible and their ends are held. Therefore no minimum has more excess than the laid net
+    (docs/model.md, section 8). At the ply's edge, where fibres can slip, the bound is not reached.
     """
     cut_mm = ply.recipe.segmentation.cut_height_mm
     places = [
@@ -103,7 +103,7 @@ def promoted(bumps: Sequence[Bump], first_number: int) -> tuple[FoundPocket, ...
 
 
 def doubts(bumps: Sequence[Bump]) -> list[Judgement]:
-    """Say that nothing is decided about bumps that a deadline cut off."""
+    """Return UNDECIDED if a deadline cut off the bounding of bumps, else nothing."""
     late = sum(bump.late for bump in bumps)
     reason = f"the deadline passed before the excess of {late} bump{'s' * (late > 1)} below the tolerances was bounded"
     return [Judgement(Verdict.UNDECIDED, reason)] if late else []
@@ -141,7 +141,7 @@ def _weigh(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> Bump:
         try:
             if not one.foot.closed:
                 return _open(dropped, one, ply, stop)
-            # A bent or branched bump fills little of its net: between the fibres it may be twice as long as they are.
+            # A bent or branched bump fills little of its net: a line between the fibres may have twice their excess.
             between_mm = straight_fibres.longest(one, ply, stop=stop).excess_mm
             laid = lay_net(one, bounding, stop)
             short = bridge_sections.over_bump(laid, one, ply, stop)
@@ -160,10 +160,10 @@ def _weigh(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     spare = SpareNet(laid, laid.spacing_mm, one.foot.outline_mm, tail_mm(one), at_nodes_mm, measure)
     bump = Bump(dropped, figures, excess_mm, ridge_mm, rms_mm, spare=spare, stands=one)
     over_ridge = ridge_mm >= least_mm
-    # At the ply's edge lines that nothing holds count too.
+    # At the ply's edge, `between_mm` also counts lines that nothing holds: there the excess at the nodes is used.
     steps_over = narrow.stands_on_hill(one) and not one.foot.touches_ply_edge
     lowered_mm = excess_mm if steps_over else at_nodes_mm
-    # Of what stands lower than a hill the filters' share is told by the search for narrow bumps, in the raw scan.
+    # For bumps lower than a hill, the search for narrow bumps in the raw scan covers what the filters have removed.
     is_hill = place.cut_mm >= place.feet.hill_mm
     if is_hill and (true_mm := narrow.true_ridge_mm(one, lowered_mm, ply.recipe)) >= least_mm:
         lowered = "it is so narrow that the filters may have lowered it"
@@ -173,14 +173,15 @@ def _weigh(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> Bump:
     if short is not None:
         figures, over_ridge = f"{figures}, and {short.why}", True
         one = replace(one, doubt=one.doubt or (short.why if short.likely else ""))
-    # The excess rule knows no RMS; of the few nodes of a bump that would exceed its limit at a third of the ridge's.
+    # The excess rule has no limit on the RMS. With the few nodes of a bump, the RMS would exceed its limit when the
+    # ridge is at a third of its own.
     limits = ply.recipe.verdict
     over_rms = limits.criterion == "paper" and rms_mm >= limits.max_rms_mm - limits.rms_margin_mm
     return replace(bump, found=_judged(one, dropped, figures)) if over_ridge or over_rms else bump
 
 
 def _open(dropped: Dropped, one: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Bump:
-    """Bound a bump on which no net can be laid, by what was seen of the straight lines that are held at both ends."""
+    """Bound a bump on which no net can be laid, by the visible part of straight lines that are held at both ends."""
     why = "its foot is not known all round"
     seen_mm = straight_fibres.longest(one, ply, ply.recipe.net.free_edge_mm, stop).excess_mm
     listed = dropped.touches_unknown and dropped.reason != "height"  # its area is a lower bound
@@ -195,7 +196,7 @@ def _judged(one: FoundPocket, dropped: Dropped, why: str) -> FoundPocket:
 
 
 def _resolving(ply: PlyOnMold) -> PlyOnMold:
-    """Return the ply with a net that resolves a bump, where the recipe's may step over it."""
+    """Return the ply with settings for a net that resolves a bump, if the recipe's own net may step over it."""
     wanted = ply.recipe.net
     if wanted.spacing_mm is None and wanted.node_target >= Net().node_target:
         return ply
@@ -205,7 +206,7 @@ def _resolving(ply: PlyOnMold) -> PlyOnMold:
 
 
 def _bounds(laid: net.Net, excess_mm: float, recipe: Recipe) -> tuple[float, float]:
-    """Ridge and RMS if every fibre had the largest excess, each in one ridge of one node."""
+    """Return ridge and RMS for the case that every fibre has the largest excess, each in one ridge of one node."""
     base_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
     ridge_mm = excess.ridge_of(excess_mm, recipe)
     fibres = sum(len(np.unique(laid.lattice[laid.inside, k])) for k in (0, 1))

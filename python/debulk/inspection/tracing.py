@@ -1,4 +1,4 @@
-"""What a report keeps of how it came about: inputs, time, versions and machine."""
+"""The record of how a report came about: inputs, time, versions and machine."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["Tracing", "checked_context", "now_utc"]
 
 
 class Tracing:
-    """What all inspections of one inspector have in common."""
+    """The part of the record that all inspections of one inspector have in common."""
 
     def __init__(self, inspector: Inspector) -> None:
         angles, camera, image = inspector.fibre_angles_deg, inspector.camera, inspector.prepared.image
@@ -46,22 +46,22 @@ class Tracing:
     def trace(
         self, began_utc: str, scan: ArrayTrace | None, context: dict[str, Any], deadline_s: float | None
     ) -> Trace:
-        """Trace one inspection."""
+        """Return the record of one inspection."""
         return Trace(time_utc=began_utc, scan=scan, context=context, deadline_s=deadline_s, **self._common)
 
 
 def now_utc() -> str:
-    """Return the time, ISO 8601 with milliseconds and Z for UTC."""
+    """Return the current time in ISO 8601, with milliseconds and Z for UTC."""
     return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def checked_context(context: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Copy what the caller wants to be kept, as JSON has it.
+    """Return a copy, in JSON's types, of the context that the caller wants to be kept.
 
     Raises
     ------
     InputError
-        For what JSON cannot hold: names that are not text, NaN, infinity, arrays and other objects.
+        The context holds something that JSON cannot: names that are not text, NaN, infinity, arrays or other objects.
     """
     if context is None:
         return {}

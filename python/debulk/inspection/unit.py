@@ -1,4 +1,4 @@
-"""Whether a scan is in another unit than its reference: too small by just that factor."""
+"""Whether a scan is in another unit than its reference: it is then too small by just the factor between the units."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ __all__ = ["unit_reason", "width_of"]
 
 Floats = NDArray[np.float64]
 _UNITS = {"centimetres": 10.0, "inches": 25.4, "decimetres": 100.0, "metres": 1000.0}
-_NEAR = 0.15  # of the factor: ply and reference are not seen from quite the same place
+_NEAR = 0.15  # of the factor: ply and reference are not seen from exactly the same place
 
 
 def width_of(seen: Grid) -> Floats:
-    """Return the (2,) extent along x and y of what is known in a map; 0 where nothing is."""
+    """Return the (2,) extent along x and y of the known part of a map; 0 if nothing is known."""
     known = np.isfinite(seen.values)
     if not known.any():
         return np.zeros(2)
@@ -23,10 +23,10 @@ def width_of(seen: Grid) -> Floats:
 
 
 def unit_reason(points_mm: Floats, wide: Floats) -> str:
-    """Say which unit (N, 3) points of a scan, all finite, are likely to be in; empty where it may be the reference's.
+    """Return which other unit (N, 3) points of a scan, all finite, are likely to be in; empty if there is no sign.
 
-    A scan that is smaller by such a factor than the reference, (2,) mm wide, shows far too little of the ply in any
-    case.
+    A scan that is smaller by such a factor than the reference, which is (2,) mm wide, shows far too little of the ply
+    in any case.
     """
     if not len(points_mm):
         return ""

@@ -1,4 +1,4 @@
-"""The edge of knowledge: what of the ply was not seen, and what that leaves of the verdict."""
+"""The parts of the ply that were not seen, and how they limit the verdict."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 __all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "single_points", "standing_mm", "worst"]
 
-_SPECK_POINTS = 8  # fewer than 3 by 3, as the core has it
-_NEAR_MM = 10.0  # of a foot, whose smoothed heights reach a little past what was seen
+_SPECK_POINTS = 8  # fewer than 3 by 3, as in the C++ core
+_NEAR_MM = 10.0  # from a hole to a foot or bump beside it: smoothed heights reach a little past what was seen
 
 
 def standing_mm(recipe: Recipe) -> float:
-    """Height from which a hole's rim stands up: a quarter of the cut, or what the ply laid on the mold may show."""
+    """Return the height from which a hole's rim stands up: a quarter of the cut, or more if a laid ply may show it."""
     return max(recipe.segmentation.cut_height_mm / 4, recipe.material.thickness_mm + recipe.patch.mold_tol_mm)
 
 
 def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tuple[UnseenHole, ...]:
-    """Return the holes of a scan as the report lists them; those that the rule filled in are left out."""
+    """Return the holes of a scan as the report lists them, without those that the rule for small holes filled in."""
     return tuple(
         UnseenHole(
             centre_mm=_pair(hole.centre),
@@ -49,12 +49,12 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
 def doubts(
     found: Found, pockets: Sequence[PocketReport], recipe: Recipe, judged_bumps: Sequence[pocket.Dropped] = ()
 ) -> list[Judgement]:
-    """Judge what was not seen: nothing better than its verdicts can be said of the layup.
+    """Judge the parts that were not seen; the layup's verdict cannot be better than these judgements.
 
-    A hole whose rim stands up may hide what stands there; one that is thick and flat at its rim may hide a pocket
-    whole, unless the mask hides it, and one in which single points stand up may, too; a bump whose area and height are
-    lower bounds may be a pocket, unless it is one of `judged_bumps`, which are judged as pockets with the holes beside
-    them, or lies in a hole that a pocket was judged with.
+    A hole whose rim stands up may hide the rest of whatever stands there. A thick hole with a flat rim may hide a whole
+    pocket, unless the hole is due to the mask; so may a hole in which single points stand up. A bump whose area and
+    height are lower bounds may be a pocket, unless it is one of `judged_bumps`, which are judged as pockets together
+    with the holes beside them, or lies in a hole that a pocket was judged with.
     """
     of_holes = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
     out = [doubt for doubt in of_holes if doubt is not None]
@@ -79,10 +79,10 @@ def doubts(
 
 
 def single_points(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen, spacing_mm: float, recipe: Recipe) -> str:
-    """Say that a bump is made of a few points in a hole round which the ply lies; empty: it is made of more.
+    """Return words for a bump that is only a few points in a hole round which the ply lies flat; empty: it is more.
 
-    Highlights leave such strays in the holes that they make. But so may a fold whose flanks were not seen: what is
-    known speaks neither for it nor against it, as of any hole with a flat rim.
+    Highlights leave such stray points in the holes that they make. A fold whose flanks were not seen may leave them
+    too. As with any hole that has a flat rim, the evidence speaks neither for a fold nor against it.
     """
     points = bump.measured_share * bump.area_mm2 / spacing_mm**2
     high = standing_mm(recipe)
@@ -98,9 +98,9 @@ def _holes_round(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen) -> list[p
 
 
 def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
-    """Area of a bump with the hole that hides the rest of it: smaller than a pocket, it is none.
+    """Return the area of a bump with the hole that hides the rest of it; if it is below the tolerance, it is no pocket.
 
-    The excess of what is known of it is bounded as that of every bump (tolerances.weigh).
+    The excess of the known part is bounded as for every bump (tolerances.weigh).
     """
     holes = [
         hole.area
@@ -126,7 +126,7 @@ def _doubt(
     elif hole.rim_height >= high:
         if one := _judged_with(hole, pockets):
             return Judgement(Verdict.UNDECIDED, f"{name} borders on pocket {one.id}: scan again")
-        if hidden:  # no other scan would show it
+        if hidden:  # another scan would not show it either
             return Judgement(Verdict.UNDECIDED, f"{name}, whose rim stands {hole.rim_height:.1f} mm high")
         if hole.thickness > BRIDGE_MM or not _bridged(hole, found, recipe):
             return standing
@@ -136,7 +136,7 @@ def _doubt(
 
 
 def _judged_with(hole: pocket.UnseenHole, pockets: Sequence[PocketReport]) -> PocketReport | None:
-    """Return a pocket that was judged with the ply laid in this hole in each way; that verdict holds."""
+    """Return a pocket that was judged with every way in which the ply may lie in this hole; its verdict holds."""
     for one in pockets:
         half = one.half_seen
         if half is not None and half.ways and any(of_it.centre_mm == _pair(hole.centre) for of_it in half.holes):
@@ -145,7 +145,7 @@ def _judged_with(hole: pocket.UnseenHole, pockets: Sequence[PocketReport]) -> Po
 
 
 def beside(found: FoundPocket) -> str:
-    """Say what an open rim is open to: the nearest hole, if one is listed."""
+    """Return what a pocket's open rim borders on, in words: the nearest hole, if one is listed near it."""
     outline = found.foot.outline_mm
 
     def gap_mm(hole: pocket.UnseenHole) -> float:
@@ -166,7 +166,7 @@ def worst(layup: Judgement, others: Sequence[Judgement]) -> Judgement:
 
 
 def missing_reference(judged: Judgement, found: Found, recipe: Recipe) -> Judgement:
-    """Name the reference where it is what the coverage lacks."""
+    """Add to the reason that the reference is not known widely enough, if that is why the coverage is too small."""
     reference = found.unseen.reference_coverage
     if found.unseen.coverage >= recipe.verdict.min_coverage or reference >= recipe.verdict.min_coverage:
         return judged
@@ -212,7 +212,7 @@ def _name(hole: pocket.UnseenHole, hidden: bool) -> str:
 
 
 def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport], reach_mm: float) -> bool:
-    """Whether its middle lies within what a pocket is judged by, or so near to that."""
+    """Return whether a hole's middle lies in a pocket's foot (else its outline), or nearer to it than `reach_mm`."""
     for one in pockets:
         outline = one.outline_mm if one.foot_outline_mm is None else one.foot_outline_mm
         if pocket.inside(outline, hole.centre[None])[0]:
@@ -223,9 +223,10 @@ def _in_a_foot(hole: pocket.UnseenHole, pockets: Sequence[PocketReport], reach_m
 
 
 def _bridged(hole: pocket.UnseenHole, found: Found, recipe: Recipe) -> bool:
-    """Whether the segmentation bridged it: what stands up there lies on a foot or is a bump, and so is judged.
+    """Return whether the segmentation bridged a hole: then whatever stands up there is judged, as a pocket or a bump.
 
-    Below half the cut its rim is no pocket's, and no thin hole can hide one that would show there.
+    A thin hole whose rim is below half the cut counts as bridged too: its rim is no pocket's, and a thin hole cannot
+    hide a pocket that does not show at its rim.
     """
     for whole, _ in found.parts:
         heights = whole.heights

@@ -1,4 +1,4 @@
-"""Points that stand for nothing seen: many scanners write (0, 0, 0), or a number far off, where NaN belongs."""
+"""Marks for pixels where nothing was seen: many scanners write (0, 0, 0), or a number far off, where NaN belongs."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from debulk.inspection.thinning import complete
 
 __all__ = ["refuse_marks"]
 
-_MOST = 0.001  # of the points, as in files
-_FEW = 3  # points of a sample that share a place by rounding, or by chance at the origin
+_MOST = 0.001  # of the points may share a place, as in files
+_FEW = 3  # points of a sample may share a place, by rounding or by chance at the origin
 
 
 def refuse_marks(points: NDArray[np.float32], name: str) -> None:
-    """Refuse a sample of a cloud, (N, 3), all finite, in which a place is taken again and again.
+    """Refuse a sample of a cloud, (N, 3), all finite, in which many points share one place.
 
-    No two points of a scan share one. Looked at are the origin and the outermost points: what is far off moves bounds,
-    and what is at the scanner stands up from the mold.
+    No two points of a real scan share a place. The origin and the outermost points are checked: points far off would
+    change the bounds of the cloud, and points at the scanner would stand up from the mold.
 
     Raises
     ------
     InputError
-        Names the place, and how to write NaN there.
+        Many points share one place; the message names it, and shows how to write NaN there.
     """
     if not len(points):
         return

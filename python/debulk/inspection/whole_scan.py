@@ -1,4 +1,4 @@
-"""Finds pockets in the whole scan: heights everywhere, then segmentation and feet."""
+"""Search for pockets in the whole scan: heights everywhere, then segmentation and feet."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
 __all__ = ["WholeScanFinder"]
 
 Floats = NDArray[np.float64]
-_FAR_PITCHES = 10  # so many spacings of the height map apart, pixels are no neighbours
+_FAR_PITCHES = 10  # spacings of the height map: adjacent pixels farther apart than this are no real neighbours
 
 
 class WholeScanFinder:
-    """Finds the pockets of scan after scan, of any cloud. One object serves one thread at a time.
+    """Finds the pockets of scan after scan, in any kind of cloud. One object serves one thread at a time.
 
     Parameters
     ----------
     prepared
-        The reference, and the camera's image where there is one.
+        The reference, and the camera's image if there is one.
     mold_from_scanner
         (4, 4), x_mold = T x_scanner. None: scans are in the mold's frame.
     ply_outline
         (M, 2), mold XY, mm, or None.
     recipe
-        The sections clean, segmentation, patch, material and run.
+        The sections clean, segmentation, patch, material and run are used.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class WholeScanFinder:
         self._front: FrontEnd | None = None
 
     def prepare(self) -> FrontEnd:
-        """Make what the first scan needs, and what takes memory until then; later calls give the same."""
+        """Make the front end that the first scan needs, with its memory; later calls return the same one."""
         if self._front is None:
             self._front = FrontEnd(
                 self._prepared.reference,
@@ -91,7 +91,7 @@ class WholeScanFinder:
         )
 
     def _why_so_little(self, points: NDArray[np.float32], stop: _core.Stop) -> str:
-        """Say what is likely to be wrong with a scan that shows far too little."""
+        """Return what is likely to be wrong with a scan that shows far too little of the ply."""
         if points.ndim == 3:
             apart_mm = cloud.median_pitch(points, threads=self._recipe.run.threads, stop=stop)
             if apart_mm > _FAR_PITCHES * self._prepared.grid_spacing_mm:
@@ -102,7 +102,7 @@ class WholeScanFinder:
         return "no pocket was looked for: is the scan cut off, or in another unit, frame or place than the reference?"
 
     def _ply_box(self) -> Floats | None:
-        """Lowest and highest XY of the ply and of what the filters see beside it; None: all of the reference."""
+        """Return the lowest and highest XY of the ply with the margin that the filters see; None: all the reference."""
         if self._ply_outline is None:
             return None
         margin = max(30.0, 2 * self._recipe.clean.max_hole_mm)

@@ -1,4 +1,4 @@
-"""Windows of a height map, what it holds at places, and marks on its cells that grow."""
+"""Windows of a height map, its values at given places, and the growing of marks on its cells."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Flags = NDArray[np.bool_]
 
 
 def cells_round(box_mm: Floats, grid: Grid, margin_mm: float) -> tuple[slice, slice]:
-    """Rows and columns of a box, (2, 2) its lowest and highest corner, with a margin, as far as they are in a grid."""
+    """Return the rows and columns of a grid in a box, given by its (2, 2) lowest and highest corner, with a margin."""
     ny, nx = grid.values.shape
     wide_mm = box_mm + np.array([[-margin_mm], [margin_mm]])
     (i0, j0), (i1, j1) = np.rint((wide_mm - grid.origin_mm) / grid.spacing_mm).astype(int).tolist()
@@ -28,12 +28,12 @@ def cut_out(grid: Grid, rows: slice, columns: slice) -> Grid:
 
 
 def grown(marks: Flags, cells: int = 1) -> Flags:
-    """Return (ny, nx) the marks, and what is up to so many cells away from one along each axis."""
+    """Return the (ny, nx) marks, extended by this number of cells along each axis."""
     out = marks.copy()
     for along in (out, out.T):
         reach = 0
         while reach < cells:
-            step = min(reach + 1, cells - reach)  # as far as no gap opens, beside the border either
+            step = min(reach + 1, cells - reach)  # as large as possible without leaving a gap, at the border too
             before = along.copy()
             along[step:] |= before[:-step]
             along[:-step] |= before[step:]
@@ -42,7 +42,7 @@ def grown(marks: Flags, cells: int = 1) -> Flags:
 
 
 def heights_at(grid: Grid, xy_mm: Floats) -> Floats:
-    """Return (N,) heights at (N, 2) places, linear between a grid's points; beyond its border those of the border."""
+    """Return the (N,) heights at (N, 2) places, linear between grid points; beyond the border, the border's heights."""
     place = np.clip((xy_mm - grid.origin_mm) / grid.spacing_mm, 0, np.array(grid.values.shape[::-1]) - 1.001)
     cell = np.floor(place).astype(np.intp)
     (i, j), (u, v) = cell.T, (place - cell).T
@@ -53,7 +53,7 @@ def heights_at(grid: Grid, xy_mm: Floats) -> Floats:
 
 
 def labels_at(grid: Grid, xy_mm: Floats) -> NDArray[np.int32]:
-    """Return (...,) the labels of the cells that (..., 2) places lie in; 0 on a grid's border and beyond."""
+    """Return the (...,) labels of the cells in which (..., 2) places lie; 0 on a grid's border and beyond."""
     cells = np.rint((xy_mm - grid.origin_mm) / grid.spacing_mm).astype(np.intp)
     last = np.array(grid.values.shape[::-1]) - 1
     column, row = np.moveaxis(np.clip(cells, 0, last), -1, 0)

@@ -1,11 +1,11 @@
-"""Wrinkles that stand already: narrow, long, and taken for noise by the filters, which see one point at a time.
+"""Standing wrinkles, already there in the scan: narrow and long, and taken for noise by filters of single points.
 
-A fold of 2 mm is one to four pixels wide. The outlier filter, the spike filter and the median take such points away, as
-they take flying pixels. What parts the two is that a wrinkle goes on from one row of pixels to the next. So the scan
-is looked at before any filter, along pairs of adjacent rows and columns of pixels some millimetres apart: points that
-stand out narrowly from both sides, in both lines of a pair, are linked from pair to pair where they lie on a straight
-way and are about equally high, and such a chain is a wrinkle only where the pixels between its pairs stand up as well
-(cpp/debulk/region/standing_wrinkles.hpp).
+A fold of 2 mm is one to four pixels wide. The outlier filter, the spike filter and the median remove such points, as
+they remove flying pixels. The difference between the two is that a wrinkle goes on from one row of pixels to the next.
+The scan is therefore searched before any filter, along pairs of adjacent rows and columns of pixels; the pairs are some
+millimetres apart. Points that stand out narrowly from both sides, in both lines of a pair, are linked from pair to pair
+if they lie on a straight line and are about equally high. Such a chain is a wrinkle only if the pixels between its
+pairs stand up as well (cpp/debulk/region/standing_wrinkles.hpp).
 """
 
 from __future__ import annotations
@@ -33,26 +33,26 @@ Floats = NDArray[np.float64]
 
 _SEARCH = _core.region.WrinkleOptions()
 _BUMPS = _core.region.NarrowBumpOptions()
-_SAME_MM = 15.0  # two chains so near to one another are one wrinkle
+_SAME_MM = 15.0  # chains nearer to one another than this are one wrinkle
 _FEWEST_PIXELS = 8  # along each side of an image
 _NARROWEST_MM = 2.0  # a fold of a ply is no narrower
-_ACROSS = 3.0  # pixels: 16 of 16 wrinkles as wide were found, 6 of 7 that were 2 pixels wide and 8 mm high
+_ACROSS = 3.0  # pixels: 16 of 16 wrinkles of this width were found, and 6 of 7 that were 2 pixels wide and 8 mm high
 
 
 @dataclass(frozen=True)
 class Standing:
-    """What came of the search in one scan.
+    """The result of the search in one scan.
 
     Attributes
     ----------
     wrinkles
-        Longest first.
+        The wrinkles found, longest first.
     left_out
-        Where none could be looked for, or not all be found.
+        Wrinkles and narrow bumps that could not be looked for, that the search may miss, or that cannot bear a net.
     doubt
-        What follows where neither is known, that wrinkles stand nor that none do; else None.
+        Judgement if it is not known whether wrinkles stand or not; else None.
     bumps
-        Narrow ones whose ridge could be above the limit, highest first; None: not looked for.
+        Narrow bumps whose ridge could be above the limit, highest first; None: not looked for.
     """
 
     wrinkles: tuple[Wrinkle, ...] = ()
@@ -67,13 +67,13 @@ class WrinkleSearch:
     Parameters
     ----------
     prepared
-        The smooth surface, and the heights that it was fitted to: nothing is known where they are NaN.
+        The smooth surface, and the heights that it was fitted to: the mold is not known where they are NaN.
     mold_from_scanner
-        (4, 4) or None.
+        (4, 4), x_mold = T x_scanner; None: scans are in the mold's frame.
     ply_outline
-        (M, 2) or None.
+        (M, 2), mold XY, mm, or None.
     recipe
-        The sections material, verdict and run.
+        The sections material, verdict and run are used.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class WrinkleSearch:
         )
 
     def find(self, scan: Cloud, mask: NDArray[np.bool_] | None, stop: _core.Stop | None = None) -> Standing:
-        """Return the wrinkles of an organised scan; of any other cloud none are known.
+        """Find the wrinkles of an organised scan; in any other cloud they cannot be looked for.
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class WrinkleSearch:
         mask
             (H, W), True where the image is not to be used, or None.
         stop
-            Raised from another thread, it ends the search with `Stopped`; past its deadline, with a doubt.
+            Raised from another thread, it ends the search with `Stopped`; after its deadline, it ends it with a doubt.
         """
         if scan.ndim != 3 or min(scan.shape[:2]) < _FEWEST_PIXELS:
             return Standing(left_out=(_not_searched("the scan is no image: which points are neighbours is not known"),))
@@ -142,7 +142,7 @@ class WrinkleSearch:
         return tuple(one[0] for one in kept)
 
     def _measured(self, along: Floats, height_mm: float, width_mm: float, pitch_mm: float) -> Wrinkle:
-        half_mm = max(width_mm, pitch_mm)  # from its foot to its top, if its sides are straight
+        half_mm = max(width_mm, pitch_mm)  # across, from its foot to its top, if its sides are straight
         excess_mm = 2 * (math.hypot(height_mm, half_mm) - half_mm)
         thickness_mm = self._recipe.material.thickness_mm
         span_mm = 2 * thickness_mm + excess_mm
@@ -158,7 +158,7 @@ class WrinkleSearch:
 
 
 def doubts(standing: Standing, recipe: Recipe) -> list[Judgement]:
-    """Judge wrinkles that stand already: none closes, and one above the limit of a ridge decides."""
+    """Judge standing wrinkles: none closes under vacuum, and one whose ridge is above the limit decides the verdict."""
     limit = recipe.verdict.max_ridge_mm
     judged = [
         Judgement(
@@ -197,7 +197,7 @@ def _too_narrow(pitch_mm: float) -> tuple[LeftOut, ...]:
 
 
 def _pitch_mm(scan: Cloud) -> float:
-    """Return the median distance of neighbours in the middle of an image; NaN where nothing was seen there."""
+    """Return the median distance of neighbouring pixels in the middle of an image; NaN if nothing was seen there."""
     rows, columns = scan.shape[0] // 2, scan.shape[1] // 2
     middle = scan[rows - rows // 4 : rows + rows // 4 : max(1, rows // 32), columns // 2 : columns + columns // 2]
     with np.errstate(over="ignore", invalid="ignore"):
@@ -207,7 +207,7 @@ def _pitch_mm(scan: Cloud) -> float:
 
 
 def _on_any(bump: NarrowBump, wrinkles: Sequence[Wrinkle]) -> bool:
-    """Tell whether a bump is a piece of a wrinkle."""
+    """Return whether a bump is a part of one of the wrinkles."""
     for wrinkle in wrinkles:
         start, end, top = (np.asarray(place) for place in (wrinkle.start_mm, wrinkle.end_mm, bump.top_mm))
         way = end - start
@@ -218,5 +218,5 @@ def _on_any(bump: NarrowBump, wrinkles: Sequence[Wrinkle]) -> bool:
 
 
 def _apart_mm(a: Floats, b: Floats) -> float:
-    """Smallest distance between the crossings of two wrinkles."""
+    """Return the smallest distance between the points of two wrinkles."""
     return float(np.linalg.norm(a[:, None] - b[None], axis=2).min())

@@ -1,4 +1,4 @@
-"""Pockets of a height map: segmentation, foot contours, and the patches to lay nets on (paper, "Segmentation")."""
+"""Pockets of a height map: segmentation, foot contours, and the patches for the nets (paper, "Segmentation")."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from debulk.pocket.segmentation import Segmentation
 __all__ = ["Feet", "Foot", "feet", "feet_from_core", "feet_with"]
 
 Floats = NDArray[np.float64]
-_FEET = _core.pocket.FootOptions()  # each default stands once, in cpp/debulk/pocket
+_FEET = _core.pocket.FootOptions()  # each default is written only once, in cpp/debulk/pocket
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,19 +26,19 @@ class Foot:
     Attributes
     ----------
     id
-        Of the pocket.
+        Id of the pocket.
     label
-        Of its points in `Feet.labels`: the smallest id of the pockets that share it.
+        Label of its points in `Feet.labels`: the smallest id of the pockets that share it.
     outline_mm
         (M, 2) contour height - thickness = mold tolerance, mold XY, counter-clockwise, clipped by the ply.
     area_mm2
         XY area inside it.
     closed
-        Nowhere cut by unknown heights or the grid's border. (The ply's edge is allowed.)
+        Whether it is nowhere cut by unknown heights or the grid's border. (The ply's edge is allowed.)
     touches_ply_edge
-        Runs along the ply's outline.
+        Whether it runs along the ply's outline.
     parted
-        Somewhere it parts the pocket from a hill below half the cut, instead of lying on the mold.
+        Whether a part of it is the line between the pocket and a hill below half the cut, instead of lying on the mold.
     """
 
     id: int
@@ -57,7 +57,7 @@ class Feet:
     Attributes
     ----------
     feet
-        One a pocket, in the order of their ids.
+        One foot per pocket, in the order of the pockets' ids.
     labels
         (ny, nx) int32: `Foot.label` of the foot to which a point belongs, 0 = none. Read-only.
     heights
@@ -65,9 +65,10 @@ class Feet:
     noise_mm, mold_tol_mm
         Sigma of the heights before smoothing, and the mold tolerance used (at least three times that).
     thickness_mm, smooth_mm
-        As given.
+        The arguments of `feet`.
     hill_mm
-        Height above which what is no pocket stands up: half the cut, or the cut where feet begin above that.
+        Height from which a part of the ply that is no pocket counts as a hill: half the cut, or the cut itself if feet
+        begin above half the cut.
     """
 
     feet: list[Foot]
@@ -92,29 +93,29 @@ def feet(
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Feet:
-    """Foot contours of all pockets; where the ply does not come down between pockets, they share one.
+    """Find the foot contours of all pockets; pockets between which the ply does not come down share one.
 
     Parameters
     ----------
     segmentation
-        From `segment`.
+        Result of `segment`.
     thickness_mm
-        Of the ply: the scan sees its upper side.
+        Thickness of the ply: the scan sees its upper side.
     mold_tol_mm
-        The ply lies on the mold where its lower side is this near; raised to three sigma of the noise.
+        The ply lies on the mold where its lower side is this near to it; raised to three sigma of the noise.
     smooth_mm
-        Window of the local quadratic smoothing before; 0: none.
+        Window of the local quadratic smoothing that comes first; 0: no smoothing.
     noise_mm
-        Sigma of the heights' noise; None: `height_noise`.
+        Sigma of the heights' noise; None: estimated by `height_noise`.
     threads
-        0: as many as the process may use. The result does not depend on it.
+        Number of threads; 0: as many as the process may use. The result does not depend on it.
     stop
         Raised from another thread, it ends the search with a RuntimeError.
 
     Raises
     ------
     InputError
-        A value out of its range; thickness and tolerance together above the cut height.
+        A value is out of its range, or thickness and tolerance together are above the cut height.
 
     Examples
     --------
@@ -135,13 +136,13 @@ def feet(
 
 
 def feet_with(options: _core.pocket.FootOptions, segmentation: Segmentation, threads: int, stop: _core.Stop) -> Feet:
-    """Do the same with compiled options."""
+    """Find the foot contours of all pockets, as `feet` does, with compiled options."""
     core = _core.pocket.find_feet(segmentation._core, options, threads, stop)
     return feet_from_core(segmentation, core, options)
 
 
 def feet_from_core(segmentation: Segmentation, core: Any, options: _core.pocket.FootOptions) -> Feet:
-    """Wrap compiled feet of a segmentation, found with these options."""
+    """Wrap the compiled feet of a segmentation that were found with these options."""
     found = [
         Foot(pocket.id, f.label, f.outline, f.area, f.closed, f.touches_ply_edge, f.parted)
         for pocket, f in zip(segmentation.pockets, core.feet, strict=True)

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 def polygon_area(outline_mm: ArrayLike) -> float:
-    """Area of a polygon, positive when it runs counter-clockwise.
+    """Return the area of a polygon, positive if it runs counter-clockwise.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def polygon_area(outline_mm: ArrayLike) -> float:
     Raises
     ------
     InputError
-        Another shape, or a corner that is not finite.
+        The array has another shape, or a corner that is not finite.
 
     Examples
     --------
@@ -42,7 +42,7 @@ def polygon_area(outline_mm: ArrayLike) -> float:
 
 
 def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
-    """Whether points lie inside a polygon, by the even-odd rule.
+    """Return whether points lie inside a polygon, by the even-odd rule.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
     Raises
     ------
     InputError
-        Other shapes, or a corner that is not finite.
+        An array has another shape, or a corner is not finite.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
 
 
 def distance_to_outline(outline_mm: ArrayLike, xy_mm: ArrayLike) -> Floats:
-    """How far points are from a polygon's sides, inside and outside alike.
+    """Return the distance of points from a polygon's sides, positive both inside and outside.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def distance_to_outline(outline_mm: ArrayLike, xy_mm: ArrayLike) -> Floats:
     Raises
     ------
     InputError
-        Other shapes, or a corner that is not finite.
+        An array has another shape, or a corner is not finite.
 
     Examples
     --------
@@ -104,14 +104,14 @@ def _places(xy_mm: ArrayLike) -> Floats:
 
 
 def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
-    """Whether a grid's points lie inside a polygon, row by row by even-odd crossings.
+    """Return whether a grid's points lie inside a polygon, by even-odd crossings in each row.
 
     Parameters
     ----------
     outline_mm
-        (M, 2) corners, closed from the last to the first, mm. With fewer than three nothing is inside.
+        (M, 2) corners, closed from the last to the first, mm. With fewer than three corners, no point is inside.
     grid
-        Its values may be anything.
+        The grid; its values do not matter.
 
     Returns
     -------

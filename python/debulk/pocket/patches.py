@@ -18,7 +18,7 @@ from debulk.surface import Reference
 __all__ = ["Patch", "patch"]
 
 Floats = NDArray[np.float64]
-_PATCH = _core.pocket.PatchOptions()  # each default stands once, in cpp/debulk/pocket
+_PATCH = _core.pocket.PatchOptions()  # each default is written only once, in cpp/debulk/pocket
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,18 +28,18 @@ class Patch:
     Attributes
     ----------
     id, mode
-        The pocket's, and ``"foot"`` or ``"paper"``.
+        Id of the pocket, and ``"foot"`` or ``"paper"``.
     outline_mm, area_mm2
-        (M, 2) the perimeter (foot contour, or the cut's in mode paper) and the XY area inside it.
+        (M, 2) the perimeter (the foot contour, or the contour at the cut in mode paper) and the XY area inside it.
     closed
-        The perimeter is nowhere cut by unknown heights or the grid's border.
+        Whether the perimeter is nowhere cut by unknown heights or the grid's border.
     touches_ply_edge
-        The pocket or its foot does.
+        Whether the pocket or, in mode foot, its foot touches the ply's edge.
     parted
-        See `Foot`.
+        As in `Foot`; always False in mode paper.
     surface, reference
-        (ny, nx) float64 heights in the mold frame, mm, of the net surface and of F, finite everywhere. The window
-        reaches `margin_mm` past the perimeter, past the scan too. Read-only.
+        (ny, nx) float64 heights in the mold frame, mm, of the net surface and of the reference F, finite everywhere.
+        The window reaches `margin_mm` past the perimeter, even past the scan. Read-only.
     within
         (ny, nx) uint8: 1 in the pocket's own region. Read-only.
     """
@@ -72,24 +72,24 @@ def patch(
     Parameters
     ----------
     segmentation, feet
-        From `segment` and `feet`.
+        Results of `segment` and `feet`.
     pocket_id
-        From 1.
+        Id of the pocket, from 1.
     reference
         The surface F below the ply.
     mode
-        ``"foot"``: max(ply - thickness, F) out to the foot contour, smoothed. ``"paper"``: the ply inside the cut's
-        outline, F outside, glued with a step of up to the cut height (smoothed inside, too).
+        ``"foot"``: max(ply - thickness, F) out to the foot contour, smoothed. ``"paper"``: the ply inside the outline
+        at the cut (smoothed, too), F outside, joined by a step of up to the cut height.
     margin_mm
-        Of the window round the perimeter: at least the offset of the net's boundary.
+        Margin of the window round the perimeter: at least the offset of the net's boundary.
     fade_mm
-        In mode foot, over which what is left at the perimeter (the mold tolerance; more at a saddle) goes down to F
-        outside; past the ply's edge the surface goes on and fades over `margin_mm`. 0: at once.
+        In mode foot, distance outside the perimeter over which the height left there (the mold tolerance; more at a
+        saddle) goes down to F; 0: at once. Past the ply's edge the surface goes on and fades over `margin_mm`.
 
     Raises
     ------
     InputError
-        No such pocket, feet of another segmentation, a value out of its range.
+        There is no such pocket, the feet are of another segmentation, or a value is out of its range.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Which parts of a height map are pockets: what stands above the cut, large and high enough."""
+"""Which parts of a height map are pockets: regions above the cut that are large and high enough."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from debulk.surface import HeightMap
 __all__ = ["Dropped", "Pocket", "Segmentation", "from_core", "height_noise", "segment", "segment_with"]
 
 Floats = NDArray[np.float64]
-_SEGMENT = _core.pocket.SegmentOptions()  # each default stands once, in cpp/debulk/pocket
+_SEGMENT = _core.pocket.SegmentOptions()  # each default is written only once, in cpp/debulk/pocket
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Pocket:
     Attributes
     ----------
     id
-        From 1, largest area first.
+        Number from 1, largest area first.
     outline_mm
         (M, 2) sub-pixel contour at the cut height, mold XY, counter-clockwise, closed implicitly, clipped by the ply.
     area_mm2
@@ -34,16 +34,16 @@ class Pocket:
     volume_mm3
         Integral of the height above the reference inside the outline.
     peak_mm, peak_position_mm
-        Largest height above the reference, and the (2,) XY of its grid point. With `segment`'s `smooth_mm`, outline,
-        area, volume and peak are the smoothed surface's.
+        Largest height above the reference, and the (2,) XY of its grid point. If `segment` was given a `smooth_mm`,
+        outline, area, volume and peak are those of the smoothed surface.
     centroid_mm
-        (2,) of the area.
+        (2,) centroid of the area.
     box_mm
         (2, 2) lowest and highest x, y of the outline.
     touches_ply_edge
-        The outline comes within the edge tolerance of the ply's outline; False if that is unknown.
+        Whether the outline comes within the edge tolerance of the ply's outline; False if that is unknown.
     touches_unknown
-        The outline runs along unknown heights or the grid's border: area and volume are lower bounds.
+        Whether the outline runs along unknown heights or the grid's border: area and volume are lower bounds then.
     measured_share
         Share of its grid points that were measured, not filled.
     """
@@ -63,9 +63,10 @@ class Pocket:
 
 @dataclass(frozen=True, eq=False)
 class Dropped:
-    """What stood above the cut but is no pocket; too little ``"area"``, ``"peak"`` or ``"area and peak"``.
+    """A region above the cut that is no pocket, for too little ``"area"``, ``"peak"`` or ``"area and peak"``.
 
-    `touches_unknown` and `measured_share` are as of a `Pocket`.
+    `debulk.inspection` also lists hills below the cut, with the reason ``"height"``. `touches_unknown` and
+    `measured_share` are as in `Pocket`.
     """
 
     reason: str
@@ -78,20 +79,20 @@ class Dropped:
 
 @dataclass(frozen=True, eq=False)
 class Segmentation:
-    """What `segment` found.
+    """The result of `segment`.
 
     Attributes
     ----------
     pockets, dropped
-        Largest area first.
+        Pockets and dropped regions, largest area first.
     specks
-        Number of dropped ones too small to list: below a twentieth of the least area.
+        Number of dropped regions too small to list: below a twentieth of the least area.
     labels
-        (ny, nx) int32: the pocket's id, 0 = none. Read-only.
+        (ny, nx) int32: the id of the pocket at each point, 0 = none. Read-only.
     heights
-        (ny, nx) float32: the given heights, NaN off the ply, drop-outs bridged where `segment` says. Read-only.
+        (ny, nx) float32: the given heights, NaN off the ply, with drop-outs bridged as `segment` describes. Read-only.
     cut_height_mm
-        At which the pockets' outlines lie.
+        Height at which the pockets' outlines lie.
     """
 
     pockets: list[Pocket]
@@ -119,44 +120,48 @@ def segment(
 ) -> Segmentation:
     """Find the air pockets in a height map.
 
-    Cut, fill holes, connect (8 neighbours; background 4), drop what is too small or too low, number by area (paper).
-    Outlines march squares over the heights, not pixels (the paper's Moore tracing), for areas exact below the grid's
-    spacing. Heights outside the ply do not count, and outlines end at its edge, below the spacing too.
+    As in the paper, the heights are cut, holes are filled, points are connected (8 neighbours; background 4), regions
+    too small or too low are dropped, and the rest is numbered by area. Outlines come from marching squares over the
+    heights, not from pixels (the paper's Moore tracing), so that areas are exact below the grid's spacing. Heights
+    outside the ply do not count, and outlines end at its edge, also to a fraction of the spacing.
 
-    A drop-out neither joins two pockets nor cuts one: before the cut, an unknown region of at most `bridge_mm` with a
-    height above a quarter of the cut at its rim is bridged by the least-bent surface through that rim. A larger one is
-    no pocket: outlines close along its pixels, unless one pocket surrounds it.
+    A drop-out neither joins two pockets nor cuts one. Before the cut, an unknown region off the grid's border that is
+    at most `bridge_mm` thick and has a height above a quarter of the cut at its rim is bridged by the least-bent
+    surface through that rim. A thicker one is no pocket: outlines close along its pixels, unless one pocket surrounds
+    it.
 
     Parameters
     ----------
     height_map
-        (ny, nx) float32 ply minus reference, mm, NaN = unknown. A `debulk.surface.HeightMap` says more: `measured`
-        decides `Pocket.measured_share` (all heights of a plain grid count as measured), and with `smooth_mm` pockets
+        (ny, nx) float32 ply minus reference, mm, NaN = unknown. A `debulk.surface.HeightMap` holds more: `measured`
+        determines `Pocket.measured_share` (all heights of a plain grid count as measured). With `smooth_mm`, pockets
         are measured on `before_median`, and `blur_mm2` is undone.
     cut_height_mm
         A pocket is where the height is at least this.
     area_tol_mm2
         Least area of a pocket.
     peak_tol_mm
-        Least peak above the cut.
+        Least height of a pocket's peak above the cut.
     ply_outline
         (M, 2) mold XY, mm, closed; None = unknown.
     edge_tol_mm
-        A pocket whose outline is this near to the ply's touches the ply's edge. None: two grid spacings.
+        A pocket whose outline is this near to the ply's outline touches the ply's edge. None: two grid spacings.
     bridge_mm
-        Largest extent, along x and y, of a drop-out to bridge; 0: none.
+        Largest thickness of a drop-out to bridge: no point of it is farther than half of this from a known height.
+        0: none is bridged.
     smooth_mm
         Window of the local quadratic smoothing of the surface on which pockets are measured; for a pocket narrower than
-        this, its area over its perimeter. What is a pocket is decided by the heights as given. 0: measured on these.
+        this, its area over its perimeter. The heights as given decide what is a pocket. 0: pockets are measured on
+        these, too.
     threads
-        0: as many as the process may use. The result does not depend on it.
+        Number of threads; 0: as many as the process may use. The result does not depend on it.
     stop
         Raised from another thread, it ends the search with a RuntimeError.
 
     Raises
     ------
     InputError
-        Not a Grid, a wrong shape, a tolerance out of its range, an outline without an area.
+        The map is no Grid or has a wrong shape, a tolerance is out of its range, or the outline has no area.
 
     Examples
     --------
@@ -181,7 +186,7 @@ def segment(
 def segment_with(
     options: _core.pocket.SegmentOptions, height_map: Grid, threads: int, stop: _core.Stop
 ) -> Segmentation:
-    """Do the same with compiled options, but for the blur, which the height map knows."""
+    """Find the air pockets, as `segment` does, with compiled options; the blur is taken from the height map."""
     if not isinstance(height_map, Grid):
         raise _core.InputError(f"height_map: expected a debulk.Grid, but got {of_type(height_map)}")
     known = height_map if isinstance(height_map, HeightMap) else None
@@ -224,9 +229,9 @@ def from_core(core: Any) -> Segmentation:
 
 
 def height_noise(height_map: Grid) -> float:
-    """Sigma of the noise of heights in mm, from the median mixed second difference.
+    """Return the sigma of the noise of heights in mm, from the median mixed second difference.
 
-    Noise that is correlated, as after a median filter, comes out too low.
+    Correlated noise, as after a median filter, is estimated too low.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""All settings, section by section; the paper's tables are the defaults."""
+"""All settings of an inspection, section by section, with the paper's tables as defaults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a recipe, said so that its author can mend it."""
+"""Error messages for a wrong recipe, worded so that its author can correct it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def message(what: str, wrong: list[Wrong]) -> str:
 
 
 def known_names(model: type[BaseModel], prefix: str = "") -> list[str]:
-    """All dotted names of a model's values, sections included."""
+    """Return all dotted names of a model's values, sections included."""
     names = []
     for name, field in model.model_fields.items():
         names.append(prefix + name)
@@ -36,7 +36,7 @@ def known_names(model: type[BaseModel], prefix: str = "") -> list[str]:
 
 
 def wrong_values(model: type[BaseModel], error: ValidationError) -> list[Wrong]:
-    """Translate pydantic's errors: dotted name, what was expected, what came."""
+    """Translate pydantic's errors into dotted names, each with what was expected and what was given."""
     names = known_names(model)
     wrong: dict[str, Wrong] = {}
     for entry in error.errors(include_url=False, include_context=True):
@@ -49,7 +49,7 @@ def wrong_values(model: type[BaseModel], error: ValidationError) -> list[Wrong]:
     return list(wrong.values())
 
 
-# Settings of earlier versions, and what to write instead.
+# Settings of earlier versions that are gone, and what to write instead.
 _GONE = {
     "segmentation.edge_tol_mm": "it is called net.free_edge_mm now",
     "loads.vacuum": "the vacuum acts along -z; leave the line out",
@@ -57,7 +57,7 @@ _GONE = {
 
 
 def _unknown(name: str, names: list[str]) -> str:
-    """Name the nearest known setting: first by its last part, in whatever section that stands."""
+    """Name the nearest known setting: first by the last part of its name, in any section, then by the whole name."""
     if name in _GONE:
         return f"not a setting any more: {_GONE[name]}"
     last = name.rsplit(".", 1)[-1]
@@ -105,7 +105,8 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-# Above the laid ply. A bump this high makes a ridge of the limit only where it is narrower than about 10 mm.
+# Height above the laid ply. A bump this high makes a ridge of the limit's height only if it is narrower than about
+# 10 mm.
 _LOWEST_SURE_MM = 1.7
 
 
@@ -117,7 +118,7 @@ def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> l
     values
         All settings by section and name.
     unusable
-        Dotted names of values that are wrong already: whatever needs them is not checked.
+        Dotted names of values that are already known to be wrong: checks that need them are left out.
     """
     wrong: list[Wrong] = []
 

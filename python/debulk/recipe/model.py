@@ -1,6 +1,6 @@
 """The recipe: every setting of an inspection, with its unit in its name and the paper's tables as defaults.
 
-Import it where it is needed, not with the package: pydantic takes a tenth of a second.
+Import this module only where it is needed, not with the package: importing pydantic takes a tenth of a second.
 """
 
 from __future__ import annotations
@@ -40,13 +40,14 @@ _MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is 
 class Recipe(Section):
     """Every setting of an inspection.
 
-    Frozen; compare with ``==``, change with :meth:`model_copy`. The defaults are the tables of Krogh, Jakobsen and
-    Wilm, *Will it Crease or Cease?*, and this project's readings where the paper is silent.
+    A recipe is frozen: compare it with ``==``, and make a changed copy with :meth:`model_copy`. The defaults are the
+    tables of Krogh, Jakobsen and Wilm, *Will it Crease or Cease?*, and this project's readings where the paper is
+    silent.
 
     Raises
     ------
     InputError
-        Names every value that is wrong or unknown, what was expected and what came.
+        A value is wrong or unknown; the message names every such value, what was expected and what was given.
 
     Examples
     --------
@@ -68,7 +69,7 @@ class Recipe(Section):
     verdict: VerdictLimits = Field(default_factory=lambda: VerdictLimits())
     run: Run = Field(default_factory=lambda: Run())
 
-    if TYPE_CHECKING:  # pydantic takes a table for a section, which type checkers would not know
+    if TYPE_CHECKING:  # pydantic accepts a table in place of a section, which type checkers would not know
 
         def __init__(
             self,
@@ -89,7 +90,7 @@ class Recipe(Section):
     else:
 
         def __init__(self, **values: Any) -> None:
-            """Check all values, each alone and against the others."""
+            """Check all values, each one alone and against the others."""
             try:
                 super(Section, self).__init__(**values)
                 wrong = impossible(self.model_dump(), set())
@@ -103,7 +104,7 @@ class Recipe(Section):
 
     @classmethod
     def _impossible_rest(cls, values: Mapping[str, Any], wrong: list[Wrong]) -> list[Wrong]:
-        """Check against each other those values that are right alone."""
+        """Check those values against each other that are right by themselves."""
         merged = cls().model_dump()
         for section, given in values.items():
             if section in merged:
@@ -112,7 +113,7 @@ class Recipe(Section):
         return impossible(merged, {entry.name for entry in wrong})
 
     def __repr__(self) -> str:
-        """Show what is not a default; the whole recipe: ``to_toml``."""
+        """Show the values that are not defaults; ``to_toml`` shows the whole recipe."""
         changed = {
             name: {key: value for key, value in table if getattr(type(table)(), key) != value} for name, table in self
         }
@@ -121,7 +122,7 @@ class Recipe(Section):
     @classmethod
     @typed
     def load(cls, path: str | PathLike[str]) -> Self:
-        """Read a recipe from a TOML file; what it does not name keeps its default.
+        """Read a recipe from a TOML file; settings that the file does not name keep their defaults.
 
         Parameters
         ----------
@@ -131,7 +132,8 @@ class Recipe(Section):
         Raises
         ------
         InputError
-            Names the file, and the line of broken TOML or every wrong value.
+            The file cannot be read or holds a wrong recipe; the message names the file, and the line of broken TOML or
+            every wrong value.
         """
         path = Path(path)
         try:

@@ -1,4 +1,4 @@
-"""The recipe as options of the compiled rooms: the one place where its settings are handed over."""
+"""Options of the compiled modules, made from the recipe: the only place where its settings are handed over to C++."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ __all__ = [
 
 
 def outliers(recipe: Recipe) -> _core.cloud.OutlierOptions:
-    """Tell which points of the scan are removed."""
+    """Return the options that determine which points of the scan are removed."""
     options = _core.cloud.OutlierOptions()
     options.neighbours = recipe.clean.neighbours
     options.std_ratio = recipe.clean.std_ratio
@@ -40,7 +40,7 @@ def outliers(recipe: Recipe) -> _core.cloud.OutlierOptions:
 
 
 def front_end(recipe: Recipe, spacing_mm: float) -> _core.surface.FrontEndOptions:
-    """Tell how a scan becomes a height map of this spacing."""
+    """Return the options that determine how a scan becomes a height map of this spacing."""
     options = _core.surface.FrontEndOptions()
     options.outliers = outliers(recipe)
     options.spacing_mm = spacing_mm
@@ -51,7 +51,7 @@ def front_end(recipe: Recipe, spacing_mm: float) -> _core.surface.FrontEndOption
 
 
 def segment(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.pocket.SegmentOptions:
-    """Tell what counts as a pocket, on a ply with this outline."""
+    """Return the options that determine what counts as a pocket, on a ply with this outline."""
     options = _core.pocket.SegmentOptions()
     options.cut_height_mm = recipe.segmentation.cut_height_mm
     options.area_tol_mm2 = recipe.segmentation.area_tol_mm2
@@ -62,7 +62,7 @@ def segment(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.po
 
 
 def unseen(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.pocket.UnseenOptions:
-    """Tell what counts as seen of a ply with this outline."""
+    """Return the options that determine which parts count as seen, on a ply with this outline."""
     options = _core.pocket.UnseenOptions()
     options.area_tol_mm2 = recipe.segmentation.area_tol_mm2
     options.fill_mm = recipe.clean.max_hole_mm
@@ -71,7 +71,7 @@ def unseen(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.poc
 
 
 def feet(recipe: Recipe) -> _core.pocket.FootOptions:
-    """Tell where a pocket's ply comes down to the mold."""
+    """Return the options that determine where a pocket's ply comes down to the mold."""
     options = _core.pocket.FootOptions()
     options.thickness_mm = recipe.material.thickness_mm
     options.mold_tol_mm = recipe.patch.mold_tol_mm
@@ -80,15 +80,15 @@ def feet(recipe: Recipe) -> _core.pocket.FootOptions:
 
 
 def counts_from_mm(recipe: Recipe) -> float:
-    """Height, mm, from which a ridge or a bridge counts: the limit less what its height may be wrong by."""
+    """Return the height, mm, from which a ridge or a bridge counts: the limit less the margin for errors of height."""
     return recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
 
 
 def flag_mm(recipe: Recipe) -> float:
-    """Height above the reference from which something may crease though it is no pocket, and is looked at.
+    """Return the height above the reference, mm, from which the ply may crease without a pocket, and is looked at.
 
-    A ply that is too short for a hollow has nothing to spare that would lift it: it stands no higher than it will stay.
-    Half the cut, where that is lower: so much a row of hills needs for a ridge.
+    A ply that is too short for a hollow has no excess length that lifts it, so it stands no higher now than it will
+    after debulking. If half the cut is lower, that is taken: a row of hills must be this high to make a ridge.
     """
     thickness_mm = recipe.material.thickness_mm
     as_laid_mm = counts_from_mm(recipe) + thickness_mm - thickness_mm / recipe.material.bulk_factor
@@ -96,7 +96,7 @@ def flag_mm(recipe: Recipe) -> float:
 
 
 def regions(recipe: Recipe, spacing_mm: float, ply_outline: NDArray[np.float64] | None) -> _core.region.RegionOptions:
-    """Tell how pockets are found through regions of interest."""
+    """Return the options that determine how pockets are found through regions of interest."""
     options = _core.region.RegionOptions()
     options.front = front_end(recipe, spacing_mm)
     options.segment = segment(recipe, ply_outline)
@@ -106,7 +106,7 @@ def regions(recipe: Recipe, spacing_mm: float, ply_outline: NDArray[np.float64] 
 
 
 def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
-    """Tell how a pocket's net is laid."""
+    """Return the options that determine how a pocket's net is laid."""
     options = _core.net.LayPocketOptions()
     options.mode = recipe.patch.mode
     options.net.finer_too = True
@@ -118,7 +118,7 @@ def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
 
 
 def ply(recipe: Recipe) -> _core.sheet.PlyMaterial:
-    """Hand over material and loads of the sheet."""
+    """Return the material and the loads of the sheet."""
     options = _core.sheet.PlyMaterial()
     options.thickness_mm = recipe.material.thickness_mm
     options.young_mpa = recipe.material.young_mpa
@@ -132,7 +132,7 @@ def ply(recipe: Recipe) -> _core.sheet.PlyMaterial:
 
 
 def minimise(recipe: Recipe) -> _core.sheet.MinimiseOptions:
-    """Tell how a minimum is found, from the starts that every pocket gets."""
+    """Return the options that determine how a minimum is found, from the starts that every pocket gets."""
     options = _core.sheet.MinimiseOptions()
     options.method = recipe.solve.method
     options.starts = recipe.solve.starts
@@ -144,7 +144,7 @@ def minimise(recipe: Recipe) -> _core.sheet.MinimiseOptions:
 
 
 def section_ply(recipe: Recipe) -> _core.section.SectionPly:
-    """Hand over bending stiffness and pressure of the section model."""
+    """Return the bending stiffness and the pressure of the section model."""
     options = _core.section.SectionPly()
     options.stiffness_n_mm = recipe.material.young_mpa * recipe.material.thickness_mm**3 / 12
     options.pressure_mpa = recipe.loads.pressure_mpa
@@ -152,7 +152,7 @@ def section_ply(recipe: Recipe) -> _core.section.SectionPly:
 
 
 def ridge(recipe: Recipe) -> _core.ridge.RidgeOptions:
-    """Tell how ridges are read from the net."""
+    """Return the options that determine how ridges are read from the net."""
     options = _core.ridge.RidgeOptions()
     options.thickness_mm = recipe.material.thickness_mm
     options.bulk_factor = recipe.material.bulk_factor
@@ -162,7 +162,7 @@ def ridge(recipe: Recipe) -> _core.ridge.RidgeOptions:
 
 
 def criteria(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None) -> _core.verdict.Criteria:
-    """Tell what is accepted, by the recipe's criterion unless another is named."""
+    """Return the limits for the verdict, with the recipe's criterion unless another is named."""
     options = _core.verdict.Criteria()
     options.criterion = _core.verdict.Criterion.__members__[(criterion or recipe.verdict.criterion).upper()]
     options.max_rms_mm = recipe.verdict.max_rms_mm

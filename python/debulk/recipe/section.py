@@ -1,4 +1,4 @@
-"""What all tables of a recipe have in common: values that are checked, and do not change."""
+"""The base class of all tables of a recipe: values that are checked and do not change."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Section"]
 
 
 class Section(BaseModel):
-    """One table of the recipe: immutable, and closed to unknown names, text for numbers, NaN and infinity."""
+    """One table of the recipe: immutable; it refuses unknown names, text in place of numbers, NaN and infinity."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, revalidate_instances="always"
@@ -25,18 +25,18 @@ class Section(BaseModel):
     if not TYPE_CHECKING:
 
         def __init__(self, **values: Any) -> None:
-            """Check all values; ``InputError`` names every wrong one."""
+            """Check all values, and raise an ``InputError`` that names every wrong one."""
             try:
                 super().__init__(**values)
             except ValidationError as error:
                 raise InputError(message(type(self).__name__, wrong_values(type(self), error))) from None
 
-        # Tells pydantic that nested sections need not go through this __init__, so that the outermost sees all errors.
+        # This lets pydantic build nested sections without this __init__, so that the outermost one sees all errors.
         __init__.__pydantic_base_init__ = True
 
         @classmethod
         def model_validate(cls, obj: Any, **_: Any) -> Self:
-            """Make one of a table of values, with this package's own errors."""
+            """Make a section from a table of values, with this package's own errors."""
             if isinstance(obj, cls):
                 return obj
             if not isinstance(obj, Mapping):
@@ -45,7 +45,7 @@ class Section(BaseModel):
 
         @classmethod
         def model_validate_json(cls, json_data: str | bytes, **_: Any) -> Self:
-            """Do the same from JSON."""
+            """Make a section from a table of values in JSON, with this package's own errors."""
             try:
                 values = json.loads(json_data)
             except (ValueError, TypeError) as error:
@@ -61,7 +61,7 @@ class Section(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _plain_numbers(cls, value: Any) -> Any:
-        """NumPy's scalars count as numbers."""
+        """Convert NumPy's scalars to plain numbers."""
         return value.item() if hasattr(value, "dtype") and getattr(value, "ndim", None) == 0 else value
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
@@ -70,9 +70,9 @@ class Section(BaseModel):
         Parameters
         ----------
         update
-            New values by name. A section takes a section, or a mapping of the values that change in it.
+            New values by name. For a section, give a section, or a mapping of the values that change in it.
         deep
-            As pydantic has it; nothing here is mutable.
+            As in pydantic; it makes no difference, because nothing here is mutable.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The tables of a recipe: each setting with its default, its bounds, and what it does in a line."""
+"""The tables of a recipe: each setting with its default, its bounds, and a line on what it does."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ __all__ = [
     "VerdictLimits",
 ]
 
-# The defaults of the compiled rooms' options: each stands once, in C++. What the recipe chooses otherwise stands below.
+# Most defaults come from the compiled modules' options, so that each is written only once, in C++. Defaults that the
+# recipe chooses differently are written in its tables below.
 _FRONT, _SEGMENT, _FEET = _core.surface.FrontEndOptions(), _core.pocket.SegmentOptions(), _core.pocket.FootOptions()
 _NET, _PLY, _MINIMISE = _core.net.LayPocketOptions(), _core.sheet.PlyMaterial(), _core.sheet.MinimiseOptions()
 _CRITERIA = _core.verdict.Criteria()
-_LARGEST_MM = 1000.0  # of a limit and its margin
+_LARGEST_MM = 1000.0  # largest value of a limit and of its margin
 
 
 class Material(Section):
@@ -170,7 +171,7 @@ class Net(Section):
 
     node_target: int = Field(
         default=_NET.net.node_target,
-        ge=20,  # with 16 a third of 51 pockets had more lengths than free coordinates, with 20 none
+        ge=20,  # with 16 nodes, a third of 51 pockets had more lengths than free coordinates; with 20, none had
         le=5000,
         description="nodes a pocket; sets the spacing. More lower the RMS: part of the criterion (bench/study)",
     )

@@ -1,4 +1,4 @@
-"""A recipe as commented TOML, generated from the model's own descriptions."""
+"""A recipe as commented TOML, generated from the descriptions in the model itself."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WIDTH = 120
 
 
 def toml(recipe: Recipe) -> str:
-    """Return the recipe as TOML, a comment behind every setting."""
+    """Return the recipe as TOML, with a comment after every setting."""
     lines = ["# Recipe of debulk. What is left out keeps the value shown by `debulk recipe`."]
     for section_name in type(recipe).model_fields:
         section = getattr(recipe, section_name)
@@ -29,5 +29,5 @@ def toml(recipe: Recipe) -> str:
 
 
 def _literal(value: Any) -> str:
-    # repr gives the shortest text that reads back to the same double; JSON's strings and truth values are TOML's.
+    # repr gives the shortest text that reads back to the same double; strings and truth values are as in JSON.
     return json.dumps(value) if isinstance(value, (str, bool)) else repr(value)
