@@ -214,8 +214,8 @@ def _own_solver() -> tuple[bool, str]:
 
 
 def _ipopt() -> tuple[bool, str]:
-        # Ipopt may find another local minimum, and its own certificate may fail near a saddle: only that it solves is
-        # tested.
+    # Ipopt may find another local minimum, and its own certificate may fail near a saddle: only that it solves is
+    # tested.
     _, figures = _certified("ipopt")
     return figures.startswith("converged"), figures
 
