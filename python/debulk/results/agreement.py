@@ -68,7 +68,7 @@ def agreement(hits: int, total: int, confidence: float = 0.95) -> Agreement:
     if not 0 < confidence < 1:
         raise InputError(f"confidence: expected a share between 0 and 1, but got {confidence!r}")
     tail = 0.5 * (1 - confidence)
-        # The lowest rate at which `hits` or more, and the highest at which `hits` or fewer, are no rarer than the tail.
+    # The lowest rate at which `hits` or more, and the highest at which `hits` or fewer, are no rarer than the tail.
     low = 0.0 if hits == 0 else _rate(lambda p: _at_least(hits, total, p) < tail)
     high = 1.0 if hits == total else _rate(lambda p: 1 - _at_least(hits + 1, total, p) > tail)
     return Agreement(hits=hits, total=total, low=low, high=high)

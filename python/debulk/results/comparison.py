@@ -111,8 +111,7 @@ class ComparisonData(Versioned):
 
     @property
     def rms_agreement(self) -> Agreement:
-        """Agreement by the RMS alone, as the paper counts it: the side of the limit, whatever else decided the
-        verdict."""
+        """Agreement by the RMS alone, as the paper counts it: on which side of the limit it is, whatever decided."""
         pairs = [(p.predicted_rms_mm, p.measured_rms_mm) for p in self.pockets if p.measured is not Verdict.INVALID]
         sides = [(a <= self.max_rms_mm, b <= self.max_rms_mm) for a, b in pairs if a is not None and b is not None]
         return agreement(sum(a == b for a, b in sides), len(sides))

@@ -20,7 +20,7 @@ class HoleBeside:
     Attributes
     ----------
     centre_mm
-        Centroid of its area, mold XY.
+        Middle of its area, mold XY.
     area_mm2
         Area in XY.
     of

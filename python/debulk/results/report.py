@@ -362,13 +362,13 @@ class UnseenHole:
     Attributes
     ----------
     centre_mm, extent_mm
-        Centroid of its area, mold XY; and its widths along x and y.
+        Middle of its area, mold XY; and its widths along x and y.
     area_mm2
         Area in XY.
     thickness_mm
         Twice the greatest distance of a point in it from the nearest part of the ply that was seen.
     rim_height_mm
-        Height of the ply above the reference beside the hole, 6 to 16 mm from its rim.
+        Height above the reference that the ply beside the hole reaches along 6 to 16 mm of the hole's rim.
     of
         What is missing there: ``"scan"`` or ``"reference"``; ``"mask"`` where the mask hides it.
     at_ply_edge

@@ -46,7 +46,7 @@ class Figures(NamedTuple):
 
 def number(value: float | None, digits: int) -> str:
     """Return a figure with the given number of decimals, or a dash if there is none."""
-        # Adding zero turns the -0.0 that rounding makes of a tiny negative figure into 0.0.
+    # Adding zero turns the -0.0 that rounding makes of a tiny negative figure into 0.0.
     return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 

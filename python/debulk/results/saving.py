@@ -30,8 +30,8 @@ def save(path: str | PathLike[str], texts: Mapping[str, Callable[[], str]]) -> N
     check_report_path(path)
     text = texts[path.suffix.lower()]()
     with replacing(path) as temporary:
-                # The name of a file may hold bytes that are not UTF-8, which Python keeps as surrogate characters. They
-                # can be written as \udce9, which JSON reads back.
+        # The name of a file may hold bytes that are not UTF-8, which Python keeps as surrogate characters. They
+        # can be written as \udce9, which JSON reads back.
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
