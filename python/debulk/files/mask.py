@@ -18,7 +18,7 @@ from debulk.files import npy
 from debulk.files.source import Source, open_source
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # channels by PNG colour type: grey, colour, palette, and grey and colour with alpha
+_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by PNG colour type (4 and 6 are grey and colour with alpha)
 _DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
 _MAX_PIXELS = 1 << 28
 _MAX_PNG_BYTES = 1 << 30

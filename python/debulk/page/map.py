@@ -71,8 +71,7 @@ def path(points: NDArray[np.float64], corners: int) -> str:
 
 
 class Area(NamedTuple):
-    """A pocket to be drawn: its number, the meaning of the outline's colour, the outline, and the text at the
-    cursor."""
+    """A pocket to be drawn: its number, the meaning of its colour, its outline, and the text beside the cursor."""
 
     id: int
     verdict: str

@@ -144,8 +144,7 @@ def _side(nodes: Floats) -> Floats:
 
 
 def _cells(net: PocketNet) -> NDArray[np.int64]:
-    """(C, 4) corners of the net's complete cells: a node, its neighbour e, that one's neighbour n, its own neighbour
-    n."""
+    """(C, 4) corners of the net's complete cells: a node, its e, the n of that node, and its own n."""
     count = len(net.nodes_mm)
     node = np.arange(count)
     east, north = net.neighbours[:, 0].astype(np.int64), net.neighbours[:, 2].astype(np.int64)
