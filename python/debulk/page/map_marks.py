@@ -41,8 +41,7 @@ def ticks(low: float, high: float, step: float, sign: int) -> list[Tick]:
 
 
 def hatch(box: tuple[float, float, float, float], apart: float) -> str:
-    """Return slanting lines over a box of x, y, width and height; under the heights, they show where these are
-    blank."""
+    """Return slanting lines over a box of x, y, width and height; under the heights, they show where these are NaN."""
     x, y, width, height = box
     parts = []
     for k in range(1, math.floor((width + height) / apart) + 1):

@@ -139,8 +139,7 @@ def total_ms(report: ReportData) -> float:
 
 
 def _top(report: ReportData) -> float | None:
-    """Height of the last colour: the highest pocket's, but at least the cut, so that noise does not look like a
-    pocket."""
+    """Height of the last colour: that of the highest pocket, but at least the cut, so that noise does not stand out."""
     cut = report.recipe.get("segmentation", {}).get("cut_height_mm")
     return max([p.peak_mm for p in report.pockets] + ([] if cut is None else [cut]), default=None)
 
