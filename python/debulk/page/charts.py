@@ -46,7 +46,7 @@ class Row(NamedTuple):
 def bar_chart(
     title: str, rows: list[Row], limit: float | None, digits: int, note: str = "", floor: float = 0.0
 ) -> Chart:
-    """Make a chart of the pockets' figures, from the `floor`, where bars start, past the limit and every figure."""
+    """Chart the pockets' figures from the `floor`, where bars start, to the largest figure or past the limit."""
     tops = [top for row in rows for top in (row.value, row.measured, row.span and row.span[1]) if top is not None]
     full = max([*tops, floor + 1.15 * (limit - floor) if limit else 0.0])
     full = full if full > floor else floor + 1.0
