@@ -25,7 +25,6 @@ def calibrate_projector(
     0.01 degrees change all depths by a thousandth (2.6 mm at 2.4 m with cameras 420 mm apart). With the projector,
     every scan is checked against a third view. Do this right after `calibrate`, before anything can have moved.
 
-
     Parameters
     ----------
     calibration
