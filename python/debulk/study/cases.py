@@ -62,7 +62,7 @@ class Case:
         return self.laid.post_process(solution)
 
     def figures(self, solution: solve.Solution) -> Figures:
-        """The figures of the ridges that decide."""
+        """Return the figures of the ridges that decide."""
         out = self.post_process(solution)
         return Figures(out.rms_mm, out.ridge_height_mm, out.bridge_height_mm)
 
