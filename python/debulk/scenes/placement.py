@@ -72,7 +72,7 @@ def place(
         *(Planned(a, cut_height_mm - 0.25, k, "right", "below CutHeight", varies=False) for a, k in CUT_DECOYS),
     ]
     recipes = [_vary(rng, recipe) for recipe in (*POCKETS, *decoys)]
-    # First the big one and the two at the edge, then the long pocket and the one near it, then the others, largest first.
+    # First the big one and the two at the edge, then the long pocket and the one near it, then the rest, largest first.
     first = [i for i, r in enumerate(recipes) if i == 0 or r.where == "edge"]
     near = [i for i, r in enumerate(recipes) if r.where == "near"]
     order = [*first, LONG_POCKET, *near]
