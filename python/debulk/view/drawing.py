@@ -38,7 +38,7 @@ def view(
     Parameters
     ----------
     report
-        The report; drawn are its height map, outlines, and every pocket's net before and after debulking, above the
+        The report. Its height map, outlines, and every pocket's net before and after debulking are drawn, above the
         reference.
     picture
         Name of a .png to write without a screen. None opens a window, and returns when it is closed.

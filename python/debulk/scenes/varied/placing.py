@@ -85,12 +85,12 @@ def _merging(rng: np.random.Generator) -> Group:
 
 
 def _small(rng: np.random.Generator) -> Group:
-    """A bump below AreaTol (200 mm²) at the cut, but steep."""
+    """Draw a bump below AreaTol (200 mm²) at the cut, but steep."""
     return [Lobes("small", (0.0, 0.0), 0.0, 1.0, float(rng.uniform(8, 14)), (), 3.0)]
 
 
 def _thin(rng: np.random.Generator) -> Group:
-    """A fold that was there when the ply was laid, 4 to 12 mm wide."""
+    """Draw a fold that was there when the ply was laid, 4 to 12 mm wide."""
     half = float(rng.uniform(2, 6))
     return [Wrinkle("thin", (0.0, 0.0), _turn(rng), 1.0, half, float(rng.uniform(30, 100)), 2.5)]
 

@@ -57,7 +57,7 @@ class Measured:
 
 
 def label_regions(height: Height, outline: Floats, level: float, step: float = 1.0) -> Lattice:
-    """Number the regions inside the outline above the level, as resolved by nodes `step` apart."""
+    """Give numbers to the regions inside the outline above the level, as resolved by nodes `step` apart."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     x, y = np.meshgrid(np.arange(low[0] + 0.013, high[0], step), np.arange(low[1] + 0.017, high[1], step))
     above = ((height(x, y) > level) & inside(outline, x, y)).astype(np.uint8)

@@ -32,8 +32,7 @@ class Camera:
         return motion
 
     def directions(self, every: int = 1) -> tuple[Floats, Floats, Floats]:
-        """Mold components of each pixel's ray per mm of depth; `every` gives those of the centres of such large
-        blocks."""
+        """Mold components of each pixel's ray per mm of depth; `every` gives those of the centres of larger blocks."""
         width, height = (-(-n // every) for n in self.size)
         shift = 0.5 * (every - 1)
         u = ((np.arange(width) * every + shift) - self.middle[0]) / self.focal
