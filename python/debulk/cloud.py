@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, arrays
 from debulk.arguments import typed
 
-_OUTLIERS = _core.cloud.OutlierOptions()  # each default stands once, in cpp/debulk/cloud/outliers.hpp
+_OUTLIERS = _core.cloud.OutlierOptions()  # each default is defined only in cpp/debulk/cloud/outliers.hpp
 
 InputError = _core.InputError
 

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 Paths = Literal["geodesic", "vertical_plane"]
 
-_DEFAULTS = _core.net.FibreNetOptions()  # each default stands once, in cpp/debulk/net/fibre_net.hpp
+_DEFAULTS = _core.net.FibreNetOptions()  # each default is defined only in cpp/debulk/net/fibre_net.hpp
 
 __all__ = ["Drape", "Net", "drape", "fibre_net", "surface_area"]
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core
 from debulk.arguments import typed
 
-_DEFAULTS = _core.section.SectionOptions()  # the only place of each default is cpp/debulk/section/fold.hpp
+_DEFAULTS = _core.section.SectionOptions()  # each default is defined only in cpp/debulk/section/fold.hpp
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe

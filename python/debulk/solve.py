@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Certificate", "Solution", "best", "certify", "methods", "minimise"]
 
-# The only place of each default is cpp/debulk/solve/options.hpp or cpp/debulk/sheet/minimise.hpp.
+# Each default is defined only in cpp/debulk/solve/options.hpp or cpp/debulk/sheet/minimise.hpp.
 _DEFAULTS = _core.sheet.MinimiseOptions()
 STIFFNESS = _DEFAULTS.solve.stiffness
 

@@ -19,7 +19,7 @@ from debulk.grid import Grid
 
 InputError = _core.InputError
 
-_FIT = _core.surface.FitOptions()  # each default stands once, in cpp/debulk/surface/fit_reference.hpp
+_FIT = _core.surface.FitOptions()  # each default is defined only in cpp/debulk/surface/fit_reference.hpp
 GridT = TypeVar("GridT", bound=Grid)
 
 
@@ -317,8 +317,8 @@ def fit_reference(
     node's height. That has no bias on a mold that is gently curved over the window, and little noise. A second fit
     leaves out heights far off the first. Gaps and the border are filled in as a thin plate, which continues linearly.
     Where the fit is off over several nodes, the window is half as wide, and where it is still off, a quarter. Beside a
-    cliff the surface follows the upper side up to its last point, and on the lower side it follows nothing measured for
-    up to 40 mm; see `misfits`.
+    cliff the surface follows the upper side up to its last point, while heights of the lower side within 40 mm are not
+    fitted; see `misfits`.
 
     Parameters
     ----------

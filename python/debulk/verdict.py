@@ -65,7 +65,7 @@ class Verdict(StrEnum):
         return max(verdicts, default=cls.CEASE)
 
 
-_DEFAULTS = _core.verdict.Criteria()  # the only place of the numbers is cpp/debulk/verdict/judge.hpp
+_DEFAULTS = _core.verdict.Criteria()  # the numbers are defined only in cpp/debulk/verdict/judge.hpp
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Criteria:
         0.05.
     criterion
         "excess": a pocket inside the ply is judged by the ridge that the excess length of its fibres makes, and by
-        bridges. "paper": it is judged by RMS, ridges and bridges of the minima. A pocket at the ply's edge always is.
+        bridges. "paper": it is judged by RMS, ridges and bridges of the minima. Pockets at the ply's edge always are.
     excess_margin_mm
         Least uncertainty of the ridge from the excess length, mm. Default 0.02.
     compliance_margin_mm

@@ -24,8 +24,8 @@ class DecidingRidge(NamedTuple):
 def deciding_ridge(pocket: PocketReport) -> DecidingRidge | None:
     """Return the ridge of the criterion that decided, or of the one that is known; None if neither is known.
 
-    If the bridge is higher, it is returned instead, with a range from the lowest that its sections allow to the
-    highest, with the net's included.
+    If the bridge of the net is higher than that ridge can be, it is returned instead. Its range then reaches from the
+    lowest height by the sections of its fibres, if they were made, to the higher of both heights.
     """
     height, span = pocket.ridge_height_mm, pocket.ridge_range_mm
     if pocket.excess is not None and (pocket.decided_by == "excess" or height is None):

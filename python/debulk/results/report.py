@@ -158,7 +158,7 @@ class ExcessReport:
         Change of the height by the extrapolation. If the two nets differ by as much as the finer one has, that
         difference.
     uncertainty_mm
-        Two of those standard deviations with the spacing error, or the recipe's margin if that is more.
+        Two standard deviations `noise_mm`, combined with the spacing error, or the recipe's margin if that is more.
     missed_mm
         By how much the ridge may be higher because of what the filters take away, what lies beyond the foot, and what
         lies between the net's fibres. The upper end of `range_mm` exceeds the uncertainty by this much.
