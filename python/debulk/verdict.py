@@ -27,7 +27,7 @@ class Verdict(StrEnum):
     """
 
     CEASE = "cease"
-    """The pocket closes within the criteria, and a certificate proves it."""
+    """The pocket closes within the criteria; a certificate proves it, or no fibre can bridge whatever the minimum is."""
     UNDECIDED = "undecided"
     """The evidence lies on both sides of a limit, or is not certified."""
     CREASE = "crease"
@@ -91,7 +91,7 @@ class Criteria:
     excess_margin_mm
         Least uncertainty of the ridge from the excess length, mm. Default 0.02.
     compliance_margin_mm
-        Least uncertainty of any figure if the length constraints needed a compliance, mm. Default 0.05.
+        Least margin of the figures of the minima if the length constraints needed a compliance, mm. Default 0.05.
 
     Examples
     --------
@@ -242,7 +242,7 @@ def judge(
 def judge_layup(
     pockets: Iterable[tuple[int, Judgement]], coverage: float, criteria: Criteria | None = None
 ) -> Judgement:
-    """Judge the layup, which gets the verdict of its worst pocket.
+    """Judge the layup by its worst pocket and its coverage.
 
     Parameters
     ----------
