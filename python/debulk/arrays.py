@@ -1,4 +1,4 @@
-"""Checks of the arrays that users pass: each returns the form that the core takes, or raises an error that names it."""
+"""Checks of arrays from users: each returns the form that the core takes, or raises an error naming the argument."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Verdict(StrEnum):
     """
 
     CEASE = "cease"
-    """The pocket closes within the criteria; a certificate proves it, or no fibre can bridge whatever the minimum is."""
+    """The pocket closes within the criteria; a certificate proves it, or no fibre can bridge at any minimum."""
     UNDECIDED = "undecided"
     """The evidence lies on both sides of a limit, or is not certified."""
     CREASE = "crease"

@@ -27,7 +27,9 @@ def check_fits(report: ReportData) -> None:
     """Refuse a report whose verdict is better than its figures allow.
 
     The verdict of a layup is at least as severe as that of each pocket, and as each hole allows. CEASE needs enough
-    coverage, a good level and no wrinkle, and for each pocket a certificate and figures within the recipe's limits. A
+    coverage, a good level and no wrinkle, and for each pocket figures within the recipe's limits that are proven, by a
+    certificate or because no fibre can bridge. A verdict may be more severe than the figures, since other reasons may
+    not appear as figures.
 
 
     Raises

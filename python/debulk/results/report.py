@@ -155,8 +155,8 @@ class ExcessReport:
     noise_mm
         Standard deviation of the height from scan to scan.
     spacing_error_mm
-        Change of the height by the extrapolation. If the two nets differ by as much as the finer one has, that
-        difference.
+        Change of the height by the extrapolation. If the two nets differ by the whole excess of the finer one
+        or more, it is that difference.
     uncertainty_mm
         Two standard deviations `noise_mm`, combined with the spacing error, or the recipe's margin if that is more.
     missed_mm
@@ -228,11 +228,11 @@ class PocketReport(Record):
         Largest excess over the mold of a fibre of the laid net that is held at both ends; 0 if none has any. Ply that
         slips in at the ply's edge is not included.
     ridge_range_mm
-        Lowest and highest ridge height over the same starts.
+        Lowest and highest ridge height over the same starts and range of friction.
     ridges
         Where ridges run and what they look like, the decisive one first; empty if there is none, or if a minimum would
         be needed and there is none. If `excess` is known, there is one ridge, that of the excess, whatever the net at
-        the minimum shows. Otherwise they are the ridges of the net, the one with its rim held if that decides.
+        the minimum shows. Otherwise they are the ridges of the net, or of the net with its rim held if that decides.
     ridge_nodes
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
@@ -417,7 +417,7 @@ class ReportData(Versioned):
     Attributes
     ----------
     verdict, reason
-        Verdict of the layup, which is that of its worst pocket, and the reason in one sentence.
+        Verdict of the layup, at least as severe as that of its worst pocket, and the reason in one sentence.
     pockets
         Pockets, largest first, followed by the bumps below the tolerances that could crease, also largest first.
     timings_ms
