@@ -23,7 +23,7 @@ EXPORT_AGAIN = "export the cloud again"
 
 
 class Points(NamedTuple):
-    """Points, (H, W, 3) or (N, 3) in mm, and their extents found while they were read."""
+    """Points, (H, W, 3) or (N, 3) in mm, and the figures gathered while they were read."""
 
     values: NDArray[np.float32]
     low: list[float]

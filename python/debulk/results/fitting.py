@@ -31,7 +31,6 @@ def check_fits(report: ReportData) -> None:
     certificate or because no fibre can bridge. A verdict may be more severe than the figures, since other reasons may
     not appear as figures.
 
-
     Raises
     ------
     InputError
