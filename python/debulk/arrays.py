@@ -15,8 +15,8 @@ __all__ = ["came", "corners", "numbers", "outline", "pair", "points_xy", "positi
 Floats = NDArray[np.float64]
 LARGEST_MM = 1e5
 """No corner of a ply lies farther from the origin than this, mm."""
-_GROUP = 32  # sides of an outline in a group
-_CHUNK = 256  # groups that are compared with the others at a time
+_GROUP = 32  # number of sides in a group
+_CHUNK = 256  # number of groups that are compared with the others at a time
 
 
 def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected: str, *, nan: bool = False) -> Floats:

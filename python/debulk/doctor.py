@@ -283,4 +283,4 @@ def _licences(folder: Path | None) -> tuple[Licence, ...]:
         return ()
     text = (folder / _NOTES).read_text(encoding="utf-8")
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
-    return tuple(Licence(*row[:4]) for row in rows[2:] if "only" not in row[3])  # not what only build and tests use
+    return tuple(Licence(*row[:4]) for row in rows[2:] if "only" not in row[3])  # not those of build and tests

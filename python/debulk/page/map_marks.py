@@ -45,7 +45,7 @@ def hatch(box: tuple[float, float, float, float], apart: float) -> str:
     x, y, width, height = box
     parts = []
     for k in range(1, math.floor((width + height) / apart) + 1):
-        # From the upper or right side to the left or lower one, along x + y = k times the distance.
+        # Each line runs from the upper or right side to the left or lower one, along x + y = k times the distance.
         c = k * apart
         a, b = min(c, width), min(c, height)
         parts.append(f"M{x + a:.1f} {y + c - a:.1f}L{x + c - b:.1f} {y + b:.1f}")

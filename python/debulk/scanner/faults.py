@@ -20,7 +20,7 @@ from debulk.scanner.inputs import InputError, Stack
 F64 = NDArray[np.float64]
 Stage = tuple[int, list[int]]
 
-MOST_BRIGHTNESS = 0.015  # relative difference of an image from the others of its number of periods
+MOST_BRIGHTNESS = 0.015  # relative difference of an image from the others with its number of periods
 MOST_RESIDUAL = 0.15  # median distance of fringe orders from whole numbers; 0.25 is pure chance
 MOST_MISFIT = 0.10  # ratio of the highest harmonic to the modulation
 _PIXELS = 40_000  # size of the sample
@@ -34,7 +34,7 @@ def refuse_faults(stack: Stack, periods: tuple[int, ...], steps: int) -> None:
     step = max(1, round(np.sqrt(stack.shape[0] * stack.shape[1] / _PIXELS)))
     before = -1.0
     for e in range(stack.exposures):
-        # Neighbouring columns stay close together, because the sample must contain every phase of the fringes.
+        # Columns in the sample are close together, because it must contain every phase of the fringes.
         sample = np.stack([image[step // 2 :: step, ::step].ravel() for image in stack.exposure(e)]).astype(np.float64)
         where = f" of exposure {e + 1}" if stack.exposures > 1 else ""
         if sample.max() > stack.white:

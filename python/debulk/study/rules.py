@@ -17,8 +17,8 @@ AMPLITUDE = 0.1  # of the solver's own perturbations, in spacings
 ORDERS = 20  # random orders of the perturbed starts; a rule is averaged over them
 _FIXED = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 _MOST = (4, 8, 12, 16, 24)
-_WINDOWS = (0.5, 1.0, 1.5)  # relative to the recipe's
-_MARGINS = (0.1, 0.5, 1.5)  # relative to the recipe's, in addition to 1
+_WINDOWS = (0.5, 1.0, 1.5)  # multiples of the recipe's windows
+_MARGINS = (0.1, 0.5, 1.5)  # multiples of the recipe's margins, in addition to 1
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ def _line(sweep: str, label: str, rows: list[Row]) -> Line:
         return np.array([getattr(row, name) for row in rows], dtype=float)
 
     def high(name: str, share: float) -> float:
-        # Taken from the nearest pocket above; values are not interpolated.
+        # The value is that of the nearest pocket above, not an interpolated one.
         return float(np.nanquantile(of(name), share, method="higher"))
 
     return Line(

@@ -124,7 +124,7 @@ def _triangle(a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats]:
     low, mid, high = np.minimum(least, c), np.maximum(least, np.minimum(most, c)), np.maximum(most, c)
     with np.errstate(divide="ignore", invalid="ignore"):
         top = high**2 / ((high - low) * (high - mid))  # only `high` is positive
-        bottom = low**2 / ((low - mid) * (low - high))  # only `low` is not
+        bottom = low**2 / ((low - mid) * (low - high))  # only `low` is not positive
     total = (a + b + c) / 3
     share = np.select([low > 0, mid > 0, high > 0], [np.ones_like(a), 1 - bottom, top], 0.0)
     mean = np.select([low > 0, mid > 0, high > 0], [total, total - low / 3 * bottom, high / 3 * top], 0.0)
