@@ -16,8 +16,8 @@ TABLE_Z_MM = -110.0
 LOWEST_MM = -60.0
 HIGHEST_MM = 1.0
 
-# z in mm over U = x / 600 and V = y / 450. The radii of curvature are about 6.5 m along x and 5 m along y, with a slight
-# twist and a slight asymmetry. So it is a part of low curvature, with all slopes below 0.15.
+# z in mm over U = x / 600 and V = y / 450. The radii of curvature are about 6.5 m along x and 5 m along y, with a
+# slight twist and a slight asymmetry. So it is a part of low curvature, with all slopes below 0.15.
 _UU, _VV, _UV, _UUU, _UUV, _UUVV = -27.0, -21.0, 4.0, 3.0, -3.0, 3.0
 
 
