@@ -81,7 +81,7 @@ def at_best(half: HalfSeen, area_tol_mm2: float) -> Verdict:
 
     It is the verdict on which all ways agree, but CEASE only beside holes that are together no larger than the
     tolerance on area. It is UNDECIDED if the ways disagree, and INVALID if one cannot be judged or too much of the
-
+    perimeter was not seen.
     """
     verdicts = {way.verdict for way in half.ways}
     if Verdict.INVALID in verdicts or not verdicts or half.rim_share > MOST_OF_RIM:
