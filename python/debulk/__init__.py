@@ -61,7 +61,7 @@ __all__ = [
     "verdict",
 ]
 
-# Loaded when first asked for: `import debulk` must not wait for what a program may never use.
+# Loaded when first used, so that `import debulk` does not wait for parts that a program may never need.
 _HOMES = {
     "Cancelled": "inspection.inspector",
     "Comparison": "comparison",

@@ -1,4 +1,4 @@
-"""Checks of the plain arguments of public functions, by their annotations: an error names the argument and its type."""
+"""Checks of the plain arguments of public functions by their annotations: an error names the argument and its type."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["check_fields", "of_type", "typed"]
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
-# What an annotation asks for, in words, and whether a value is that.
+# For each annotation: what is expected, in words, and whether a value fits.
 _FILE = (str, PathLike)
 _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "float": ("a number", lambda value: _fits_float(value) or _plain(value, "fiu")),
@@ -27,7 +27,7 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "str | PathLike[str]": ("the name of a file", lambda value: isinstance(value, _FILE) and value != ""),
     "Progress": ("a function of the stage and the share that is done", callable),
 }
-# Classes of ours by their names, for what is not imported yet cannot have been passed; and where to get one.
+# Our classes by name, since a class that is not imported yet cannot have been passed; and how to get an instance.
 _CLASSES = {
     "Recipe": ("debulk.Recipe", "debulk.Recipe.load() reads one"),
     "Report": ("debulk.Report", "debulk.Report.load() reads one"),
@@ -35,14 +35,14 @@ _CLASSES = {
     "Layup": ("debulk.scenes.Layup", "debulk.scenes.layup() makes one"),
     "Sheet": ("debulk.sheet.Sheet", "debulk.sheet.Sheet() makes one"),
 }
-_TEXTS = ("Literal[", "Paths")  # which words are allowed is said where they are used
+_TEXTS = ("Literal[", "Paths")  # the function itself checks which words are allowed
 
 
 def typed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Check the arguments of a function that are annotated as numbers, text, files or classes of ours.
 
-    Others are left alone: arrays are looked at where they are used. Keywords that the function does not know are a
-    `TypeError`, as ever.
+    Other arguments are not checked here: arrays are checked where they are used. Keywords that the function does not
+    know raise a `TypeError`, as usual.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def typed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result
 
 
 def check_fields(record: Any) -> None:
-    """Do the same for the fields of a dataclass."""
+    """Check the fields of a dataclass in the same way."""
     kind: Any = type(record)
     wanted = _wanted_of(kind)
     _check({name: getattr(record, name) for name in wanted}, wanted)
@@ -81,7 +81,7 @@ def _wanted_of(record: Any) -> dict[str, tuple[str, bool]]:
 
 
 def of_type(value: Any) -> str:
-    """Say what came instead: text, a number or None as it is written, else the type."""
+    """Describe the value that was passed instead: text, a number or None as written, otherwise its type."""
     if value is None or isinstance(value, (str, int, float, PathLike)):
         text = repr(str(value) if isinstance(value, PathLike) else value)
         return text if len(text) <= 60 else f"{text[:57]}..."
@@ -90,7 +90,7 @@ def of_type(value: Any) -> str:
 
 
 def _wanted(annotations: Mapping[str, Any]) -> dict[str, tuple[str, bool]]:
-    """Return the kind of every argument that is checked, and whether it may be None."""
+    """Return the kind of every checked argument, and whether it may be None."""
     found = {}
     for name, annotation in annotations.items():
         kind = str(annotation).removesuffix(" | None")
@@ -110,7 +110,7 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
             expected, fits = _KINDS[kind]
             right = fits(value)
         else:
-            these = (kind, "SimpleNamespace")  # a namespace stands for one in an experiment
+            these = (kind, "SimpleNamespace")  # experiments may pass a namespace in place of the class
             expected, right = f"a {_CLASSES[kind][0]}", any(base.__name__ in these for base in type(value).__mro__)
         if not right:
             remedy = f"; {_CLASSES[kind][1]}" if kind in _CLASSES else ""
@@ -119,10 +119,10 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
 
 
 def _fits_float(value: Any) -> bool:
-    """Tell whether a value is a number, and no whole one beyond the largest float."""
+    """Tell whether a value is a number and, if it is an int, not beyond the largest float."""
     return isinstance(value, numbers.Real) and (not isinstance(value, int) or abs(value) <= sys.float_info.max)
 
 
 def _plain(value: Any, kinds: str) -> bool:
-    """Tell whether a value is an array without dimensions, of numbers."""
+    """Tell whether a value is a zero-dimensional array of numbers."""
     return getattr(value, "ndim", None) == 0 and value.dtype.kind in kinds

@@ -1,4 +1,4 @@
-"""Checks of what users pass as arrays: each gives the form that the core takes, or an error that names the argument."""
+"""Checks of arrays from users: each returns the form that the core takes, or raises an error naming the argument."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ __all__ = ["came", "corners", "numbers", "outline", "pair", "points_xy", "positi
 
 Floats = NDArray[np.float64]
 LARGEST_MM = 1e5
-"""Farther from the origin than this, no corner is a ply's."""
-_GROUP = 32  # sides of an outline
-_CHUNK = 256  # groups of them that are held against others at a time
+"""No corner of a ply lies farther from the origin than this, mm."""
+_GROUP = 32  # number of sides in a group
+_CHUNK = 256  # number of groups that are compared with the others at a time
 
 
 def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected: str, *, nan: bool = False) -> Floats:
-    """Return numbers as float64 of a shape, finite, or with NaN where that is allowed.
+    """Return numbers as finite float64 of a given shape, or with NaN where that is allowed.
 
     Parameters
     ----------
     value
         What the user passed.
     name
-        Of the argument, for the error.
+        Name of the argument, for the error.
     shape
-        None: any length.
+        Expected shape; None stands for any length.
     expected
-        The shape and meaning in words, for the error.
+        Expected shape and meaning in words, for the error.
     nan
-        Whether a value may be NaN.
+        Whether values may be NaN.
 
     Raises
     ------
     InputError
-        No numbers, another shape, a value that is not finite.
+        If the values are not numbers, have another shape, or are not finite.
 
     Examples
     --------
@@ -81,12 +81,12 @@ def corners(value: ArrayLike, name: str) -> Floats:
 def outline(value: ArrayLike, name: str) -> Floats:
     """Return (M, 2) corners of a polygon that encloses an area and does not cross itself, as a copy.
 
-    A corner that repeats the one before it, and a last one that repeats the first, are left out.
+    A corner that repeats the one before it is left out, and so is a last corner that repeats the first.
 
     Raises
     ------
     InputError
-        Fewer than 3 corners, no area, a corner farther than 100 m from the origin, or sides that cross.
+        If there are fewer than 3 corners, no area, a corner farther than 100 m from the origin, or sides that cross.
 
     Examples
     --------
@@ -97,7 +97,7 @@ def outline(value: ArrayLike, name: str) -> Floats:
 near (0.6667, 0.6667) mm; list the corners in their order round the ply
     """
     given = numbers(value, name, (None, 2), "an (M, 2) array of corners in mm")
-    repeats = (given == np.roll(given, -1, axis=0)).all(axis=1)  # of the corner after it
+    repeats = (given == np.roll(given, -1, axis=0)).all(axis=1)  # the corner equals the one after it
     polygon: Floats = given[~np.roll(repeats, 1) | (np.arange(len(given)) == 0)]
     if len(polygon) > 1 and np.array_equal(polygon[0], polygon[-1]):
         polygon = polygon[:-1].copy()
@@ -127,7 +127,7 @@ near (0.6667, 0.6667) mm; list the corners in their order round the ply
 
 
 def points_xy(value: ArrayLike, name: str) -> tuple[Floats, bool]:
-    """Return (M, 2) points, NaN allowed, and whether one alone, (2,), was passed."""
+    """Return (M, 2) points, NaN allowed, and whether a single point, (2,), was passed."""
     one = np.ndim(value) == 1
     shape: tuple[int | None, ...] = (2,) if one else (None, 2)
     points = numbers(value, name, shape, "an (M, 2) array of points or one (2,)", nan=True)
@@ -165,8 +165,8 @@ def whole(value: float, name: str) -> int:
 def _crossing(polygon: Floats) -> tuple[int, int, Floats] | None:
     """Find two sides that cross, and where.
 
-    Sides are taken in groups that follow one another: only groups whose boxes meet are held against each other, side by
-    side, so that many short sides take hardly longer than few.
+    Consecutive sides are taken together in groups, and only groups whose bounding boxes meet are compared, side by
+    side. So many short sides take hardly longer than few.
     """
     count = len(polygon)
     ends = np.roll(polygon, -1, axis=0)
@@ -194,7 +194,7 @@ def _crossing(polygon: Floats) -> tuple[int, int, Floats] | None:
 
 
 def _meeting(low: Floats, high: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of (G, 2) boxes that meet, each also with itself, the first not behind the second."""
+    """Pairs of (G, 2) boxes that meet, including each with itself; the first index is never above the second."""
     pairs = []
     for begin in range(0, len(low), _CHUNK):
         rows = slice(begin, begin + _CHUNK)
@@ -206,13 +206,13 @@ def _meeting(low: Floats, high: Floats) -> tuple[NDArray[np.int64], NDArray[np.i
 
 
 def _side(a: Floats, b: Floats, p: Floats) -> Floats:
-    """On which side of the lines from a to b the points p lie."""
+    """Signed value that shows on which side of the lines from a to b the points p lie."""
     along, to = b - a, p - a
     return np.asarray(along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0])
 
 
 def came(value: Any, array: NDArray[Any]) -> str:
-    """Say what came where an array of numbers was expected: its shape, its type, or what it is instead of an array."""
+    """Describe what was passed instead of the expected array of numbers: its shape, its type, or its value."""
     if array.ndim == 0:
         return str(value) if array.dtype.kind in "fiu" else of_type(value)
     if array.dtype.kind not in "fiu":

@@ -1,8 +1,8 @@
 """Point clouds: rigid motion, outlier removal, pitch.
 
-A cloud is an array of points in mm, (H, W, 3) as an organised scanner delivers it, one point a pixel, or (N, 3) in any
-order. A point with a coordinate that is not finite is missing: nothing was seen there. The functions compute on float32
-without a copy where the array is C-contiguous float32, and never change their input.
+A cloud is an array of points in mm: (H, W, 3) as an organised scanner delivers it, one point per pixel, or (N, 3) in
+any order. A point with a coordinate that is not finite is missing, because nothing was seen there. The functions
+compute on float32, without a copy if the array is C-contiguous float32, and never change their input.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, arrays
 from debulk.arguments import typed
 
-_OUTLIERS = _core.cloud.OutlierOptions()  # each default stands once, in cpp/debulk/cloud/outliers.hpp
+_OUTLIERS = _core.cloud.OutlierOptions()  # each default is defined only in cpp/debulk/cloud/outliers.hpp
 
 InputError = _core.InputError
 
 SMALLEST_EXTENT_MM = 10.0
-"""A cloud smaller than this is taken for one in metres by `checked`."""
+"""`checked` takes a cloud smaller than this for one in metres."""
 
 
 def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True) -> NDArray[np.float32]:
@@ -35,17 +35,17 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
     name
         What the cloud is called in error messages.
     check_unit
-        Refuse a cloud whose extent suggests metres.
+        Whether to refuse a cloud whose extent suggests metres.
 
     Returns
     -------
     NDArray[np.float32]
-        The points, C-contiguous; the same object if they are in that form already.
+        The points, C-contiguous; the same object if it already has that form.
 
     Raises
     ------
     InputError
-        For another shape or type, if no point is finite, or if the cloud is smaller than 10 mm.
+        If the shape or type is another, if no point is finite, or if the cloud is smaller than 10 mm.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
 def check_bounds(
     parts: Sequence[tuple[int, list[float], list[float]]], count: int, name: str, *, check_unit: bool = True
 ) -> None:
-    """Refuse a cloud of `count` points by the bounds of its parts, as `checked` does."""
+    """Refuse a cloud of `count` points by the bounds of its parts, in the same way as `checked`."""
     boxes = np.array([(low, high) for seen, low, high in parts if seen])
     if not len(boxes):
         raise InputError(f"{name}: expected at least one point with three finite coordinates, but got none of {count}")
@@ -87,7 +87,7 @@ def transform(
     matrix
         (4, 4) rigid motion, row by row; its 3 by 3 part must be a rotation to within 1e-4.
     threads
-        0: as many as the process may use.
+        Number of threads; 0 means as many as the process may use.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def transform(
     Raises
     ------
     InputError
-        For a bad cloud, or a matrix with a scale, a shear, a mirror, or another bottom row than 0 0 0 1.
+        If the cloud is bad, or the matrix scales, shears, mirrors, or has a bottom row other than 0 0 0 1.
 
     Examples
     --------
@@ -125,28 +125,28 @@ def remove_outliers(
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> NDArray[np.bool_]:
-    """Find the points to keep: those that are not unusually far from their neighbours.
+    """Find the points to keep, which are those not unusually far from their neighbours.
 
     A point is removed if the mean distance to its nearest neighbours (itself not counted) exceeds the mean of that
-    figure over all points by more than `std_ratio` standard deviations (of the sample, n - 1). That is what MATLAB's
-    ``pcdenoise`` does; the search is exact.
+    figure over all points by more than `std_ratio` standard deviations (of the sample, n - 1). MATLAB's ``pcdenoise``
+    does the same; the search is exact.
 
     Parameters
     ----------
     points
-        (H, W, 3) or (N, 3). Organised clouds are the faster ones.
+        (H, W, 3) or (N, 3). Organised clouds are processed faster.
     neighbours
-        How many nearest neighbours are looked at, 1 to 1000.
+        Number of nearest neighbours that are considered, 1 to 1000.
     std_ratio
         Standard deviations above the mean, 0 or more.
     least_ratio
-        Keep what is below so many times the mean in any case. 0 is ``pcdenoise``; but in a scan that was cleaned
-        before, the deviation is so small that this removes the flanks of steep pockets, where points lie farther
-        apart: 2 keeps them.
+        Points below this multiple of the mean are always kept. 0 reproduces ``pcdenoise``. But in a scan that has
+        already been cleaned, the deviation is so small that 0 removes the flanks of steep pockets, where points lie
+        farther apart; 2 keeps them.
     threads
-        0: as many as the process may use. The result does not depend on it.
+        Number of threads; 0 means as many as the process may use. The result does not depend on it.
     stop
-        Raised from another thread, ends the search with a RuntimeError.
+        Cancelling it from another thread ends the search with a RuntimeError.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def remove_outliers(
     Raises
     ------
     InputError
-        For a bad cloud or option.
+        If the cloud or an option is bad.
 
     Examples
     --------
@@ -177,10 +177,10 @@ def remove_outliers(
 
 @typed
 def median_pitch(points: ArrayLike, *, threads: int = 0, stop: _core.Stop | None = None) -> float:
-    """How far apart the points of a cloud are, mm.
+    """Typical distance between neighbouring points of a cloud, mm.
 
-    Organised: the median distance of neighbouring pixels, projected on the XY plane. Unorganised: the median over the
-    points of the mean distance to the four nearest neighbours.
+    For an organised cloud it is the median distance between neighbouring pixels, projected on the XY plane. For an
+    unorganised one it is the median over the points of the mean distance to the four nearest neighbours.
 
     Examples
     --------
@@ -195,8 +195,8 @@ _CLOUD = "an (H, W, 3) or (N, 3) array of points"
 
 
 def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
-    """Bring points into the form that the package computes on, like `checked`, but look at shape and type only."""
-    if isinstance(points, np.ma.MaskedArray):  # what is masked was not seen
+    """Bring points into the form that the package computes on, like `checked`, but check only shape and type."""
+    if isinstance(points, np.ma.MaskedArray):  # masked points were not seen
         if points.dtype.kind != "f":
             raise InputError(
                 f"{name}: expected float32 or float64 coordinates, but got {points.dtype}{_convert(points)}"
@@ -209,12 +209,12 @@ def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
         remedy = "; debulk.files.load_cloud() reads one" if isinstance(points, (str, PathLike)) else ""
         raise InputError(f"{name}: expected {_CLOUD}, but got {arrays.came(points, array)}{remedy}")
-    if array.dtype.newbyteorder("=") not in (np.float32, np.float64):  # in either order of their bytes
+    if array.dtype.newbyteorder("=") not in (np.float32, np.float64):  # in either byte order
         raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}{_convert(array)}")
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(array, dtype=np.float32)
 
 
 def _convert(array: NDArray[Any]) -> str:
-    """Say how numbers of another type are converted; empty for what are none."""
+    """Say how numbers of another type are converted; empty if the array holds no numbers."""
     return "; pass them as .astype(numpy.float32)" if array.dtype.kind in "fiu" else ""

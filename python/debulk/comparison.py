@@ -1,4 +1,4 @@
-"""Predicted against measured, to be shown and kept."""
+"""The comparison of predictions with measurements, for display and for saving."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ __all__ = ["Agreement", "Comparison", "PocketComparison", "agreement"]
 
 
 class Comparison(ComparisonData):
-    """A report held against a scan after debulking; its values are `debulk.results.comparison.ComparisonData`'s.
+    """A report compared with a scan after debulking.
+
+    Its fields are those of `debulk.results.comparison.ComparisonData`.
 
     Examples
     --------
@@ -27,7 +29,7 @@ class Comparison(ComparisonData):
     """
 
     def table(self) -> str:
-        """Return a line for each pocket, the outcomes counted, and the hit rate with its interval as plain text."""
+        """Return a line for each pocket, the outcome counts, and the hit rate with its interval as plain text."""
         return comparison_text.table(self)
 
     def __str__(self) -> str:
@@ -48,13 +50,13 @@ class Comparison(ComparisonData):
         Parameters
         ----------
         path
-            Ends in .json (all of it, :meth:`load` reads it back), .csv (a line for each pocket) or .html (one page that
-            needs nothing else).
+            Name of the file, which ends in .json (everything; :meth:`load` reads it back), .csv (a line for each
+            pocket) or .html (one self-contained page).
 
         Raises
         ------
         InputError
-            If the ending is another, or the file cannot be written.
+            If the name has another ending, or the file cannot be written.
         """
 
         def html() -> str:
@@ -73,11 +75,11 @@ class Comparison(ComparisonData):
         Parameters
         ----------
         path
-            Of that file.
+            Name of that file.
 
         Raises
         ------
         InputError
-            If the file is not one, was cut off, or is of a newer schema.
+            If the file is not a comparison, was cut off, or is of a newer schema.
         """
         return saving.load(cls, path, FORMAT)

@@ -1,4 +1,4 @@
-"""What is installed here, on what machine, and does it work: the first thing to send with a question."""
+"""What is installed, on what machine, and whether it works: the first thing to send with a question."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class SelfTest:
     Attributes
     ----------
     name, passed, detail
-        What was tried, whether it went well, and the figures.
+        What was tried, whether it passed, and the figures.
     """
 
     name: str
@@ -54,26 +54,27 @@ class Licence:
 
 @dataclass(frozen=True)
 class DoctorReport:
-    """What `doctor` found.
+    """The findings of `doctor`.
 
     Attributes
     ----------
     versions
-        By name: debulk, Python, what the compiled module was built with, the packages it imports.
+        Versions by name: debulk, Python, what the compiled module was built with, and the packages it imports.
     system, processor, instruction_set
-        The instruction set's level chooses the wide loops; the package needs no more than x86-64-v2.
+        The level of the instruction set selects the wide loops; the package needs no more than x86-64-v2.
     cores, threads
-        Of the machine; threads that an inspection uses (the process may be held to fewer cores).
+        Cores of the machine; threads that an inspection uses (the process may be limited to fewer cores).
     memory_gb, bandwidth_gb_s
-        Of the machine (None: not known); of one thread's copy, bytes read and written. The front end is bound by it.
+        Memory of the machine (None if it is not known); bytes read and written by one thread's copy, which limit the
+        front end.
     bundled
-        Shared libraries inside the wheel; empty where the system's are used.
+        Shared libraries inside the wheel; empty where those of the system are used.
     licences
-        Of what is linked or imported; their texts lie in `licence_folder`.
+        Licences of everything that is linked or imported; their texts are in `licence_folder`.
     licence_folder
-        None where the package was not installed from a wheel.
+        None if the package was not installed from a wheel.
     tests
-        The self-test.
+        The parts of the self-test.
     """
 
     versions: dict[str, str]
@@ -91,11 +92,11 @@ class DoctorReport:
 
     @property
     def passed(self) -> bool:
-        """Whether every part of the self-test went well."""
+        """Whether every part of the self-test passed."""
         return all(test.passed for test in self.tests)
 
     def text(self, width: int | None = None) -> str:
-        """Everything as plain text, a fact a line, folded where a width is given."""
+        """Everything as plain text, one fact per line, folded if a width is given."""
         memory = "unknown" if self.memory_gb is None else f"{self.memory_gb:.1f} GB"
         lines = ["versions", *(f"  {name:<22} {version}" for name, version in self.versions.items())]
         lines += ["machine"]
@@ -119,7 +120,7 @@ class DoctorReport:
         return "\n".join(fold(line, width) for line in lines)
 
     def json(self) -> str:
-        """Everything as JSON, an object a class, with whether the self-test passed."""
+        """Everything as JSON, one object per class, and whether the self-test passed."""
         return json.dumps({"passed": self.passed, **dataclasses.asdict(self)}, default=str, indent=1)
 
     def __str__(self) -> str:
@@ -127,7 +128,7 @@ class DoctorReport:
 
 
 def doctor() -> DoctorReport:
-    """Examine the installation and the machine, and run the self-test; a few seconds at most.
+    """Examine the installation and the machine, and run the self-test; takes a few seconds at most.
 
     Examples
     --------
@@ -154,7 +155,7 @@ def doctor() -> DoctorReport:
 
 
 def memory_bandwidth(size: int = _BANDWIDTH_BYTES, repeats: int = 4) -> float:
-    """Bytes read and written by one thread's copy in memory, GB/s: the best of some repeats."""
+    """Bytes that one thread's copy in memory reads and writes, GB/s: the best of several repeats."""
     source = np.ones(size // 8)
     target = np.zeros_like(source)
     best = min(_seconds(source, target) for _ in range(repeats))
@@ -168,14 +169,14 @@ def _seconds(source: NDArray[np.float64], target: NDArray[np.float64]) -> float:
 
 
 def self_test() -> tuple[SelfTest, ...]:
-    """Walk a fixed pocket, 8 mm high on a dome, through the compiled rooms."""
+    """Take a fixed pocket, 8 mm high on a dome, through the parts of the compiled module."""
     return tuple(_tried(name, part) for name, part in _PARTS.items())
 
 
 def _tried(name: str, part: Callable[[], tuple[bool, str]]) -> SelfTest:
     try:
         passed, detail = part()
-    except Exception as error:  # whatever it is, it is what the reader has to know
+    except Exception as error:  # whatever the error is, the reader has to know it
         return SelfTest(name, False, f"{type(error).__name__}: {error}")
     return SelfTest(name, passed, detail)
 
@@ -213,13 +214,14 @@ def _own_solver() -> tuple[bool, str]:
 
 
 def _ipopt() -> tuple[bool, str]:
-    # Another local minimum, and its own certificate may fail near a saddle: that it solves is what is asked.
+    # Ipopt may find another local minimum, and its own certificate may fail near a saddle: only that it solves is
+    # tested.
     _, figures = _certified("ipopt")
     return figures.startswith("converged"), figures
 
 
 def _unorganised() -> tuple[bool, str]:
-    """PCL's tree search over points in no order, one of them off the surface."""
+    """PCL's tree search over unordered points, one of them off the surface."""
     x, y = np.meshgrid(np.arange(40.0), np.arange(40.0))
     points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]).astype(np.float32)
     points[777, 2] = 9.0
@@ -276,9 +278,9 @@ def _licence_folder() -> Path | None:
 
 
 def _licences(folder: Path | None) -> tuple[Licence, ...]:
-    """Rows of the notes' table: what, version, licence, how it is linked, what for."""
+    """Rows of the notes' table: what, version, licence and how it is linked (its last column, the use, is left out)."""
     if folder is None:
         return ()
     text = (folder / _NOTES).read_text(encoding="utf-8")
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
-    return tuple(Licence(*row[:4]) for row in rows[2:] if "only" not in row[3])  # build, tests and checks only
+    return tuple(Licence(*row[:4]) for row in rows[2:] if "only" not in row[3])  # not those of build and tests

@@ -24,7 +24,7 @@ class Grid:
     origin_mm
         (2,) position of ``values[0, 0]`` in the mold frame, mm.
     spacing_mm
-        Distance of neighbouring grid points along x and y, mm.
+        Distance between neighbouring grid points along x and y, mm.
 
     Examples
     --------

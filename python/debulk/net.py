@@ -1,4 +1,4 @@
-"""Pin-jointed nets on a surface: one pocket's for the mass-spring model, or the whole ply's for its fibre angles."""
+"""Pin-jointed nets on a surface: that of one pocket for the mass-spring model, or of a whole ply for fibre angles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 Paths = Literal["geodesic", "vertical_plane"]
 
-_DEFAULTS = _core.net.FibreNetOptions()  # each default stands once, in cpp/debulk/net/fibre_net.hpp
+_DEFAULTS = _core.net.FibreNetOptions()  # each default is defined only in cpp/debulk/net/fibre_net.hpp
 
 __all__ = ["Drape", "Net", "drape", "fibre_net", "surface_area"]
 
@@ -30,27 +30,27 @@ class Net:
     Attributes
     ----------
     nodes_mm
-        (N, 3) mold frame, on the surface. Numbered row by row along one fibre: the first or the second, whichever
-        gives the narrower band of joined numbers.
+        (N, 3) mold frame, on the surface. They are numbered row by row along the first or the second fibre, whichever
+        gives the narrower band of connected numbers.
     neighbours
-        (N, 4) int32, numbers of the neighbours e, w (along the first fibre) and n, s (along the second); -1 = none.
+        (N, 4) int32, numbers of the neighbours e, w (along the first fibre) and n, s (along the second); -1 means none.
     kinds
         (N,) int8: 0 inner, 1 fixed boundary, 2 free boundary.
     edges
         (M, 2) int32, the segments: pairs of nodes one spacing apart.
     inside
-        (N,) bool: inside the perimeter (``rms_outline_mm`` where it was given).
+        (N,) bool: inside the perimeter (inside ``rms_outline_mm`` if it was given).
     spacing_mm
         Length of every segment.
     area_mm2
         Area of the ply's surface inside the perimeter.
     shear_deg
-        (N,) mean of |90° - crossing angle| of the fibres at the node.
+        (N,) mean of |90° - crossing angle| of the fibres at each node.
     open_ends
-        Numbers of inner nodes away from the ply's edge that miss a fibre neighbour. Any: the rim is not closed by fixed
-        nodes, and the pocket cannot be judged.
+        Numbers of inner nodes away from the ply's edge where a fibre neighbour is missing. If there are any, the rim is
+        not closed by fixed nodes, and the pocket cannot be judged.
     lattice
-        (N, 2) int32, steps along the first and the second fibre from the centre's node.
+        (N, 2) int32, steps along the first and the second fibre from the centre node.
     """
 
     nodes_mm: Floats
@@ -83,10 +83,10 @@ def fibre_net(
 ) -> Net:
     """Lay the net of one pocket (paper, "Meshing").
 
-    Two fibre paths run from the centre along the fibre angles; every other node lies on the surface at one spacing from
+    Two fibre paths run from the centre along the fibre angles. Every other node lies on the surface at one spacing from
     two neighbours. The net reaches one spacing past the perimeter (seen from above) and ends at the ply's edge. A node
     in that band within `mold_tol_mm` of the reference is a boundary node: free within `edge_tol_mm` of the ply's edge,
-    else fixed; a band node higher up stays movable, unless only one segment holds it: then it is taken away. A fibre
+    and fixed elsewhere. A higher node in the band stays movable, but is removed if only one segment holds it. A fibre
     that the ply's edge cuts ends in a free node.
 
     Parameters
@@ -101,28 +101,28 @@ def fibre_net(
         (2,) directions of the two fibres, counter-clockwise from the mold's +x, projected along z into the tangent
         plane. They must cross at 10° or more, and need not cross at 90°.
     spacing_mm
-        Distance of the nodes, a chord. Default: chosen so that the net has about `node_target` nodes.
+        Distance between the nodes, a chord. Default: chosen so that the net has about `node_target` nodes.
     outline_mm
         (K, 2) the pocket's perimeter, closed implicitly. Default: the rectangle of the surface's grid.
     ply_outline
         (K, 2) the ply's edge. Default: unknown, no free node.
     edge_tol_mm
-        From the ply's edge, within which boundary nodes are free.
+        Distance from the ply's edge within which boundary nodes are free.
     mold_tol_mm
-        Height above the reference up to which a band node is held by the mold.
+        Height above the reference up to which the mold holds a node in the band.
     paths
-        How the two paths run on: "geodesic", or in a "vertical_plane". Geodesics follow every bump: on a surface that
-        is noisy from sample to sample, or glued with a step at the perimeter, take the plane.
+        How the two paths continue: as a "geodesic", or in a "vertical_plane". Geodesics follow every bump. Use the
+        plane on a surface that is noisy from sample to sample, or was joined with a step at the perimeter.
     rms_outline_mm
-        (K, 2) tells `Net.inside` in place of the perimeter.
+        (K, 2) outline that determines `Net.inside` in place of the perimeter.
     node_target
-        Number of nodes to choose the spacing for, 9 or more; met within 3 % wherever some spacing does.
+        Number of nodes for which the spacing is chosen, 9 or more; met within 3 % if any spacing allows that.
 
     Raises
     ------
     InputError
-        A surface that is no Reference, a centre outside the outline, parallel fibres, a spacing that is not positive,
-        an outline without an area or with values that are not finite.
+        If the surface is no Reference, the centre is outside the outline, the fibres are parallel, the spacing is not
+        positive, or an outline has no area or values that are not finite.
 
     Examples
     --------
@@ -159,7 +159,7 @@ def fibre_net(
 
 
 def from_core(made: _core.net.PocketNet) -> Net:
-    """Wrap a compiled pocket's net, with which the sheet and the post-processing go on."""
+    """Wrap the net of a compiled pocket, which the sheet and the post-processing use."""
     net = made.net
     return Net(
         nodes_mm=net.nodes,
@@ -184,14 +184,14 @@ def surface_area(surface: Reference, outline_mm: ArrayLike, ply_outline: ArrayLi
     surface
         Any smooth surface.
     outline_mm
-        (K, 2) mold XY, closed implicitly.
+        (K, 2) outline in mold XY, closed implicitly.
     ply_outline
-        (K, 2) counts only what is inside this one, too.
+        (K, 2) outline of the ply; only the area inside both outlines counts.
 
     Raises
     ------
     InputError
-        An outline without an area, or with values that are not finite.
+        If an outline has no area, or values that are not finite.
 
     Examples
     --------
@@ -206,14 +206,14 @@ def surface_area(surface: Reference, outline_mm: ArrayLike, ply_outline: ArrayLi
 
 @dataclass(frozen=True, eq=False)
 class Drape:
-    """A whole ply's net on the mold; tells the fibre angles anywhere in it.
+    """The net of a whole ply on the mold, which gives the fibre angles anywhere in it.
 
     Attributes
     ----------
     nodes_mm, neighbours, edges, shear_deg, spacing_mm, lattice
         As in `Net`.
     inside
-        (N,) bool: inside the outline; the net reaches about a cell further where it can.
+        (N,) bool: inside the outline; the net reaches about one cell beyond it where it can.
     """
 
     nodes_mm: Floats
@@ -261,21 +261,21 @@ def drape(
     surface
         The mold.
     seed_mm
-        (2,) where the ply is laid down first, mold XY.
+        (2,) where the ply is first laid down, mold XY.
     angles_deg
         (2,) fibre directions at the seed, as in `fibre_net`.
     spacing_mm
-        Distance of the nodes, a chord.
+        Distance between the nodes, a chord.
     outline_mm
-        (K, 2) what to cover. Default: the rectangle of the surface's grid.
+        (K, 2) area to cover. Default: the rectangle of the surface's grid.
     paths
         As in `fibre_net`.
 
     Raises
     ------
     InputError
-        A seed outside the box about the outline, parallel fibres, a spacing that is not positive or so
-        small that the net would need more than 4 million nodes.
+        If the seed lies outside the bounding box of the outline, the fibres are parallel, or the spacing is not
+        positive or so small that the net would need more than 4 million nodes.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The report of an inspection, to be shown and kept."""
+"""The report of an inspection, for display and for saving."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["LeftOut", "PocketNet", "PocketReport", "Report", "SolveReport", "Ver
 
 
 class Report(ReportData):
-    """The outcome of one inspection; its values are those of `debulk.results.report.ReportData`.
+    """The outcome of one inspection; its fields are those of `debulk.results.report.ReportData`.
 
     Examples
     --------
@@ -46,18 +46,18 @@ class Report(ReportData):
         return report_html(self)
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return the pockets as a table of pandas; needs the extra "pandas".
+        """Return the pockets as a pandas table; needs the extra "pandas".
 
         Returns
         -------
         pandas.DataFrame
-            A row for each pocket, its number being the index; columns as in the .csv, units in their names. What a
-            pocket does not have is NaN, or None where the column holds words.
+            A row for each pocket, indexed by its number. The columns are those of the .csv, with units in their names.
+            A value that a pocket does not have is NaN, or None in a column of words.
 
         Raises
         ------
         InputError
-            If pandas is not installed: names the command that installs it.
+            If pandas is not installed; the message names the command that installs it.
         """
         from debulk.results.frame import to_dataframe
 
@@ -66,23 +66,23 @@ class Report(ReportData):
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the height map with the pockets over it; needs the extra "plot" (Matplotlib).
 
-        Pockets have their verdict's colour, their number, the height of the ridge that their verdict comes from where
-        there is one, and a white line where the section across the worst ridge of the minimum runs.
+        Each pocket is drawn in its verdict's colour, with its number and, if it has one, the height of the ridge that
+        decides its verdict. A white line shows where the section across the worst ridge of the minimum runs.
 
         Parameters
         ----------
         ax
-            Axes to draw into. None: those of a new figure.
+            Axes to draw into; None means those of a new figure.
 
         Returns
         -------
         matplotlib.axes.Axes
-            Mold frame, mm; ``report.plot().figure.savefig("map.png")`` keeps the picture.
+            Axes in the mold frame, mm; ``report.plot().figure.savefig("map.png")`` saves the picture.
 
         Raises
         ------
         InputError
-            If Matplotlib is not installed: names the command that installs it.
+            If Matplotlib is not installed; the message names the command that installs it.
         """
         from debulk.results.plotting import plot
 
@@ -95,13 +95,13 @@ class Report(ReportData):
         Parameters
         ----------
         path
-            Ends in .json (all of it, :meth:`load` reads it back to the last bit), .csv (a line for each pocket) or
-            .html (one page that needs nothing else).
+            Name of the file, which ends in .json (everything; :meth:`load` reads it back to the last bit), .csv (a line
+            for each pocket) or .html (one self-contained page).
 
         Raises
         ------
         InputError
-            If the ending is another, or the file cannot be written.
+            If the name has another ending, or the file cannot be written.
         """
 
         def html() -> str:
@@ -120,12 +120,12 @@ class Report(ReportData):
         Parameters
         ----------
         path
-            Of that file.
+            Name of that file.
 
         Raises
         ------
         InputError
-            If the file is not such a report, was cut off, lacks a value, is of another schema, or its verdict does not
-            follow from its pockets, or theirs from their figures and the recipe's limits.
+            If the file is not such a report, was cut off, misses a value or is of another schema; if its verdict does
+            not follow from its pockets, or their verdicts do not follow from their figures and the recipe's limits.
         """
         return saving.load(cls, path, FORMAT, check_fits)

@@ -1,4 +1,4 @@
-"""From the coarse net at the minimum to what stands on the mold: ridges, RMS, excess length."""
+"""From the coarse net at the minimum to the ridges that remain on the mold: heights, RMS and excess length."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["PostProcessed", "RidgeSection", "largest_fibre_excess", "post_proces
 
 @typed
 def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: float) -> float:
-    """Height of a ridge from the ply length that it has to hold.
+    """Height of a ridge from the length of ply that it has to hold.
 
     The cross-section is two thicknesses wide with a semicircular top; the rest of the ply lies on the mold. The height
     is half the excess length plus 0.43 thicknesses, so it does not vanish with the excess (`post_process` clamps it).
@@ -28,7 +28,7 @@ def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: floa
     ----------
     ply_length_mm
         Length of the ply's section between its two feet, mm.
-    mold_length_mm
+    Length of the mold between these feet, mm; at least two thicknesses.
         Length of the mold between the same feet, mm; at least two thicknesses.
     thickness_mm
         Nominal thickness of the ply, mm.
@@ -41,7 +41,7 @@ def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: floa
     Raises
     ------
     InputError
-        A length or thickness that is not positive, or a mold length without room for the ridge.
+        If a length or the thickness is not positive, or the mold length leaves no room for the ridge.
 
     Notes
     -----
@@ -64,17 +64,17 @@ class RidgeSection:
     Parameters
     ----------
     peak
-        Number of the node at its top.
+        Number of the node at the top.
     fibre
-        0: cut along the first fibre (west to east), 1: along the second (south to north).
+        0: the section is cut along the first fibre (west to east); 1: along the second (south to north).
     nodes
-        Numbers of its nodes from one end to the other, the ends being feet, valleys, or the net's border.
+        Numbers of the section's nodes from one end to the other; the ends are feet, valleys or the net's border.
     ply_length_mm, mold_length_mm
         Lengths of the ply and of the mold below it, mm.
     height_mm
         Height of the ridge above the mold, mm.
     length_mm
-        The piece of the ridge line that this section stands for, mm.
+        Length of the piece of the ridge line that this section represents, mm.
     """
 
     peak: int
@@ -93,25 +93,25 @@ class PostProcessed:
     Parameters
     ----------
     gap_mm
-        (N,) height above the mold, mm: the consolidated thickness, or at the peak of a ridge the ridge's height.
+        (N,) height above the mold, mm: the consolidated thickness, or the ridge's height at the peak of a ridge.
     is_ridge
-        (N,) bool, the peaks of the ridges.
+        (N,) bool: peaks of the ridges.
     is_bridge
-        (N,) bool, nodes where the ply is too short to reach the mold; they keep the gap of the minimum.
+        (N,) bool: nodes where the ply is too short to reach the mold; they keep the gap of the minimum.
     is_drawn_in
-        (N,) bool, nodes where the model bridges, but pulls harder than the friction out to the ply's edge can hold:
-        there the ply is drawn in, and lies on the mold. Where tensions or edge are not known, none.
+        (N,) bool: nodes where the model bridges, but pulls harder than the friction out to the ply's edge can hold. The
+        ply is drawn in there and lies on the mold. No node is marked if the tensions or the edge are not known.
     sections
-        Of the ridges, from the largest gap of the minimum down.
+        Sections of the ridges, from the largest gap of the minimum down.
     ridge_height_mm
-        Of the highest ridge, mm; 0 without one.
+        Height of the highest ridge, mm; 0 if there is none.
     ridge_length_mm
-        Of the longest connected ridge line, mm; 0 without one.
+        Length of the longest connected ridge line, mm; 0 if there is none.
     bridge_height_mm
-        Of the highest bridging node, mm; 0 without one.
+        Height of the highest bridging node, mm; 0 if there is none.
     drawn_in_height_mm, drawn_in_tension_n_per_mm, drawn_in_hold_n_per_mm
-        Of the highest node that is drawn in, as the model has it: its height, the pull of its fibre, and what friction
-        holds; 0 without one.
+        Values of the highest node that is drawn in, according to the model: its height, the pull of its fibre, and what
+        friction holds; 0 if there is none.
     rms_mm
         Root mean square of `gap_mm` over the nodes inside the perimeter that are not drawn in, mm.
     excess_length_mm
@@ -144,44 +144,45 @@ def post_process(
     bulk_factor: float,
     touch_mm: float | None = None,
 ) -> PostProcessed:
-    """Turn the net at the minimum of its energy into the ridges that will be seen.
+    """Turn the net at the minimum of its energy into the ridges that will be visible.
 
-    From the largest gap down: a node that tops one of its fibres and belongs to no earlier ridge gets the section,
-    along one of its fibres, of the larger excess per length, down to the foot, the valley or the net's border. The
-    section's excess length makes the ridge's height; the nodes beside the peak go to the mold. Every node that is no
-    ridge ends up one consolidated thickness above the mold, except where the ply is too short and bridges a hollow.
+    Nodes are taken from the largest gap down. A node that is the top of one of its fibres and belongs to no earlier
+    ridge gets a section along one of its fibres, the one of larger excess per length, down to the foot, the valley or
+    the net's border. The excess length of the section determines the ridge's height, and the nodes beside the peak move
+    to the mold. Every node that is not part of a ridge ends one consolidated thickness above the mold, except where the
+    ply is too short and bridges a hollow.
 
     Parameters
     ----------
     nodes_mm
         (N, 3) nodes at the minimum, mold frame, mm.
     neighbours
-        (N, 4) numbers of the neighbours east, west (first fibre), north, south (second fibre); -1 where there is none.
+        (N, 4) numbers of the neighbours east, west (first fibre), north, south (second fibre); -1 means none.
     inside
-        (N,) bool, the nodes inside the pocket's perimeter: the RMS is theirs.
+        (N,) bool: nodes inside the pocket's perimeter, over which the RMS is taken.
     reference
         The mold.
     thickness_mm
         Nominal thickness of the ply, mm.
     bulk_factor
-        Nominal over consolidated thickness, at least 1.
+        Ratio of nominal to consolidated thickness, at least 1.
     touch_mm
-        Nodes up to this above the mold touch it, mm. None: a thirtieth of the thickness.
+        Nodes up to this height above the mold touch it, mm. None: a thirtieth of the thickness.
 
     Returns
     -------
     PostProcessed
-        Gaps a node, ridges, RMS and excess length.
+        Gaps per node, ridges, RMS and excess length.
 
     Raises
     ------
     InputError
-        Wrong shapes, coordinates that are not finite, neighbours that do not name one another, no node inside.
+        If shapes are wrong, coordinates are not finite, neighbours do not name one another, or no node is inside.
 
     Notes
     -----
-    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results; which node belongs to
-    which section, bridging, and the length of a ridge are readings of ours.
+    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results. Which node belongs to
+    which section, bridging, and the length of a ridge are our interpretation.
 
     Examples
     --------
@@ -228,14 +229,14 @@ def from_core(out: _core.ridge.PostProcessed) -> PostProcessed:
 def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, reference: Reference) -> float:
     """Largest excess of a fibre of the net: its length minus that of the mold between its ends.
 
-    Of the initial net it bounds, for fibres held at both ends, what any ridge can get (`debulk.verdict.excess_bounds`).
+    For the initial net it bounds the ridges of fibres held at both ends (`debulk.verdict.excess_bounds`).
 
     Parameters
     ----------
     nodes_mm
         (N, 3) nodes, mold frame, mm.
     neighbours
-        (N, 4) numbers of the neighbours east, west, north, south; -1 where there is none.
+        (N, 4) numbers of the neighbours east, west, north, south; -1 means none.
     reference
         The mold.
 
@@ -247,7 +248,7 @@ def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, reference: 
     Raises
     ------
     InputError
-        Wrong shapes, coordinates that are not finite, neighbours that do not name one another.
+        If shapes are wrong, coordinates are not finite, or neighbours do not name one another.
 
     Examples
     --------

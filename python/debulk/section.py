@@ -1,4 +1,4 @@
-"""The 2-D section model: which fold the cross-section of a ply makes that is longer than the mold below it."""
+"""The 2-D section model: the fold of a ply whose cross-section is longer than the mold below it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core
 from debulk.arguments import typed
 
-_DEFAULTS = _core.section.SectionOptions()  # each default stands once, in cpp/debulk/section/fold.hpp
+_DEFAULTS = _core.section.SectionOptions()  # each default is defined only in cpp/debulk/section/fold.hpp
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 __all__ = ["ElasticFold", "Fold", "LoadStep", "elastic_fold", "elastic_height", "fold"]
 
 # The closed form for small excess (docs/model.md, section 6): h / l over (excess / l)^(4/7), foot width / l over
-# (excess / l)^(1/7), and the largest slope over (excess / l)^(3/7): it stands where cos ks = cos k, k = 4.4934, and is
-# 2 pi P / sqrt(H^3 / c).
+# (excess / l)^(1/7), and the largest slope over (excess / l)^(3/7). That slope is where cos ks = cos k, k = 4.4934, and
+# is 2 pi P / sqrt(H^3 / c).
 _SMALL_HEIGHT, _SMALL_WIDTH = 1.3256, 4.844
 _SMALL_SLOPE = 2 * math.pi / 3.441**1.5
-# Height, foot width and largest slope of `fold` (following pressure, consistent bending, a flat mold, a span of 14 l;
-# 400 segments for the height, 1000 for the others) over those of the closed form: by excess / l. Without the thickness
-# folds of all plies are alike in units of l.
+# By excess / l: height, foot width and largest slope of `fold` (following pressure, consistent bending, a flat mold, a
+# span of 14 l; 400 segments for the height, 1000 for the others), divided by those of the closed form. Without the
+# thickness, folds of all plies are alike in units of l.
 _FOLDED = np.array((
     (0.0, 1.0, 1.0, 1.0), (0.01, 0.99888, 0.9976, 0.9998), (0.03, 0.99747, 0.9932, 0.9997),
     (0.1, 0.99380, 0.9801, 0.9995), (0.2, 0.98888, 0.9639, 0.9992), (0.35, 0.98244, 0.9419, 0.9986),
@@ -39,16 +39,16 @@ _FLANKS_MEET = float(_FOLDED[-1, 0])
 
 @dataclass(frozen=True)
 class LoadStep:
-    """The fold under a part of the pressure; not a number where the step has no certified single fold.
+    """The fold under a part of the pressure; its figures are NaN if the step has no certified single fold.
 
     Attributes
     ----------
     pressure_mpa
-        Of this step, MPa.
+        Pressure of this step, MPa.
     height_mm, foot_width_mm, end_force_n_per_mm
         As in `Fold`.
     iterations
-        Of the minimiser.
+        Iterations of the minimiser.
     """
 
     pressure_mpa: float
@@ -65,36 +65,36 @@ class Fold:
     Attributes
     ----------
     points_mm
-        (segments + 1, 2) nodes (x, z) of the ply's mid-line, mm, x from the middle of the span. Of a fold that is not
-        certified: where the solve ended, to look at.
+        (segments + 1, 2) nodes (x, z) of the ply's mid-line, mm, with x from the middle of the span. For a fold that is
+        not certified they show where the solve ended.
     height_mm
-        Largest distance of the mid-line from the mold, across the chord between the pins, mm. The mid-line of a ply
-        that lies on the mold has 0: no thickness is added. Not a number unless certified.
+        Largest distance of the mid-line from the mold, perpendicular to the chord between the pins, mm. It is 0 for a
+        ply that lies on the mold, because no thickness is added. NaN unless certified.
     foot_width_mm
-        Between the points where the ply leaves the mold, along the chord, mm; the distance of the pins where all of it
-        is lifted. Not a number unless certified.
+        Distance along the chord between the points where the ply leaves the mold, mm; if all of it is lifted, the
+        distance of the pins. NaN unless certified.
     end_force_n_per_mm
-        Thrust on the pins along the chord, N per mm of ridge; what friction must hold for the ply not to slip. Not a
-        number unless certified.
+        Thrust on the pins along the chord, N per mm of ridge; friction must hold it for the ply not to slip. NaN unless
+        certified.
     steps
-        One for every load step tried, in order; the last is the result.
+        All load steps tried, in order; the last is the result.
     certified
-        Ended well, kept the limits of `debulk.solve.Certificate` (length error, penetration, residual force, no
-        negative curvature), and is one fold: the only kind of success.
+        Whether the solve ended well, the fold keeps the limits of `debulk.solve.Certificate` (length error,
+        penetration, residual force, no negative curvature), and it is a single fold: the only kind of success.
     status
         How the last solve ended: converged, iteration_limit, deadline, cancelled, numerical_failure.
     explanation
-        In words, why it is not certified.
+        Why it is not certified, in words.
     length_error
         Largest relative error of a segment's length.
     penetration_mm
-        Deepest node below the mold, or of a flank past the other, mm.
+        Depth of the deepest node below the mold, or of one flank beyond the other, mm.
     kkt_error
-        Largest force that is not balanced, in units of the load on a segment. Not a number if the solve failed.
+        Largest unbalanced force, in units of the load on a segment. NaN if the solve failed.
     guide_force_n_per_mm
-        What keeps the crown in the middle of the span, N/mm: 0 on a mold that is its own mirror image, to rounding.
+        Force that keeps the crown in the middle of the span, N/mm: 0, apart from rounding, on a mirror-symmetric mold.
     natural_length_mm
-        l = (c / P)^(1/3), c the bending stiffness that acts: the scale of all folds, mm.
+        l = (c / P)^(1/3), where c is the bending stiffness that acts: the length scale of all folds, mm.
     """
 
     points_mm: NDArray[np.float64]
@@ -130,67 +130,70 @@ def fold(
 ) -> Fold:
     """Fold the cross-section of a ply under vacuum.
 
-    An inextensible polyline, pinned on the mold at both ends without moments, bends and is pressed on it; there is no
-    friction. Several equilibria exist. This is the single upright fold in the middle of the span: it grows, through the
-    load steps, out of one smooth bump there and takes half of the excess from either side; its crown is kept upright
-    on the normal to the chord between the pins. On a flat mold it has the least energy of all: that of a fold grows as
-    the 5/7th power of its excess, so that two folds of half the excess have 1.2 times as much. Whether it would lean
-    over is not examined. Where a load step leaves the single fold (a dead load may press in the crown of a wide arch),
-    the step is done again from a bump made for its pressure.
+    An inextensible polyline, pinned on the mold at both ends without moments, bends and is pressed on the mold; there
+    is no friction. Several equilibria exist. This is the single upright fold in the middle of the span: through the
+    load steps it grows out of one smooth bump there, takes half of the excess from either side, and its crown is kept
+    upright on the normal to the chord between the pins. On a flat mold it has the least energy of all: the energy of a
+    fold grows as the 5/7th power of its excess, so that two folds of half the excess have 1.2 times as much. Whether it
+    would lean over is not examined. If a load step leaves the single fold (a dead load may press in the crown of a wide
+    arch), the step is repeated from a bump made for its pressure.
 
     Parameters
     ----------
     excess_length_mm
         Length of the ply minus that of the mold between the pins, mm; between a thousandth of the natural length and
-        the span. Below, h = 1.3256 l (excess / l)^(4/7) is right.
+        the span. Below that, h = 1.3256 l (excess / l)^(4/7) is right.
     span_mm
-        Horizontal distance of the pins, mm.
+        Horizontal distance between the pins, mm.
     recipe
         Its `material` (thickness t, modulus E) and `loads.pressure_mpa` are used. Default: ``Recipe()``.
     segments
-        Of the polyline, even, 16 or more; ten or more in the fold. The error falls with the square of their length.
+        Segments of the polyline, an even number, 16 or more; ten or more in the fold. The error falls with the square
+        of their length.
     steps
-        The pressure grows to the full one in this many equal steps.
+        Number of equal steps in which the pressure grows to its full value.
     pressure
-        "following": normal to the ply wherever it goes (it has a potential, the area between ply and mold; the paper
+        "following": normal to the ply wherever it moves (it has a potential, the area between ply and mold; the paper
         turns it between load steps). "vertical": a dead load along -z per length of ply, as in `debulk.sheet`.
     bending
-        "consistent": c θ²/2 per unit of width and segment length, c = E t³/12. "paper": c θ²/2 a node, as for the nodes
-        of a coarse net, unscaled for the short segments, which makes the ply 2 c / segments stiff; very likely what the
-        paper's section has. The two are bounds: folds are higher and wider than the paper's 2 t by the first, and fit
-        its ridge formula by the second, whose answer depends on `segments`.
+        "consistent": c θ²/2 per unit of width and segment length, c = E t³/12. "paper": c θ²/2 per node, as for the
+        nodes of a coarse net, not scaled for the short segments, which gives the ply the stiffness 2 c / segments; very
+        likely this is what the paper's section has. The two are bounds. With the first, folds are higher and wider than
+        the paper's 2 t. With the second, whose answer depends on `segments`, they fit the paper's ridge formula.
     self_contact
-        Whether the flanks keep off each other.
+        Whether the flanks must not pass through each other.
     profile
-        (M, 2) points (x, z) of the mold, mm, x growing, from -span/2 to span/2 or farther; a natural cubic spline goes
-        through them. None: flat, z = 0.
+        (M, 2) points (x, z) of the mold, mm, with x growing from -span/2 to span/2 or beyond on both sides; a natural
+        cubic spline passes through them. None: flat, z = 0.
     contact_distance_mm
-        Between the flanks' mid-lines where they touch, mm; 0: two lines. None: the ply's thickness, so that a closed
-        fold is 2 t wide. Flanks touch sooner with it.
+        Distance between the mid-lines of flanks that touch, mm; 0: two lines. None: the ply's thickness, so that a
+        closed fold is 2 t wide. With it, flanks touch sooner.
     deadline_s
         Seconds until the solve stops with status "deadline".
     stop
-        Another thread may cancel the solve through it.
+        Another thread may cancel the solve with it.
 
     Returns
     -------
     Fold
-        Shape, figures, load steps and certificate. A failure is a status, with figures that are not numbers.
+        Shape, figures, load steps and certificate. A failure is reported by its status, with NaN figures.
 
     Raises
     ------
     InputError
-        An excess that is not positive or exceeds the span, a span that is not positive, too few or too many segments
-        for the fold, unknown names, a profile that is not finite, does not grow in x or does not reach the pins.
+        If the excess is not positive or exceeds the span, the span is not positive, there are too few or too many
+        segments for the fold, a name is unknown, or the profile is not finite, does not grow in x or does not reach the
+        pins.
 
     Notes
     -----
-    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results; the elastica under
-    pressure on a rigid floor has the closed forms for a small excess that the tests compare with.
+    Krogh, Jakobsen, Wilm, "Will it Crease or Cease?", section on post-processing the results. For a small excess, the
+    elastica under pressure on a rigid floor has closed forms, with which the tests compare.
 
     Examples
     --------
-    Three nodes 9.3 mm apart, the middle one 3.2 mm above a flat mold, as the paper has it; its formula gives 0.70 mm:
+    As in the paper, three nodes 9.3 mm apart, the middle one 3.2 mm above a flat mold; the paper's formula gives 0.70
+    mm:
 
     >>> half = (9.3**2 - 3.2**2) ** 0.5
     >>> soft = fold(2 * (9.3 - half), 2 * half, bending="paper")
@@ -247,16 +250,16 @@ def fold(
 
 @dataclass(frozen=True)
 class ElasticFold:
-    """What an elastic fold looks like from the side.
+    """Dimensions of an elastic fold, seen from the side.
 
     Attributes
     ----------
     height_mm
-        Of its crown above the mold, to the ply's mid-line.
+        Height of its crown above the mold, to the ply's mid-line.
     foot_width_mm
-        Between the points where the ply leaves the mold.
+        Distance between the points where the ply leaves the mold.
     slope_deg
-        Largest angle between ply and mold; above 90 where the flanks overhang.
+        Largest angle between ply and mold; above 90 if the flanks overhang.
     """
 
     height_mm: float
@@ -271,8 +274,8 @@ def elastic_fold(excess_length_mm: float, recipe: Recipe | None = None) -> Elast
     Parameters
     ----------
     excess_length_mm
-        Length of the ply minus that of the mold, mm. Above 5.5 natural lengths the flanks stand against each other:
-        more of it makes the fold higher by its half, and leaves its foot and its slope as they are.
+        Length of the ply minus that of the mold, mm. Above 5.5 natural lengths the flanks touch each other. Any further
+        excess raises the fold by half of it, and leaves the foot width and slope unchanged.
     recipe
         Its `material` (thickness, modulus) and `loads.pressure_mpa` are used. Default: ``Recipe()``.
 
@@ -280,16 +283,16 @@ def elastic_fold(excess_length_mm: float, recipe: Recipe | None = None) -> Elast
     -------
     ElasticFold
         Height within 2 %, foot width within 6 % and slope within 3 % of `fold`; up to 5 natural lengths of excess
-        within 0.5, 1.5 and 0.5 %. All 0 without excess.
+        within 0.5, 1.5 and 0.5 %. All are 0 without excess.
 
     Raises
     ------
     InputError
-        An excess that is not finite.
+        If the excess is not finite.
 
     Examples
     --------
-    The excess of a ridge of 0.60 mm by the formula:
+    For the excess at which the formula gives a ridge of 0.60 mm:
 
     >>> side = elastic_fold(0.94)
     >>> round(side.height_mm, 2), round(side.foot_width_mm, 1), round(side.slope_deg)
@@ -320,14 +323,14 @@ def elastic_height(excess_length_mm: float, recipe: Recipe | None = None) -> flo
     Parameters
     ----------
     excess_length_mm
-        Length of the ply beyond that of the mold, mm. Nothing stands where it is 0 or negative.
+        Length of the ply minus that of the mold, mm. The height is 0 if this is 0 or negative.
     recipe
         Thickness, modulus and vacuum. Default: ``Recipe()``.
 
     Raises
     ------
     InputError
-        An excess that is not finite.
+        If the excess is not finite.
 
     Examples
     --------

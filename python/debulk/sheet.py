@@ -28,33 +28,33 @@ _PLY_NAMES = (
 class Sheet:
     """Potential energy of a pin-jointed net of prepreg under vacuum.
 
-    Π = bending + shear + friction - gravity - vacuum; terms that this net and ply cannot need (no free node: no
-    friction; a modulus of zero) are left out and named in `left_out`.
+    Π = bending + shear + friction - gravity - vacuum. Terms that are zero wherever the nodes move (friction if no node
+    is free; springs with a modulus of zero) are left out and named in `left_out`.
 
     Parameters
     ----------
     nodes_mm
-        (N, 3) the initial configuration, mold frame, mm. Loads and friction count movement from it.
+        (N, 3) initial configuration, mold frame, mm. The work of loads and friction is counted from it.
     neighbours
-        (N, 4) numbers of the neighbours e, w (first fibre) and n, s (second fibre); -1 = none. Mutual.
+        (N, 4) numbers of the neighbours e, w (first fibre) and n, s (second fibre); -1 means none. They must be mutual.
     kinds
         (N,) 0 inner, 1 fixed boundary, 2 free boundary.
     spacing_mm
         Length of every segment, mm.
     area_mm2
-        Area of the ply inside the perimeter, mm². Loads of the paper's lumping share it out evenly to the N nodes, and
-        so do those of a net without a cell, a single fibre; else a node's share is a quarter of each adjoining cell.
+        Area of the ply inside the perimeter, mm². The paper's lumping distributes the loads evenly over the N nodes,
+        and so does a net without a cell (a single fibre). Otherwise a node's share is a quarter of each adjoining cell.
     reference
         The surface below the ply.
     recipe
         Its sections `material` and `loads` are used. Default: ``Recipe()``.
     edge_mm
-        (N,) way from each node to the ply's edge, mm, for the friction of free nodes. Default: half a spacing.
+        (N,) distance from each node to the ply's edge, mm, for the friction of free nodes. Default: half a spacing.
 
     Raises
     ------
     InputError
-        Wrong shapes, coordinates that are not finite, neighbours that are not mutual, an impossible material.
+        If shapes are wrong, coordinates are not finite, neighbours are not mutual, or the material is impossible.
 
     Examples
     --------
@@ -108,19 +108,19 @@ class Sheet:
 
     @classmethod
     def of_net(cls, net: Net, reference: Reference, recipe: Recipe | None = None) -> Sheet:
-        """Make the sheet of a pocket's net, which stays where it was laid: its arrays are not copied back.
+        """Make the sheet of a pocket's net without copying the net's arrays back.
 
         Parameters
         ----------
         net
             From `debulk.net.fibre_net`.
         reference, recipe
-            As above.
+            As in the constructor.
 
         Raises
         ------
         InputError
-            An impossible material.
+            If the material is impossible.
 
         Examples
         --------
@@ -150,7 +150,7 @@ class Sheet:
 
     @property
     def neighbours(self) -> NDArray[np.int32]:
-        """(N, 4) numbers of the neighbours e, w, n, s; -1 = none."""
+        """(N, 4) numbers of the neighbours e, w, n, s; -1 means none."""
         return self._neighbours
 
     @property
@@ -180,23 +180,23 @@ class Sheet:
 
     @property
     def edge_mm(self) -> Floats | None:
-        """(N,) way from each node to the ply's edge, mm; None where it is not known."""
+        """(N,) distance from each node to the ply's edge, mm; None where it is not known."""
         ways = self._core.edge_mm
         return ways if len(ways) else None
 
     @cached_property
     def _minimiser(self) -> _core.sheet.Minimiser:
-        """What every start of a solve needs, prepared once."""
+        """The data that every start of a solve needs, prepared once."""
         return _core.sheet.Minimiser(self._core)
 
     @property
     def nodal_force_n(self) -> float:
-        """Vacuum force on the node with the largest share of the ply, N: what residual forces are compared with."""
+        """Vacuum force on the node with the largest share of the ply, N; the unit for residual forces."""
         return self._core.nodal_force_n
 
     @property
     def left_out(self) -> list[str]:
-        """Names of the energies that are zero for this net and ply, and are not computed."""
+        """Names of the energies that are zero for this net and ply, and are therefore not computed."""
         return self._core.left_out
 
     def energy(self, x: ArrayLike) -> float:
@@ -208,7 +208,7 @@ class Sheet:
         return self._core.terms(_points(x))
 
     def gradient(self, x: ArrayLike) -> Floats:
-        """(N, 3) derivative of Π by every node's coordinates, fixed ones included, mJ/mm."""
+        """(N, 3) derivative of Π by the coordinates of every node, including fixed ones, mJ/mm."""
         return self._core.gradient(_points(x))
 
     def hessian(self, x: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:

@@ -1,4 +1,4 @@
-"""The ply under vacuum: the configuration of least energy, with inextensible fibres, and its certificate."""
+"""The ply under vacuum: its configuration of least energy, with inextensible fibres, and the certificate of that."""
 
 from __future__ import annotations
 
@@ -17,38 +17,37 @@ if TYPE_CHECKING:
 
 __all__ = ["Certificate", "Solution", "best", "certify", "methods", "minimise"]
 
-# Each default stands once, in cpp/debulk/solve/options.hpp and cpp/debulk/sheet/minimise.hpp.
+# Each default is defined only in cpp/debulk/solve/options.hpp or cpp/debulk/sheet/minimise.hpp.
 _DEFAULTS = _core.sheet.MinimiseOptions()
 STIFFNESS = _DEFAULTS.solve.stiffness
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What is known of a configuration from its nodes alone, whatever a solver said.
+    """What is known of a configuration from its nodes alone, regardless of what a solver reported.
 
     Attributes
     ----------
     kkt_error
-        Largest component of ∇Π - Jᵀλ - ν over the movable nodes, in units of the nodal vacuum force P A / N (without
-        vacuum: of a node's weight), or of 1 % of the largest force of a single spring (a corner's bending or shear) in
-        the initial net, if that is more: a stiff ply, whose fibres hold forces that dwarf the vacuum's. The
-        multipliers λ of the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4. Not a number
-        where a stop came before it was known.
+        Largest component of ∇Π - Jᵀλ - ν over the movable nodes. Its unit is the nodal vacuum force P A / N (without
+        vacuum, a node's weight), or 1 % of the largest force of a single spring (a corner's bending or shear) in the
+        initial net if that is more, as in a stiff ply whose fibres hold forces far above the vacuum's. The multipliers
+        λ of the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4. Not a number if a stop
+        came before it was known.
     strict_kkt_error
-        The same in units of P A / N (or of a node's weight) whatever the ply; no limit.
+        The same in units of P A / N (or of a node's weight) for any ply; it has no limit.
     length_error
         Largest relative error of a segment's length. Limit 1e-4; up to 1e-3 with a compliance.
     penetration_mm
         Deepest movable node below the reference, mm. Limit 1e-3.
     energy_rise_mj
-        Π above that of the initial configuration, mJ; 0 where it is not above. Limit 0.
+        Rise of Π above that of the initial configuration, mJ; 0 if it is not above. Limit 0.
     curvature
-        Smallest curvature of Π within the active constraints, in the unit of `kkt_error` over Δ; 0 where none is
-        negative.
+        Smallest curvature of Π within the active constraints, in the unit of `kkt_error` over Δ; 0 if none is negative.
     compliant
-        Whether the length error needed the wider limit.
+        Whether the length error required the wider limit.
     certified
-        Whether every limit is kept.
+        Whether all limits are kept.
     failure
         Which limits are not kept, in words; empty if certified.
     """
@@ -66,7 +65,7 @@ class Certificate:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A configuration of the sheet with what is known of it.
+    """A configuration of the sheet, with its energy, status and certificate.
 
     Attributes
     ----------
@@ -74,22 +73,22 @@ class Solution:
         (N, 3) nodes, mm.
     status
         How the solve ended: converged, nothing_moves, iteration_limit, deadline, cancelled, infeasible,
-        numerical_failure; or refused up front: too_few_movable_nodes (more lengths to keep than coordinates to keep
-        them with), no_minimum (nothing fixed, and friction does not hold the ply on the mold; where that shows only
-        during the solve, iterations is above 0), not_a_surface (segments
-        off by more than half their length). Only the first two can be a success.
+        numerical_failure; or why it was refused up front: too_few_movable_nodes (more lengths to keep than coordinates
+        to keep them with), no_minimum (nothing is fixed, and friction does not hold the ply on the mold; if that shows
+        only during the solve, iterations is above 0), not_a_surface (segments off by more than half their length). Only
+        the first two can be a success.
     explanation
         The same as a sentence.
     certificate
-        Computed apart from the solver.
+        Certificate, computed independently of the solver.
     certified
-        Ended well and certified: the only kind of success.
+        Whether the solve ended well and the result is certified: the only kind of success.
     energy_mj
         Π, mJ.
     iterations, evaluations
-        Of the method, retries included.
+        Counts of the method, retries included.
     minima
-        Of every start, in their order; this solution is the certified one of least energy.
+        Solutions of all starts, in their order; this solution is the certified one of least energy.
     """
 
     nodes_mm: NDArray[np.float64]
@@ -105,22 +104,22 @@ class Solution:
 
     @property
     def length_error(self) -> float:
-        """Of the certificate."""
+        """Length error of the certificate."""
         return self.certificate.length_error
 
     @property
     def penetration_mm(self) -> float:
-        """Of the certificate, mm."""
+        """Penetration of the certificate, mm."""
         return self.certificate.penetration_mm
 
     @property
     def kkt_error(self) -> float:
-        """Of the certificate."""
+        """KKT error of the certificate."""
         return self.certificate.kkt_error
 
 
 def methods() -> list[str]:
-    """Names that `minimise` takes.
+    """Names of the methods that `minimise` takes.
 
     Examples
     --------
@@ -154,34 +153,36 @@ def minimise(
     method
         One of `methods`.
     start
-        (N, 3) configuration to start from, mm; default: the initial one. Fixed nodes stay at the initial one.
+        (N, 3) configuration to start from, mm. Default: the initial one. Fixed nodes stay where they are in the initial
+        one.
     starts
         Number of starts: the given one, and seeded perturbations of it by up to 0.1 spacings.
     seed
-        Of the perturbations.
+        Seed of the perturbations.
     deadline_s
-        Seconds until the solve stops with status "deadline"; the default method keeps it within a few milliseconds at
-        1000 nodes, the others within an iteration.
+        Seconds until the solve stops with status "deadline". The default method keeps to it within a few milliseconds
+        at 1000 nodes, the other methods within one iteration.
     tolerance, max_iterations
-        Of the method.
+        Options of the method.
     stiffness
-        k of the fibres, in units of the vacuum force: a fibre's strain is its tension over k. Large enough that
-        lengths are right within 1e-4; where fibres pinned at both ends would need endless tension, it bounds it.
+        k of the fibres, in units of the vacuum force: a fibre's strain is its tension over k. It is large enough that
+        lengths are right within 1e-4. Where fibres pinned at both ends would need unlimited tension, it bounds the
+        tension.
     first_start
-        Leave out the starts before this one, counted from 0: an earlier call has been through them.
+        Starts before this one, counted from 0, are left out because an earlier call has tried them.
     stop
-        Another thread may cancel the solve through it.
+        Another thread may cancel the solve with it.
 
     Returns
     -------
     Solution
-        The certified solution of least energy, without a compliance if there is one; the first start's if none is
-        certified.
+        The certified solution of least energy, one without a compliance if there is any; that of the first start if
+        none is certified.
 
     Raises
     ------
     InputError
-        An unknown method, wrong shapes, options out of range.
+        If the method is unknown, shapes are wrong, or options are out of range.
 
     Examples
     --------
@@ -213,24 +214,24 @@ def minimise(
 def minimise_with(
     options: _core.sheet.MinimiseOptions, sheet: Sheet, start: NDArray[np.float64] | None, stop: _core.Stop
 ) -> Solution:
-    """Do the same with compiled options."""
+    """Minimise in the same way, with compiled options."""
     return best([_solution(m) for m in sheet._minimiser.run(options, start, stop)])
 
 
 def best(minima: Sequence[Solution]) -> Solution:
-    """Choose among the minima of several starts: the certified one of least energy, or the first if none is.
+    """Choose among the solutions of several starts: the certified one of least energy, or else the first.
 
-    One whose fibres needed a compliance is chosen only where no other is certified.
+    A solution whose fibres needed a compliance is chosen only if no other is certified.
 
     Parameters
     ----------
     minima
-        At least one, in the order of their starts.
+        At least one solution, in the order of the starts.
 
     Returns
     -------
     Solution
-        It, with all of them in `minima`.
+        The chosen solution, with all of them in `minima`.
 
     Examples
     --------
@@ -249,7 +250,7 @@ def best(minima: Sequence[Solution]) -> Solution:
 
 
 def rank(certified: Solution) -> tuple[bool, float]:
-    """Sort key of certified solutions, the best first: strained fibres save energy, so without a compliance first.
+    """Sort key of certified solutions, the best first; one without a compliance is better, since strain saves energy.
 
     Examples
     --------
@@ -276,13 +277,13 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
     nodes_mm
         (N, 3) configuration, mm.
     stiffness
-        That of the solve; used only where lengths are off by more than 1e-4, when the fibres' tensions must be
+        Stiffness of the solve. It is used only if lengths are off by more than 1e-4; the fibres' tensions must then be
         stiffness times strain.
 
     Raises
     ------
     InputError
-        Nodes of another shape than the sheet's, or not finite.
+        If the nodes do not have the sheet's shape, or are not finite.
 
     Examples
     --------

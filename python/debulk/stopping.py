@@ -1,4 +1,4 @@
-"""How long calls are ended from other threads: what runs is known, and what is waited for ends soon."""
+"""How a long call is ended from another thread: running calls are known, and their computations end soon."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ __all__ = ["Running", "stopping"]
 
 
 class Running:
-    """The stops of the calls that run, for a `cancel` that ends them all."""
+    """The stops of all running calls, so that one `cancel` ends them all."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._stops: set[_core.Stop] = set()
 
     def cancel(self) -> None:
-        """Raise every stop that is held, from any thread."""
+        """Trigger every stop that is held; may be called from any thread."""
         with self._lock:
             for stop in self._stops:
                 stop.cancel()
 
     @contextmanager
     def holding(self, stop: _core.Stop) -> Iterator[None]:
-        """Let `cancel` raise this stop while the body runs."""
+        """Let `cancel` trigger this stop while the body runs."""
         with self._lock:
             self._stops.add(stop)
         try:
@@ -39,7 +39,10 @@ class Running:
 
 @contextmanager
 def stopping(stop: _core.Stop) -> Iterator[None]:
-    """Raise the stop when the body ends by what no computation throws: the threads that it waits for end soon then."""
+    """Trigger the stop if the body raises an unforeseen exception, so that threads it still waits for end soon.
+
+    Errors that computations raise themselves (InputError, Stopped) do not trigger it.
+    """
     try:
         yield
     except (InputError, _core.Stopped):

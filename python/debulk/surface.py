@@ -1,7 +1,7 @@
 """Surfaces over the mold's XY plane: height maps of scans, and the smooth reference.
 
-Everything is in the mold frame, mm, z up. Outliers are to be removed from clouds (set to NaN) before they come here:
-see `debulk.cloud.remove_outliers`.
+Everything is in the mold frame, in mm, with z up. Outliers must have been removed from clouds (set to NaN) before they
+are passed here; see `debulk.cloud.remove_outliers`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from debulk.grid import Grid
 
 InputError = _core.InputError
 
-_FIT = _core.surface.FitOptions()  # each default stands once, in cpp/debulk/surface/fit_reference.hpp
+_FIT = _core.surface.FitOptions()  # each default is defined only in cpp/debulk/surface/fit_reference.hpp
 GridT = TypeVar("GridT", bound=Grid)
 
 
@@ -29,21 +29,21 @@ class Reference(_core.surface.Reference):
     Parameters
     ----------
     heights_mm
-        (ny, nx), at least 4 by 4, all finite; ``heights_mm[j, i]`` at ``origin_mm + spacing_mm * (i, j)``.
+        (ny, nx), at least 4 by 4, all finite; ``heights_mm[j, i]`` is at ``origin_mm + spacing_mm * (i, j)``.
     origin_mm
         (2,) position of ``heights_mm[0, 0]``.
     spacing_mm
-        Distance of neighbouring heights along x and y.
+        Distance between neighbouring heights along x and y.
 
     Raises
     ------
     InputError
-        For another shape, a height that is not finite (its row and column are named), or a bad spacing.
+        If the shape is another, a height is not finite (its row and column are named), or the spacing is bad.
 
     Notes
     -----
-    Not-a-knot at the borders, so that cubics are reproduced exactly. Public calls refuse points outside the grid;
-    solvers in the core see a smooth extension that goes on linearly.
+    The borders are not-a-knot, so that cubics are reproduced exactly. Public calls refuse points outside the grid;
+    solvers in the core use a smooth, linear extension.
 
     Examples
     --------
@@ -68,19 +68,19 @@ class Reference(_core.surface.Reference):
         return Reference, (self.heights_mm, self.origin_mm, self.spacing_mm)
 
     def height(self, xy: ArrayLike) -> Any:
-        """Heights, mm: (M,) for (M, 2) points, a float for one (2,)."""
+        """Heights, mm: (M,) for (M, 2) points, a float for a single point (2,)."""
         points, one = arrays.points_xy(xy, "xy")
         out = self._height(points)
         return float(out[0]) if one else out
 
     def gradient(self, xy: ArrayLike) -> NDArray[np.float64]:
-        """Slopes (dF/dx, dF/dy): (M, 2) for (M, 2) points, (2,) for one."""
+        """Slopes (dF/dx, dF/dy): (M, 2) for (M, 2) points, (2,) for a single point."""
         points, one = arrays.points_xy(xy, "xy")
         out: NDArray[np.float64] = self._gradient(points)
         return out[0] if one else out
 
     def hessian(self, xy: ArrayLike) -> NDArray[np.float64]:
-        """Second derivatives, 1/mm: (M, 2, 2) for (M, 2) points, (2, 2) for one."""
+        """Second derivatives, 1/mm: (M, 2, 2) for (M, 2) points, (2, 2) for a single point."""
         points, one = arrays.points_xy(xy, "xy")
         out: NDArray[np.float64] = self._hessian(points)
         return out[0] if one else out
@@ -97,10 +97,10 @@ class HeightMap(Grid):
     measured
         (ny, nx) bool: True where ply and reference were both seen, False where the height was filled in or is NaN.
     before_median
-        (ny, nx) heights before the median filter, if there was one: pockets are found in its result, but measured on
-        these, which are less blurred.
+        (ny, nx) heights before the median filter, if there was one. Pockets are found in the filtered heights, but
+        measured on these, which are less blurred.
     blur_mm2
-        What gridding blurred the heights with, as a variance along x and along y; 0: nothing, or not known.
+        Blur that gridding gave the heights, as a variance along x and along y; 0: none, or not known.
     """
 
     measured: NDArray[np.bool_]
@@ -122,7 +122,7 @@ def height_map(
     """Heights of a scan above a reference, compared at equal x and y.
 
     Both clouds are laid on one grid (see `grid_heights`), so that the sideways shift of raised points in the camera's
-    view (parallax) plays no part. Small holes are filled in (see Notes). Outliers must have been removed before (set to
+    view (parallax) has no effect. Small holes are filled in (see Notes). Outliers must have been removed before (set to
     NaN): a flying pixel would become a spike.
 
     Parameters
@@ -130,33 +130,33 @@ def height_map(
     scan
         (H, W, 3) or (N, 3), mm, mold frame.
     reference_cloud
-        The cloud of what lay there before, or a smooth `Reference`.
+        The cloud of what lay there before this ply, or a smooth `Reference`.
     spacing_mm
-        Of the grid; None: the scan's median pitch.
+        Spacing of the grid; None: the scan's median pitch.
     hole_diameter_mm
-        Holes wider than this along x or y stay NaN, as do those at the grid's border. 0: fill nothing.
+        Holes wider than this along x or y stay NaN, as do those at the grid's border. 0 fills no holes.
     jump_ratio
         A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
     threads
-        0: as many as the process may use. The result does not depend on it.
+        Number of threads; 0 means as many as the process may use. The result does not depend on it.
     stop
-        Raised from another thread, ends the computation with a RuntimeError.
+        Cancelling it from another thread ends the computation with a RuntimeError.
 
     Returns
     -------
     HeightMap
-        On a grid with lines at multiples of its spacing, over what the two have in common.
+        Heights on a grid with lines at multiples of its spacing, over the area that both share.
 
     Raises
     ------
     InputError
-        For bad clouds or options, if the two do not overlap, or if the grid would have more than 2e8 points.
+        If clouds or options are bad, the two do not overlap, or the grid would have more than 2e8 points.
 
     Notes
     -----
-    A hole is filled with a polynomial through the ring of measured heights round it, of degree 4 where that predicts
-    nothing in the hole with more noise than a single height has (else 2, 1, 0), plus the harmonic surface through what
-    the polynomial leaves at the rim.
+    A hole is filled with a polynomial through the ring of measured heights round it. Its degree is the highest of 4, 2,
+    1 and 0 that predicts no height in the hole with more noise than a single height has. The harmonic surface through
+    the polynomial's residuals at the rim is added.
 
     Examples
     --------
@@ -200,25 +200,26 @@ def grid_heights(
     points
         (H, W, 3) or (N, 3), mm, mold frame.
     origin_mm, shape
-        (2,) first grid point and (ny, nx); give both, or neither for the grid that covers the cloud's box.
+        (2,) first grid point and (ny, nx); give both, or neither for the grid that covers the bounding box of the
+        cloud.
     spacing_mm
-        None: the median pitch.
+        Spacing of the grid; None: the median pitch.
     jump_ratio
         A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
     threads
-        0: as many as the process may use.
+        Number of threads; 0 means as many as the process may use.
 
     Raises
     ------
     InputError
-        For bad input, or a grid of more than 2e8 points.
+        If input is bad, or the grid would have more than 2e8 points.
 
     Notes
     -----
-    Organised clouds: linear interpolation on triangles between neighbouring pixels; on a grid coarser than 1.5 pitches
-    the average over the square round each grid point, in opposite pairs, so that a slope leaves no bias. A missing
-    pixel between two that were seen is bridged. Where surfaces lie above each other the highest counts. Unorganised
-    clouds: local planes by weighted least squares over max(spacing, 2 pitches).
+    Organised clouds are interpolated linearly on triangles between neighbouring pixels. On a grid coarser than 1.5
+    pitches, the value is the average over the square round each grid point, in opposite pairs, so that a slope leaves
+    no bias. A missing pixel between two that were seen is bridged. Where surfaces lie above each other, the highest
+    counts. Unorganised clouds use local planes by weighted least squares over max(spacing, 2 pitches).
 
     Examples
     --------
@@ -249,7 +250,7 @@ def grid_heights(
 
 @typed
 def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
-    """Median filter over windows of 3 by 3 or 5 by 5, over the values that are there; NaN stays NaN.
+    """Median filter over windows of 3 by 3 or 5 by 5, of the values that are not NaN; NaN stays NaN.
 
     Parameters
     ----------
@@ -258,7 +259,7 @@ def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
     size
         3 or 5.
     threads
-        0: as many as the process may use.
+        Number of threads; 0 means as many as the process may use.
 
     Returns
     -------
@@ -277,16 +278,16 @@ def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
 
 @typed
 def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) -> GridT:
-    """Take out spikes that are no ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median.
+    """Remove spikes that are not ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median.
 
     Parameters
     ----------
     grid
         A `HeightMap` or `Grid` with (ny, nx) values.
     tolerance_mm
-        A cell further than this from the median of itself and the eight cells two away takes that median.
+        A cell farther than this from the median of itself and the eight cells two away is set to that median.
     threads
-        0: as many as the process may use.
+        Number of threads; 0 means as many as the process may use.
 
     Examples
     --------
@@ -312,40 +313,40 @@ def fit_reference(
 ) -> Reference:
     """Fit the smooth reference surface to measured heights with noise and gaps.
 
-    A quadratic is fitted to the heights round each node, weighted, in a window of ``2 * window_mm``, and gives the
-    node's height: no bias on a mold that is gently curved over the window, little noise. Heights far off this fit are
-    left out of a second one. Gaps and the border are filled in as a thin plate, which goes on linearly. Where such a
-    fit is off over several nodes, the window is half as wide, and where it is still off, a quarter. Beside a cliff the
-    surface is that of the upper side, up to its last point; on the lower side it is none for up to 40 mm: see
-    `misfits`.
+    A weighted quadratic is fitted to the heights round each node, in a window of ``2 * window_mm``, and gives the
+    node's height. That has no bias on a mold that is gently curved over the window, and little noise. A second fit
+    leaves out heights far off the first. Gaps and the border are filled in as a thin plate, which continues linearly.
+    Where the fit is off over several nodes, the window is half as wide, and where it is still off, a quarter. Beside a
+    cliff the surface follows the upper side up to its last point, while heights of the lower side within 40 mm are not
+    fitted; see `misfits`.
 
     Parameters
     ----------
     heights
         (ny, nx) grid of z as from `grid_heights`; NaN where nothing was seen.
     spacing_mm
-        Distance of the surface's nodes; rounded to a multiple of the grid's.
+        Distance between the surface's nodes; rounded to a multiple of the grid's spacing.
     window_mm
-        Half width of the window, at least. Details narrower than a quarter of the window are smoothed: a groove 16 mm
-        wide and 6 mm deep reads 6.0 mm with the default, one of 8 mm 5.1 mm.
+        Least half width of the window. Details narrower than a quarter of the window are smoothed: with the default, a
+        groove 16 mm wide and 6 mm deep reads 6.0 mm, and one 8 mm wide reads 5.1 mm.
     robust
-        Robust standard deviations beyond which a height is left out.
+        A height farther off than this many robust standard deviations is left out.
     doublings
-        Times that the window may be doubled, where the wider fit agrees with the narrower ones within their noise.
+        How often the window may be doubled where the wider fit agrees with the narrower ones within their noise.
     threads
-        0: as many as the process may use.
+        Number of threads; 0 means as many as the process may use.
     stop
-        Raised from another thread, ends the fit with a RuntimeError.
+        Cancelling it from another thread ends the fit with a RuntimeError.
 
     Returns
     -------
     Reference
-        Over the whole grid.
+        Surface over the whole grid.
 
     Raises
     ------
     InputError
-        For bad input or where the heights do not determine a surface.
+        If input is bad, or the heights do not determine a surface.
 
     Examples
     --------
@@ -378,20 +379,20 @@ def misfits(
     Parameters
     ----------
     heights
-        (ny, nx) grid of z, as `fit_reference` took it.
+        (ny, nx) grid of z, as passed to `fit_reference`.
     reference
-        What it made of them.
+        Surface that it returned.
     threads
-        0: as many as the process may use.
+        Number of threads; 0 means as many as the process may use.
     stop
-        Raised from another thread, ends the search with a RuntimeError.
+        Cancelling it from another thread ends the search with a RuntimeError.
 
     Returns
     -------
     NDArray[np.bool_]
-        (ny, nx), True where a height is that the surface is off, by more than 0.2 mm and by eight times what noise
-        explains, in a trimmed mean over 6 mm and on 64 mm² or more: grooves too narrow for it, and what lies beside a
-        cliff.
+        (ny, nx), True where a height exists that the surface misses by more than 0.2 mm and by eight times what noise
+        explains, in a trimmed mean over 6 mm and on 64 mm² or more. Such places are grooves too narrow for the surface,
+        and the area beside a cliff.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Will a pocket crease or cease? Criteria, the verdict of a pocket and of a layup, and the reason in one sentence."""
+"""Will a pocket crease or cease? Criteria, the verdicts of pockets and layups, and each reason in one sentence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Criteria", "Judgement", "RidgeBounds", "Verdict", "excess_bounds", "
 
 
 class Verdict(StrEnum):
-    """What debulking will make of an air pocket, or of a layup; from the best to the worst.
+    """What debulking will make of an air pocket or a layup, from the best verdict to the worst.
 
     Examples
     --------
@@ -27,20 +27,20 @@ class Verdict(StrEnum):
     """
 
     CEASE = "cease"
-    """The pocket closes within the criteria, and a certificate says so."""
+    """The pocket closes within the criteria; a certificate proves it, or no fibre can bridge at any minimum."""
     UNDECIDED = "undecided"
     """The evidence lies on both sides of a limit, or is not certified."""
     CREASE = "crease"
-    """A ridge, bridging ply or a roughness above the criteria remains."""
+    """A ridge, bridging ply or an RMS above the criteria remains."""
     INVALID = "invalid"
-    """It cannot be judged: too little was seen, no closed fixed rim, or the input was refused."""
+    """No judgement is possible: too little was seen, the rim is not closed and fixed, or the input was refused."""
 
     @property
     def severity(self) -> int:
         """0 for CEASE up to 3 for INVALID."""
         return list(Verdict).index(self)
 
-    # A verdict is text as well, and text compares by its letters: "invalid" < "undecided" must not decide anything.
+    # A verdict is also text, which compares alphabetically: "invalid" < "undecided" must not decide anything.
     def __lt__(self, other: object) -> bool:
         return self.severity < self._severity_of(other)
 
@@ -61,36 +61,37 @@ class Verdict(StrEnum):
 
     @classmethod
     def worst(cls, verdicts: Iterable[Verdict]) -> Verdict:
-        """Return the most severe of the verdicts, CEASE where there are none."""
+        """Return the most severe of the verdicts, or CEASE if there are none."""
         return max(verdicts, default=cls.CEASE)
 
 
-_DEFAULTS = _core.verdict.Criteria()  # the numbers stand once, in cpp/debulk/verdict/judge.hpp
+_DEFAULTS = _core.verdict.Criteria()  # the numbers are defined only in cpp/debulk/verdict/judge.hpp
 
 
 @dataclass(frozen=True)
 class Criteria:
-    """What is accepted.
+    """Limits of what is accepted, and how a pocket is judged.
 
     Parameters
     ----------
     max_rms_mm
-        Limit of the post-processed RMS inside the perimeter, mm. Default 0.30, the paper's: the nominal thickness.
+        Limit of the post-processed RMS inside the perimeter, mm. Default 0.30 as in the paper, the nominal thickness.
     max_ridge_height_mm
-        Limit of a ridge's height, and of bridging ply, mm. Default 0.60, provisional.
+        Limit of the height of a ridge and of bridging ply, mm. Default 0.60, provisional.
     min_coverage
         Share of the ply that the scan must have seen. Default 0.98.
     min_pocket_coverage
         Share of a pocket's area that must have been measured. Default 0.80.
     rms_margin_mm, ridge_margin_mm
-        An RMS, a ridge or bridge nearer to its limit than this decides nothing, mm. Default 0.01 and 0.05.
+        Margins round the limits, mm: an RMS, ridge or bridge nearer to its limit decides nothing. Default 0.01 and
+        0.05.
     criterion
-        "excess": a pocket inside the ply is judged by the ridge that its fibres' excess length makes, and by bridges.
-        "paper": by RMS, ridges and bridges of the minima, as a pocket at the ply's edge is in any case.
+        "excess": a pocket inside the ply is judged by the ridge that the excess length of its fibres makes, and by
+        bridges. "paper": it is judged by RMS, ridges and bridges of the minima. Pockets at the ply's edge always are.
     excess_margin_mm
-        Least uncertainty of the ridge by the excess length, mm. Default 0.02.
+        Least uncertainty of the ridge from the excess length, mm. Default 0.02.
     compliance_margin_mm
-        The same of any figure where the length constraints needed a compliance, mm. Default 0.05.
+        Least margin of the figures of the minima if the length constraints needed a compliance, mm. Default 0.05.
 
     Examples
     --------
@@ -131,7 +132,7 @@ class Criteria:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict and why, in one sentence with the numbers; and the criterion that decided, empty where none did."""
+    """A verdict, its reason in one sentence with the numbers, and the criterion that decided (empty if none did)."""
 
     verdict: Verdict
     reason: str
@@ -161,37 +162,38 @@ def judge(
 ) -> Judgement:
     """Judge one pocket.
 
-    INVALID before CREASE before UNDECIDED before CEASE. By the figures of the minima, without a certificate, the
-    verdict is UNDECIDED: a truncated solve still has the height of the pocket it began with. By the excess, CREASE
-    needs no minimum, since every one keeps the excess; CEASE needs a certified one, or `no_bridge`.
+    INVALID takes precedence over CREASE, CREASE over UNDECIDED, and UNDECIDED over CEASE. If the figures of the minima
+    decide and there is no certificate, the verdict is UNDECIDED, because a truncated solve still has the height of the
+    pocket it began with. If the excess decides, CREASE needs no minimum, since every minimum keeps the excess; CEASE
+    needs a certified minimum, or `no_bridge`.
 
     Parameters
     ----------
     certified
         Whether the certificate holds for every solution that the figures come from.
     rms_mm, ridge_height_mm, bridge_height_mm
-        Of `debulk.ridge.post_process`, mm. NaN: none was found, which is UNDECIDED.
+        Figures of `debulk.ridge.post_process`, mm. NaN means that none was found, which gives UNDECIDED.
     rms_range_mm, ridge_range_mm, bridge_range_mm
-        Least and most over the certified solutions from several starts, mm. Default: the figure itself.
+        Lowest and highest value over the certified solutions from several starts, mm. Default: the figure itself.
     compliant
-        Whether the length error is above 1e-4, so that a compliance was needed. The margin round the limits is wider
-        then.
+        Whether the length error is above 1e-4, so that a compliance was needed. The margin round the limits is then
+        wider.
     solve_status
         The solver's outcome in words, for the reason.
     deadline_passed
-        Whether time ran out before the solution was certified, or before all starts that the rule asks for were tried.
+        Whether time ran out before the solution was certified, or before all starts that the rule requires were tried.
     coverage
         Measured share of the pocket's area, 0 to 1.
     closed_rim
-        Whether fixed nodes close the pocket's rim; say True for a pocket at the ply's edge.
+        Whether fixed nodes close the pocket's rim; pass True for a pocket at the ply's edge.
     refused
         Why the pocket was not evaluated at all; empty when it was.
     inside_ply
-        Whether every node of the rim is held: only then the excess can decide.
+        Whether every node of the rim is held; only then can the excess decide.
     excess_range_mm
-        Least and most height of the ridge by the excess length, mm (`ridge_by_excess`). None: it is not known.
+        Lowest and highest height of the ridge from the excess length, mm (`ridge_by_excess`). None: it is not known.
     no_bridge
-        Whether no fibre is short enough to bridge up to the limit, whatever the minimum.
+        Whether no fibre is short enough to bridge up to the limit, whatever the minimum is.
     criteria
         Default: ``Criteria()``.
 
@@ -203,7 +205,7 @@ def judge(
     Raises
     ------
     InputError
-        A range that is turned round or negative, or a coverage outside 0 to 1.
+        If a range is reversed or negative, or a coverage is outside 0 to 1.
 
     Examples
     --------
@@ -214,7 +216,7 @@ def judge(
     >>> judge(certified=False, rms_mm=0.26, ridge_height_mm=0.0, solve_status="iteration limit").verdict
     <Verdict.UNDECIDED: 'undecided'>
 
-    By the excess length, which no minimum changes:
+    By the excess length, which is the same at every minimum:
 
     >>> judge(certified=False, inside_ply=True, excess_range_mm=(0.71, 0.75)).reason
     'ridge by the excess length 0.71 to 0.75 mm above the limit of 0.60 mm'
@@ -240,7 +242,7 @@ def judge(
 def judge_layup(
     pockets: Iterable[tuple[int, Judgement]], coverage: float, criteria: Criteria | None = None
 ) -> Judgement:
-    """Judge the layup: the worst pocket's verdict.
+    """Judge the layup by its worst pocket and its coverage.
 
     Parameters
     ----------
@@ -254,12 +256,12 @@ def judge_layup(
     Returns
     -------
     Judgement
-        INVALID where too little was seen; CEASE where enough was seen and there is no pocket.
+        INVALID if too little was seen; CEASE if enough was seen and there is no pocket.
 
     Raises
     ------
     InputError
-        A coverage outside 0 to 1.
+        If a coverage is outside 0 to 1.
 
     Examples
     --------
@@ -283,7 +285,7 @@ def judge_layup(
 
 @dataclass(frozen=True)
 class RidgeBounds:
-    """Heights of ridges that an excess length allows, mm: the least, by the ridge formula, and by an elastic fold."""
+    """Heights of ridges that an excess length allows, mm: the least, by the ridge formula, and of an elastic fold."""
 
     least_mm: float
     geometric_mm: float
@@ -294,27 +296,28 @@ class RidgeBounds:
 def excess_bounds(
     excess_length_mm: float, *, thickness_mm: float, bulk_factor: float, modulus_mpa: float, pressure_mpa: float
 ) -> RidgeBounds:
-    """Bound the ridges by the excess length of the initial net, before anything is solved.
+    """Bound the heights of ridges by the excess length of the initial net, before anything is solved.
 
     Parameters
     ----------
     excess_length_mm
         Largest excess of a fibre (`debulk.ridge.largest_fibre_excess`), mm.
     thickness_mm, bulk_factor
-        Nominal thickness of the ply, mm, and nominal over consolidated thickness.
+        Nominal thickness of the ply, mm, and ratio of nominal to consolidated thickness.
     modulus_mpa, pressure_mpa
-        Bending modulus of the ply and the vacuum's pressure, MPa.
+        Bending modulus of the ply and pressure of the vacuum, MPa.
 
     Returns
     -------
     RidgeBounds
-        0 (the excess may be shared or sheared away); half the excess plus 0.43 thicknesses, or 0 where that stays
-        within the consolidated ply; the height of an elastic fold, which needs far less: 0.36 mm makes one of 1 mm.
+        Least height: 0, since the excess may be shared or sheared away. Geometric height: half the excess plus 0.43
+        thicknesses, or 0 if that stays within the consolidated ply. Elastic height: that of an elastic fold, which
+        needs far less excess (0.36 mm makes one of 1 mm).
 
     Raises
     ------
     InputError
-        A figure that is not finite, or not positive where it must be.
+        If a figure is not finite, or not positive where it must be.
 
     Examples
     --------
@@ -329,17 +332,17 @@ def excess_bounds(
 
 @typed
 def natural_length(modulus_mpa: float, thickness_mm: float, pressure_mpa: float) -> float:
-    """Length that bending stiffness and pressure make between them, (E t³ / 12 P)^(1/3), mm.
+    """Length scale set by bending stiffness and pressure, (E t³ / 12 P)^(1/3), mm.
 
     Parameters
     ----------
     modulus_mpa, thickness_mm, pressure_mpa
-        Bending modulus E and thickness t of the ply, and the vacuum's pressure P.
+        Bending modulus E, MPa, and thickness t of the ply, mm, and the vacuum's pressure P, MPa.
 
     Raises
     ------
     InputError
-        A figure that is not positive and finite.
+        If a figure is not positive and finite.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Types of the compiled rooms, one file per room. `mypy.stubtest debulk._core` checks them (make lint)."""
+"""Types of the compiled module, one file per submodule. `mypy.stubtest debulk._core` checks them (make lint)."""
 
 from typing import Never, type_check_only
 
@@ -30,7 +30,7 @@ class _Bound(type):
 
 @type_check_only
 class _Made(metaclass=_Bound):
-    """What only the module itself makes."""
+    """A class whose objects only the module itself creates."""
 
     def __init__(self, *args: Never, **kwargs: Never) -> None: ...
 

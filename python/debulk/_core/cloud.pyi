@@ -1,4 +1,4 @@
-"""Types of the compiled room cloud."""
+"""Types of the compiled module `debulk._core.cloud`."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Types of the compiled room files."""
+"""Types of the compiled module `debulk._core.files`."""
 
 from collections.abc import Sequence
 

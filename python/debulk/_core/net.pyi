@@ -1,4 +1,4 @@
-"""Types of the compiled room net."""
+"""Types of the compiled module `debulk._core.net`."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

@@ -1,4 +1,4 @@
-"""Types of the compiled room pocket."""
+"""Types of the compiled module `debulk._core.pocket`."""
 
 from numpy.typing import ArrayLike
 

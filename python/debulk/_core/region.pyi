@@ -1,4 +1,4 @@
-"""Types of the compiled room region."""
+"""Types of the compiled module `debulk._core.region`."""
 
 from numpy.typing import ArrayLike
 

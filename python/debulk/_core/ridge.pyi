@@ -1,4 +1,4 @@
-"""Types of the compiled room ridge."""
+"""Types of the compiled module `debulk._core.ridge`."""
 
 from typing import overload
 

@@ -1,4 +1,4 @@
-"""Types of the compiled room section."""
+"""Types of the compiled module `debulk._core.section`."""
 
 from numpy.typing import ArrayLike
 

@@ -1,4 +1,4 @@
-"""Types of the compiled room sheet."""
+"""Types of the compiled module `debulk._core.sheet`."""
 
 from typing import overload
 

@@ -1,4 +1,4 @@
-"""Types of the compiled room solve."""
+"""Types of the compiled module `debulk._core.solve`."""
 
 from debulk._core import _Bound, _Made
 

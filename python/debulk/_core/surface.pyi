@@ -1,4 +1,4 @@
-"""Types of the compiled room surface."""
+"""Types of the compiled module `debulk._core.surface`."""
 
 from typing import overload
 

@@ -1,4 +1,4 @@
-"""Types of the compiled room verdict."""
+"""Types of the compiled module `debulk._core.verdict`."""
 
 from collections.abc import Sequence
 from typing import ClassVar

@@ -1,4 +1,4 @@
-"""Files in and out: clouds, masks, poses, outlines. No file is trusted, and a bad one gives one clear error."""
+"""Files in and out: clouds, masks, poses, outlines. No file is trusted, and a bad file gives one clear error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Point clouds in and out of files: what a file holds is checked before anybody computes on it."""
+"""Point clouds in and out of files: the contents of a file are checked before anything is computed from them."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ _WRITERS: dict[str, Callable[[Path, NDArray[np.float32]], None]] = {
     ".npy": npy.write_npy, ".npz": npy.write_npz, ".ply": ply.write_ply, ".pcd": pcd.write_pcd,
     **{extension: partial(text.write_text, extension=extension) for extension in TEXT},
 }  # fmt: skip
-_FAR_MM = 1e7  # ten kilometres: no scanner sees so far, so the file or its unit is wrong
-_FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan share a place
+_FAR_MM = 1e7  # ten kilometres: no scanner sees that far, so the file or its unit is wrong
+_FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan have the same position
 
 
 @typed
@@ -42,24 +42,25 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     Parameters
     ----------
     path
-        A .npy, .npz, .ply, .pcd, .xyz, .csv or .txt file. PCD may be binary, compressed or text; PLY binary, of either
-        byte order, or text; both with their fields in any order and more than x, y, z. Arrays are float32 or float64,
-        of either byte order, by rows or by columns; a .npz holds one, or one called points. A line of an .xyz, .csv
-        or .txt is a point, its numbers parted by blanks, commas or semicolons, in the first three columns or in those
-        that a line of names calls x, y, z. Nothing is ever unpickled.
+        A .npy, .npz, .ply, .pcd, .xyz, .csv or .txt file. A PCD may be binary, compressed or text. A PLY may be binary,
+        of either byte order, or text. Both may have their fields in any order and more fields than x, y, z. Arrays are
+        float32 or float64, of either byte order, by rows or by columns; a .npz holds a single array, or one called
+        points. Each line of an .xyz, .csv or .txt is a point, with numbers separated by blanks, commas or semicolons.
+        The coordinates are in the first three columns, or in those that a header line names x, y, z. Nothing is ever
+        unpickled.
     unit
         Unit of the numbers in the file, "mm" or "m".
 
     Returns
     -------
-    (H, W, 3) float32 where the file says that the cloud is organised, else (N, 3); mm, NaN = nothing seen.
+    (H, W, 3) float32 if the file marks the cloud as organised, otherwise (N, 3); mm; NaN where nothing was seen.
 
     Raises
     ------
     InputError
         If the file cannot be read, is cut off, is not what it claims to be, holds infinite or absurdly far points or
-        none at all, or is too small or too large for a scan in this unit: names the file, the byte or the line, and a
-        remedy. Sizes are checked before memory is taken.
+        none at all, or is too small or too large for a scan in this unit. The message names the file, the byte or the
+        line, and a remedy. Sizes are checked before memory is allocated.
 
     Examples
     --------
@@ -90,10 +91,10 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     Parameters
     ----------
     path
-        Ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv or .txt. An existing file is
-        replaced only when the new one is complete.
+        Name of the file, which ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv or
+        .txt. An existing file is replaced only when the new one is complete.
     points
-        (H, W, 3) or (N, 3), mm. A single row (1, W, 3) comes back from .pcd as (W, 3).
+        (H, W, 3) or (N, 3), mm. A single row (1, W, 3) is read back from .pcd as (W, 3).
 
     Raises
     ------
@@ -132,7 +133,7 @@ def _check_plausible(source: Source, points: Points, unit: Unit) -> None:
         source.fail(0, "no point has three numbers: nothing was seen", "check the scanner and its export")
     if max(high.max(), -low.min()) > _FAR_MM:
         flat = points.values.reshape(-1)
-        place = int(np.argmax(np.abs(flat) > _FAR_MM))  # NaN is not greater
+        place = int(np.argmax(np.abs(flat) > _FAR_MM))  # false for NaN
         raise InputError(
             f"{source.path}: point {place // 3}: {'xyz'[place % 3]} = {flat[place]:g} mm, expected at most "
             f"{_FAR_MM:g}; write NaN where nothing was seen, and check the unit ({unit})"

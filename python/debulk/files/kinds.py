@@ -1,4 +1,4 @@
-"""What a file holds, by its first bytes: for errors that name it, whatever the file is called."""
+"""The kind of a file, determined from its first bytes, so that errors can name it whatever the file is called."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _OTHERS = {
 
 
 def check_kind(source: Source, extension: str) -> None:
-    """Refuse a file whose bytes are not of the kind that its name claims."""
+    """Refuse a file whose bytes do not match the kind that its name claims."""
     head = source.file.read(64)
     source.file.seek(0)
     if not head:

@@ -1,4 +1,4 @@
-"""Masks of an image: a grey or colour .png, or a .npy of bool or uint8. What is not zero is masked."""
+"""Masks of an image: a grey or colour .png, or a .npy of bool or uint8. Everything that is not zero is masked."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from debulk.files import npy
 from debulk.files.source import Source, open_source
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by PNG's colour type: grey, colour, palette, each with alpha
+_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by PNG colour type (4 and 6 are grey and colour with alpha)
 _DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
 _MAX_PIXELS = 1 << 28
 _MAX_PNG_BYTES = 1 << 30
@@ -29,23 +29,23 @@ _NPY_REMEDY = "save it with numpy.save as (H, W) bool"
 
 @typed
 def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
-    """Read a mask of the scanner's image, drawn over what is not the ply: clamps, tools.
+    """Read a mask of the scanner's image, which marks everything that is not the ply: clamps, tools.
 
     Parameters
     ----------
     path
-        A .png of 1 to 16 bits, grey, coloured or with a palette, masked where it is not black (transparency is not
-        looked at), or a .npy of (H, W) bool or uint8, masked where it is not zero.
+        A .png of 1 to 16 bits, grey, coloured or with a palette, masked where it is not black (transparency is
+        ignored), or a .npy of (H, W) bool or uint8, masked where it is not zero.
 
     Returns
     -------
-    (H, W) bool, true where the image is masked: row and column of an organised cloud's points.
+    (H, W) bool, true where the image is masked, by row and column of an organised cloud's points.
 
     Raises
     ------
     InputError
-        If the file cannot be read, is damaged, or is not what it claims to be; sizes are checked before memory is
-        taken.
+        If the file cannot be read, is damaged, or is not what it claims to be. Sizes are checked before memory is
+        allocated.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
 
 
 def read_mask_npy(source: Source) -> NDArray[np.bool_]:
-    """Read an (H, W) array of bool, or of uint8 that is true where it is not zero."""
+    """Read an (H, W) array of bool, or of uint8, which counts as true where it is not zero."""
     shape, fortran, dtype = npy.read_header(source, source.file, 0)
     offset = source.file.tell()
     if dtype not in (np.dtype(bool), np.dtype(np.uint8)):
@@ -82,7 +82,7 @@ def read_mask_npy(source: Source) -> NDArray[np.bool_]:
 
 
 def read_mask_png(source: Source) -> NDArray[np.bool_]:
-    """Read a .png; true where any of its colours is not black. Transparency is not looked at."""
+    """Read a .png; true where any of its colours is not black. Transparency is ignored."""
     import cv2
 
     if source.size > _MAX_PNG_BYTES:
@@ -101,7 +101,7 @@ def read_mask_png(source: Source) -> NDArray[np.bool_]:
 
 
 def _check_png(source: Source, data: bytes) -> tuple[int, int]:
-    """Walk through the chunks before OpenCV sees them: whole, undamaged, and of the size that the header promises."""
+    """Check all chunks before OpenCV sees them: they must be complete, undamaged, and of the size in the header."""
     if not data.startswith(_SIGNATURE):
         source.fail(0, "the file does not start like a .png", _PNG_REMEDY)
     offset, promised, size = len(_SIGNATURE), 0, (0, 0)
@@ -131,7 +131,7 @@ def _check_png(source: Source, data: bytes) -> tuple[int, int]:
             break
         offset += 12 + length
     if unpacked <= promised:
-        unpacked += len(unpack.flush())  # zlib may hold back the last bytes, once its input is used up
+        unpacked += len(unpack.flush())  # zlib may hold back the last bytes after its input has ended
     if unpacked != promised:
         more = "more" if unpacked > promised else f"only {unpacked}"
         source.fail(offset, f"the .png promises {promised} bytes of pixels and holds {more}", _PNG_REMEDY)

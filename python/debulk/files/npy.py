@@ -1,4 +1,4 @@
-"""NumPy's own files: .npy and .npz, never with pickled objects."""
+"""NumPy's own file formats, .npy and .npz, never with pickled objects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _REMEDY = "save it with numpy.save as (H, W, 3) or (N, 3) float32"
 _NAMES = ("points", "cloud", "scan", "xyz", "arr_0")
 _MOST_UNPACKED_BYTES = 1 << 32
 _STEP_BYTES = 1 << 24
-MAX_DEFLATE_RATIO = 1100  # deflate cannot do better than 1032
+MAX_DEFLATE_RATIO = 1100  # deflate cannot compress by more than 1032
 
 
 def read_npy(source: Source, factor: float) -> Points:
@@ -51,7 +51,7 @@ def read_npz(source: Source, factor: float) -> Points:
             return _summarised(_member(source, archive, members[name], name), factor)
     except (InputError, OSError, MemoryError):
         raise
-    except Exception as error:  # a damaged archive ends in errors of zipfile, zlib, struct, ...: all mean the same
+    except Exception as error:  # a damaged archive raises errors of zipfile, zlib, struct, ...: all mean the same
         return source.fail(0, f"not a readable .npz archive: {' '.join(str(error).split())[:120]}")
 
 
@@ -59,7 +59,7 @@ def _member(source: Source, archive: zipfile.ZipFile, info: zipfile.ZipInfo, nam
     offset = info.header_offset
     if info.file_size > max(info.compress_size, 1) * MAX_DEFLATE_RATIO or info.compress_size > source.size:
         source.fail(offset, f"array {name[:40]!r}: the archive's sizes are impossible")
-    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # others expand without a bound
+    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # other methods expand without a bound
         source.fail(offset, f"array {name[:40]!r}: compressed by a method that NumPy does not use", _REMEDY)
     with archive.open(info) as member:
         shape, fortran, dtype = read_header(source, member, offset)  # type: ignore[arg-type]
@@ -78,7 +78,7 @@ def _member(source: Source, archive: zipfile.ZipFile, info: zipfile.ZipInfo, nam
         room, filled = values.view(np.uint8).data, 0
         while got := member.readinto(room[filled : filled + _STEP_BYTES]):  # type: ignore[attr-defined]
             filled += got
-        if filled != need or member.read(1):  # reading to the end also compares the checksum
+        if filled != need or member.read(1):  # reading to the end also checks the checksum
             source.fail(offset, f"array {name[:40]!r}: {need - filled} bytes lack")
     return _shaped(values, shape, fortran)
 
@@ -96,14 +96,14 @@ def write_npz(path: Path, points: NDArray[np.float32]) -> None:
 
 
 def read_header(source: Source, file: BinaryIO, offset: int) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Return shape, whether it is in Fortran's order, and dtype; the file stands where the data starts."""
+    """Return the shape, whether the order is Fortran's, and the dtype; the file is then positioned at the data."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of headers that only Python 2 wrote
+            warnings.simplefilter("error")  # for headers that only Python 2 wrote
             version = npy_format.read_magic(file)
             read = npy_format.read_array_header_1_0 if version == (1, 0) else npy_format.read_array_header_2_0
             shape, fortran, dtype = read(file)
-    except Exception as error:  # NumPy parses the header with Python's own tokenizer, which has many errors
+    except Exception as error:  # NumPy parses the header with Python's tokenizer, which raises many kinds of errors
         return source.fail(offset, f"not a readable .npy header: {' '.join(str(error).split())[:120]}", _REMEDY)
     return tuple(shape), bool(fortran), dtype
 
@@ -116,7 +116,7 @@ def _check_kind(source: Source, offset: int, shape: tuple[int, ...], dtype: np.d
 
 
 def _array(source: Source, offset: int, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[np.float32]:
-    """Read an array that is stored column by column: the file as it is, then the points out of it."""
+    """Read an array that is stored column by column: first all values as stored, then the points from them."""
     source.file.seek(offset)
     values = np.fromfile(source.file, dtype=dtype, count=math.prod(shape))
     if values.size != math.prod(shape):
@@ -126,7 +126,7 @@ def _array(source: Source, offset: int, shape: tuple[int, ...], dtype: np.dtype[
 
 def _shaped(values: NDArray[Any], shape: tuple[int, ...], fortran: bool) -> NDArray[np.float32]:
     values = values.reshape(shape[::-1]).T if fortran else values.reshape(shape)
-    with np.errstate(over="ignore", invalid="ignore"):  # found as an infinite value afterwards
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow is found afterwards as an infinite value
         return np.require(values, dtype=np.float32, requirements=["C", "W"])
 
 

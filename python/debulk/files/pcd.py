@@ -1,6 +1,6 @@
 """PCD, the Point Cloud Library's format: binary, compressed and text. HEIGHT above 1 makes the cloud organised.
 
-VIEWPOINT is not applied: the points come as they stand in the file.
+VIEWPOINT is not applied: the points are returned as they are stored in the file.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _KEYS = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWP
 
 
 def read_pcd(source: Source, factor: float) -> Points:
-    """Read the points of a PCD file, (HEIGHT, WIDTH, 3) if HEIGHT is above 1, else (N, 3)."""
+    """Read the points of a PCD file: (HEIGHT, WIDTH, 3) if HEIGHT is above 1, otherwise (N, 3)."""
     lines = _read_header(source)
     offset = source.file.tell()
     for key in ("FIELDS", "SIZE", "TYPE", "WIDTH", "HEIGHT"):
@@ -66,7 +66,7 @@ class _Fields(NamedTuple):
         return [self.sizes[place] for place in self.xyz]
 
     def starts(self, item_sizes: list[int]) -> tuple[int, list[int]]:
-        """Return how long a point is, and where its x, y, z start, if a field's item is as long as given."""
+        """Return the length of a point and where its x, y, z start, for the given item sizes of the fields."""
         ends = [0, *accumulate(size * count for size, count in zip(item_sizes, self.counts, strict=True))]
         return ends[-1], [ends[place] for place in self.xyz]
 
@@ -95,7 +95,7 @@ def _points(
 def _compressed_points(
     source: Source, offset: int, count: int, point_bytes: int, starts: list[int], widths: list[int], factor: float
 ) -> Points:
-    """Read what follows two sizes: one field after the other, of all points, compressed as a whole."""
+    """Read the block that follows the two sizes: field by field, of all points, compressed as a whole."""
     if count < 1 or source.size - offset < 8:
         source.check_size(offset, count, 8, exact=False, least=8)
     source.file.seek(offset)
@@ -115,7 +115,7 @@ def _compressed_points(
         )
     if unpacked > packed * _core.files.MAX_LZF_RATIO:
         source.fail(offset - 8, f"{packed} compressed bytes cannot hold {unpacked}")
-    # PCL fills the file up to whole pages.
+    # PCL pads the file to whole pages.
     if source.size - offset - packed > _PAGE_BYTES:
         source.fail(offset + packed, f"{source.size - offset - packed} bytes follow the compressed data")
     source.file.seek(offset)

@@ -1,4 +1,4 @@
-"""Where the ply lies: the scanner's pose and the ply's outline, small tables of numbers in text."""
+"""Where the ply lies: the scanner's pose and the ply's outline, as small tables of numbers in text files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
     Parameters
     ----------
     path
-        Text; numbers parted by blanks or commas; ``#`` starts a comment.
+        A text file; numbers are separated by blanks or commas, and ``#`` starts a comment.
     unit
         Unit of the translation in the file.
 
@@ -39,7 +39,7 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
     Raises
     ------
     InputError
-        If it is not a rotation and a translation: mirrored, scaled or sheared.
+        If it is not a rotation and a translation, but mirrors, scales or shears.
 
     Examples
     --------
@@ -62,12 +62,12 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
 
 @typed
 def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float64]:
-    """Read the ply's outline: a line "x,y" for each corner, in order, in the mold frame.
+    """Read the ply's outline: one line "x,y" per corner, in order, in the mold frame.
 
     Parameters
     ----------
     path
-        CSV; one line of names may come first. The last corner may repeat the first.
+        A CSV file; one line of names may come first. The last corner may repeat the first.
     unit
         Unit of the numbers in the file.
 
@@ -78,7 +78,7 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.flo
     Raises
     ------
     InputError
-        If there are fewer than three corners, or they enclose nothing, or cross each other's sides.
+        If there are fewer than three corners, they enclose no area, or sides cross.
 
     Examples
     --------

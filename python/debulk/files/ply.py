@@ -1,4 +1,4 @@
-"""PLY: binary little and big endian, and text. An organised cloud names its width and height in a comment.
+"""PLY, in binary of either byte order and in text. An organised cloud states its width and height in a comment.
 
 The shape comes from ``comment debulk organised W H``, or from ``obj_info num_cols W`` and ``obj_info num_rows H``.
 """
@@ -52,7 +52,7 @@ class _Header:
 
 
 def read_ply(source: Source, factor: float) -> Points:
-    """Read the vertices of a PLY file, (H, W, 3) if its header names a width and a height."""
+    """Read the vertices of a PLY file, (H, W, 3) if its header states a width and a height."""
     header = _read_header(source)
     offset, before = header.end, 0
     for element in header.elements:

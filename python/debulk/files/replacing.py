@@ -1,4 +1,4 @@
-"""A file is written beside its place, and put there when it is complete."""
+"""Writing a file beside its final place, and moving it there only when it is complete."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ __all__ = ["replacing"]
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path` to write to, and put the file in place when it is complete.
+    """Give a temporary name beside `path` to write to, and move the file into place when it is complete.
 
-    Whatever ends the process in between, even a loss of power, the old file or the new one is there whole. A file that
-    is replaced keeps its permissions, and a symbolic link keeps pointing: the file behind it is replaced.
+    Whatever ends the process in between, even a power failure, either the old or the new file is there in full. A file
+    that is replaced keeps its permissions. A symbolic link is kept, and the file behind it is replaced.
     """
     target = path.resolve() if path.is_symlink() else path
     temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -38,7 +38,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def _flush(path: Path) -> None:
-    """Wait until a file, or a folder's list of names, is on the disk."""
+    """Wait until a file, or the list of names in a folder, is on the disk."""
     number = os.open(path, os.O_RDONLY)
     try:
         os.fsync(number)

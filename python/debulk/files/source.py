@@ -1,4 +1,4 @@
-"""What all readers share: bounded reads from a file that is not trusted, and errors that say where and what to do."""
+"""The common part of all readers: bounded reads from an untrusted file, and errors that give place and remedy."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXPORT_AGAIN = "export the cloud again"
 
 
 class Points(NamedTuple):
-    """Points, (H, W, 3) or (N, 3) in mm, and what was seen of them while they were read."""
+    """Points, (H, W, 3) or (N, 3) in mm, and the figures gathered while they were read."""
 
     values: NDArray[np.float32]
     low: list[float]
@@ -32,12 +32,12 @@ class Points(NamedTuple):
     at_origin: int
 
     def organised(self, height: int, width: int) -> Points:
-        """Return the same points row by row."""
+        """Return the same points as an image of this height and width."""
         return self._replace(values=self.values.reshape(height, width, 3))
 
 
 class Layout(NamedTuple):
-    """Where x, y, z stand in a record of a binary file; each is 4 (float) or 8 (double) bytes wide."""
+    """Where x, y, z are in a record of a binary file; each is 4 (float) or 8 (double) bytes wide."""
 
     record_bytes: int
     offsets: Sequence[int]
@@ -54,7 +54,7 @@ class Source:
     size: int
 
     def fail(self, offset: int, problem: str, remedy: str = EXPORT_AGAIN) -> NoReturn:
-        """Raise the one error of a bad file: its name, the byte, what is wrong, what to do."""
+        """Raise the one error for a bad file: its name, the byte, what is wrong, and what to do."""
         raise InputError(f"{self.path}: byte {offset}: {problem}; {remedy}")
 
     def header_line(self) -> tuple[int, str]:
@@ -71,9 +71,9 @@ class Source:
     def check_size(
         self, offset: int, count: int, item_bytes: int, *, exact: bool, what: str = "points", least: int | None = None
     ) -> None:
-        """Compare the size that the header promises with the size that the file has, before anything is allocated.
+        """Compare the size that the header declares with the size of the file, before anything is allocated.
 
-        `least`: the fewest bytes that the items can take, if not all take as many.
+        `least` is the fewest bytes that the items can take, if they do not all take the same number.
         """
         if count < 1:
             self.fail(offset, f"no {what} in the file")
@@ -94,7 +94,7 @@ class Source:
             )
 
     def points(self, offset: int, count: int, layout: Layout, factor: float) -> Points:
-        """Read x, y, z of fixed-size records, times `factor`."""
+        """Read x, y, z from records of fixed size, multiplied by `factor`."""
         points = np.empty((count, 3), dtype=np.float32)
         with self.faults():
             summary = _core.files.read_records(
@@ -107,11 +107,11 @@ class Source:
         self, offset: int, columns: int, xyz: Sequence[int], factor: float, *, count: int | None = None,
         separator: str = " ", comments: bool = False, exact: bool = True,
     ) -> Points:  # fmt: skip
-        """Read x, y, z from lines of numbers, times `factor`; the columns come in the given places.
+        """Read x, y, z from lines of numbers, multiplied by `factor`, from the columns at the given places.
 
-        `count`: how many lines the header promises; None: as many as there are.
+        `count` is the number of lines that the header declares; None means as many as there are.
         """
-        if count is not None:  # a digit and what parts it from the next is the least that a number takes
+        if count is not None:  # a number takes at least one digit and one separator
             self.check_size(offset, count, 2 * columns, exact=False, least=2 * columns * count - 1)
         with self.faults():
             rows, points, summary = _core.files.read_text(
@@ -135,7 +135,7 @@ class Source:
 
     @contextmanager
     def faults(self, after: int = 0) -> Iterator[None]:
-        """Turn what the compiled readers find wrong into this file's error; their bytes count from `after`."""
+        """Turn faults that the compiled readers find into this file's error; their byte offsets count from `after`."""
         try:
             yield
         except _core.files.FileFault as fault:
@@ -145,9 +145,9 @@ class Source:
 
 @contextmanager
 def open_source(path: Path) -> Iterator[Source]:
-    """Open a regular file; whatever the system says against it becomes one InputError."""
+    """Open a regular file; any error of the system becomes an InputError."""
     try:
-        # Not blocking: a pipe that nobody writes to would hold the open until someone does.
+        # Without O_NONBLOCK, opening a pipe that nobody writes to would wait until someone does.
         number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         try:
             status = os.fstat(number)
@@ -173,7 +173,7 @@ def _what(mode: int) -> str:
 
 
 def whole_number(source: Source, offset: int, text: str, what: str) -> int:
-    """Parse a count from a header: a plain, non-negative, not absurd number."""
+    """Parse a count from a header: a plain, non-negative number that is not absurdly large."""
     if not (text.isascii() and text.isdigit()) or len(text) > 12:
         source.fail(offset, f"{what}: expected a whole number, got {text[:40]!r}")
     return int(text)

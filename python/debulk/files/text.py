@@ -1,7 +1,7 @@
-"""XYZ, CSV and TXT: a line of numbers a point, parted by blanks, commas or semicolons. Never organised.
+"""XYZ, CSV and TXT: one point per line, its numbers separated by blanks, commas or semicolons. Never organised.
 
-A line of names may come first; then the columns x, y, z are found by name, else they are the first three. ``#`` and
-``//`` start comments. Numbers have a decimal point.
+A line of names may come first; the columns x, y, z are then found by name. Otherwise they are the first three. ``#``
+and ``//`` start comments. Numbers have a decimal point.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ def read_text(source: Source, factor: float) -> Points:
 
 
 def write_text(path: Path, points: NDArray[np.float32], extension: str) -> None:
-    """Write lines of x y z, parted by commas under a line of names in a .csv, else by blanks."""
+    """Write lines of x y z: separated by commas under a line of names in a .csv, otherwise by blanks."""
     separator = "," if extension == ".csv" else " "
-    line = separator.join(["%.9g"] * 3) + "\n"  # nine digits bring a float32 back to the bit
+    line = separator.join(["%.9g"] * 3) + "\n"  # nine digits restore a float32 to the last bit
     with path.open("w", encoding="ascii") as file:
         if extension == ".csv":
             file.write("x,y,z\n")
@@ -81,14 +81,14 @@ def _head(source: Source, begin: int) -> tuple[_Line | None, _Line]:
             if _separator(line.text) is not None or plain:
                 return header, line
             if _looks_like_numbers(line.text):
-                return None, line  # with a fault that is better named than passed over
+                return None, line  # the fault in it should be reported, not skipped
             header, plain = line, True
     where = "the file" if offset == source.size else f"its first {MAX_HEADER_BYTES} bytes"
     return source.fail(offset, f"no points in {where}", _REMEDY)
 
 
 def _separator(text: str) -> str | None:
-    """Return what parts the numbers of a line whose first three columns, or more, are numbers or may be left out."""
+    """Return the separator of a line whose first three or more columns are numbers or may be left out."""
     text = re.split("#|//", text)[0].strip()
     for separator in _SEPARATORS:
         words = _split(text, separator)
@@ -121,7 +121,7 @@ def _columns(source: Source, header: _Line | None, separator: str, count: int, f
         return [0, 1, 2]
     words = _split(header.text, separator)
     names = _named(words)
-    if header.comment and len(words) > count:  # prose, in which the letters stand
+    if header.comment and len(words) > count:  # prose that happens to contain these letters
         return [0, 1, 2]
     if len(words) != count and not header.comment:
         _fail(source, header, f"{len(words)} names over {count} columns")

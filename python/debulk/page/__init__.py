@@ -1,1 +1,1 @@
-"""Report and comparison as HTML pages, each one file that needs nothing else."""
+"""Report and comparison as HTML pages, each a self-contained file."""

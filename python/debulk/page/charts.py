@@ -10,7 +10,7 @@ from debulk.verdict import Verdict
 
 
 class Bar(NamedTuple):
-    """One line of a bar chart; positions in percent of its width."""
+    """One line of a bar chart; positions are in percent of the chart's width."""
 
     label: str
     text: str
@@ -34,7 +34,7 @@ class Chart(NamedTuple):
 
 
 class Row(NamedTuple):
-    """What a bar of a chart of pockets is made of, mm."""
+    """The values behind one bar of a chart of pockets, mm."""
 
     id: int
     verdict: Verdict
@@ -46,7 +46,7 @@ class Row(NamedTuple):
 def bar_chart(
     title: str, rows: list[Row], limit: float | None, digits: int, note: str = "", floor: float = 0.0
 ) -> Chart:
-    """Make a chart of the pockets' figures; its width is the largest figure's above the `floor`, where bars start."""
+    """Chart the pockets' figures from the `floor`, where bars start, to the largest figure or past the limit."""
     tops = [top for row in rows for top in (row.value, row.measured, row.span and row.span[1]) if top is not None]
     full = max([*tops, floor + 1.15 * (limit - floor) if limit else 0.0])
     full = full if full > floor else floor + 1.0

@@ -1,4 +1,4 @@
-"""The comparison as one HTML page: predicted against measured."""
+"""The comparison as one HTML page: predictions against measurements."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.results.comparison import ComparisonData, PocketComparison
 
-_SIZE = 360.0  # of the scatter plot
+_SIZE = 360.0  # size of the scatter plot
 _LEFT, _BOTTOM, _TOP = 44.0, 40.0, 22.0
 
 
 class Scatter(NamedTuple):
-    """A square plot; only numbers went into its markup."""
+    """A square plot; its markup contains nothing from the report but numbers."""
 
     size: float
     markup: str
@@ -99,7 +99,7 @@ def _says(pocket: PocketComparison) -> str:
 
 
 def _scatter(comparison: ComparisonData) -> Scatter | None:
-    """Plot measured over predicted RMS, each limit a line: agreement is lower left and upper right."""
+    """Plot measured over predicted RMS, with each limit as a line: points lower left and upper right agree."""
     points = [
         (p, p.predicted_rms_mm, p.measured_rms_mm, p.predicted_rms_range_mm)
         for p in comparison.pockets
@@ -140,7 +140,7 @@ def _scatter(comparison: ComparisonData) -> Scatter | None:
 
 
 def _names(spots: list[tuple[float, float, str]], right: float) -> list[tuple[float, float, str]]:
-    """Put the points' numbers beside them, those that lie on one another in one label, and no label on another."""
+    """Put the points' numbers beside them; points that overlap share one label, and no label covers another."""
     groups: list[tuple[float, float, list[str]]] = []
     for u, v, name in spots:
         near = next((names for a, b, names in groups if abs(a - u) < 7 and abs(b - v) < 7), None)

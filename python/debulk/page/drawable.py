@@ -1,4 +1,4 @@
-"""Whether a report holds only what a page can be drawn of: one that was changed by hand may reach to infinity."""
+"""Checks that a page can be drawn from a report: one that was edited by hand may contain infinite values."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ _FARTHEST = 1e9  # mm
 
 
 def check_drawable(record: Any) -> None:
-    """Check all places and heights of a record of a report's kind.
+    """Check all places and heights in a record of a report.
 
     Raises
     ------
     InputError
-        Names the first that is infinite, unknown where none may be, or farther off than any part.
+        If a value is infinite, unknown where it must be known, or farther off than any part; the message names the
+        first.
     """
     for name, values in _arrays(record, ""):
         beyond = values[~(np.abs(values) <= _FARTHEST)]
@@ -36,7 +37,7 @@ def check_drawable(record: Any) -> None:
 
 def _arrays(value: Any, name: str) -> Iterator[tuple[str, NDArray[np.floating[Any]]]]:
     if isinstance(value, Grid):
-        yield f"{name}.values", value.values[~np.isnan(value.values)]  # NaN: nothing is known there
+        yield f"{name}.values", value.values[~np.isnan(value.values)]  # NaN means that nothing is known there
         yield f"{name}.origin_mm, spacing_mm", np.array([*value.origin_mm, value.spacing_mm])
     elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
         yield name, value

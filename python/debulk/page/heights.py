@@ -22,7 +22,7 @@ MAX_PNG_BYTES = 1_350_000
 
 
 class Picture(NamedTuple):
-    """A PNG in base64, north up, transparent where nothing is known, and where it lies in the mold frame, mm."""
+    """A PNG in base64, north up, transparent where nothing is known; and its place in the mold frame, mm."""
 
     png: str
     low: NDArray[np.float64]
@@ -45,7 +45,7 @@ def picture(
     keep_all: bool,
     png_bytes: int,
 ) -> Picture | None:
-    """Draw the heights in a window, or all of them; None where the window is off the map.
+    """Draw the heights in a window, or all of them; return None if the window is off the map.
 
     Parameters
     ----------
@@ -54,11 +54,11 @@ def picture(
     low, high
         (2,) corners of the window, mold XY.
     top_mm
-        Height of the last colour; None: the highest that was seen but for a thousandth of the map.
+        Height of the last colour; None: the highest that was seen, apart from a thousandth of the map.
     keep_all
-        Whether all of the grid is drawn, whatever the window.
+        Whether the whole grid is drawn, regardless of the window.
     png_bytes
-        The picture is made coarser until it is no larger.
+        The picture is made coarser until it has no more bytes than this.
     """
     cropped = _crop(grid, low, high, keep_all=keep_all)
     if cropped is None:
@@ -77,7 +77,7 @@ def picture(
 def _crop(
     grid: Grid, low: NDArray[np.float64], high: NDArray[np.float64], *, keep_all: bool
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]] | None:
-    """Cut the window out of the height map; with it the position of its first cell."""
+    """Cut the window out of the height map, and return it with the position of its first cell."""
     values = np.asarray(grid.values, dtype=np.float32)
     if keep_all:
         return values, np.asarray(grid.origin_mm, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""The picture of the page: heights in colour, and over it the outlines of the ply and its pockets."""
+"""The map on the page: heights in colour, with the outlines of the ply and its pockets over them."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from debulk.grid import Grid
     from debulk.results.report import ReportData
 
-_MAX_CORNERS = 400  # of an outline as drawn
+_MAX_CORNERS = 400  # largest number in an outline as drawn
 _MAX_ALL_CORNERS = 25_000
 
 
 class Mark(NamedTuple):
-    """A pocket on the map; `says` stands beside the cursor."""
+    """A pocket on the map; `says` is shown beside the cursor."""
 
     id: int
     verdict: str
@@ -38,7 +38,7 @@ class Mark(NamedTuple):
 
 
 class PlyMap(NamedTuple):
-    """What the template draws; x to the right and y down, mm."""
+    """The content of the map as the template draws it; x to the right and y down, mm."""
 
     x: float
     y: float
@@ -65,13 +65,13 @@ class PlyMap(NamedTuple):
 
 
 def path(points: NDArray[np.float64], corners: int) -> str:
-    """Return a closed SVG path through (M, 2) points, y up, thinned to so many corners."""
+    """Return a closed SVG path through (M, 2) points, y up, thinned to the given number of corners."""
     thin = points[:: max(1, math.ceil(len(points) / corners))]
     return "M" + "L".join(f"{x:.1f} {-y:.1f}" for x, y in thin.tolist()) + "Z"
 
 
 class Area(NamedTuple):
-    """A pocket to be drawn: its number, what the outline's colour says, the outline, and what stands at the cursor."""
+    """A pocket to be drawn: its number, the meaning of its colour, its outline, and the text beside the cursor."""
 
     id: int
     verdict: str
@@ -94,17 +94,17 @@ def ply_map(
     Parameters
     ----------
     grid, ply_outline
-        Heights, and the ply's edge; None: unknown.
+        Heights, and the ply's edge; None means unknown.
     areas
         The pockets.
     top_mm
-        Upper end of the colours; None: the highest that was seen but for a thousandth of the map.
+        Upper end of the colours; None: the highest that was seen, apart from a thousandth of the map.
     report
-        Whose holes, bumps and fibre directions are marked; None: none are.
+        Report whose holes, bumps and fibre directions are marked; None marks none.
     ridges, measured
-        Predicted ridges, and the path of those that a second scan shows.
+        Predicted ridges, and the path of the ridges that a second scan shows.
     png_bytes
-        Most that the picture of the heights may take.
+        Most bytes that the picture of the heights may take.
     """
     areas = [area for area in areas if len(area.outline_mm)]
     outlines = [area.outline_mm for area in areas]
@@ -141,7 +141,7 @@ def ply_map(
 def _bounds(
     grid: Grid | None, outlines: Sequence[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Corners of what is drawn: round all outlines with a margin, or without any round the heights."""
+    """Corners of the drawing: round all outlines with a margin or, if there are none, round the heights."""
     if outlines:
         corners = np.concatenate(outlines)
         low, high = corners.min(axis=0), corners.max(axis=0)

@@ -16,7 +16,7 @@ __all__ = ["Frame", "Rose", "frame", "rose"]
 
 
 class Frame(NamedTuple):
-    """The arrows of x and y, x to the right and y down, mm; at the origin, or in a corner where that is off the map."""
+    """The arrows of x (to the right) and y (down), mm; at the origin, or in a corner if the origin is off the map."""
 
     x: float
     y: float
@@ -25,7 +25,7 @@ class Frame(NamedTuple):
 
 
 class Rose(NamedTuple):
-    """The two fibre directions of the whole ply: lines about a middle, and a figure at the end of each."""
+    """The two fibre directions of the whole ply: lines through a centre, and a figure at the end of each."""
 
     x: float
     y: float
@@ -49,7 +49,7 @@ def rose(
     high: NDArray[np.float64],
     font: float,
 ) -> Rose | None:
-    """Return the fibre directions in the corner that is furthest from all pockets; None where they are not known."""
+    """Return the fibre directions, in the corner farthest from all pockets; None if they are not known."""
     trace = report.trace if report else None
     if trace is None or trace.fibre_angles_deg is None:
         return None

@@ -1,4 +1,4 @@
-"""Where the pockets' numbers stand on the map, so that none covers another."""
+"""Places the pockets' numbers on the map so that none covers another."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["label_box", "labels", "overlap"]
 def labels(
     outlines: list[NDArray[np.float64]], font: float, low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> list[tuple[float, float, str]]:
-    """Put a number inside a large pocket, and beside a small one where it covers least of the others."""
+    """Put a number inside a large pocket, and beside a small one where it covers the others least."""
     boxes = [np.concatenate([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
     taken, places = list(boxes), []
     for own in boxes:
@@ -39,13 +39,13 @@ def labels(
 
 
 def label_box(x: float, y: float, anchor: str, font: float) -> NDArray[np.float64]:
-    """Return the (4,) lower and upper corner of a label such as "12 ✓"."""
+    """Return the (4,) lower and upper corners of a label such as "12 ✓"."""
     width = 2.6 * font
     left = {"start": x, "end": x - width, "middle": x - 0.5 * width}[anchor]
     return np.array([left, y - 0.55 * font, left + width, y + 0.55 * font])
 
 
 def overlap(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Area that two boxes, (4,) lower and upper corner, share."""
+    """Area that two boxes, each (4,) lower and upper corners, share."""
     size = np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2])
     return float(np.prod(np.maximum(size, 0.0)))

@@ -1,4 +1,4 @@
-"""What the map shows beside heights and pockets: axes, fibre directions, holes, bumps that are no pockets."""
+"""Marks on the map in addition to heights and pockets: axes, fibre directions, holes, and other bumps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from debulk.results.advice import hole_line, wrinkle_line
 if TYPE_CHECKING:
     from debulk.results.report import LeftOut, PocketReport, UnseenHole, Wrinkle
 
-_HATCHES = 7  # lines across a hole
+_HATCHES = 7  # number of lines across a hole
 
 __all__ = ["Spot", "Tick", "bumps", "fibres", "hatch", "holes", "ticks", "wrinkles"]
 
@@ -28,24 +28,24 @@ class Spot(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """A place on an axis, in the map's own direction, and its figure in the mold frame."""
+    """A place on an axis, in the direction of the map, and its figure in the mold frame."""
 
     at: float
     text: str
 
 
 def ticks(low: float, high: float, step: float, sign: int) -> list[Tick]:
-    """Return the multiples of `step` from `low` to `high`, mold frame; `sign` is -1 where the map counts down."""
+    """Return the multiples of `step` from `low` to `high`, mold frame; `sign` is -1 if the map counts downwards."""
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [Tick(sign * k * step, f"{k * step:g}".replace("-", "−")) for k in range(first, last + 1)]
 
 
 def hatch(box: tuple[float, float, float, float], apart: float) -> str:
-    """Return slanting lines over a box of x, y, width and height; under the heights they show where these are blank."""
+    """Return slanting lines over a box of x, y, width and height; under the heights, they show where these are NaN."""
     x, y, width, height = box
     parts = []
     for k in range(1, math.floor((width + height) / apart) + 1):
-        # From the upper or right side to the left or lower one, along x + y = k times the distance.
+        # Each line runs from the upper or right side to the left or lower one, along x + y = k times the distance.
         c = k * apart
         a, b = min(c, width), min(c, height)
         parts.append(f"M{x + a:.1f} {y + c - a:.1f}L{x + c - b:.1f} {y + b:.1f}")
@@ -53,7 +53,7 @@ def hatch(box: tuple[float, float, float, float], apart: float) -> str:
 
 
 def holes(unseen: Sequence[UnseenHole]) -> list[Spot]:
-    """Return hatched ellipses about the holes' middles, as wide and as high as they are."""
+    """Return hatched ellipses round the centres of the holes, as wide and as high as the holes."""
     spots = []
     for hole in unseen:
         (x, y), a, b = hole.centre_mm, max(hole.extent_mm[0] / 2, 1.0), max(hole.extent_mm[1] / 2, 1.0)
@@ -70,7 +70,7 @@ def holes(unseen: Sequence[UnseenHole]) -> list[Spot]:
 
 
 def bumps(left_out: Sequence[LeftOut], pockets: Sequence[PocketReport], size: float) -> list[Spot]:
-    """Return crosses where bumps stand that are below the tolerances, also those that are judged as pockets."""
+    """Return crosses at bumps below the tolerances, including those that are judged as pockets."""
     s = f"{size:.1f}"
     cross = f"M-{s} -{s}L{s} {s}M-{s} {s}L{s} -{s}"
     named = [(entry.place_mm, f"{entry.what}: {entry.why}") for entry in left_out]
@@ -79,7 +79,7 @@ def bumps(left_out: Sequence[LeftOut], pockets: Sequence[PocketReport], size: fl
 
 
 def wrinkles(standing: Sequence[Wrinkle]) -> list[Spot]:
-    """Return lines along the wrinkles that stand in the ply already."""
+    """Return lines along the wrinkles that already stand in the ply."""
     spots = []
     for wrinkle in standing:
         (x, y), (to_x, to_y) = wrinkle.start_mm, wrinkle.end_mm
@@ -88,7 +88,7 @@ def wrinkles(standing: Sequence[Wrinkle]) -> list[Spot]:
 
 
 def fibres(pockets: Sequence[PocketReport], size: float) -> list[Spot]:
-    """Return for each pocket with a net the mean directions of its two fibres."""
+    """Return the mean directions of the two fibres for each pocket with a net."""
     spots = []
     for pocket in pockets:
         middle = pocket.centroid_mm

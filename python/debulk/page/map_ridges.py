@@ -1,4 +1,4 @@
-"""The predicted ridges on the map: a line, and beside it how far off it may be."""
+"""The predicted ridges on the map: a line, and a band beside it that shows how far off it may be."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 __all__ = ["Ridge", "ridge_path", "ridges"]
 
-_MAX_CORNERS = 80  # of a foot as drawn
+_MAX_CORNERS = 80  # largest number in the outline of a foot as drawn
 
 
 class Ridge(NamedTuple):
     """All ridges of a pocket; x to the right and y down, mm.
 
-    They may stand within a band so wide; `low` are those of a pocket that ceases. `foot` is where the ply stands off
-    the mold, and no ridge beyond it; empty where that is not known.
+    The ridges may lie anywhere within a band of the given width; `low` are those of a pocket that ceases. `foot`
+    encloses the area where the ply is off the mold, outside which there is no ridge; it is empty if that is not known.
     """
 
     path: str

@@ -1,4 +1,4 @@
-"""Where a debulked ply stands above the limit inside the pockets' outlines: the ridges that a second scan shows."""
+"""Where a debulked ply is above the limit inside the pockets' outlines: the ridges that a second scan shows."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 __all__ = ["measured_ridges"]
 
-_MAX_CORNERS = 20_000  # of all ridges as drawn
+_MAX_CORNERS = 20_000  # largest number of corners of all ridges as drawn
 
 
 def measured_ridges(heights: Grid | None, outlines: Sequence[NDArray[np.float64]], above_mm: float) -> str:
-    """Return an SVG path round what stands higher than this inside the outlines, y up; empty: nothing does."""
+    """Return an SVG path, y up, round everything above this height inside the outlines; empty if there is nothing."""
     if heights is None or heights.values.ndim != 2:
         return ""
     inside = np.zeros(heights.values.shape, dtype=np.uint8)

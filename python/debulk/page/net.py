@@ -1,7 +1,7 @@
-"""A pocket's net before and after debulking: heights above the mold over a flat mold, seen from one side.
+"""A pocket's net before and after debulking: heights above the mold, drawn over a flat mold, seen from one side.
 
-`net_views` draws the still picture, which is there without a script and in print; `templates/turn.js` draws the same
-from the same coordinates when the reader turns it, and a test holds the two to each other.
+`net_views` draws the still picture, which appears without a script and in print. `templates/turn.js` draws the same
+from the same coordinates when the reader turns it, and a test compares the two.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 class View(NamedTuple):
-    """One drawing; only numbers went into its markup."""
+    """One drawing; its markup contains nothing from the report but numbers."""
 
     title: str
     markup: str
@@ -37,10 +37,10 @@ class View(NamedTuple):
 
 
 class NetViews(NamedTuple):
-    """Before and after, at one scale and in the same colours; `data` is what the script turns.
+    """The net before and after, at the same scale and in the same colours; `data` is what the script turns.
 
-    The last view is the coarse net that was solved; the one before it the ply that follows, its ridges as high as the
-    real ply's.
+    The last view is the coarse net that was solved. The view before it is the ply derived from it, with ridges as high
+    as those of the real ply.
     """
 
     views: list[View]
@@ -50,7 +50,7 @@ class NetViews(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Bytes of the markup."""
+        """Bytes of markup."""
         return sum(len(view.markup) for view in self.views)
 
 
@@ -60,9 +60,9 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
     Parameters
     ----------
     pocket
-        Of the report.
+        Pocket of the report.
     section
-        Nodes of the fibre that the profile shows, drawn thick.
+        Nodes of the fibre that the profile shows; it is drawn thick.
     """
     net = pocket.net
     if net is None or len(net.nodes_mm) < 3:
@@ -76,7 +76,7 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
     flat = [nodes[:, :2] @ turn for _, nodes, _ in states]
     every = np.concatenate(flat)
     centre = 0.5 * (every.min(axis=0) + every.max(axis=0))
-    # What the script gets is what is drawn here: rounded alike, and small.
+    # The script gets the same values that are drawn here, equally rounded, to keep them small.
     solids = [np.column_stack([xy - centre, gap]).round(2) + 0.0 for xy, (_, _, gap) in zip(flat, states, strict=True)]
     radius = max(float(np.hypot(s[:, 0], s[:, 1]).max()) for s in solids) or 1.0
     top = max(float(s[:, 2].max()) for s in solids)
@@ -102,7 +102,7 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
 
 
 def initial_gap(pocket: PocketReport) -> Floats:
-    """Heights before debulking; from the mold under the debulked nodes where the report has them not."""
+    """Heights before debulking; if the report does not have them, from the mold under the debulked nodes."""
     assert pocket.net is not None
     if pocket.initial_gap_mm is not None:
         return pocket.initial_gap_mm
@@ -127,7 +127,7 @@ class _Shape(NamedTuple):
 
 
 def _frame(solids: list[Floats], radius: float, top: float, exaggeration: int) -> _Frame:
-    """Fit the nets into the picture, however they are turned about the vertical: turning then changes no scale."""
+    """Fit the nets into the picture for any rotation about the vertical, so that turning never changes the scale."""
     sine, cosine = np.sin(_ELEVATION), np.cos(_ELEVATION)
     every = np.concatenate(solids)
     reach, raised = np.hypot(every[:, 0], every[:, 1]) * sine, exaggeration * every[:, 2] * cosine
@@ -144,7 +144,7 @@ def _side(nodes: Floats) -> Floats:
 
 
 def _cells(net: PocketNet) -> NDArray[np.int64]:
-    """(C, 4) corners of the net's full cells: a node, its e, the n of that, its own n."""
+    """(C, 4) corners of the net's complete cells: a node, its e, the n of that node, and its own n."""
     count = len(net.nodes_mm)
     node = np.arange(count)
     east, north = net.neighbours[:, 0].astype(np.int64), net.neighbours[:, 2].astype(np.int64)
@@ -155,7 +155,7 @@ def _cells(net: PocketNet) -> NDArray[np.int64]:
 
 
 def _loose(net: PocketNet, cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(K, 2) segments that border no full cell."""
+    """(K, 2) segments that border on no complete cell."""
     sides = {
         frozenset((int(a), int(b))) for a, b in zip(cells.ravel(), np.roll(cells, -1, axis=1).ravel(), strict=True)
     }
@@ -164,7 +164,7 @@ def _loose(net: PocketNet, cells: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _markup(solid: Floats, shape: _Shape, loose: NDArray[np.int64], frame: _Frame, exaggeration: int) -> str:
-    """From the back to the front: cells, segments without cells, nodes; over all of it the section."""
+    """Draw cells, segments without cells and nodes from back to front, and over all of it the section."""
     palette, cells = colours(COLOURS), shape.cells
     sine, cosine = np.sin(_ELEVATION), np.cos(_ELEVATION)
     x, y, h = solid.T

@@ -14,7 +14,7 @@ __all__ = ["DecidingRidge", "deciding_ridge", "says", "worst_first"]
 
 
 class DecidingRidge(NamedTuple):
-    """Height of the ridge, the most it may be, and its range in words, empty where that is a single figure."""
+    """Height of the ridge, its upper bound, and its range in words (empty if that is a single figure)."""
 
     height_mm: float
     most_mm: float
@@ -22,9 +22,10 @@ class DecidingRidge(NamedTuple):
 
 
 def deciding_ridge(pocket: PocketReport) -> DecidingRidge | None:
-    """Return the ridge of the criterion that decided, or of the one that is known; None: of neither.
+    """Return the ridge of the criterion that decided, or of the one that is known; None if neither is known.
 
-    Or the bridge where that is higher: as low as the sections of its fibres say, as high as its net does.
+    If the bridge of the net is higher than that ridge can be, it is returned instead. Its range then reaches from the
+    lowest height by the sections of its fibres, if they were made, to the higher of both heights.
     """
     height, span = pocket.ridge_height_mm, pocket.ridge_range_mm
     if pocket.excess is not None and (pocket.decided_by == "excess" or height is None):
@@ -41,7 +42,7 @@ def deciding_ridge(pocket: PocketReport) -> DecidingRidge | None:
 
 
 def worst_first(pockets: Iterable[PocketReport]) -> list[PocketReport]:
-    """Sort pockets by verdict, the gravest first, and those of one verdict by their ridges, the highest first."""
+    """Sort pockets by verdict, the most severe first, and those with the same verdict by ridge, the highest first."""
 
     def place(pocket: PocketReport) -> tuple[int, float, int]:
         ridge = deciding_ridge(pocket)
@@ -51,7 +52,7 @@ def worst_first(pockets: Iterable[PocketReport]) -> list[PocketReport]:
 
 
 def says(pocket: PocketReport) -> str:
-    """Name a pocket beside the cursor on the map."""
+    """Describe a pocket for the text beside the cursor on the map."""
     ridge = deciding_ridge(pocket)
     known = "" if ridge is None else f", ridge {number(ridge.height_mm, 2)} mm"
     return f"pocket {pocket.id}: {pocket.verdict.name}{known}"

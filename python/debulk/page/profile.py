@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 class Profile(NamedTuple):
-    """The drawing; only numbers went into its markup."""
+    """The drawing; its markup contains nothing from the report but numbers."""
 
     nodes: list[int]
     through_ridge: bool
@@ -31,7 +31,7 @@ class Profile(NamedTuple):
 
 
 class _Frame(NamedTuple):
-    """From mm to the drawing."""
+    """Conversion from mm to drawing coordinates."""
 
     x_scale: float
     y_scale: float
@@ -48,9 +48,9 @@ class _Frame(NamedTuple):
 
 
 def profile(pocket: PocketReport, recipe: dict[str, Any]) -> Profile | None:
-    """Draw the section, or return None where there is no net to cut.
+    """Draw the section, or return None if there is no net to cut.
 
-    All lines stand above the mold by their nodes' gaps; the mold is drawn less the slope between its ends.
+    All lines are drawn above the mold by the gaps of their nodes; the slope between the mold's ends is subtracted.
     """
     net = pocket.net
     if net is None or len(net.nodes_mm) < 3:
@@ -77,7 +77,7 @@ def profile(pocket: PocketReport, recipe: dict[str, Any]) -> Profile | None:
     lowest, highest = float(mold.min()), max(float(top.max()) for top in tops)
     span = max(highest - lowest, 0.5)
     x_scale = (WIDTH - _LEFT - _RIGHT) / length
-    room = HEIGHT - _TOP - _BOTTOM - 14.0  # some ground stays under the mold
+    room = HEIGHT - _TOP - _BOTTOM - 14.0  # leaves some ground under the mold
     exaggeration = max((f for f in _EXAGGERATIONS if f * x_scale * span <= room), default=_EXAGGERATIONS[0])
     y_scale = min(exaggeration * x_scale, room / span)
     exaggeration = y_scale / x_scale
@@ -95,7 +95,7 @@ def profile(pocket: PocketReport, recipe: dict[str, Any]) -> Profile | None:
 
 
 def _section(pocket: PocketReport, net: PocketNet) -> tuple[list[int], int, bool]:
-    """Nodes of the whole fibre through the highest ridge; without one, through the node that stood highest."""
+    """Nodes of the whole fibre through the highest ridge, or through the node that was highest if there is no ridge."""
     ridge = pocket.ridge_nodes
     if ridge is not None and len(ridge) > 1:
         fibre = 0 if int(ridge[1]) in net.neighbours[ridge[0], :2].tolist() else 1
@@ -107,7 +107,7 @@ def _section(pocket: PocketReport, net: PocketNet) -> tuple[list[int], int, bool
 
 
 def _fibre(net: PocketNet, node: int, fibre: int) -> list[int]:
-    """Every node of a node's fibre, from west to east or from south to north."""
+    """All nodes of the fibre through a node, from west to east or from south to north."""
     ahead, back = 2 * fibre, 2 * fibre + 1
     ends: list[list[int]] = []
     for side in (back, ahead):
@@ -134,7 +134,7 @@ def _ridges(
     nodes: list[int],
     order: NDArray[np.intp],
 ) -> list[str]:
-    """Lay the consolidated ply on the mold, with the ridges that stand on it and the limit on their height."""
+    """Draw the consolidated ply on the mold, with the ridges that remain and the limit on their height."""
     post, material = pocket.post_processed_gap_mm, recipe.get("material", {})
     if post is None:
         return []
@@ -144,7 +144,7 @@ def _ridges(
     limit = recipe.get("verdict", {}).get("max_ridge_mm")
     if limit is not None:
         parts.append(f'<path class="limit" d="{frame.line(along[order], mold[order] + limit)}"/>')
-    width = max(2 * thickness * frame.x_scale, 3.0)  # two thicknesses, or what the eye can see
+    width = max(2 * thickness * frame.x_scale, 3.0)  # two thicknesses, but at least what is visible
     for k, node in enumerate(nodes):
         if post[node] > laid + _SPARE_MM:
             x, top, foot = frame.x(along[k]), frame.y(mold[k] + float(post[node])), frame.y(mold[k])
@@ -156,7 +156,7 @@ def _ridges(
 
 
 def _axes(frame: _Frame, length: float, highest: float) -> str:
-    """Ticks with figures in mm, left and below."""
+    """Draw ticks with figures in mm, left and below."""
     parts = []
     step = nice(length / 5)
     for k in range(int(length / step + 1e-9) + 1):

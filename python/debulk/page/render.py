@@ -1,4 +1,4 @@
-"""Fills in the pages' templates: all text escaped, one script, nothing from a network."""
+"""Fills in the pages' templates: all text is escaped, there is one script, and nothing comes from a network."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SCRIPTS = ("turn.js", "map.js", "table.js")
 
 
 class Look(NamedTuple):
-    """How a verdict is shown: a sign as well as a colour, and what to make of it."""
+    """How a verdict is shown: a sign as well as a colour, and what it means for the reader."""
 
     sign: str
     advice: str
@@ -33,7 +33,7 @@ LOOKS = {
 
 
 def render(template: str, **values: Any) -> str:
-    """Fill in a template with what all pages share."""
+    """Fill in a template, including the parts that all pages share."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -48,7 +48,7 @@ def render(template: str, **values: Any) -> str:
     environment.filters["place"] = place
     environment.filters["together"] = together
     script = "\n".join((_TEMPLATES / name).read_text(encoding="utf-8") for name in _SCRIPTS)
-    # The browser runs the script with this hash and no other, whatever a name in the report may smuggle in.
+    # The browser runs only the script with this hash, whatever a name in the report may try to inject.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     shared = {
         "running": "",
@@ -66,20 +66,20 @@ def render(template: str, **values: Any) -> str:
 
 
 def margin(value: float | None, limit: float | None) -> float | None:
-    """Return by how much a figure stays below its limit; negative above."""
+    """Return by how much a figure is below its limit; negative above it."""
     return None if value is None or limit is None else limit - value
 
 
 def signed(value: float, digits: int) -> str:
-    """Return a figure with its sign, as it is set in print."""
+    """Return a figure with its sign, in print typography."""
     return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
 
 
 def place(xy: tuple[float, float]) -> str:
-    """Return x and y in whole mm, as they are set in print, kept on one line."""
+    """Return x and y in whole mm, in print typography, kept on one line."""
     return ",\u00a0".join(number(value, 0).replace("-", "−") for value in xy)
 
 
 def together(text: str) -> str:
-    """Keep the places in a sentence, such as (-295, 2), each on one line."""
+    """Keep each place in a sentence, such as (-295, 2), on one line."""
     return re.sub(r"\((-?\d+), (-?\d+)\)", lambda m: f"({place((float(m[1]), float(m[2])))})", text)

@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs nothing else."""
+"""The report as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.results.report import ReportData
 
-# With the picture of the heights, and 3 kB of text a pocket, the page stays below 5 MB.
-_MAX_STILL_BYTES = 1_450_000  # of all drawings
-_MAX_DATA_BYTES = 700_000  # of what the script draws
+# With the picture of the heights, and 3 kB of text per pocket, the page stays below 5 MB.
+_MAX_STILL_BYTES = 1_450_000  # limit for all drawings
+_MAX_DATA_BYTES = 700_000  # limit for the data that the script draws
 
 
 class Drawings(NamedTuple):
-    """Net and section of a pocket; `still` where the net is drawn in the file, and not by the script alone."""
+    """Net and section of a pocket; `still` if the net is drawn in the file, and not only by the script."""
 
     net: page_net.NetViews | None
     profile: page_profile.Profile | None
@@ -42,7 +42,7 @@ def page(report: ReportData) -> str:
     Raises
     ------
     InputError
-        If it was changed by hand and reaches to infinity.
+        If the report was changed by hand and contains infinite values.
 
     Examples
     --------
@@ -104,7 +104,7 @@ def page(report: ReportData) -> str:
 
 
 def report_map(report: ReportData, png_bytes: int = MAX_PNG_BYTES) -> PlyMap | None:
-    """Draw the heights of a report with all that is known of its pockets; None: there is nothing to draw."""
+    """Draw the heights of a report with everything known of its pockets; None if there is nothing to draw."""
     if report.height_map is None and not report.pockets:
         return None
     areas = [Area(p.id, p.verdict.value, p.outline_mm, says(p)) for p in report.pockets]
@@ -113,14 +113,14 @@ def report_map(report: ReportData, png_bytes: int = MAX_PNG_BYTES) -> PlyMap | N
 
 
 class Floor(NamedTuple):
-    """The RMS below which no pocket can come, and why."""
+    """The RMS below which no pocket can come, and the reason."""
 
     rms_mm: float
     why: str
 
 
 def _floor(report: ReportData) -> Floor | None:
-    """Return the consolidated ply's thickness, which is the gap where it lies on the mold; None: unknown, or no use."""
+    """Return the consolidated thickness, the gap where the ply lies on the mold; None if it is unknown or no use."""
     material, limit = report.recipe.get("material", {}), report.recipe.get("verdict", {}).get("max_rms_mm")
     thickness, bulk = material.get("thickness_mm"), material.get("bulk_factor")
     if not thickness or not bulk or not limit or thickness / bulk >= limit:
@@ -134,18 +134,18 @@ def _floor(report: ReportData) -> Floor | None:
 
 
 def total_ms(report: ReportData) -> float:
-    """Return the time of the whole inspection: its own entry, or without one the sum of the stages."""
+    """Return the time of the whole inspection: its own entry, or the sum of the stages if there is none."""
     return report.timings_ms.get("total", sum(report.timings_ms.values()))
 
 
 def _top(report: ReportData) -> float | None:
-    """Height of the last colour: the highest pocket's; at least the cut, below which noise would look like pockets."""
+    """Height of the last colour: that of the highest pocket, but at least the cut, so that noise does not stand out."""
     cut = report.recipe.get("segmentation", {}).get("cut_height_mm")
     return max([p.peak_mm for p in report.pockets] + ([] if cut is None else [cut]), default=None)
 
 
 def _drawings(report: ReportData) -> dict[int, Drawings]:
-    """Draw the pockets, the worst first, until the page would grow too large: then without stills, then not at all."""
+    """Draw the pockets, the worst first, until the page would be too large: then without stills, then not at all."""
     stills, data = _MAX_STILL_BYTES, _MAX_DATA_BYTES
     made = {}
     for pocket in worst_first(report.pockets):
@@ -174,7 +174,7 @@ def _timings(report: ReportData) -> Chart:
 
 
 def _recipe(report: ReportData) -> list[tuple[str, list[tuple[str, Any, Any]]]]:
-    """Sections, names, values, and the default where the value is another."""
+    """Sections, names, values, and the default if the value differs from it."""
     from debulk.recipe import Recipe
 
     defaults = Recipe().model_dump()

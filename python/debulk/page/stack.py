@@ -1,4 +1,4 @@
-"""The layups of a stack as one HTML page: which ply is bad, and then ply by ply."""
+"""The layups of a stack as one HTML page: first which plies are bad, and then ply by ply."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Layup", "page"]
 
-_MAX_PNG_BYTES = 2_400_000  # of all maps: with base64 and text the page of some ten plies stays below 5 MB
+_MAX_PNG_BYTES = 2_400_000  # limit for all maps: with base64 and text, a page of some ten plies stays below 5 MB
 
 
 class Layup(NamedTuple):
-    """A report, the name of its file, and where its own page lies; `link` is empty where there is none."""
+    """A report, the name of its file, and the address of its own page; `link` is empty if there is no page."""
 
     report: ReportData
     name: str
@@ -32,7 +32,7 @@ class Layup(NamedTuple):
 
 
 class Ply(NamedTuple):
-    """A section of the page."""
+    """The section of the page for one ply."""
 
     number: int
     title: str
@@ -45,7 +45,7 @@ class Ply(NamedTuple):
 
     @property
     def counts(self) -> list[tuple[Verdict, int]]:
-        """Pockets of each verdict that there is."""
+        """Number of pockets of each verdict that occurs."""
         return [(v, n) for v in Verdict if (n := sum(p.verdict is v for p in self.pockets))]
 
     @property
@@ -60,7 +60,7 @@ def page(layups: Sequence[Layup]) -> str:
     Parameters
     ----------
     layups
-        At least one, in the order of the stack; where all their contexts have a number as "ply", in the order of that.
+        At least one layup, in the order of the stack; if all their contexts have a number as "ply", in that order.
 
     Examples
     --------

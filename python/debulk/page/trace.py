@@ -15,7 +15,7 @@ _Entries = list[tuple[str, str]]
 
 
 def trace_lists(report: ReportData) -> list[tuple[str, _Entries]]:
-    """Return titles, and names and values below each; what is not known is left out.
+    """Return titles, each with names and values; unknown values are left out.
 
     Examples
     --------
@@ -42,7 +42,7 @@ def trace_lists(report: ReportData) -> list[tuple[str, _Entries]]:
 
 
 def headline(report: ReportData) -> str:
-    """Return what stands at the head of each printed sheet: part, ply and the like, the time, and the verdict.
+    """Return the header of each printed sheet: part, ply and the like, the time, and the verdict.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def headline(report: ReportData) -> str:
 
 
 def context_text(report: ReportData, name: str) -> str:
-    """Return what the caller of the inspection said of the part, the ply and the like; empty: nothing."""
+    """Return what the caller of the inspection stated about the part, the ply and the like; empty if nothing."""
     context = report.trace.context if report.trace else {}
     return _text(context[name]) if name in context else ""
 

@@ -1,1 +1,1 @@
-"""Report and comparison as plain data, as JSON and as text. What stands here knows nothing of pages or inspectors."""
+"""Report and comparison as plain data, as JSON and as text. Nothing in here depends on pages or inspectors."""

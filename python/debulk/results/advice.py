@@ -1,4 +1,4 @@
-"""What to do about a report: a line for each deed, from the verdicts, places, holes and level in it."""
+"""What to do about a report: one line for each action, from its verdicts, places, holes and level."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 __all__ = ["advice", "deciding", "hole_line", "is_off", "level_line", "level_off", "wrinkle_line"]
 
-_MOST = 12  # places named in one line
+_MOST = 12  # largest number of places named in one line
 
 
 def deciding(report: ReportData) -> list[tuple[Verdict, list[int]]]:
-    """Return the numbers of the pockets that keep the layup from CEASE, for each verdict, the gravest first."""
+    """Return the numbers of the pockets that keep the layup from CEASE, by verdict, the most severe first."""
     groups = [(v, [p.id for p in report.pockets if p.verdict is v]) for v in Verdict if v is not Verdict.CEASE]
     return sorted(((v, ids) for v, ids in groups if ids), key=lambda group: -group[0].severity)
 
@@ -50,7 +50,7 @@ def advice(report: ReportData) -> list[str]:
             lines.append(f"{remedy} because of {hole_line(hole)}")
     if report.verdict is Verdict.CEASE:
         return lines or ["change nothing"]
-    # A coverage too low, or a bump that was cut off, stands in the layup's reason alone.
+        # A coverage that is too low, or a bump that was cut off, appears only in the layup's reason.
     covered = [p.verdict for p in report.pockets] + [hole.at_best for hole in report.unseen if hole.at_best]
     said = report.wrinkles or _late(report.reason)
     if not lines or (report.verdict not in covered and not said):
@@ -59,17 +59,17 @@ def advice(report: ReportData) -> list[str]:
 
 
 def _late(reason: str) -> bool:
-    """Tell whether a pocket or a layup is undecided because the time was up: its reason says so first."""
+    """Tell whether a pocket or a layup is undecided because time ran out; its reason then starts with that."""
     return reason.startswith("the deadline passed")
 
 
 def level_off(report: ReportData) -> bool:
-    """Tell whether the level keeps the report from any verdict."""
+    """Tell whether the level rules out any verdict for the report."""
     return report.verdict is Verdict.INVALID and report.level is not None and is_off(report.level, report.recipe)
 
 
 def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:
-    """Tell whether the ply between the pockets lies further from its thickness than the recipe allows."""
+    """Tell whether the ply between the pockets is farther from its thickness than the recipe allows."""
     allowed = recipe.get("level", {})
     tol_mm, share = allowed.get("tol_mm"), allowed.get("largest_share")
     if tol_mm is None or share is None:
@@ -79,7 +79,7 @@ def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:
 
 
 def level_line(level: Level) -> str:
-    """Say how the ply lies between its pockets."""
+    """Describe how the ply lies between its pockets."""
     return (
         f"the ply between the pockets stands {level.laid_mm:.3f} ± {level.uncertainty_mm:.3f} mm above the reference, "
         f"its thickness is {level.thickness_mm:g} mm; tilt {level.tilt_deg:.3f}°, bow {level.bow_mm:.2f} mm"
@@ -87,13 +87,13 @@ def level_line(level: Level) -> str:
 
 
 def wrinkle_line(wrinkle: Wrinkle) -> str:
-    """Name a standing wrinkle by its place and length."""
+    """Describe a standing wrinkle by its place and length."""
     (a, b), (c, d) = wrinkle.start_mm, wrinkle.end_mm
     return f"the wrinkle of {wrinkle.length_mm:.0f} mm from ({a:.0f}, {b:.0f}) to ({c:.0f}, {d:.0f}) mm"
 
 
 def hole_line(hole: UnseenHole) -> str:
-    """Name a hole by its place and area."""
+    """Describe a hole by its place and area."""
     what = {"reference": "a gap in the reference", "mask": "a masked area"}.get(hole.of, "a hole in the scan")
     return f"{what} of {hole.area_mm2 / 100:.3g} cm² at ({hole.centre_mm[0]:.0f}, {hole.centre_mm[1]:.0f}) mm"
 

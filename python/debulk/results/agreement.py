@@ -13,12 +13,13 @@ __all__ = ["Agreement", "agreement"]
 
 @dataclass(frozen=True, kw_only=True)
 class Agreement:
-    """How often the prediction was right, and how sure so few pockets make one of that.
+    """How often the prediction was right, and how certain that rate is with so few pockets.
 
     Attributes
     ----------
     hits, total
-        Pockets predicted rightly, of those where both sides have decided. The others are not counted.
+        Pockets predicted correctly, and pockets where both prediction and measurement have decided. Others are not
+        counted.
     low, high
         Exact 95 % confidence interval of the hit rate (Clopper and Pearson 1934).
     """
@@ -30,7 +31,7 @@ class Agreement:
 
     @property
     def rate(self) -> float:
-        """Share of hits; NaN where nothing was counted."""
+        """Share of hits; NaN if nothing was counted."""
         return self.hits / self.total if self.total else math.nan
 
     def __str__(self) -> str:
@@ -43,19 +44,19 @@ class Agreement:
 
 
 def agreement(hits: int, total: int, confidence: float = 0.95) -> Agreement:
-    """Hit rate with its exact confidence interval.
+    """Return the hit rate with its exact confidence interval.
 
     Parameters
     ----------
     hits, total
         0 <= hits <= total.
     confidence
-        Of the interval, between 0 and 1; it covers the true rate at least so often.
+        Confidence level, between 0 and 1; the interval covers the true rate at least that often.
 
     Raises
     ------
     InputError
-        For impossible counts.
+        If the counts or the confidence level are impossible.
 
     Examples
     --------
@@ -67,19 +68,19 @@ def agreement(hits: int, total: int, confidence: float = 0.95) -> Agreement:
     if not 0 < confidence < 1:
         raise InputError(f"confidence: expected a share between 0 and 1, but got {confidence!r}")
     tail = 0.5 * (1 - confidence)
-    # Lowest rate at which so many hits or more, highest at which so many or fewer, are not rarer than the tail.
+    # The lowest rate at which `hits` or more, and the highest at which `hits` or fewer, are no rarer than the tail.
     low = 0.0 if hits == 0 else _rate(lambda p: _at_least(hits, total, p) < tail)
     high = 1.0 if hits == total else _rate(lambda p: 1 - _at_least(hits + 1, total, p) > tail)
     return Agreement(hits=hits, total=total, low=low, high=high)
 
 
 def _at_least(hits: int, total: int, rate: float) -> float:
-    """Probability of so many hits or more."""
+    """Probability of `hits` or more."""
     return math.fsum(math.comb(total, k) * rate**k * (1 - rate) ** (total - k) for k in range(hits, total + 1))
 
 
 def _rate(below: Callable[[float], bool]) -> float:
-    """Where a condition that holds for low rates ends."""
+    """Return the rate up to which a condition that holds for low rates holds."""
     low, high = 0.0, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""How high the ply of a pocket bridges by sections along its fibres, beside what its net says."""
+"""How high the ply of a pocket bridges by sections along its fibres, in addition to what its net shows."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ __all__ = ["BridgeSection", "bridge_section_line"]
 
 @dataclass(frozen=True, kw_only=True)
 class BridgeSection:
-    """The fibre that bridges highest, as a string over the mold that friction alone holds (docs/model.md, section 5).
+    """The fibre that bridges highest, as a string over the mold held by friction alone (docs/model.md, section 5).
 
     Attributes
     ----------
     height_mm
-        Of the ply's upper side above the mold, as of a bridge of the net; 0: the ply lies down, or no fibre is too
-        short.
+        Height of the ply's upper side above the mold, as for a bridge of the net; 0 if the ply lies down, or no fibre
+        is too short.
     range_mm
-        The least and the most, if the fibre lacks less or more by the error of that, and friction holds it over 10 mm
-        less or more.
+        Lowest and highest height if the missing length is less or more by its error, and friction holds the fibre over
+        10 mm less or more.
     lacks_mm, lacks_error_mm
-        By how much the fibre is shorter than its mold in the scan; two standard deviations of it, and at least twice
-        the recipe's `excess_margin_mm`.
+        Length by which the fibre is shorter than its mold in the scan; two standard deviations of that, and at least
+        twice the recipe's `excess_margin_mm`.
     pull_n_per_mm, hold_n_per_mm
-        What it would pull with, were its ends pinned, and what the friction between it and the ply's edge can hold.
-        Where it pulls more it slips, and the height is that at which it pulls as much as is held.
+        Pull of the fibre if its ends were pinned, and the force that friction between it and the ply's edge can hold.
+        If it pulls more, it slips, and the height is that at which the pull equals the force that is held.
     """
 
     height_mm: float
@@ -36,7 +36,7 @@ class BridgeSection:
 
 
 def bridge_section_line(one: BridgeSection) -> str:
-    """Say how high it stands, and why."""
+    """Say how high the fibre stands, and why."""
     if not one.lacks_mm > 0:
         return "none by the sections of its fibres, none of which is too short"
     low, high = (f"{height:.2f}" for height in one.range_mm)

@@ -1,8 +1,8 @@
 """The report as JSON, schema 8.
 
-Records are objects, arrays nested lists, and the numbers that JSON lacks are the strings "NaN", "Infinity" and
-"-Infinity". Grids alone, as the height map, are packed: base64 of zlib of little-endian float32, or float64 where they
-are that, row by row. Every number comes back to the last bit.
+Records are objects and arrays are nested lists. Numbers that JSON does not have are the strings "NaN", "Infinity" and
+"-Infinity". Only grids, such as the height map, are packed: base64 of zlib of little-endian float32, or float64 if they
+are of that type, row by row. Every number is restored to the last bit.
 The declared types of the dataclasses are the schema: the codec reads them, so that it cannot differ from them.
 """
 
@@ -33,12 +33,12 @@ RecordT = TypeVar("RecordT")
 
 
 def encode(record: Any, format_name: str) -> dict[str, Any]:
-    """Return any record of the report's kind as JSON's own types, with its format and schema named."""
+    """Return any record of the results as JSON types, with its format and schema named."""
     return {"format": format_name, "schema": SCHEMA, **_encode(record)}
 
 
 def dumps(record: Any, format_name: str) -> str:
-    """Return any record of the report's kind as JSON text that names its format and schema."""
+    """Return any record of the results as JSON text that names its format and schema."""
     return json.dumps(encode(record, format_name), allow_nan=False, ensure_ascii=False, separators=(",", ":")) + "\n"
 
 
@@ -105,7 +105,7 @@ def _encode_grid(grid: Grid) -> dict[str, Any]:
 
 
 def _decode(hint: Any, value: Any, name: str) -> Any:
-    """Build what the type asks for, or say where the tree differs from it."""
+    """Build what the type hint asks for, or report where the JSON tree differs from it."""
     plain = without_none(hint)
     if value is None and plain is not hint:
         return None
@@ -208,7 +208,7 @@ def _decode_grid(value: Any, name: str) -> Grid:
     need = size * math.prod(shape)
     try:
         unpacker = zlib.decompressobj()
-        data = unpacker.decompress(base64.b64decode(text, validate=True), need + 1)  # no more than was promised
+        data = unpacker.decompress(base64.b64decode(text, validate=True), need + 1)  # no more than was declared
     except (ValueError, zlib.error) as error:
         raise InputError(f"{name}.values: {error}") from None
     if len(data) != need:

@@ -1,4 +1,4 @@
-"""Predicted against measured as plain data: a report held against a scan after debulking (paper, "Comparison")."""
+"""The comparison of predictions with measurements as plain data: a report and a later scan (paper, "Comparison")."""
 
 from __future__ import annotations
 
@@ -16,30 +16,31 @@ FORMAT = "debulk comparison"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PocketComparison(Record):
-    """One pocket before and after.
+    """One pocket before and after debulking.
 
     Attributes
     ----------
     id, outline_mm
-        The report's: (M, 2) contour at the cut height before debulking, mold XY.
+        Those of the report: the outline is the (M, 2) contour at the cut height before debulking, mold XY.
     predicted, measured
-        The report's verdict, and what the second scan shows by the same limits.
+        The report's verdict, and the outcome that the second scan shows by the same limits.
     reason
-        Why the measured outcome is what it is.
+        Why the measured outcome is as it is.
     predicted_rms_mm, measured_rms_mm
-        Of the heights of the ply above the mold inside the original outline, noise and consolidated thickness included.
+        RMS of the heights of the ply above the mold inside the original outline, including noise and consolidated
+        thickness.
     predicted_rms_range_mm
-        Lowest and highest over the solver's starts.
+        Lowest and highest value over the solver's starts.
     predicted_ridge_range_mm
-        Lowest and highest over the solver's starts.
+        Lowest and highest value over the solver's starts.
     predicted_ridges_mm, predicted_place_mm
-        (M, 2) lines of the predicted ridges, mold XY, mirrored ones too; how far off they may be on either side. Empty
-        and None where the report predicts none.
+        (M, 2) lines of the predicted ridges, mold XY, including mirrored ones; and how far they may be off on either
+        side. Empty and None if the report predicts no ridge.
     predicted_ridge_mm, measured_peak_mm
-        Highest ridge of the prediction; largest height inside the outline after a median over 5 by 5 cells, which
-        lowers a ridge less than about four cells wide.
+        Highest ridge of the prediction; and the largest height inside the outline after a median over 5 by 5 cells,
+        which lowers a ridge less than about four cells wide.
     noise_mm
-        Sigma of one height there, before the median filter.
+        Standard deviation of a single height there, before the median filter.
     measured_share
         Share of the outline's area that the second scan saw.
     """
@@ -62,7 +63,7 @@ class PocketComparison(Record):
 
     @property
     def hit(self) -> bool | None:
-        """Whether the prediction was right; None where one of the two sides has not decided."""
+        """Whether the prediction was right; None if prediction or measurement has not decided."""
         if not {self.predicted, self.measured} <= _DECIDED:
             return None
         return self.predicted is self.measured
@@ -73,14 +74,14 @@ _DECIDED = {Verdict.CEASE, Verdict.CREASE}
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ComparisonData(Versioned):
-    """A report held against a scan after debulking.
+    """A report compared with a scan after debulking.
 
     Attributes
     ----------
-    pockets
+    Comparisons of the pockets, in the report's order.
         In the report's order.
     max_rms_mm, max_peak_mm
-        The limits, for prediction and measurement alike.
+        Limits for prediction and measurement alike.
     laid_height_mm
         Median height of the ply between the pockets, which should be the consolidated thickness; None: unknown.
     height_map
@@ -90,7 +91,7 @@ class ComparisonData(Versioned):
     warnings
         What the reader should know before trusting the rest.
     version
-        Of debulk.
+        Version of debulk.
     """
 
     pockets: tuple[PocketComparison, ...]
@@ -104,20 +105,20 @@ class ComparisonData(Versioned):
 
     @property
     def agreement(self) -> Agreement:
-        """Of the verdicts, by RMS and ridge height."""
+        """Agreement of the verdicts, by RMS and ridge height."""
         hits = [p.hit for p in self.pockets if p.hit is not None]
         return agreement(sum(hits), len(hits))
 
     @property
     def rms_agreement(self) -> Agreement:
-        """By the RMS alone, as the paper counts: both sides of the limit, whatever else decided the verdict."""
+        """Agreement by the RMS alone, as the paper counts it: on which side of the limit it is, whatever decided."""
         pairs = [(p.predicted_rms_mm, p.measured_rms_mm) for p in self.pockets if p.measured is not Verdict.INVALID]
         sides = [(a <= self.max_rms_mm, b <= self.max_rms_mm) for a, b in pairs if a is not None and b is not None]
         return agreement(sum(a == b for a, b in sides), len(sides))
 
     @property
     def wrong(self) -> tuple[PocketComparison, ...]:
-        """The pockets of which CEASE was predicted and CREASE measured, or the reverse, in the report's order."""
+        """The pockets with CEASE predicted and CREASE measured, or the reverse, in the report's order."""
         return tuple(p for p in self.pockets if p.hit is False)
 
     def outcomes(self) -> dict[tuple[Verdict, Verdict], int]:

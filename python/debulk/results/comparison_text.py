@@ -21,7 +21,7 @@ _HIT = {True: "right", False: "WRONG", None: "–"}
 
 
 def table(comparison: ComparisonData, width: int | None = None) -> str:
-    """Return a line for each pocket, the outcomes counted, and the hit rate with its interval."""
+    """Return a line for each pocket, the outcome counts, and the hit rate with its interval."""
     rows = [
         (
             str(p.id),
@@ -48,7 +48,7 @@ def table(comparison: ComparisonData, width: int | None = None) -> str:
 
 
 def csv_text(comparison: ComparisonData) -> str:
-    """Return a line for each pocket, units in the header."""
+    """Return a line for each pocket, with units in the header."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_CSV)

@@ -1,4 +1,4 @@
-"""A pocket at the ply's edge with the friction of the ply round its net at either end of what it may be."""
+"""A pocket at the ply's edge, judged for the least and the most friction of the ply round its net."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ __all__ = ["EdgeEnd", "EdgeFriction", "edge_friction_line"]
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeEnd:
-    """What becomes of a pocket at the ply's edge at one end of the friction's range.
+    """The outcome of a pocket at the ply's edge at one end of the range of friction.
 
     Attributes
     ----------
     verdict, reason
-        By these minima alone.
+        Verdict and reason from the minima of this end alone.
     ridge_range_mm, rms_range_mm
-        Least and most over their starts; None without a certified one.
+        Lowest and highest value over its starts; None without a certified one.
     """
 
     verdict: Verdict
@@ -29,17 +29,17 @@ class EdgeEnd:
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeFriction:
-    """Both ends of that range (docs/model.md, section 3).
+    """The outcomes at both ends of that range (docs/model.md, section 3).
 
     Attributes
     ----------
     slipping
-        Each free node of the rim grips over the nearest way to the ply's edge: the least. Net, minimum and single
-        figures of the report are of this end.
+        Least friction: each free node of the rim grips only over the shortest way to the ply's edge. Net, minimum and
+        single figures of the report are those of this end.
     held
-        The rim is held wherever the ply goes on past it: the most.
+        Most friction: the rim is held wherever the ply continues beyond it.
     held_nodes
-        How many free nodes that are.
+        Number of free nodes that are held in that case.
     """
 
     slipping: EdgeEnd
@@ -48,7 +48,7 @@ class EdgeFriction:
 
 
 def edge_friction_line(both: EdgeFriction) -> str:
-    """Say what each end comes to."""
+    """Describe the outcome at each end."""
     nodes = f"{both.held_nodes} free node{'s' * (both.held_nodes != 1)} of its rim"
     slipping, held = _ridge(both.slipping), _ridge(both.held)
     return f"lies at the ply's edge: with {nodes} slipping {slipping}, with them held {held}"

@@ -1,4 +1,4 @@
-"""Packages that only some users want: imported where they are used, missed by one clear error."""
+"""Packages that only some users want: imported where they are used, with one clear error if one is missing."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ def imported(module: str, extra: str, what: str) -> Any:
     Parameters
     ----------
     module
-        Its name.
+        Name of the module.
     extra
-        Of debulk, that installs it.
+        Extra of debulk that installs it.
     what
-        Needs it: named first in the error.
+        What needs it; named first in the error.
 
     Raises
     ------
     InputError
-        If its package is not installed: names the command that installs it.
+        If its package is not installed; the message names the command that installs it.
     """
     package = module.partition(".")[0]
     try:

@@ -1,4 +1,4 @@
-"""Whether a report's verdict follows from its pockets, and theirs from their figures: a file can be edited."""
+"""Checks whether a report's verdict follows from its pockets, and theirs from their figures: files can be edited."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ if TYPE_CHECKING:
 
 __all__ = ["check_fits"]
 
-_FREE = 2  # kind of a boundary node that slips
+_FREE = 2  # kind of a boundary node that can slip
 _REMEDY = "was the file edited? Inspect the scan again"
 
 
 def check_fits(report: ReportData) -> None:
-    """Refuse a report that is better than what it rests on.
+    """Refuse a report whose verdict is better than its figures allow.
 
-    A layup's verdict is at least as severe as each pocket's, and as each hole allows; CEASE needs the coverage, the
-    level, no wrinkle, and of each pocket a certificate and figures within the recipe's limits. What is more severe than
-    its figures may have reasons that are no figures.
+    The verdict of a layup is at least as severe as that of each pocket, and as each hole allows. CEASE needs enough
+    coverage, a good level and no wrinkle, and for each pocket figures within the recipe's limits that are proven, by a
+    certificate or because no fibre can bridge. A verdict may be more severe than the figures, since other reasons may
+    not appear as figures.
 
     Raises
     ------
     InputError
-        Names the verdict and what it does not fit.
+        If a verdict does not fit; the message names it and what it does not fit.
     """
     _check_complete(report.pockets)
     recipe = _recipe(report)
@@ -114,7 +115,7 @@ def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
 
 
 def _slips(pocket: PocketReport, recipe: Recipe) -> bool:
-    """Tell whether friction at the ply's edge has a say in a pocket that ceases."""
+    """Tell whether friction at the ply's edge plays a part in a pocket that ceases."""
     free = pocket.net is not None and bool((pocket.net.kinds == _FREE).any())
     by_minima = pocket.decided_by != "excess" and recipe.verdict.criterion == "excess"
     return free and by_minima and recipe.material.friction > 0
@@ -129,7 +130,7 @@ def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) 
 
 
 def _check_bridge(pocket: PocketReport, section: BridgeSection) -> None:
-    """Refuse what no inspection says: sections are measured where the net bridges, and never make that CEASE."""
+    """Refuse sections that no inspection writes: they exist only where the net bridges, and never make that CEASE."""
     name = f"pockets[{pocket.id - 1}]"
     low, high = section.range_mm
     if not 0 <= low <= section.height_mm <= high:
@@ -143,7 +144,7 @@ def _check_bridge(pocket: PocketReport, section: BridgeSection) -> None:
 
 
 def _recipe(report: ReportData) -> Recipe:
-    """Check the settings, too: the text and the page of a report read them."""
+    """Check the settings as well, because the text and the page of a report read them."""
     from debulk.recipe import Recipe
 
     try:

@@ -1,4 +1,4 @@
-"""A report as a table of pandas (the extra "pandas"), which is imported here and nowhere else."""
+"""A report as a pandas table (the extra "pandas"); pandas is imported only here."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def to_dataframe(report: ReportData) -> pandas.DataFrame:
 
 
 def _value(pocket: PocketReport, name: str) -> Any:
-    """Return a figure, NaN where a pocket has none; a word, None where it has none."""
+    """Return a figure (NaN if a pocket has none) or a word (None if it has none)."""
     value = figure(pocket, name)
     if isinstance(value, Verdict):
         return value.name

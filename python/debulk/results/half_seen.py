@@ -1,4 +1,4 @@
-"""A pocket that borders on what was not seen, judged with it filled in and with the ply on the mold there."""
+"""A pocket beside an area that was not seen, judged once with it filled in and once with the ply on the mold there."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from debulk.verdict import Verdict
 __all__ = ["MOST_OF_RIM", "HalfSeen", "HoleBeside", "Way", "at_best", "half_seen_line", "hole_names"]
 
 MOST_OF_RIM = 0.25
-"""Share of a pocket's perimeter above which it is not judged at all: too much of its shape would be invented."""
+"""Share of a pocket's perimeter above which it is not judged at all, as too much of its shape would be invented."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HoleBeside:
-    """A part of the ply that was not seen and borders on a pocket.
+    """An unseen part of the ply that borders on a pocket.
 
     Attributes
     ----------
     centre_mm
         Middle of its area, mold XY.
     area_mm2
-        XY area.
+        Area in XY.
     of
         What is missing there: ``"scan"``, ``"mask"`` or ``"reference"``.
     """
@@ -38,17 +38,17 @@ class HoleBeside:
 
 @dataclass(frozen=True, kw_only=True)
 class Way:
-    """What becomes of a pocket if the ply lies in one way where it was not seen.
+    """The outcome of a pocket if the ply lies in one assumed way where it was not seen.
 
     Attributes
     ----------
     holes
-        The way: ``"filled in"``, as the standing surface round them goes on; ``"on the mold"``; ``"spanned"``, by no
-        more ply than it takes.
+        How the holes are treated: ``"filled in"`` (the raised surface round them continues), ``"on the mold"``, or
+        ``"spanned"`` (by no more ply than that takes).
     verdict, reason
-        Of the whole pocket.
+        Verdict and reason of the whole pocket.
     ridge_range_mm
-        Least and most of the ridge, by the criterion that decides; None where none was found out.
+        Lowest and highest ridge by the criterion that decides; None if none was determined.
     """
 
     holes: str
@@ -59,16 +59,16 @@ class Way:
 
 @dataclass(frozen=True, kw_only=True)
 class HalfSeen:
-    """How a pocket was judged that borders on what was not seen.
+    """How a pocket was judged that borders on an area that was not seen.
 
     Attributes
     ----------
     holes
-        That border on it, largest first.
+        Holes that border on the pocket, largest first.
     rim_share
-        Share of its perimeter in them, with the pocket filled in; of what was seen of it where it was not.
+        Share of its perimeter in the holes, with the pocket filled in, or of its seen part if it was not filled in.
     ways
-        What becomes of it, one for each way in which the ply was laid there; empty: it was not judged.
+        One outcome for each way in which the ply was assumed to lie there; empty if the pocket was not judged.
     """
 
     holes: tuple[HoleBeside, ...]
@@ -77,10 +77,11 @@ class HalfSeen:
 
 
 def at_best(half: HalfSeen, area_tol_mm2: float) -> Verdict:
-    """Return the best that can be said of such a pocket.
+    """Return the best verdict that such a pocket can have.
 
-    What all ways agree on, but CEASE only beside holes that are together no larger than the tolerance on area;
-    UNDECIDED where they do not agree, INVALID where one cannot be judged, or too much of the perimeter was not seen.
+    It is the verdict on which all ways agree, but CEASE only beside holes that are together no larger than the
+    tolerance on area. It is UNDECIDED if the ways disagree, and INVALID if one cannot be judged or too much of the
+    perimeter was not seen.
     """
     verdicts = {way.verdict for way in half.ways}
     if Verdict.INVALID in verdicts or not verdicts or half.rim_share > MOST_OF_RIM:
@@ -97,7 +98,7 @@ def hole_names(holes: Sequence[HoleBeside]) -> str:
 
 
 def half_seen_line(seen: HalfSeen) -> str:
-    """Say what borders on a pocket, and what becomes of it in each way."""
+    """Describe what borders on a pocket, and its outcome in each way."""
     line = f"borders on {hole_names(seen.holes)}, with {100 * seen.rim_share:.0f} % of its perimeter in it"
     told = []
     for way in seen.ways:

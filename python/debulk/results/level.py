@@ -1,4 +1,4 @@
-"""How the ply lies between its pockets: the evidence that scan, reference, pose and recipe belong together."""
+"""How the ply lies between its pockets, as evidence that scan, reference, pose and recipe belong together."""
 
 from __future__ import annotations
 
@@ -9,28 +9,29 @@ __all__ = ["Level"]
 
 @dataclass(frozen=True, kw_only=True)
 class Level:
-    """Height of the ply between the pockets above the reference, which is its thickness where all is in place.
+    """Height of the ply between the pockets above the reference; it equals the thickness if everything is in place.
 
     Attributes
     ----------
     thickness_mm
-        Of the ply, as the recipe has it.
+        Thickness of the ply according to the recipe.
     laid_mm, uncertainty_mm
-        Median height above the reference, less what a slope adds to the thickness, and its standard error.
+        Median height above the reference, less what a slope adds to the thickness; and its standard error.
     low_share, high_share
         Shares of the ply between the pockets that lie too low and too high by more than the recipe's tolerance.
     offset_mm, tilt_deg, tilt_axis_deg, bow_mm
-        Of a plane fitted to the deviation from the thickness: its value in the middle, its slope, and the direction of
-        the axis that it turns about, counter-clockwise from mold +x; and the range of a parabola fitted beside it.
+        Figures of a plane fitted to the deviation from the thickness: its value in the middle, its slope, and the
+        direction of the axis about which it is tilted, counter-clockwise from mold +x; and the range of a parabola
+        fitted in addition.
     blocks, block_mm
-        Number and side of the squares whose medians are the data.
+        Number and side length of the squares whose medians are the data.
     judged_share
         Share of the ply's area in these squares.
     removed_offset_mm
-        What was taken out of the scan's height before it was inspected, as the recipe allows; 0: nothing.
+        Offset that was subtracted from the scan's height before the inspection, as the recipe allows; 0 means none.
     loose_share
-        Share of `high_share` that is a border of the ply standing loose, or lies round bumps below the tolerances,
-        where the level was accepted in spite of it.
+        Share of `high_share` that is a loose border of the ply, or lies round bumps below the tolerances, if the level
+        was accepted in spite of it.
     """
 
     thickness_mm: float

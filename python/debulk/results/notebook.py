@@ -1,4 +1,4 @@
-"""Reports as notebooks show them: small pieces of HTML that need nothing else, light or dark."""
+"""Reports as notebooks show them: small self-contained pieces of HTML, for light and dark themes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["VERDICT_COLOURS", "comparison_html", "pocket_html", "report_html"]
 
-# Okabe and Ito's colours, which the colour-blind tell apart.
+# Colours of Okabe and Ito, which colour-blind people can distinguish.
 VERDICT_COLOURS = {
     Verdict.CEASE: "#009e73",
     Verdict.UNDECIDED: "#e69f00",
@@ -69,12 +69,12 @@ def _headline(verdict: Verdict, reason: str) -> str:
 
 
 def _coloured(verdict: Verdict, text: str) -> str:
-    """Return the text in bold behind a square in the verdict's colour: coloured letters are hard to read."""
+    """Return the text in bold after a square in the verdict's colour, because coloured letters are hard to read."""
     return f'<b><span style="color:{VERDICT_COLOURS[verdict]}">&#9632;</span>&nbsp;{escape(text)}</b>'
 
 
 def _table(names: Iterable[str], rows: Sequence[Sequence[str]], verdicts: Sequence[Verdict]) -> str:
-    """Return a table; figures stand on the right, and the column "verdict" in its colour."""
+    """Return a table with figures aligned right and the column "verdict" in its colour."""
     names = list(names)
     lines = ["".join(f"<th>{escape(name)}</th>" for name in names)]
     for row, verdict in zip(rows, verdicts, strict=True):

@@ -1,4 +1,4 @@
-"""A report as a picture of Matplotlib's (the extra "plot"), which is imported here and nowhere else."""
+"""A report as a Matplotlib picture (the extra "plot"); Matplotlib is imported only here."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["plot"]
 
-_MARGIN_MM = 20.0  # round the ply
-_HIGHEST = 99.9  # percentile of the heights at which the colours end: single spikes do not set the scale
+_MARGIN_MM = 20.0  # margin round the ply
+_HIGHEST = 99.9  # percentile of the heights at which the colours end: so that single spikes do not set the scale
 
 
 def plot(report: ReportData, ax: Axes | None = None) -> Axes:
@@ -36,13 +36,13 @@ def plot(report: ReportData, ax: Axes | None = None) -> Axes:
         top = max(float(np.nanpercentile(grid.values, _HIGHEST)), 1e-3)
         norm = imported("matplotlib.colors", "plot", "plot").PowerNorm(
             0.5, vmin=0.0, vmax=top, clip=True
-        )  # small ones show
+        )  # so that small heights show
         image = ax.imshow(grid.values, origin="lower", extent=extent, cmap="cividis", norm=norm)
         ax.figure.colorbar(image, ax=ax, label="height above the reference, mm", shrink=0.8)
     if report.ply_outline_mm is not None:
         ax.plot(*_closed(report.ply_outline_mm), color="white", linewidth=1.0)
         low, high = report.ply_outline_mm.min(axis=0) - _MARGIN_MM, report.ply_outline_mm.max(axis=0) + _MARGIN_MM
-        ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))  # what the scan shows beside the ply is no height of it
+        ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))  # beside the ply the scan does not show its height
     for pocket in report.pockets:
         _draw(pocket, ax)
     found = [verdict for verdict in VERDICT_COLOURS if any(p.verdict is verdict for p in report.pockets)]

@@ -1,4 +1,4 @@
-"""What every record of the results is made of: typed arrays, checked, converted and made read-only."""
+"""The base of every record of the results: typed arrays, which are checked, converted and made read-only."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from debulk import __version__
 from debulk._core import InputError
 
-# Arrays with their shapes, None where any length will do. Record holds them to it, and the JSON codec reads them.
+# Arrays with their shapes; None allows any length. Record enforces these shapes, and the JSON codec reads them.
 Values = Annotated[NDArray[np.float64], (None,)]
 PointsXY = Annotated[NDArray[np.float64], (None, 2)]
 PointsXYZ = Annotated[NDArray[np.float64], (None, 3)]
@@ -32,7 +32,7 @@ class Record:
 
 
 class Versioned(Record):
-    """A whole result, which names the debulk that made it."""
+    """A complete result, which names the version of debulk that made it."""
 
     version: str
 
@@ -72,7 +72,7 @@ def _shape_text(shape: tuple[int | None, ...]) -> str:
 
 @functools.cache
 def hints_of(kind: Any) -> dict[str, Any]:
-    """Return the types of a record's values by name."""
+    """Return the types of a record's fields by name."""
     return typing.get_type_hints(kind, include_extras=True)
 
 

@@ -1,4 +1,4 @@
-"""The report of an inspection as plain data: what was found, how sure it is, and what was left out."""
+"""The report of an inspection as plain data: what was found, how certain it is, and what was left out."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ class PocketNet(Record):
     nodes_mm
         (N, 3), mold frame.
     neighbours
-        (N, 4): e, w along the first fibre, n, s along the second; -1 = none.
+        (N, 4): numbers of the neighbours e, w along the first fibre, n, s along the second; -1 means none.
     kinds
         (N,): 0 inner, 1 fixed boundary, 2 free boundary.
     edges
         (M, 2) numbers of the nodes at the ends of each fibre segment.
     inside
-        (N,): within the pocket's outline, the set of the RMS.
+        (N,): within the pocket's outline; these nodes enter the RMS.
     """
 
     nodes_mm: PointsXYZ
@@ -92,7 +92,7 @@ class PocketNet(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class SolveReport:
-    """How the minimum was found, and its certificate, which is computed apart from the solver.
+    """How the minimum was found, and its certificate, which is computed independently of the solver.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class SolveReport:
     certified
         True if the returned point is a minimum by the certificate's own figures.
     iterations, evaluations, starts
-        Work done; starting points tried.
+        Work done; number of starting points tried.
     length_error
         Largest strain of a fibre segment.
     penetration_mm
@@ -110,9 +110,9 @@ class SolveReport:
         Largest residual force over a node's vacuum load.
     curvature
         Smallest curvature of the energy within the active constraints, in the unit of `kkt_error` over the net's
-        spacing; 0 where none is negative, and negative at a saddle. None: not computed.
+        spacing; 0 if none is negative, and negative at a saddle. None: not computed.
     energy_gain_mj
-        By how much the energy fell from the net as laid, positive when it fell. None: not computed.
+        Decrease of the energy from that of the net as laid, positive if it fell. None: not computed.
     compliant
         True if the fibres had to be given a compliance.
     doubt
@@ -136,35 +136,36 @@ class SolveReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ExcessReport:
-    """The ridge that the excess length of a pocket's fibres makes, from the laid net alone (docs/verdicts.md).
+    """The ridge that the excess length of a pocket's fibres makes, computed from the laid net (docs/verdicts.md).
 
     Attributes
     ----------
     length_mm
-        Largest excess of a fibre that is held at both ends, extrapolated to a net without spacing, less the noise's.
+        Largest excess of a fibre held at both ends, extrapolated to a net of zero spacing, minus the bias of the noise.
     at_spacing_mm, at_half_mm
-        The same of the net, and of a net at half its spacing, as they were laid.
+        The same for the net and for a net at half its spacing, as laid.
     noise_bias_mm
-        False length that the scan's noise adds, taken off.
+        False length that the scan's noise adds, which is subtracted.
     height_mm, range_mm
-        Of the ridge by the paper's formula, 0 where none stands; its least and most within the uncertainty.
+        Height of the ridge by the paper's formula, 0 if there is none; its lowest and highest value within the
+        uncertainty.
     elastic_mm
-        Of the elastic fold that the same length makes by the section model and the recipe's modulus, where the formula
-        says that none stands, too; together they bound what a ply may do.
+        Height of the elastic fold that the same length makes by the section model and the recipe's modulus, also where
+        the formula gives no ridge. Together the two bound what a ply may do.
     noise_mm
         Standard deviation of the height from scan to scan.
     spacing_error_mm
-        By how much the extrapolation has changed the height; where the two nets differ by as much as the finer one has,
-        that difference.
+        Change of the height by the extrapolation. If the two nets differ by the whole excess of the finer one
+        or more, it is that difference.
     uncertainty_mm
-        Two of those deviations with the spacing's error, or the recipe's margin, whichever is more.
+        Two standard deviations `noise_mm`, combined with the spacing error, or the recipe's margin if that is more.
     missed_mm
-        By how much the ridge may be higher for what the filters take away, what lies beyond the foot, and what stands
-        between the net's fibres: `range_mm` reaches so much higher than the uncertainty.
+        By how much the ridge may be higher because of what the filters take away, what lies beyond the foot, and what
+        lies between the net's fibres. The upper end of `range_mm` exceeds the uncertainty by this much.
     bridge_bound_mm
-        No bridge can stand higher than this; 0 where no fibre is too short for its mold.
+        No bridge can be higher than this; 0 if no fibre is too short for its mold.
     verdict
-        By this ridge alone.
+        Verdict by this ridge alone.
     """
 
     length_mm: float
@@ -184,64 +185,65 @@ class ExcessReport:
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PocketReport(Record):
-    """One pocket. What a pocket that cannot be judged does not have is None.
+    """One pocket. Fields that a pocket without a judgement does not have are None.
 
     Attributes
     ----------
     id
-        1 for the largest.
+        Number of the pocket; 1 is the largest.
     verdict, reason
         The outcome, and why in one sentence.
     decided_by
-        The criterion whose figures the verdict comes from, "excess" or "paper"; empty where none decided.
+        The criterion whose figures give the verdict, "excess" or "paper"; empty if neither decided.
     paper_verdict
-        By RMS, ridges and bridges of the minima, whichever criterion decided; None without a minimum.
+        Verdict by RMS, ridges and bridges of the minima, whichever criterion decided; None without a minimum.
     excess
-        The ridge by the excess length; None at the ply's edge, where it bounds nothing, and where no closed net could
-        be laid at half the spacing.
+        The ridge by the excess length; None at the ply's edge, where that length bounds nothing, and if no closed net
+        could be laid at half the spacing.
     outline_mm, foot_outline_mm
-        (M, 2) contour at the cut height, and where the ply meets the mold; mold XY, closed from last to first.
+        (M, 2) contours at the cut height, and where the ply meets the mold; mold XY, closed from last to first.
     touches_ply_edge
-        True if the pocket runs out at the ply's edge.
+        True if the pocket is open at the ply's edge.
     area_mm2, peak_mm, volume_mm3
-        XY area inside the outline, largest height above the reference, integral of the height inside; of the ply
+        XY area inside the outline, largest height above the reference and integral of the height inside, for the ply
         smoothed as for the net.
     measured_share
-        Share of the area that the scanner saw; the rest was filled.
+        Share of the area that the scanner saw; the rest was filled in.
     promoted
-        Why it is judged though it is below a tolerance of the segmentation; empty: it is not below any.
+        Why the pocket is judged although it is below a tolerance of the segmentation; empty if it is not below any.
     half_seen
-        What borders on it that was not seen, and what becomes of it however the ply lies there; all figures of the net
-        and its minimum are those with the holes filled in. None: nothing does.
+        Unseen areas that border on the pocket, and its outcome for each way in which the ply may lie there. All figures
+        of the net and its minimum are those with the holes filled in. None: there is no such area.
     edge_friction
-        Of a pocket at the ply's edge that closes as it slips there: what becomes of it so, and with its rim held. None
-        of any other, and with ``verdict.criterion = "paper"``.
+        For a pocket at the ply's edge that closes if it slips there: its outcome with slip, and with its rim held. None
+        for any other pocket, and with ``verdict.criterion = "paper"``.
     spacing_mm, node_count
-        Of the net.
+        Spacing and number of nodes of the net.
     rms_mm, rms_range_mm
         RMS of the post-processed gaps inside the outline; its lowest and highest value over all starts, at both ends of
-        the friction at the ply's edge.
+        the range of friction at the ply's edge.
     ridge_height_mm, ridge_length_mm
-        Of the worst ridge.
+        Height and length of the worst ridge.
     excess_length_mm
-        Largest excess over the mold of a fibre of the laid net that is held at both ends; 0 where none has any. What
-        slips in at the ply's edge is not in it.
+        Largest excess over the mold of a fibre of the laid net that is held at both ends; 0 if none has any. Ply that
+        slips in at the ply's edge is not included.
     ridge_range_mm
-        Lowest and highest ridge height over the same.
+        Lowest and highest ridge height over the same starts and range of friction.
     ridges
-        Where ridges run and how they look, the decisive one first; empty where none stands, or where a minimum would be
-        needed and is none. Where `excess` is known it is one ridge, that of the excess, whatever the net at the minimum
-        shows; else they are the net's, with its rim held where that decides.
+        Where ridges run and what they look like, the decisive one first; empty if there is none, or if a minimum would
+        be needed and there is none. If `excess` is known, there is one ridge, that of the excess, whatever the net at
+        the minimum shows. Otherwise they are the ridges of the net, or of the net with its rim held if that decides.
     ridge_nodes
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
         Largest height at which the ply, too short to reach the mold, bridges a hollow.
     bridge_section
-        Of a pocket that nothing but such a bridge would make CREASE: how high it stands by sections of its fibres. None
-        of any other, where ply outline or mold are not known, and with ``verdict.criterion = "paper"``.
+        For a pocket that only such a bridge would make CREASE: how high the bridge is by sections along its fibres.
+        None for any other pocket, if the ply outline or the mold is not known, and with ``verdict.criterion =
+        "paper"``.
     drawn_in_mm, drawn_in_tension_n_per_mm, drawn_in_hold_n_per_mm
-        Largest height of a bridge of the model that is not counted, since the ply is drawn in there: the pull of its
-        fibre, and what the friction between it and the ply's edge can hold. None without one.
+        Largest height of a bridge of the model that does not count because the ply is drawn in there; the pull of its
+        fibre, and the force that friction between it and the ply's edge can hold. None if there is none.
     net
         The net before debulking.
     initial_gap_mm
@@ -251,9 +253,9 @@ class PocketReport(Record):
     post_processed_gap_mm
         (N,) gaps with the coarse net's ridges replaced by the real ply's.
     energy_mj, energy_terms_mj
-        At the minimum; bending, shear, friction, gravity, vacuum.
+        Energy at the minimum, and its parts: bending, shear, friction, gravity, vacuum.
     solve
-        The solver's course and the certificate.
+        Course of the solver, and the certificate.
     runtime_ms, runtime_split_ms
         Time spent on this pocket, and its parts.
     """
@@ -320,14 +322,14 @@ class PocketReport(Record):
 
     @property
     def elastic_mm(self) -> float | None:
-        """Height of the elastic fold, also where the formula says that no ridge stands; None: not known."""
+        """Height of the elastic fold, even if the formula gives no ridge; None: not known."""
         if self.excess is not None:
             return self.excess.elastic_mm
         return self.ridges[0].elastic_mm if self.ridges else None
 
     @property
     def centroid_mm(self) -> tuple[float, float] | None:
-        """Mold XY of the middle of the outline's area; None without an outline that has an area."""
+        """Mold XY of the centroid of the outline's area; None without an outline that has an area."""
         if not len(self.outline_mm):
             return None
         middle = self.outline_mm.mean(axis=0)
@@ -342,9 +344,9 @@ class PocketReport(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class LeftOut:
-    """Something that the inspection did not take into account: what, why, and a bound on what it could change.
+    """Something that the inspection did not take into account: what, why, and a bound on its possible effect.
 
-    `place_mm` is the mold XY of a bump that is no pocket.
+    `place_mm` is the mold XY of a bump that does not count as a pocket.
     """
 
     what: str
@@ -355,24 +357,24 @@ class LeftOut:
 
 @dataclass(frozen=True, kw_only=True)
 class UnseenHole:
-    """A part of the ply above the tolerance on area that was not seen.
+    """An unseen part of the ply above the tolerance on area.
 
     Attributes
     ----------
     centre_mm, extent_mm
-        Of its area, mold XY; its widths along x and y.
+        Middle of its area, mold XY; and its widths along x and y.
     area_mm2
-        XY area.
+        Area in XY.
     thickness_mm
-        Twice the greatest distance of a point in it from what was seen of the ply.
+        Twice the greatest distance of a point in it from the nearest part of the ply that was seen.
     rim_height_mm
-        How high the ply stands above the reference beside it, over 6 to 16 mm of its rim.
+        Height above the reference that the ply beside the hole reaches along 6 to 16 mm of the hole's rim.
     of
         What is missing there: ``"scan"`` or ``"reference"``; ``"mask"`` where the mask hides it.
     at_ply_edge
-        It reaches the ply's edge.
+        Whether it reaches the ply's edge.
     at_best
-        The best that the layup's verdict can be because of it; None: it leaves the verdict as it is.
+        The best verdict that the layup can have because of it; None: it does not affect the verdict.
     """
 
     centre_mm: tuple[float, float]
@@ -387,16 +389,16 @@ class UnseenHole:
 
 @dataclass(frozen=True, kw_only=True)
 class Wrinkle:
-    """A narrow fold that stood in the ply when it was scanned, which the filters of the height map take for noise.
+    """A narrow fold that stood in the ply when it was scanned, which the height map's filters would remove as noise.
 
     Attributes
     ----------
     start_mm, end_mm
-        Mold XY of its first and its last point that was looked at; between them it is this long at least.
+        Mold XY of the first and the last point of it that was examined; the wrinkle is at least as long as this.
     length_mm, height_mm, width_mm
-        Along it; above the reference; at half its height.
+        Length along it; height above the reference; width at half its height.
     excess_length_mm, ridge_height_mm
-        Of the ply across it, if its sides are straight; the height that remains of it on the mold at least.
+        Excess length of the ply across it, if its sides are straight; least height of it that remains on the mold.
     """
 
     start_mm: tuple[float, float]
@@ -415,37 +417,37 @@ class ReportData(Versioned):
     Attributes
     ----------
     verdict, reason
-        Of the layup: the worst pocket's, and why in one sentence.
+        Verdict of the layup, at least as severe as that of its worst pocket, and the reason in one sentence.
     pockets
-        Largest first; after them, largest first too, the bumps below the tolerances that could crease.
+        Pockets, largest first, followed by the bumps below the tolerances that could crease, also largest first.
     timings_ms
-        Stage by stage, in order.
+        Times of the stages, in order.
     left_out
         What the verdict does not take into account.
     coverage
-        Share of the ply (outline unknown: of the reference) that scan and reference show, measured or filled in by the
-        rule for small holes; None: it was not looked at.
+        Share of the ply (of the reference if the outline is unknown) that scan and reference show, measured or filled
+        in by the rule for small holes; None: it was not determined.
     unseen
-        The other parts of it, above the tolerance on area; largest first.
+        The unseen parts above the tolerance on area; largest first.
     wrinkles
-        Narrow folds that stand in the ply already, longest first.
+        Narrow folds that already stand in the ply, longest first.
     level
-        How the ply lies between the pockets; None where there is too little of it to tell.
+        How the ply lies between the pockets; None if too little of it is there to tell.
     height_map
-        Height of the ply above the reference, mm, NaN = nothing seen, or off the ply. For a picture: coarse where no
-        pocket was looked for.
+        Height of the ply above the reference, mm; NaN where nothing was seen, or off the ply. It is meant for pictures
+        and is coarse where no pocket was looked for.
     ply_outline_mm
-        (M, 2), mold XY; None = unknown.
+        (M, 2), mold XY; None means unknown.
     recipe
-        The settings, section by section; ``debulk.Recipe(**report.recipe)`` gives them back.
+        Settings, section by section; ``debulk.Recipe(**report.recipe)`` restores them.
     source
         What was inspected: names of files, seed of a virtual layup, and the like.
     warnings
         What the reader should know before trusting the rest.
     trace
-        Time, fingerprints, pose and all else that the inspection was made of; None: not of a real inspection.
+        Time, fingerprints, pose and everything else that entered the inspection; None: not from a real inspection.
     version
-        Of debulk.
+        Version of debulk.
     """
 
     verdict: Verdict
@@ -467,7 +469,7 @@ class ReportData(Versioned):
 
     @property
     def passed(self) -> bool:
-        """True only for CEASE."""
+        """Whether the verdict is CEASE."""
         return self.verdict is Verdict.CEASE
 
     @property
@@ -481,7 +483,7 @@ class ReportData(Versioned):
         Raises
         ------
         InputError
-            If there is none.
+            If there is no such pocket.
         """
         for pocket in self.pockets:
             if pocket.id == number:
@@ -490,5 +492,5 @@ class ReportData(Versioned):
         raise InputError(f"number: expected the number of a pocket of this report ({numbers}), but got {number!r}")
 
     def to_dict(self) -> Mapping[str, Any]:
-        """Return the report as JSON's own types, as `debulk.Report.save` writes it."""
+        """Return the report as JSON types, as `debulk.Report.save` writes it."""
         return codec.encode(self, FORMAT)

@@ -25,7 +25,7 @@ _SPARE = tuple(HEADINGS.index(name) for name in ("nodes", "time ms", "Δ mm", "p
 
 
 class Figures(NamedTuple):
-    """A pocket's figures as they are shown."""
+    """A pocket's figures as displayed."""
 
     id: str
     x_mm: str
@@ -45,13 +45,13 @@ class Figures(NamedTuple):
 
 
 def number(value: float | None, digits: int) -> str:
-    """Return a figure with so many decimals, a dash where there is none."""
-    # Adding zero turns the -0.0 that rounding leaves of a tiny negative figure into 0.0.
+    """Return a figure with the given number of decimals, or a dash if there is none."""
+    # Adding zero turns the -0.0 that rounding makes of a tiny negative figure into 0.0.
     return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def figures(pocket: PocketReport) -> Figures:
-    """Round a pocket's figures for the eye."""
+    """Round a pocket's figures for display."""
     x, y = pocket.centroid_mm or (None, None)
     return Figures(
         str(pocket.id),
@@ -78,7 +78,7 @@ def headline(report: ReportData, width: int | None = None) -> str:
 
 
 def table(report: ReportData, width: int | None = None) -> str:
-    """Return the verdict and a line for each pocket; in a width that has no room for the reasons, these below."""
+    """Return the verdict and a line for each pocket, with the reasons below if the width has no room for them."""
     lines = [f"do: {line}" for line in advice(report)]
     after = [f"pocket {p.id} is judged: {p.promoted}" for p in report.pockets if p.promoted]
     after += [f"pocket {p.id} {half_seen_line(p.half_seen)}" for p in report.pockets if p.half_seen]
@@ -105,7 +105,7 @@ def table(report: ReportData, width: int | None = None) -> str:
 
 
 def fold(line: str, width: int | None) -> str:
-    """Fold a line to a width, where one is given; what follows is indented, and no word is broken."""
+    """Fold a line to a width, if one is given; continuation lines are indented, and no word is broken."""
     if width is None:
         return line
     return textwrap.fill(line, width, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)
@@ -118,10 +118,10 @@ def columns(
     reason: int | None = None,
     spare: Sequence[int] = (),
 ) -> list[str]:
-    """Lay out rows in columns; those whose numbers are in `text` start on the left.
+    """Lay out rows in columns; those whose numbers are in `text` are aligned left.
 
-    Where that is wider than `width`, the column `reason` is folded below its row, and as many of the columns `spare`
-    are left out, the first ones first, as is needed.
+    If the rows are wider than `width`, the column `reason` is folded below its row, and as many of the columns `spare`
+    as needed are left out, the first ones first.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     left_out: set[int] = set()
@@ -158,7 +158,7 @@ CSV_COLUMNS = (
     "iterations", "evaluations", "length_error", "penetration_mm", "kkt_error", "runtime_ms",
 )  # fmt: skip
 
-# Of the decisive ridge; its length is that of its line, `ridge_length_mm` that of the net's longest.
+# Figures of the decisive ridge; its length is that of its line, `ridge_length_mm` that of the net's longest ridge.
 _OF_RIDGE: dict[str, Callable[[RidgeGeometry], float | None]] = {
     "ridge_x_mm": lambda ridge: ridge.middle_mm[0],
     "ridge_y_mm": lambda ridge: ridge.middle_mm[1],
@@ -171,7 +171,7 @@ _OF_RIDGE: dict[str, Callable[[RidgeGeometry], float | None]] = {
 
 
 def csv_text(report: ReportData) -> str:
-    """Return a line for each pocket, units in the header; an empty cell where a pocket has no such figure."""
+    """Return a line for each pocket, with units in the header and an empty cell for a missing figure."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)
@@ -181,7 +181,7 @@ def csv_text(report: ReportData) -> str:
 
 
 def figure(pocket: PocketReport, name: str) -> Any:
-    """Return a figure by the name of its column; None where the pocket has no such figure."""
+    """Return a figure by the name of its column; None if the pocket has no such figure."""
     if name.startswith("excess_ridge"):
         excess = pocket.excess
         if excess is None:
@@ -200,12 +200,12 @@ def figure(pocket: PocketReport, name: str) -> Any:
 
 
 def cell(value: Any) -> Any:
-    """Return a value as CSV takes it."""
+    """Return a value in the form for CSV."""
     if value is None:
         return ""
     if isinstance(value, bool):
         return str(value).lower()
-    # A spreadsheet takes a text that starts so for a formula.
+        # A spreadsheet takes text that starts with one of these characters for a formula.
     if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")):
         return "'" + value
     return value

@@ -1,4 +1,4 @@
-"""The geometry of a predicted ridge, in the figures by which wrinkles are accepted."""
+"""The geometry of a predicted ridge, in the figures that acceptance rules for wrinkles use."""
 
 from __future__ import annotations
 
@@ -14,33 +14,34 @@ __all__ = ["RidgeGeometry"]
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class RidgeGeometry(Record):
-    """One ridge of a pocket: where it runs, and how a section of it along a fibre looks (docs/verdicts.md).
+    """One ridge of a pocket: where it runs, and what a section of it along a fibre looks like (docs/verdicts.md).
 
     Attributes
     ----------
     polyline_mm
-        (K, 3) points of the mold under the crest, mold frame, from one end to the other, at least two. By the excess it
-        ends where the fold is half as high as at its highest.
+        (K, 3) points of the mold under the crest, mold frame, from one end to the other, at least two. By the excess,
+        the line ends where the fold is half as high as at its highest point.
     direction_deg
-        Of the crest, 0 to 180, counter-clockwise from mold +x, seen along z.
+        Direction of the crest, 0 to 180, counter-clockwise from mold +x, seen along z.
     mirrored_mm, mirrored_deg
-        Both along the other diagonal of the fibres, where the ply is as likely to fold that way; else None.
+        Line and direction along the other diagonal of the fibres, if the ply is as likely to fold that way; None
+        otherwise.
     fibre_angle_deg
-        Between the crest and the nearer fibre, 0 to 90.
+        Angle between the crest and the nearer fibre, 0 to 90.
     length_mm
-        Along the polyline.
+        Length along the polyline.
     excess_mm
-        Length that the ridge holds of the fibre with the most to spare.
+        Excess length that the ridge takes from the fibre with the largest excess.
     height_mm
-        Above the mold by the ridge formula.
+        Height above the mold by the ridge formula.
     elastic_mm, half_width_mm, slope_deg
-        Of the elastic fold with the same excess (`debulk.section.elastic_fold`): height of the crown, way from the
-        crown to where the ply leaves the mold, largest angle between ply and mold.
+        Dimensions of the elastic fold with the same excess (`debulk.section.elastic_fold`): height of the crown,
+        distance from the crown to where the ply leaves the mold, largest angle between ply and mold.
     height_over_thickness
         `height_mm` over the nominal thickness of the ply.
     height_over_half_width
-        `elastic_mm` over `half_width_mm`. The formula's section has upright sides and is two thicknesses wide whatever
-        it holds: its ratio is `height_over_thickness`, its slope 90 degrees.
+        `elastic_mm` over `half_width_mm`. The formula's section has upright sides and is always two thicknesses wide,
+        so its ratio is `height_over_thickness` and its slope is 90 degrees.
     place_spread_mm
         Half the width of the band about the polyline, or the mirrored one, in which nine in ten of the minima from
         other starts have their highest ridge.
@@ -74,5 +75,5 @@ class RidgeGeometry(Record):
 
     @property
     def lines_mm(self) -> tuple[NDArray[np.float64], ...]:
-        """The polyline, and the mirrored one where there is one: the ridge runs along either."""
+        """The polyline, and the mirrored one if there is one; the ridge runs along either."""
         return (self.polyline_mm,) if self.mirrored_mm is None else (self.polyline_mm, self.mirrored_mm)

@@ -1,4 +1,4 @@
-"""How results get into files and back: the ending decides what is written, and a file is there whole or not at all."""
+"""How results are saved and loaded: the ending decides the format, and a file is written whole or not at all."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ _ENDINGS = (".json", ".csv", ".html")
 
 
 def check_report_path(path: Path) -> None:
-    """Refuse an ending that no report is written to."""
+    """Refuse a file name whose ending is not that of a report format."""
     if path.suffix.lower() not in _ENDINGS:
         raise InputError(f"{path}: expected a file ending in .json, .csv or .html")
 
 
 def save(path: str | PathLike[str], texts: Mapping[str, Callable[[], str]]) -> None:
-    """Write the text that belongs to the path's ending: one of .json, .csv and .html."""
+    """Write the text that belongs to the path's ending, which is .json, .csv or .html."""
     path = Path(path)
     check_report_path(path)
     text = texts[path.suffix.lower()]()
     with replacing(path) as temporary:
-        # The name of a file may hold bytes that are no UTF-8, which Python keeps as halves of characters. As \udce9 it
-        # can be written, and JSON reads that back.
+        # The name of a file may hold bytes that are not UTF-8, which Python keeps as surrogate characters. They
+        # can be written as \udce9, which JSON reads back.
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 

@@ -1,4 +1,4 @@
-"""Across which way a pocket's ply has too much length, and where that could leave the ply."""
+"""The direction in which a pocket's ply is too long, and where that excess could be smoothed out of the ply."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ __all__ = ["Smoothing", "smoothing", "smoothing_line"]
 
 
 class Smoothing(NamedTuple):
-    """By how much a fibre is too long, the way across its decisive ridge, and the nearest edge of the ply that way.
+    """How much too long a fibre is, the direction across its decisive ridge, and the nearest edge in that direction.
 
-    Directions are 0 to 180 degrees from the mold's +x; there are two where the ridge is as likely to run along the
-    other diagonal of the fibres. `edge_mm` and `away_mm` are None where no outline is known.
+    Directions are 0 to 180 degrees from the mold's +x. There are two if the ridge is as likely to run along the other
+    diagonal of the fibres. `edge_mm` and `away_mm` are None if no outline is known.
     """
 
     excess_mm: float
@@ -28,7 +28,7 @@ class Smoothing(NamedTuple):
 
 
 def smoothing(pocket: PocketReport, ply_outline_mm: NDArray[np.float64] | None) -> Smoothing | None:
-    """Read the way from the crest that the report shows; None where it shows none."""
+    """Determine the direction from the crest that the report shows; None if it shows none."""
     if not pocket.ridges:
         return None
     ridge = pocket.ridges[0]
@@ -46,7 +46,7 @@ def smoothing(pocket: PocketReport, ply_outline_mm: NDArray[np.float64] | None) 
 
 
 def smoothing_line(found: Smoothing) -> str:
-    """Say it in a sentence."""
+    """Describe the direction and the excess in a sentence."""
     directions = " or ".join(f"{round(angle) % 180}°" for angle in found.directions_deg)
     line = f"fibres are up to {found.excess_mm:.2f} mm too long: push across the worst ridge, at {directions}"
     if found.edge_mm is not None:
@@ -58,7 +58,7 @@ def smoothing_line(found: Smoothing) -> str:
 def _nearest_crossing(
     point: NDArray[np.float64], way: NDArray[np.float64], outline: NDArray[np.float64]
 ) -> float | None:
-    """Return how far along the line through a point it meets the closed outline, on the nearer side; None: nowhere."""
+    """Return how far along the line through a point the closed outline is met, on the nearer side; None: nowhere."""
     start, side = outline - point, np.roll(outline, -1, axis=0) - outline
     turn = way[0] * side[:, 1] - way[1] * side[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""What an inspection was made of: enough to name the part, the time and the machine, and to do it again."""
+"""What an inspection was made of: enough to identify part, time and machine, and to repeat the inspection."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _Pose = Annotated[NDArray[np.float64], (4, 4)]
 
 @dataclass(frozen=True, kw_only=True)
 class ArrayTrace:
-    """An array that is too large to be kept, by its fingerprint.
+    """The fingerprint of an array that is too large to be stored.
 
     Attributes
     ----------
     shape
-        Of the array.
+        Shape of the array.
     sha256
-        SHA-256, hexadecimal, of its values row by row: a cloud's as float32, little-endian, mm, before mask and pose;
-        a mask's as one byte per pixel, 0 or 1. None: not computed.
+        SHA-256, hexadecimal, of its values row by row. For a cloud these are float32, little-endian, mm, before mask
+        and pose; for a mask, one byte per pixel, 0 or 1. None: not computed.
     """
 
     shape: tuple[int, ...]
@@ -35,32 +35,33 @@ class ArrayTrace:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Trace(Record):
-    """What an inspection was made of, beside the recipe and the ply's outline, which the report has itself.
+    """What an inspection was made of, apart from recipe and ply outline, which are in the report itself.
 
     Attributes
     ----------
     time_utc
         When the inspection began, ISO 8601, UTC.
     scan, reference
-        The clouds; None where the inspector was made from one that was prepared before clouds were traced.
+        The clouds; None if the inspector's data were prepared before clouds were traced.
     fibre_angles_deg, fibre_angles_map
-        (2,) the angles of the whole ply, or a Grid of values (ny, nx, 2), NaN where nothing is known; the other: None.
+        (2,) angles of the whole ply, or a Grid of values (ny, nx, 2), NaN where nothing is known; the other one is
+        None.
     mold_from_scanner
         (4, 4), x_mold = T x_scanner; None: the clouds were in the mold's frame.
     camera
         (3,) f, cx, cy in pixels as given; None: fitted to the reference.
     fitted_camera
-        (3,) what was used in either case; None where the reference is no image of a pinhole camera.
+        (3,) camera that was used in either case; None if the reference is no image of a pinhole camera.
     mask
-        The image of clamps and tools; None: none.
+        Image of clamps and tools; None means no mask.
     deadline_s
-        Seconds that the inspection was given; None: no limit.
+        Time limit of the inspection in seconds; None means no limit.
     context
-        What the caller wants to be kept: number of the part and the ply, batch, operator, and the like.
+        What the caller wants to be stored: number of the part and the ply, batch, operator, and the like.
     versions
-        Of debulk, Python, NumPy, the libraries that the core was built with, the compiler and its options.
+        Versions of debulk, Python, NumPy and the core's libraries, and the compiler with its options.
     host
-        Name and processor of the machine, its system, the instructions that the core chose, and the threads used.
+        Name and processor of the machine, its system, the instruction set that the core chose, and the threads used.
     """
 
     time_utc: str

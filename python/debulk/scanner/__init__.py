@@ -1,9 +1,10 @@
 """The scanner: from the fringe images of two cameras to the organised cloud.
 
-A projector shows fringes at two or more close numbers of periods; two cameras look on. `fringe_patterns` makes what the
-projector shows, `decode` turns a camera's images into absolute phases, `triangulate` two phases into points. `Scanner`
-does all that cycle after cycle with everything prepared. `calibrate` finds the cameras from images of a board,
-`calibrate_projector` the projector from scans, `register` where the mold lies.
+A projector shows fringes with two or more numbers of periods that are close together, and two cameras record them.
+`fringe_patterns` makes the images for the projector, `decode` turns a camera's images into absolute phases, and
+`triangulate` turns two phases into points. `Scanner` does all that cycle after cycle with everything prepared.
+`calibrate` determines the cameras from images of a board, `calibrate_projector` the projector from scans, and
+`register` the position of the mold.
 """
 
 from __future__ import annotations

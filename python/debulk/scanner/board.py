@@ -21,16 +21,16 @@ class Board:
     Parameters
     ----------
     squares
-        How many across and down, the outermost included; at least 4. Of a checkerboard one number should be even and
-        one odd: then it has one way up.
+        Number of squares across and down, including the outermost; at least 4. For a checkerboard, one number should be
+        even and one odd, so that its orientation is unique.
     square_mm
-        Side of a square, measured on the board.
+        Side of a square, as measured on the board.
     kind
         "checkerboard", which must be seen whole, or "charuco", of which a part is enough.
     marker_mm
-        Side of a ChArUco marker; None: three quarters of the square's.
+        Side of a ChArUco marker; None: three quarters of a square's side.
     dictionary
-        Of the ChArUco markers, by OpenCV's name.
+        Dictionary of the ChArUco markers, by OpenCV's name.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Board:
         return np.asarray(np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]) * self.square_mm, np.float64)
 
     def image(self, pixels_per_square: int = 100) -> NDArray[np.uint8]:
-        """Draw the board, a white margin of one square round it."""
+        """Draw the board with a white margin of one square round it."""
         whole("pixels_per_square", pixels_per_square, 8, 2000)
         across, down = self.squares
         size = pixels_per_square
@@ -77,7 +77,7 @@ class Board:
         return np.pad(np.asarray(board, np.uint8), size, constant_values=255)
 
     def find(self, image: NDArray[Any]) -> tuple[NDArray[np.int64], F64]:
-        """Numbers of the corners that an 8-bit image shows, and their places, (K, 2) pixels; none if it does not."""
+        """Numbers of the corners that an 8-bit image shows, and their (K, 2) positions in pixels; empty if none."""
         import cv2
 
         nothing = np.empty(0, np.int64), np.empty((0, 2))

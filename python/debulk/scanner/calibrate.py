@@ -18,7 +18,7 @@ F64 = NDArray[np.float64]
 
 LEAST_PAIRS = 5
 SPOILING_RATIO = 3.0
-"""A pair whose error is this many times the median's spoils the fit."""
+"""A pair spoils the fit if its error is this many times the median error ..."""
 SPOILING_PX = 0.3
 """... if it is also greater than this."""
 MOST_ERROR_PX = 1.0
@@ -50,29 +50,28 @@ def calibrate(
 ) -> Calibration:
     """Calibrate two cameras from pairs of images of a board, with OpenCV.
 
-    Each pair shows the board in one place, seen by both cameras at once. Ten to twenty places are good: tilted by 20
-    to 40
-    degrees to all sides, near and far, and reaching into all corners of the images. Pairs that spoil the fit are left
-    out and named.
+    Each pair shows the board in one place, seen by both cameras at once. Ten to twenty places are good, tilted by 20 to
+    40 degrees to all sides, near and far, and reaching into all corners of the images. Pairs that spoil the fit are
+    left out and named.
 
     Parameters
     ----------
     left_images, right_images
-        As many 8-bit images of each camera, (H, W), in the same order.
+        The same number of 8-bit images from each camera, (H, W), in the same order.
     board
-        What they show.
+        Board that they show.
     names
-        Of the pairs, for the report; None: "1", "2", ...
+        Names of the pairs, for the report; None: "1", "2", ...
 
     Returns
     -------
     Calibration
-        With the reprojection error of every image, of what was left out, and of all.
+        Calibration with the reprojection error of every image, the images left out, and the overall error.
 
     Raises
     ------
     debulk.InputError
-        Fewer than five pairs show the board to both cameras or fit together, or the error is above 1 px.
+        If fewer than five pairs show the board to both cameras or fit together, or the error is above 1 px.
 
     Examples
     --------
@@ -158,7 +157,7 @@ def _images(images: Sequence[Any], name: str) -> list[NDArray[np.uint8]]:
 
 
 def _seen(name: str, left: NDArray[np.uint8], right: NDArray[np.uint8], board: Board) -> _Pair | str:
-    """Find what both cameras see of the board, or say why it is too little."""
+    """Find the part of the board that both cameras see, or say why it is too little."""
     found = [board.find(image) for image in (left, right)]
     for side, (ids, _) in zip(("left", "right"), found, strict=True):
         if len(ids) == 0:
@@ -188,7 +187,7 @@ def _fit(pairs: list[_Pair], pixels: tuple[int, int]) -> _Cameras:
 
 
 def _errors(pair: _Pair, cameras: _Cameras) -> tuple[float, float]:
-    """Root mean square error in both images of the one place of the board that fits both best."""
+    """Root mean square error in both images, for the one position of the board that fits both best."""
     import cv2
 
     _, turn, move = cv2.solvePnP(pair.board, pair.left, cameras.matrices[0], cameras.distortions[0])
@@ -206,7 +205,7 @@ def _errors(pair: _Pair, cameras: _Cameras) -> tuple[float, float]:
 
 
 def _residual(place: F64, pair: _Pair, cameras: _Cameras) -> F64:
-    """How far the corners are from where they should be seen, with the board at a place in the left camera's frame."""
+    """Distance of the corners from where they should be seen, for a place of the board in the left camera's frame."""
     import cv2
 
     turn = cameras.rotation @ cv2.Rodrigues(place[:3])[0]

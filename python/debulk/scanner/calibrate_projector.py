@@ -1,4 +1,4 @@
-"""The projector, learnt from scans that are known to be right."""
+"""Determining the projector from scans that are known to be right."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ def calibrate_projector(
     *,
     bits: int | None = None,
 ) -> Calibration:
-    """Learn where the projector stands, so that later scans tell when a camera was turned.
+    """Determine where the projector is, so that later scans can detect that a camera was turned.
 
-    Rows of the two images show a camera that was tilted, but not one that was turned about the upright: 0.01 degrees
-    move all depths by a thousandth (2.6 mm at 2.4 m with cameras 420 mm apart). With the projector, every scan is held
-    against a third view. Do this right after `calibrate`, before anything can have moved.
+    The rows of the two images reveal a camera that was tilted, but not one that was turned about the vertical axis:
+    0.01 degrees change all depths by a thousandth (2.6 mm at 2.4 m with cameras 420 mm apart). With the projector,
+    every scan is checked against a third view. Do this right after `calibrate`, before anything can have moved.
 
     Parameters
     ----------
     calibration
-        Of the two cameras.
+        Calibration of the two cameras.
     views
-        (left images, right images) as `Scanner.scan` takes them: of a plate at three distances, or of one surface with
+        (left images, right images) as `Scanner.scan` takes them, of a plate at three distances, or of one surface with
         relief, such as the mold.
     periods, steps, bits
         As in `debulk.scanner.decode`.
@@ -38,12 +38,12 @@ def calibrate_projector(
     Returns
     -------
     Calibration
-        The same cameras, and the projector.
+        The same cameras, with the projector.
 
     Raises
     ------
     debulk.InputError
-        Images that are not as expected, or surfaces that all lie on one plane.
+        If images are not as expected, or all surfaces lie on one plane.
 
     Examples
     --------

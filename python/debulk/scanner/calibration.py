@@ -1,4 +1,4 @@
-"""The calibration of two cameras, and the rectified images in which their rows agree."""
+"""The calibration of two cameras, and their rectified images, in which rows correspond."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
 _VERSION = 1
-_DISTORTIONS = (4, 5, 8, 12, 14)  # numbers of coefficients that OpenCV knows
+_DISTORTIONS = (4, 5, 8, 12, 14)  # numbers of coefficients that OpenCV supports
 
 
 class Calibration:
-    """Two cameras that stand side by side, the left one first, in OpenCV's conventions.
+    """Two cameras side by side, the left one first, in OpenCV's conventions.
 
     Parameters
     ----------
@@ -35,22 +35,22 @@ class Calibration:
     distortions
         Two rows of 4, 5, 8, 12 or 14 coefficients.
     rotation, translation_mm
-        x_right = rotation @ x_left + translation_mm, of a point in the cameras' frames (x to the right, y down).
+        x_right = rotation @ x_left + translation_mm, for a point in the cameras' frames (x to the right, y down).
     pixels
         Width and height of the images.
     image_errors_px
         Root mean square reprojection error of each calibration image, by its name.
-    spoiling
+    Names of the images that were left out because they spoiled the fit, with the reason.
         Names of images that were left out because they spoilt the fit, with the reason.
     error_px
-        Root mean square reprojection error of all that were used.
+        Root mean square reprojection error of all images that were used.
     projector
-        What `calibrate_projector` learnt of it; scans are held against it then.
+        Projector as `calibrate_projector` determined it; if given, scans are checked against it.
 
     Raises
     ------
     debulk.InputError
-        Names the argument, what was expected and what came.
+        If an argument is not as expected; the message names it, what was expected and what was passed.
 
     Examples
     --------
@@ -149,22 +149,23 @@ class Calibration:
 
     @cached_property
     def rectified(self) -> Rectified:
-        """The rectified images, prepared once."""
+        """The rectification of the images, prepared once."""
         return _rectify(self)
 
 
 @dataclass(frozen=True, eq=False)
 class Rectified:
-    """Two pinhole images without distortion, turned so that equal rows see the same planes through both cameras.
+    """Two pinhole images without distortion, rotated so that equal rows see the same planes through both cameras.
 
-    Both have the left one's focal length, scaled so that all that the left camera sees fits into an image of its size.
+    Both have the left camera's focal length, scaled so that everything the left camera sees fits into an image of its
+    size.
     """
 
     focal_px: float
     left_centre: tuple[float, float]
     """cx, cy in pixels."""
     right_cx: float
-    """cy is the left one's."""
+    """cx of the right image, in pixels; its cy is that of the left one."""
     baseline_mm: float
     pixels: tuple[int, int]
     """Width and height of the left image."""
@@ -172,7 +173,7 @@ class Rectified:
     rotation: F64
     """(3, 3) x_rectified = rotation @ x_left: the frame of the cloud."""
     maps: tuple[F32, F32, F32, F32] = field(repr=False)
-    """Where each rectified pixel lies in the image as it was taken: x, y of the left, x, y of the right."""
+    """Where each rectified pixel lies in the original image: x, y for the left, x, y for the right."""
 
     @property
     def camera(self) -> tuple[float, float, float]:
@@ -230,7 +231,7 @@ def _rectify(calibration: Calibration) -> Rectified:
 
 
 def _extent(matrix: F64, distortion: F64, rotation: F64, width: int, height: int) -> tuple[F64, F64]:
-    """Lowest and highest x / z, y / z at which the rectified camera sees the image's border."""
+    """Lowest and highest x / z and y / z at which the rectified camera sees the border of the image."""
     import cv2
 
     x, y = np.linspace(0, width - 1, 33), np.linspace(0, height - 1, 33)

@@ -21,34 +21,34 @@ NO_EXPOSURE = 255
 
 @dataclass(frozen=True, eq=False)
 class Phase:
-    """What a camera's fringe images say about each pixel. Maps are (H, W) in the image as it was taken."""
+    """Values that a camera's fringe images give for each pixel. Maps are (H, W) in the original image."""
 
     phase_rad: F32 = field(repr=False)
-    """Absolute phase of the first number of periods N, from 0 to 2π N over the projector's field, made from all numbers
-    of periods; NaN where the pixel is dark, saturated, or its fringe order doubtful."""
+    """Absolute phase for the first number of periods N, from 0 to 2π N over the projector's field, made from all
+    numbers of periods; NaN where the pixel is dark or saturated, or its fringe order is doubtful."""
     noise_rad: F32 = field(repr=False)
-    """Standard deviation of the phase by the sensor's noise; NaN where the pixel is not lit."""
+    """Standard deviation of the phase due to the sensor's noise; NaN where the pixel is not lit."""
     modulation: F32 = field(repr=False)
-    """Amplitude of the fringes in grey values of the chosen exposure, mean over the numbers of periods."""
+    """Amplitude of the fringes in grey values of the chosen exposure, averaged over the numbers of periods."""
     exposure: NDArray[np.uint8] = field(repr=False)
     """Index of the exposure that was chosen; 255 where all are saturated."""
     offset: F32 | None = field(default=None, repr=False)
-    """Mean grey value, if wanted."""
+    """Mean grey value, if requested."""
     order_residual: F32 | None = field(default=None, repr=False)
-    """How far the fringe order was from a whole number, 0 to 0.5; at 0.5 the next order would have been as likely. NaN
+    """Distance of the fringe order from a whole number, 0 to 0.5; at 0.5 the next order would have been as likely. NaN
     where the pixel is not lit."""
     brightness: tuple[float, ...] = (1.0,)
-    """Of each exposure beside the shortest."""
+    """Brightness of each exposure relative to the shortest."""
     sensor_noise: tuple[float, float] = (1.0, 0.0)
-    """Variance of a grey value: the first number + the second times the grey value."""
+    """Variance of a grey value: the first number plus the second times the grey value."""
     blur_px: float = 0.0
-    """Standard deviation of the lens's blur whose part in the phases was taken out."""
+    """Standard deviation of the lens blur whose effect on the phases was removed."""
     periods: tuple[int, ...] = ()
-    """Numbers of fringes over the field; the phase is that of the first."""
+    """Numbers of fringes over the field; the phase refers to the first."""
     counts: Mapping[str, int] = field(default_factory=dict)
-    """Pixels that are ``lit``, of those ``doubtful`` (order not sure from the beat), of which
-    ``repaired`` by the pixels beside; ``isolated`` (phase unlike those beside, and gone);
-    ``saturated`` in every exposure; and grey values ``read``."""
+    """Numbers of pixels: ``lit``; of those ``doubtful`` (the beat leaves the order uncertain), of which ``repaired``
+    with the help of neighbouring pixels; ``isolated`` (phase unlike their neighbours', removed); ``saturated`` in every
+    exposure; and of grey values ``read``."""
 
 
 def decode(
@@ -62,7 +62,7 @@ def decode(
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Phase:
-    """Decode the fringe images of one camera, one exposure or several.
+    """Decode the fringe images of one camera, taken with one or several exposures.
 
     Grey values follow I_k = offset + modulation cos(phase + 2π k / steps), k = 0, 1, ...: phase = 2π N u for N
     periods over the projector's field 0 <= u < 1, as `fringe_patterns` makes them. Each pixel takes its brightest
@@ -73,35 +73,36 @@ def decode(
     ----------
     images
         (n, H, W) or (E, n, H, W), uint8 or uint16, shortest exposure first; or sequences of (H, W) arrays, which need
-        not lie in one piece. All steps of the first number of periods, then of the second, and so on.
+        not be contiguous with one another. All steps of the first number of periods come first, then those of the
+        second, and so on.
     periods
         Numbers of fringes over the field.
     steps
-        Of each number of periods.
+        Number of steps for each number of periods.
     bits
-        Of the sensor; its greatest grey value counts as saturated. None: 8 for uint8, 12 for uint16.
+        Bits of the sensor; its greatest grey value counts as saturated. None: 8 for uint8, 12 for uint16.
     sensor_noise
-        Variance of a grey value, (a, b) for a + b · value, as measured for the camera. None: estimated from the images'
-        highest harmonic, which holds no fringe.
+        Variance of a grey value, (a, b) for a + b · value, as measured for the camera. None: estimated from the highest
+        harmonic of the images, which contains no fringe.
     blur_px
-        Standard deviation of the lens's blur, at most 1. Where the brightness changes across the fringes a blurred
-        phase is drawn towards the brighter side, by blur² ∇phase · ∇ln(modulation); that is taken out. None: estimated
-        from how the phase follows the texture. 0: left in.
+        Standard deviation of the lens blur, at most 1. Where the brightness changes across the fringes, a blurred phase
+        shifts towards the brighter side, by blur² ∇phase · ∇ln(modulation), and this shift is removed. None: estimated
+        from how the phase follows the texture. 0: not removed.
     threads
-        0: as many as the process may use. The result does not depend on it.
+        Number of threads; 0 means as many as the process may use. The result does not depend on it.
     stop
-        Raised from another thread, ends the computation soon.
+        Cancelling it from another thread ends the computation soon.
 
     Returns
     -------
     Phase
-        With modulation, offset, noise, exposure and order residual.
+        Phase with modulation, offset, noise, exposure and order residual.
 
     Raises
     ------
     debulk.InputError
-        Images that are not as expected, or spoilt: one missing, repeated, exchanged or differently exposed, a lamp that
-        flickers, another number of steps or periods. The message names which.
+        If images are not as expected, or are spoiled: one is missing, repeated, swapped or differently exposed, a lamp
+        flickers, or the number of steps or periods is another. The message names which images.
 
     Examples
     --------
@@ -184,7 +185,7 @@ def decode_into(
 
 
 def _brightness(stack: Stack) -> tuple[float, ...]:
-    """How bright each exposure is beside the shortest, from pixels that are bright in the longer and not saturated."""
+    """Brightness of each exposure relative to the shortest, from pixels bright in the longer one and not saturated."""
     step = max(1, round(np.sqrt(stack.shape[0] * stack.shape[1] / 20_000)))
     out = [1.0]
     for e in range(1, stack.exposures):

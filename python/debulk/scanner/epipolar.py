@@ -1,7 +1,7 @@
-"""Whether the cameras stand as they stood when they were calibrated: points of one row must lie in one row.
+"""Checks whether the cameras are still as they were when calibrated: points of one row must lie in the same row.
 
-Fringes across the rows say nothing about the rows themselves, but the surface's own texture does. In patches, the
-modulation of the left image is compared with that of the right one at the matched places, some rows up or down.
+Fringes across the rows say nothing about the rows themselves, but the texture of the surface does. In patches, the
+modulation of the left image is compared with that of the right image at the matched places, several rows up or down.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
 MOST_ERROR = 4e-4
-"""Of the image's width: half a pixel of 1280. Highlights that move between the cameras take as much with them."""
-_WIDE = 1280  # pixels across: of wider images every second, third ... pixel and row is taken
-_HALF = 12  # of a patch, pixels
+"""Limit relative to the image's width: half a pixel of 1280. Highlights that move between cameras cause as much."""
+_WIDE = 1280  # pixels across; in wider images only every second, third ... pixel and row is used
+_HALF = 12  # half the size of a patch, pixels
 _REACH = 6  # rows up and down
 _GRID = 14, 10  # patches across and down
 _LEAST_CORRELATION = 0.7
@@ -30,15 +30,15 @@ _LEAST_PATCHES = 6
 
 @dataclass(frozen=True)
 class Epipolar:
-    """Agreement of the rows.
+    """Agreement of the rows of the two images.
 
     Attributes
     ----------
     error_px
-        Root mean square distance of a point's row in the right image from its row in the left one, as a turned camera
-        would make it; NaN where the surface has too little texture to say.
+        Root mean square distance of a point's row in the right image from its row in the left image, in the form that a
+        turned camera would cause; NaN if the surface has too little texture.
     patches
-        How many patches of the image had a say.
+        Number of patches of the image that contributed.
     """
 
     error_px: float
@@ -46,7 +46,7 @@ class Epipolar:
 
 
 def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
-    """Measure how the rows agree, and say what is wrong where they do not."""
+    """Measure how well the rows agree, and say what is wrong if they do not."""
     shifts, textured = row_shifts(points, left, right, rectified)
     error = float(np.sqrt(np.mean(even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
     found = Epipolar(error, len(shifts))
@@ -68,7 +68,7 @@ def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
 
 
 def even(shifts: F64) -> F64:
-    """Fit what a turned camera would make of (K, 3) shifts: linear over the image; outliers count less."""
+    """Fit the part of (K, 3) shifts that a turned camera causes, linear over the image; outliers count less."""
     basis = np.column_stack([np.ones(len(shifts)), shifts[:, :2]])
     weight = np.ones(len(shifts))
     fit = np.zeros(len(shifts))
@@ -81,9 +81,9 @@ def even(shifts: F64) -> F64:
 
 
 def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[F64, int]:
-    """Rows between the images in each patch that agrees, (K, 3) with its place, and how many patches have texture.
+    """Return the row shift in each patch that agrees, (K, 3) with its place, and the number of patches with texture.
 
-    A place is given from the image's middle, in shares of its width.
+    A place is given relative to the middle of the image, as a fraction of its width.
     """
     width, height = rectified.pixels
     shifts, textured = [], 0
@@ -104,7 +104,7 @@ def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
 def _patch(
     x: int, y: int, step: int, points: F32, left: Phase, right: Phase, rectified: Rectified
 ) -> tuple[float, float] | None:
-    """Best correlation and at which row; None without enough points or texture."""
+    """Best correlation and the row shift there; None without enough points or texture."""
     half = _HALF * step
     rows, columns = slice(y - half, y + half + 1, step), slice(x - half, x + half + 1, step)
     depth = points[rows, columns, 2]
@@ -141,7 +141,8 @@ def _patch(
 def _remap(image: F32, x: F32, y: F32) -> F32:
     import cv2
 
-    # Cut out what is needed: OpenCV's coordinates end at 32767, and a corner keeps their precision.
+    # Cut out only the part that is needed: OpenCV's coordinates end at 32767, and counting from a corner keeps
+    # precision.
     i0, j0 = max(int(y.min()) - 2, 0), max(int(x.min()) - 2, 0)
     part = image[i0 : int(y.max()) + 4, j0 : int(x.max()) + 4]
     if part.size == 0 or min(part.shape) < 2:
@@ -158,7 +159,7 @@ def _remap(image: F32, x: F32, y: F32) -> F32:
 
 
 def _sample(phase: Phase, x: F32, y: F32) -> F64 | None:
-    """Logarithm of the modulation at these places, every exposure counted alike; None where it is not known."""
+    """Logarithm of the modulation at these places, independent of the exposure; None where it is not known."""
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         return None
     height, width = phase.modulation.shape
@@ -181,7 +182,7 @@ def _slopes() -> F64:
 
 
 def _flat(values: F64) -> F64:
-    """Without the light's own slope: only texture is left."""
+    """Remove the slope of the light itself, so that only texture is left."""
     flat = values.ravel()
     return np.asarray(flat - _slopes() @ (_slopes().T @ flat))
 

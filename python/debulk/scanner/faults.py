@@ -1,9 +1,9 @@
-"""Faults of fringe images: found before anything is decoded, on a sample of the pixels, and named.
+"""Faults of fringe images, which are found on a sample of the pixels and named before anything is decoded.
 
 A healthy pixel follows I_k = offset + modulation cos(phase + 2π k / steps), and the beat of its phases gives whole
-fringe
-orders. An image that is missing, repeated or in another's place breaks both; one with another exposure, or a lamp that
-flickers, shows in the images' brightness, each pixel measured by its own mean and phases weighted alike.
+fringe orders. An image that is missing, repeated or in the place of another breaks both. An image with another
+exposure, or a lamp that flickers, shows in the brightness of the images, with each pixel measured relative to its own
+mean and all phases weighted equally.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from debulk.scanner.inputs import InputError, Stack
 F64 = NDArray[np.float64]
 Stage = tuple[int, list[int]]
 
-MOST_BRIGHTNESS = 0.015  # relative difference of an image from the others of its number of periods
-MOST_RESIDUAL = 0.15  # median distance of fringe orders to whole numbers; 0.25 is chance
-MOST_MISFIT = 0.10  # of the highest harmonic to the modulation
-_PIXELS = 40_000  # of the sample
-_BINS = 24  # of the phase
-_LEAST = 400  # lit pixels of the sample, to judge by
+MOST_BRIGHTNESS = 0.015  # relative difference of an image from the others with its number of periods
+MOST_RESIDUAL = 0.15  # median distance of fringe orders from whole numbers; 0.25 is pure chance
+MOST_MISFIT = 0.10  # ratio of the highest harmonic to the modulation
+_PIXELS = 40_000  # size of the sample
+_BINS = 24  # bins of the phase
+_LEAST = 400  # lit pixels of the sample that are needed for a judgement
 
 
 def refuse_faults(stack: Stack, periods: tuple[int, ...], steps: int) -> None:
-    """Raise an InputError that names what is wrong with the images; images too dark to judge by pass."""
+    """Raise an InputError that names what is wrong with the images; images too dark to judge are accepted."""
     stages = _core.scanner.unwrap_stages(list(periods))[0]
     step = max(1, round(np.sqrt(stack.shape[0] * stack.shape[1] / _PIXELS)))
     before = -1.0
     for e in range(stack.exposures):
-        # Columns stay close: the sample must hold every phase of the fringes.
+        # Columns in the sample are close together, because it must contain every phase of the fringes.
         sample = np.stack([image[step // 2 :: step, ::step].ravel() for image in stack.exposure(e)]).astype(np.float64)
         where = f" of exposure {e + 1}" if stack.exposures > 1 else ""
         if sample.max() > stack.white:
@@ -56,7 +56,7 @@ def refuse_faults(stack: Stack, periods: tuple[int, ...], steps: int) -> None:
 @dataclass(frozen=True, eq=False)
 class _Fit:
     misfit: float  # highest harmonic over modulation
-    residual: float  # median distance of the fringe orders to whole numbers
+    residual: float  # median distance of the fringe orders from whole numbers
     phases: F64  # (P, M), turns
     means: F64  # (P, M)
 
@@ -71,7 +71,7 @@ def _fit(sample: F64, stages: list[Stage], steps: int) -> _Fit:
     first = np.einsum("k,pkm->pm", turn, values) * (2 / steps)
     phases = np.angle(first) / (2 * np.pi)
     highest = 0.0
-    if steps >= 6:  # with fewer steps a projector's gamma has a part in it
+    if steps >= 6:  # with fewer steps, a projector's gamma contributes to it
         spare = np.einsum("k,pkm->pm", np.cos(2 * np.pi * (steps // 2) * np.arange(steps) / steps), values)
         highest = float(np.sqrt(np.mean(spare**2) / steps) / np.mean(np.abs(first)))
     absolute, periods, worst = np.zeros(sample.shape[1]), 1, np.zeros(sample.shape[1])
@@ -115,7 +115,7 @@ def _fault(sample: F64, white: int, stages: list[Stage], steps: int, where: str)
 
 
 def _misplaced(lit: F64, stages: list[Stage], steps: int, where: str, fit: _Fit) -> str:
-    """Say which images are dark, repeated or in another's place."""
+    """Say which images are dark, repeated or in the place of another."""
     brightness = lit.mean(axis=1)
     for k in np.flatnonzero(brightness < 0.25 * np.median(brightness)):
         return f"image {k + 1}{where} is dark: it was taken without light, or is missing"
@@ -160,10 +160,10 @@ def _uneven(lit: F64, stages: list[Stage], steps: int, where: str) -> str:
 
 
 def brightness_of_images(lit: F64, stages: list[Stage], steps: int) -> F64:
-    """Brightness of each image beside the others of its number of periods.
+    """Brightness of each image relative to the others with its number of periods.
 
-    The mean of grey values over their pixel's mean, every phase counted alike: then the fringes cancel. An odd image
-    spoils the phases and means too, so the images are corrected and measured again.
+    It is the mean of grey values over their pixel's mean, with every phase weighted equally, so that the fringes
+    cancel. An abnormal image also spoils the phases and means, so the images are corrected and measured again.
     """
     brightness = np.ones(len(lit))
     for _ in range(2):

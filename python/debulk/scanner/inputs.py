@@ -1,4 +1,4 @@
-"""The checks that the scanner's faces share."""
+"""The argument checks that the scanner's public functions share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from debulk.arguments import of_type
 InputError = _core.InputError
 Image = NDArray[np.uint8] | NDArray[np.uint16]
 
-MOST_IMAGES = 64  # of an exposure
+MOST_IMAGES = 64  # most images per exposure
 
 
 def whole(name: str, value: Any, low: int, high: int) -> int:
@@ -44,7 +44,7 @@ def checked_pixels(pixels: Any, name: str = "pixels") -> tuple[int, int]:
 
 
 def checked_periods(periods: Any) -> tuple[int, ...]:
-    """Check the numbers of periods: the core says whether they can be unwrapped."""
+    """Check the numbers of periods; the core decides whether they can be unwrapped."""
     try:
         numbers = tuple(operator.index(n) for n in periods)
     except TypeError:
@@ -60,7 +60,7 @@ def checked_steps(steps: Any, periods: Sequence[int]) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """What one camera saw: the images of each exposure, all of one shape and type."""
+    """The images of one camera for each exposure, all of one shape and type."""
 
     images: list[Image]  # exposure by exposure
     exposures: int
@@ -79,7 +79,7 @@ class Stack:
 
 
 def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | None = None) -> Stack:
-    """Take (n, H, W) or (E, n, H, W), an array or sequences of (H, W) arrays; what is in order is not copied."""
+    """Take (n, H, W) or (E, n, H, W), an array or sequences of (H, W) arrays; valid arrays are not copied."""
     if not isinstance(images, np.ndarray | list | tuple) or len(images) == 0:
         raise InputError(f"{name}: expected images of shape (n, H, W) or (E, n, H, W), but got {_what(images)}")
     first = images[0]

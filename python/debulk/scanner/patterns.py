@@ -21,32 +21,32 @@ def fringe_patterns(
 ) -> NDArray[np.uint8]:
     """Make the images that the projector shows.
 
-    Step k at N periods shows 127.5 (1 + cos(phase + 2π k / steps)), rounded, where phase = 2π N u grows from 0 over the
-    projector's width (vertical fringes; over its height for horizontal ones), u = (column + 1/2) / width. The
-    triangulation needs vertical fringes, across the rows of two cameras that stand side by side.
+    Step k at N periods shows 127.5 (1 + cos(phase + 2π k / steps)), rounded. The phase = 2π N u grows from 0 over the
+    projector's width for vertical fringes (over its height for horizontal ones), with u = (column + 1/2) / width. The
+    triangulation needs vertical fringes, across the rows of two cameras that are side by side.
 
     Parameters
     ----------
     pixels
         The projector's width and height.
     periods
-        Numbers of fringes over the width, two to six different ones without a common divisor. Close ones, like 50 and
-        51, measure finely with both; the sharper the images, the more periods pay.
+        Numbers of fringes over the width: two to six different ones without a common divisor. If they are close
+        together, like 50 and 51, both measure finely; the sharper the images, the more periods are worthwhile.
     steps
-        Of each number of periods, 3 or more. With six or more the second harmonic, which a projector's gamma makes,
-        leaves the phase alone.
+        Number of steps for each number of periods, 3 or more. With six or more, the second harmonic, which a
+        projector's gamma causes, does not affect the phase.
     direction
-        "vertical", "horizontal", or "both": vertical ones first.
+        "vertical", "horizontal", or "both" (vertical ones first).
 
     Returns
     -------
     NDArray[np.uint8]
-        (n, H, W): all steps of the first number of periods, then of the second, and so on.
+        (n, H, W): all steps of the first number of periods, then those of the second, and so on.
 
     Raises
     ------
     debulk.InputError
-        An argument is out of its range.
+        If an argument is out of its range.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A picture of a scan: what each pixel's phase rests on, and the depth."""
+"""A picture of a scan: the quality of each pixel's phase, and the depth."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ def picture(scan: Scan, left: Phase, width: int = 1400) -> NDArray[np.uint8]:
     Parameters
     ----------
     scan, left
-        From a `debulk.scanner.Scanner` with ``details``.
+        Results of a `debulk.scanner.Scanner` with ``details``.
     width
-        Of the picture in pixels.
+        Width of the picture in pixels.
 
     Returns
     -------
     NDArray[np.uint8]
-        (height, width, 3), blue, green, red as OpenCV writes them. Grey: nothing is known.
+        (height, width, 3), blue, green, red as OpenCV writes them. Grey means that nothing is known.
 
     Raises
     ------
     debulk.InputError
-        The phase has no order residual.
+        If the phase has no order residual.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What is known of the projector: where in its field a point lies."""
+"""The model of the projector, which says where in the projector's field a point lies."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _POWERS = [(i, j) for i in range(4) for j in range(4 - i) if i + j >= 2]
 
 @dataclass(frozen=True, eq=False)
 class Projector:
-    """Where across the fringes a point lies in the projector's field, 0 to 1: a pinhole and its lens.
+    """Where a point lies across the fringes in the projector's field, 0 to 1: a pinhole with a lens.
 
-    Points are in the left camera's own frame, mm. With (X, 1) the point and its one, the pinhole says
-    p = (first row · (X, 1)) / (second row · (X, 1)); the lens adds terms of the second and third degree in p - 1/2 and
+    Points are in the left camera's own frame, mm. If (X, 1) is the point in homogeneous coordinates, the pinhole gives
+    p = (first row · (X, 1)) / (second row · (X, 1)). The lens adds terms of the second and third degree in p - 1/2 and
     y / z.
     """
 
@@ -30,16 +30,16 @@ class Projector:
     lens: F64 = field(repr=False)
     """(7,)"""
     error_mm: float
-    """Root mean square by which depths from it differ from those of the two cameras, where it was learnt."""
+    """Root mean square difference of its depths from those of the two cameras, in the scans that determined it."""
 
     def at(self, points_mm: ArrayLike) -> F64:
-        """Return the place in the field of (N, 3) points."""
+        """Return the position in the field of (N, 3) points."""
         points = np.asarray(points_mm, dtype=np.float64)
         p = through_pinhole(self.pinhole, points)
         return np.asarray(p + lens_terms(p, points)[0] @ self.lens)
 
     def data(self) -> dict[str, Any]:
-        """Return it as the calibration's file holds it."""
+        """Return the projector in the form of the calibration's file."""
         return {"pinhole": self.pinhole.tolist(), "lens": self.lens.tolist(), "error_mm": self.error_mm}
 
     @classmethod
@@ -56,13 +56,13 @@ class Projector:
 
 
 def through_pinhole(rows: F64, points: F64) -> F64:
-    """Places of (N, 3) points without the lens."""
+    """Positions of (N, 3) points without the lens."""
     above, below = (points @ row[:3] + row[3] for row in rows)
     return np.asarray(above / below)
 
 
 def lens_terms(p: F64, points: F64) -> tuple[F64, F64]:
-    """(N, 7) what the lens's numbers are multiplied with, and how that changes with p."""
+    """(N, 7) factors of the lens's coefficients, and their derivatives with respect to p."""
     a, b = p - 0.5, points[:, 1] / points[:, 2]
     terms = np.column_stack([a**i * b**j for i, j in _POWERS])
     return terms, np.column_stack([i * a ** max(i - 1, 0) * b**j for i, j in _POWERS])

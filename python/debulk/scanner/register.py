@@ -1,4 +1,4 @@
-"""Where the mold lies before the scanner: from markers, or by the mold's own shape."""
+"""Where the mold lies in front of the scanner, from markers or by the mold's own shape."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from debulk.scanner.triangulate import Scan
 
 F64 = NDArray[np.float64]
 
-_LEAST_SPREAD = 0.02  # of markers off one line, relative to their extent
+_LEAST_SPREAD = 0.02  # distance of markers from one line, relative to their extent
 _VOXEL_MM = 4.0
 _REACHES_MM = (60.0, 15.0, 4.0)
-_LEAST_SHARE = 0.5  # of the mold's points that the scan must reach
+_LEAST_SHARE = 0.5  # share of the mold's points that the scan must reach
 
 
 @dataclass(frozen=True, eq=False)
 class Registration:
-    """The mold's frame as seen from the scanner's."""
+    """The mold's frame relative to the scanner's."""
 
     mold_from_scanner: F64
     """(4, 4) x_mold = T x_scanner."""
     residuals_mm: F64 = field(repr=False)
-    """Distance of each marker from its place; of the mold's shape: of points from the surface."""
+    """Distance of each marker from its place or, if the mold's shape was used, of points from the surface."""
     rms_mm: float
-    """Root mean square of these."""
+    """Root mean square of these distances."""
 
 
 def register(
@@ -45,28 +45,28 @@ def register(
     Parameters
     ----------
     scan
-        Of the mold; needed for ``mold``.
+        Scan of the mold; needed for ``mold``.
     markers_mm
-        Two (N, 3) arrays: markers as the scanner measured them, and where they are in the mold's frame, in the same
-        order. Three or more that do not lie on one line.
+        Two (N, 3) arrays: markers as the scanner measured them, and their places in the mold's frame, in the same
+        order. There must be three or more that do not lie on one line.
     mold
-        Instead: points of the mold's surface in the mold's frame, (M, 3) or (H, W, 3); the scan is laid upon them by
-        ICP, point to plane (needs Open3D, the extra ``view``).
+        Used instead of markers: points of the mold's surface in the mold's frame, (M, 3) or (H, W, 3). The scan is
+        aligned with them by ICP, point to plane (needs Open3D, the extra ``view``).
     start
-        (4, 4) for ICP: right within some centimetres and degrees. None: the scanner's frame is nearly the mold's.
+        (4, 4) start of ICP, right within some centimetres and degrees. None: the scanner's frame is nearly the mold's.
     most_mm
-        A root mean square above this is refused.
+        A larger root mean square is refused.
 
     Returns
     -------
     Registration
-        The motion and what it leaves.
+        The motion and its residuals.
 
     Raises
     ------
     debulk.InputError
-        Too few markers or on one line, residuals too large (the marker at fault is named), too little overlap, or
-        Open3D is missing.
+        If there are too few markers or they lie on one line, residuals are too large (the marker at fault is named),
+        the overlap is too small, or Open3D is missing.
 
     Examples
     --------
@@ -95,7 +95,7 @@ def register(
 
 
 def rigid_motion(measured: F64, wanted: F64) -> F64:
-    """Find the (4, 4) rigid motion that brings points nearest to others in the mean square (Kabsch's method)."""
+    """Find the (4, 4) rigid motion that best aligns points with others by least squares (Kabsch's method)."""
     a, b = measured - measured.mean(axis=0), wanted - wanted.mean(axis=0)
     u, _, v = np.linalg.svd(a.T @ b)
     flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(v.T @ u.T))])
@@ -161,7 +161,8 @@ def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registratio
     criteria = open3d.pipelines.registration.ICPConvergenceCriteria(1e-9, 1e-9, 200)
     motion = start
     for reach in _REACHES_MM:
-        # A scan goes on beside the mold. Without this loss the points there pull a flat mold away within three steps.
+        # A scan continues beside the mold. Without this loss, the points there pull a flat mold away within three
+        # steps.
         robust = open3d.pipelines.registration.TukeyLoss(k=1 + 0.2 * reach)
         plane = open3d.pipelines.registration.TransformationEstimationPointToPlane(robust)
         found = open3d.pipelines.registration.registration_icp(source, target, reach, motion, plane, criteria)

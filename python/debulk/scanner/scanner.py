@@ -28,7 +28,7 @@ class ScanCancelled(RuntimeError):
 
 
 class ScanTooLate(RuntimeError):
-    """The deadline passed before the cloud was there."""
+    """The deadline passed before the cloud was complete."""
 
 
 class Scanner:
@@ -39,19 +39,19 @@ class Scanner:
     Parameters
     ----------
     calibration
-        Of the two cameras.
+        Calibration of the two cameras.
     periods, steps, bits, sensor_noise, blur_px
         As in `debulk.scanner.decode`.
     details
-        Keep what a picture of the scan needs: the left camera's order residual. It takes 4 bytes a pixel, beside 26 for
-        the phases of both cameras and 16 for where their rectified pixels lie.
+        Whether to keep the data for a picture of the scan, the left camera's order residual. It takes 4 bytes per
+        pixel, in addition to 26 for the phases of both cameras and 16 for the positions of their rectified pixels.
     threads
-        0: as many as the process may use. The result does not depend on it.
+        Number of threads; 0 means as many as the process may use. The result does not depend on it.
 
     Raises
     ------
     debulk.InputError
-        An argument is out of its range.
+        If an argument is out of its range.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class Scanner:
         self.blur_px = checked_blur(blur_px)
         self.threads = whole("threads", threads, 0, 1024)
         self.left: Phase | None = None
-        """The left camera's phase of the last scan, in memory that the next one overwrites."""
+        """The left camera's phase of the last scan, in memory that the next scan overwrites."""
         self.right: Phase | None = None
         calibration.rectified  # noqa: B018  prepared now, not in the first cycle
         shape = calibration.pixels[1], calibration.pixels[0]
@@ -111,28 +111,29 @@ class Scanner:
         Parameters
         ----------
         left_images, right_images
-            As in `debulk.scanner.decode`, of the calibration's size.
+            Images as in `debulk.scanner.decode`, of the calibration's size.
         deadline_s
-            Seconds from now after which the scan ends with `ScanTooLate`.
+            Seconds from now after which the scan ends with `ScanTooLate`; None means no deadline.
         progress
-            Called with the name of the stage and the share of the work that is done, from the calling thread.
+            Function that is called from the calling thread with the name of the stage and the share of the work that is
+            done.
         out
-            Memory for the points, (H, W, 3), and the uncertainty, (H, W), float32 and C-contiguous: then a cycle
-            allocates nothing large. None: new.
+            Memory for the points, (H, W, 3), and the uncertainty, (H, W), float32 and C-contiguous, so that a cycle
+            allocates nothing large. None: new arrays.
 
         Returns
         -------
         Scan
-            The cloud. `left` and `right` hold the phases it was made from.
+            The cloud. The scanner's `left` and `right` hold the phases from which it was made.
 
         Raises
         ------
         debulk.InputError
-            Names what was wrong with the images, or that a camera was moved; there is no cloud then.
+            If images are wrong, or a camera was moved; the message says which, and there is no cloud.
         ScanCancelled
-            After `cancel`.
+            If `cancel` was called.
         ScanTooLate
-            After the deadline.
+            If the deadline passed.
         """
         stop = _core.Stop()
         if deadline_s is not None:
@@ -150,7 +151,7 @@ class Scanner:
                 raise ScanTooLate(f"the deadline of {deadline_s:g} s passed before the cloud was there") from None
 
     def cancel(self) -> None:
-        """End the scan that runs, from any thread: it raises `ScanCancelled` after some milliseconds."""
+        """End the running scan, from any thread; it raises `ScanCancelled` after some milliseconds."""
         self._running.cancel()
 
     def _scan(
@@ -162,7 +163,7 @@ class Scanner:
         stop: _core.Stop,
         pool: ThreadPoolExecutor,
     ) -> Scan:
-        """Each stage in the pool's thread, so that Ctrl-C reaches this one while the core works."""
+        """Run each stage in the pool's thread, so that Ctrl-C reaches this thread while the core computes."""
         count = len(self.periods) * self.steps
         report("checking images", 0.0)
         shape = self.calibration.pixels[1], self.calibration.pixels[0]

@@ -1,8 +1,9 @@
-"""The projector as a third view.
+"""Check of the two cameras with the projector as a third view.
 
-A camera that is turned about the upright by 0.01 degrees moves all points by millimetres in depth, and every row still
-agrees. But the phase of a point says where in the projector's field it lies, and a projector that stands still cannot
-see it from elsewhere: depth by the two cameras and depth by the left one and the projector must agree.
+A camera that is turned about the vertical axis by 0.01 degrees moves all points by millimetres in depth, yet all rows
+still agree. But the phase of a point says where it lies in the projector's field, and that is determined by the place
+of the point if the projector has not moved. So the depth from the two cameras and the depth from the left camera and
+the projector must agree.
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
 MOST_DISAGREEMENT = 2e-4
-"""Of the depth, 0.5 mm of 2.4 m: more, and a camera or the projector was moved."""
+"""Limit relative to the depth, 0.5 mm of 2.4 m: if it is exceeded, a camera or the projector was moved."""
 _SAMPLES = 40_000
 _LEAST_SAMPLES = 500
-_LEAST_RELIEF = 2e-3  # of the depth: how far points lie off one plane, root mean square
-_LEAST_PARALLAX = 0.01  # shares of the field that a point moves by for its whole depth
+_LEAST_RELIEF = 2e-3  # root mean square distance of points from one plane, relative to the depth
+_LEAST_PARALLAX = 0.01  # share of the field that a point moves by for its whole depth
 _ROUNDS = 6
 
 
@@ -42,7 +43,7 @@ def learn(seen: Sequence[tuple[F64, F64]]) -> Projector:
             f"within {100 * relief:.2f} % of their depth: scan a plate at three distances"
         )
     pinhole, lens, keep = _first_pinhole(points, places), np.zeros(7), np.ones(len(points), bool)
-    for _ in range(_ROUNDS):  # Gauss and Newton's, without what lies on edges
+    for _ in range(_ROUNDS):  # Gauss-Newton, without points on edges
         p = through_pinhole(pinhole, points)
         terms, slopes = lens_terms(p, points)
         below = points @ pinhole[1, :3] + pinhole[1, 3]
@@ -51,7 +52,7 @@ def learn(seen: Sequence[tuple[F64, F64]]) -> Projector:
         keep = np.abs(off) <= 4 * 1.4826 * np.median(np.abs(off)) + 1e-12
         slope = np.hstack([by_p, -p[:, None] * by_p, terms])
         size = np.linalg.norm(slope, axis=0)
-        # What the points hardly determine, such as a lens that acts like a slant, stays as it was.
+        # Parameters that the points hardly determine, such as a lens that acts like a slant, keep their values.
         step = np.linalg.lstsq(slope[keep] / size, off[keep], rcond=1e-4)[0] / size
         pinhole, lens = pinhole + step[:8].reshape(2, 4), lens + step[8:]
     found = Projector(pinhole, lens, float("nan"))
@@ -79,7 +80,7 @@ def disagreement(points: F32, left: Phase, rectified: Rectified, projector: Proj
 
 
 def sampled(points: F32, left: Phase, rectified: Rectified) -> tuple[F64, F64]:
-    """Sample a scan: points in the left camera's own frame, and where their phase says that they lie in the field."""
+    """Sample a scan: points in the left camera's own frame, and their places in the field according to the phase."""
     height, width = points.shape[:2]
     step = max(1, round(np.sqrt(height * width / _SAMPLES)))
     rows, columns = (a.ravel() for a in np.mgrid[step // 2 : height : step, step // 2 : width : step])
@@ -96,7 +97,7 @@ def sampled(points: F32, left: Phase, rectified: Rectified) -> tuple[F64, F64]:
 
 
 def _depth_errors(projector: Projector, points: F64, places: F64) -> tuple[F64, F64]:
-    """How far a point's place moves for its whole depth along the left camera's ray, and each depth's error, mm."""
+    """How far a point's place moves over its whole depth along the left camera's ray, and each depth's error, mm."""
     here = projector.at(points)
     parallax = (projector.at(points * 1.001) - here) / 0.001
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -105,7 +106,7 @@ def _depth_errors(projector: Projector, points: F64, places: F64) -> tuple[F64, 
 
 
 def _relief(points: F64) -> float:
-    """How far points lie off one plane, as a share of their depth: of a plane 1 / z is linear in x / z and y / z."""
+    """Distance of points from one plane, relative to their depth; on a plane, 1 / z is linear in x / z and y / z."""
     x, y, z = points.T
     basis = np.column_stack([np.ones_like(z), x / z, y / z])
     near = 1 / z
@@ -114,7 +115,7 @@ def _relief(points: F64) -> float:
 
 
 def _first_pinhole(points: F64, places: F64) -> F64:
-    """Fit a pinhole by the linear equations, each point weighted as it counts in the field."""
+    """Fit a pinhole by the linear equations, with each point weighted by its effect in the field."""
     middle, scale = points.mean(axis=0), float(points.std())
     ones = np.column_stack([(points - middle) / scale, np.ones(len(points))])
     weight = np.ones(len(points))

@@ -20,9 +20,9 @@ from debulk.scanner.third_view import disagreement
 F32 = NDArray[np.float32]
 
 EDGE_RATIO = 3.0
-"""Neighbouring phases further apart than this many of the image's median steps lie on two sides of an edge."""
+"""Neighbouring phases farther apart than this many of the image's median steps lie on two sides of an edge."""
 LEAST_MATCHED = 0.3
-"""Share of the seen pixels that find a partner, below which the cameras do not look at one scene."""
+"""If a smaller share of the seen pixels finds a partner, the cameras do not look at the same scene."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,33 +33,33 @@ class Scan:
     """(H, W, 3) in the frame of the rectified left camera: pixel (i, j) lies along ((j - cx) / f, (i - cy) / f, 1); NaN
     where nothing was seen by both cameras."""
     uncertainty_mm: F32 = field(repr=False)
-    """(H, W) standard deviation along the ray by the phases' noise; 0 where that is not known."""
+    """(H, W) standard deviation along the ray due to the phases' noise; 0 where that is not known."""
     camera: tuple[float, float, float]
     """f, cx, cy in pixels."""
     counts: Mapping[str, int] = field(default_factory=dict)
-    """Pixels ``seen`` by the left camera, of those ``matched``, ``unmatched`` (hidden from the right one),
-    ``ambiguous`` (the left-right check failed), ``behind`` the cameras."""
+    """Numbers of pixels ``seen`` by the left camera and, of those, ``matched``, ``unmatched`` (hidden from the right
+    camera), ``ambiguous`` (the left-right check failed) and ``behind`` the cameras."""
     epipolar: Epipolar | None = None
     """How well the rows of the two images agree; None where no images were given."""
     projector_mm: float = float("nan")
-    """Depth by which cameras and projector disagree; NaN where the calibration holds no projector."""
+    """Depth by which cameras and projector disagree; NaN if the calibration contains no projector."""
 
 
 def match(left: Phase | ArrayLike, right: Phase | ArrayLike, *, threads: int = 0) -> tuple[F32, F32]:
-    """Match two phase maps that are rectified already, row by row.
+    """Match two phase maps that are already rectified, row by row.
 
     Parameters
     ----------
     left, right
-        A `Phase`, or (H, W) absolute phases in rad, NaN where nothing is known. As many rows in both.
+        A `Phase`, or (H, W) absolute phases in rad, NaN where nothing is known. Both have the same number of rows.
     threads
-        0: as many as the process may use.
+        Number of threads; 0 means as many as the process may use.
 
     Returns
     -------
     tuple[NDArray[np.float32], NDArray[np.float32]]
-        (H, W) disparity, column in the left image less column in the right one, NaN where there is none; and its
-        standard deviation (0 without the phases' noise). Pixels.
+        (H, W) disparity in pixels, the column in the left image minus that in the right one, NaN where there is none;
+        and its standard deviation (0 without the phases' noise).
 
     Examples
     --------
@@ -89,20 +89,20 @@ def triangulate(
 ) -> Scan:
     """Triangulate two absolute phase maps.
 
-    Each pixel of the rectified left image is matched along its row of the right one, between pixels, never across an
-    edge or a gap; the partner must find its way back (left-right check). The rest is NaN.
+    Each pixel of the rectified left image is matched along its row of the right image, between pixels, never across an
+    edge or a gap. The match back from the right image must lead to the same pixel (left-right check). All other pixels
+    are NaN.
 
     Parameters
     ----------
     left, right
-        A `Phase` of each camera, or (H, W) absolute phases in rad from another decoder, in the images as they were
-        taken.
+        A `Phase` from each camera, or (H, W) absolute phases in rad from another decoder, in the original images.
     calibration
-        Of the two cameras. Its rectification is prepared with the first call.
+        Calibration of the two cameras. Its rectification is prepared in the first call.
     threads
-        0: as many as the process may use. The result does not depend on it.
+        Number of threads; 0 means as many as the process may use. The result does not depend on it.
     stop
-        Raised from another thread, ends the computation soon.
+        Cancelling it from another thread ends the computation soon.
 
     Returns
     -------
@@ -112,9 +112,9 @@ def triangulate(
     Raises
     ------
     debulk.InputError
-        Phases of another shape than the calibration's; cameras that are exchanged, were moved since they were
-        calibrated (told from their modulation, and from the projector if the calibration holds it, so of two `Phase`
-        only), or do not look at one scene.
+        If phases have another shape than the calibration's, or the cameras are swapped, were moved since they were
+        calibrated, or do not look at the same scene. Movement is detected from the modulation, and from the projector
+        if the calibration contains it, so only with two `Phase` objects.
 
     Examples
     --------

@@ -1,8 +1,9 @@
-"""Virtual layups: what a scanner would see of a draped ply with air pockets, with everything about it known.
+"""Virtual layups: what a scanner would see of a draped ply with air pockets, and the complete truth about it.
 
 A scene stands in for a robot cell in the demonstration, the tests and the benchmarks. It is made from its seed alone:
-the same seed gives the same bits, on any number of threads. `layup` makes those of the first family, `varied_layup`
-those of a second one, written apart from the first; `mistakes` spoils what either gives to an inspector.
+the same seed gives the same bits, on any number of threads. `layup` makes scenes of the first family. `varied_layup`
+makes those of a second family, whose code is independent of the first. `mistakes` spoils the inspector's input from
+either.
 """
 
 from __future__ import annotations

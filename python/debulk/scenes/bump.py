@@ -1,4 +1,4 @@
-"""One bell under the ply: h(ρ) = H cos²(πρ/2) over an ellipse, with its exact measures at the cut."""
+"""One bell under the ply: h(ρ) = H cos²(πρ/2) over an ellipse, with its exact dimensions at the cut height."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class Bell:
     height_mm: float
 
     def to_unit(self, x: F64, y: F64) -> tuple[F64, F64]:
-        """Mold XY to the frame in which the foot is the unit circle."""
+        """Convert mold XY to the frame in which the foot is the unit circle."""
         c, s = np.cos(np.deg2rad(self.angle_deg)), np.sin(np.deg2rad(self.angle_deg))
         dx, dy = x - self.centre_mm[0], y - self.centre_mm[1]
         return (c * dx + s * dy) / self.radii_mm[0], (c * dy - s * dx) / self.radii_mm[1]
 
     def from_unit(self, points: F64) -> F64:
-        """(N, 2) points of the unit-circle frame to mold XY."""
+        """Convert (N, 2) points of the unit-circle frame to mold XY."""
         c, s = np.cos(np.deg2rad(self.angle_deg)), np.sin(np.deg2rad(self.angle_deg))
         p, q = points[:, 0] * self.radii_mm[0], points[:, 1] * self.radii_mm[1]
         return np.stack([self.centre_mm[0] + c * p - s * q, self.centre_mm[1] + s * p + c * q], axis=1)
@@ -55,22 +55,22 @@ class Bell:
         return rise, c * du - s * dv, s * du + c * dv, rho
 
     def foot(self, points: int) -> F64:
-        """(points, 2) on the foot's ellipse, mold XY, counter-clockwise."""
+        """(points, 2) points on the ellipse of the foot, mold XY, counter-clockwise."""
         angles = 2 * np.pi * np.arange(points) / points
         return self.from_unit(np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
     def reach(self, direction_rad: float) -> float:
-        """How far the foot reaches from its centre along a direction of the mold's XY, mm."""
+        """Distance that the foot extends from its centre along a direction in mold XY, mm."""
         turned = direction_rad - np.deg2rad(self.angle_deg)
         return float(np.hypot(self.radii_mm[0] * np.cos(turned), self.radii_mm[1] * np.sin(turned)))
 
 
 @dataclass(frozen=True, eq=False)
 class Bump:
-    """A pocket or a decoy as it truly is. Heights are above the reference, along z: the ply's thickness included."""
+    """The truth about a pocket or a decoy. Heights are above the reference, along z, including the ply's thickness."""
 
     kind: Kind
-    """"pocket", or which tolerance a decoy stays below."""
+    """"pocket", or the tolerance below which a decoy stays."""
     centre_mm: tuple[float, float]
     """Mold XY of the top."""
     radii_mm: tuple[float, float]
@@ -84,15 +84,15 @@ class Bump:
     volume_mm3: float
     """Integral of the height above the reference over that area."""
     outline_mm: F64 = field(repr=False)
-    """(K, 2) contour at the cut height, clipped by the ply's outline, counter-clockwise; (0, 2) below it."""
+    """(K, 2) contour at the cut height, clipped by the ply's outline, counter-clockwise; (0, 2) if it stays below."""
     foot_outline_mm: F64 = field(repr=False)
     """(K, 2) edge of the bell itself, clipped by the ply's outline, counter-clockwise."""
     touches_ply_edge: bool
     """Whether the ply's edge cuts the bump."""
     straight_excess_mm: float
-    """Length of the whole bell's profile over its short axis less the straight distance, on a flat floor."""
+    """Length of the whole bell's profile over its short axis minus the straight distance, on a flat floor."""
     bell: Bell = field(repr=False)
-    """The shape."""
+    """Shape of the bump."""
 
 
 def cut_radius(height_mm: float, level_mm: float) -> float:
@@ -109,9 +109,10 @@ def radii_for_area(area_mm2: float, aspect: float, rho: float) -> tuple[float, f
 
 
 def straight_excess(height_mm: float, short_mm: float) -> float:
-    """Arc length less base of y = H cos²(πx/2R), -R < x < R; π²H²/(8R) for a shallow one.
+    """Arc length minus base of y = H cos²(πx/2R), -R < x < R; π²H²/(8R) for a shallow one.
 
-    The mean over a period of a smooth periodic function: equally spaced samples converge faster than any power.
+    It is the mean of a smooth periodic function over a period, for which equally spaced samples converge faster than
+    any power.
     """
     x = (np.arange(512) + 0.5) / 256.0 - 1.0
     slope = 0.5 * np.pi * height_mm / short_mm * np.sin(np.pi * x)
@@ -125,12 +126,12 @@ def clipped_area(bell: Bell, ply_outline: F64, rho: float) -> float:
 
 
 def measure(kind: Kind, bell: Bell, ply_outline: F64, thickness_mm: float, cut_height_mm: float) -> Bump:
-    """Find the truth about a bell lying on this ply."""
+    """Determine the truth about a bell on this ply."""
     unit = np.stack(bell.to_unit(ply_outline[:, 0], ply_outline[:, 1]), axis=1)
     scale = bell.radii_mm[0] * bell.radii_mm[1]
     rho = cut_radius(bell.height_mm, cut_height_mm - thickness_mm)
     touches = bool(abs(disc_area_inside(unit, 1.0) - np.pi) > 1e-9)
-    # Layers: ∫ h dA = h(ρc) A(ρc) - ∫ h'(ρ) A(ρ) dρ, with h' = -(π H / 2) sin(πρ) and A exact.
+    # Integration by layers: ∫ h dA = h(ρc) A(ρc) - ∫ h'(ρ) A(ρ) dρ, with h' = -(π H / 2) sin(πρ) and A exact.
     node, weight = np.polynomial.legendre.leggauss(4)
     panels = 64
     radii = ((np.arange(panels)[:, None] + 0.5 * (node + 1.0)) * (rho / panels)).reshape(-1)

@@ -1,4 +1,4 @@
-"""The scanner: a tilted pinhole camera above the mold, one ray a pixel."""
+"""The scanner: a tilted pinhole camera above the mold, with one ray per pixel."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from debulk.scenes import mold
 
 F64 = NDArray[np.float64]
 
-# The mold's image keeps this share of the image's width clear on each side when it fills the image.
+# If the mold fills the image, this share of the image's width stays clear on each side.
 _MARGIN = 0.01
 
 
@@ -33,12 +33,12 @@ class Camera:
     centre: F64
 
     def project(self, points_mold: F64) -> F64:
-        """(N, 3) points in the mold frame to (N, 2) pixel coordinates (column, row)."""
+        """Convert (N, 3) points in the mold frame to (N, 2) pixel coordinates (column, row)."""
         p = (points_mold - self.centre) @ self.rotation
         return np.asarray(p[:, :2] / p[:, 2:] * self.f + np.array([self.cx, self.cy]))
 
     def box(self, points_mold: F64, spare: int = 2) -> tuple[int, int, int, int]:
-        """First row, past-last row, first column, past-last column of the pixels that hold these points, clipped."""
+        """First row, past-last row, first column, past-last column of the pixels that contain these points, clipped."""
         pixel = self.project(points_mold)
         low = np.floor(pixel.min(axis=0)).astype(int) - spare
         high = np.ceil(pixel.max(axis=0)).astype(int) + spare + 1
@@ -59,17 +59,17 @@ class Camera:
 
 
 def aim(rng: np.random.Generator, pixels: tuple[int, int], pitch_mm: float | None) -> Camera:
-    """Set up a camera 2.4 m above the mold, tilted by about 8.5 degrees, focal length from the wanted point distance.
+    """Set up a camera 2.4 m above the mold, tilted by about 8.5 degrees, with a focal length for the wanted pitch.
 
-    It always stands above the ply, so every ray moves outwards as it descends and none enters under a raised edge:
-    the ray caster relies on that.
+    It is always above the ply, so every ray moves outwards as it descends and none enters under a raised edge. The ray
+    caster relies on that.
     """
     width, height = pixels
     centre = np.array([140.0, -330.0, 2400.0]) + rng.uniform(-1, 1, 3) * np.array([20.0, 20.0, 10.0])
     roll = np.deg2rad(rng.uniform(-1.5, 1.5))
     forward = np.array([0.0, 0.0, -15.0]) - centre
     forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 1.0, 0.0])  # image right is mold +x, image down is mold -y
+    right = np.cross(forward, [0.0, 1.0, 0.0])  # right in the image is mold +x, down is mold -y
     right /= np.linalg.norm(right)
     down = np.cross(forward, right)
     right, down = np.cos(roll) * right + np.sin(roll) * down, np.cos(roll) * down - np.sin(roll) * right
@@ -82,7 +82,7 @@ def aim(rng: np.random.Generator, pixels: tuple[int, int], pitch_mm: float | Non
     if pitch_mm is None:
         f = largest_f
     else:
-        x, y = rim.T  # points on the mold = f² · its area in the normalised image; one point takes pitch²
+        x, y = rim.T  # f² · mold area in the normalised image = number of points; each takes pitch²
         image_area = 0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
         points_per_f2 = image_area / (4 * mold.HALF_X_MM * mold.HALF_Y_MM)
         f = float(1.0 / (pitch_mm * np.sqrt(points_per_f2)))

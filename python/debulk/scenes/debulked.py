@@ -1,8 +1,8 @@
-"""The virtual layup after debulking, made from the truth alone: no prediction has a part in it.
+"""The virtual layup after debulking, made only from the truth, without any prediction.
 
-The vacuum presses the whole ply to its consolidated thickness. A pocket's excess length over its short axis, less what
-the ply takes up in its plane, stands as one narrow ridge along the long axis. This is a stand-in to exercise the
-comparison with, not a model of debulking: how well a prediction agrees with it says nothing about a real ply.
+The vacuum presses the whole ply to its consolidated thickness. A pocket's excess length over its short axis, minus what
+the ply takes up in its plane, remains as one narrow ridge along the long axis. This is a stand-in for testing the
+comparison, not a model of debulking: how well a prediction agrees with it says nothing about a real ply.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
 RIDGE_HALF_WIDTH_MM = 4.0  # an elastic fold of this ply is about four natural lengths of 2 mm wide at its foot
-TAKEN_UP_MM = 0.2  # excess that shear and waves too low to see take up
+TAKEN_UP_MM = 0.2  # excess that shear and invisibly low waves take up
 RELEASED_MM = 0.5  # excess that slides out at the ply's edge
-_STEPS = 12  # of the ray caster; a ridge is steep and narrow
+_STEPS = 12  # steps of the ray caster, because a ridge is steep and narrow
 
 
 @dataclass(frozen=True, eq=False)
 class Scanner:
-    """How the scans of a layup were taken, so that one more can be."""
+    """How the scans of a layup were taken, so that another one can be taken."""
 
     camera: Camera
     ply: StarPolygon
@@ -45,13 +45,13 @@ class Debulked:
     """A scan of the ply after debulking, and the truth about it."""
 
     scan: F32 = field(repr=False)
-    """(H, W, 3) organised cloud, scanner frame, mm, NaN = nothing seen."""
+    """(H, W, 3) organised cloud, scanner frame, mm; NaN where nothing was seen."""
     thickness_mm: float
-    """Of the consolidated ply, along z."""
+    """Thickness of the consolidated ply, along z."""
     ridges: tuple[Bell | None, ...]
-    """What stands of each pocket, in the order of the truth; None where it closed. Heights over the rest of the ply."""
+    """Ridge that remains of each pocket, in the truth's order; None if it closed. Heights above the rest of the ply."""
     decoy_ridges: tuple[Bell | None, ...]
-    """Likewise for the decoys."""
+    """The same for the decoys."""
     dropout: NDArray[np.bool_] = field(repr=False)
     """(H, W): pixels that saw nothing."""
     flying: NDArray[np.bool_] = field(repr=False)
@@ -78,13 +78,13 @@ def debulk(
     standing = tuple(ridge for ridge in (*ridges, *decoy_ridges) if ridge is not None)
     faults = spoil(
         (scanner.seed, 3), scanner.camera, scanner.noise_mm, scanner.flying_share, scanner.dropout_share
-    )  # 1 and 2 are the scan's and the reference's
+    )  # 1 and 2 are for the scan and the reference
     scan, _ = cast(scanner.camera, Target(scanner.ply, thickness, standing, _STEPS), faults, None, scanner.threads)
     return Debulked(scan, thickness, ridges, decoy_ridges, faults.dropout, faults.flying, scanner.ply)
 
 
 def ridge_of(bump: Bump) -> Bell | None:
-    """Return what is left of a bump: None, or a bell as long as the bump and RIDGE_HALF_WIDTH_MM to each side."""
+    """Return what remains of a bump: None, or a bell as long as the bump with RIDGE_HALF_WIDTH_MM on each side."""
     excess = bump.straight_excess_mm - TAKEN_UP_MM - (RELEASED_MM if bump.touches_ply_edge else 0.0)
     if excess <= 0:
         return None
@@ -92,7 +92,7 @@ def ridge_of(bump: Bump) -> Bell | None:
 
 
 def ridge_height(excess_mm: float) -> float:
-    """Height at which a ridge's middle section has this excess length: the inverse of `straight_excess`."""
+    """Height at which the middle section of a ridge has this excess length: the inverse of `straight_excess`."""
     low, high = 0.0, RIDGE_HALF_WIDTH_MM + excess_mm  # the arc is longer than twice the height
     for _ in range(60):
         middle = 0.5 * (low + high)

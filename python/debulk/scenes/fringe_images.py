@@ -1,4 +1,4 @@
-"""The virtual scanner: the fringe images that two cameras would take of a layup, with the truth about them."""
+"""The virtual scanner: the fringe images that two cameras would take of a layup, and the truth about them."""
 
 from __future__ import annotations
 
@@ -25,34 +25,34 @@ PROJECTOR_PIXELS = (1920, 1200)
 FULL_WELL = 14_000.0  # electrons at the greatest grey value
 READ_ELECTRONS = 6.0
 LENS_BLUR_PIXELS = 0.6  # standard deviation
-WHITE = 0.7  # reflectance that just saturates the exposure 1
-_HIDDEN = 2e-4  # of the way from the projector: nearer than this, something stands in the light
+WHITE = 0.7  # reflectance that just saturates the exposure of 1
+_HIDDEN = 2e-4  # share of the way from the projector: a surface nearer by more than this blocks the light
 
 
 @dataclass(frozen=True, eq=False)
 class FringeTruth:
-    """What is known about fringe images."""
+    """The truth about fringe images."""
 
     points_mm: F32 = field(repr=False)
-    """(H, W, 3) on the rectified left camera's pixel grid, in its frame: the cloud as a perfect scanner would "
-    "give it."""
+    """(H, W, 3) on the rectified left camera's pixel grid, in its frame: the cloud that a perfect scanner would
+    give."""
     seen: NDArray[np.bool_] = field(repr=False)
-    """(H, W) of these, the ones that the projector lights and the right camera sees."""
+    """(H, W): those of these points that the projector lights and the right camera sees."""
     left_phase_rad: F32 = field(repr=False)
-    """(H, W) of the left image as it was taken, NaN where the projector does not light it."""
+    """(H, W) in the original left image, NaN where the projector does not light it."""
     right_phase_rad: F32 = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
 class FringeImages:
-    """The images of a virtual scanner."""
+    """The images of a virtual scanner, with calibration, pose and truth."""
 
     left: NDArray[np.uint8] | NDArray[np.uint16] = field(repr=False)
     """(E, n, H, W), shortest exposure first."""
     right: NDArray[np.uint8] | NDArray[np.uint16] = field(repr=False)
     calibration: Calibration = field(repr=False)
     mold_from_scanner: F64 = field(repr=False)
-    """(4, 4) x_mold = T x, of a point in the rectified left camera's frame."""
+    """(4, 4) x_mold = T x, for a point in the rectified left camera's frame."""
     truth: FringeTruth = field(repr=False)
 
 
@@ -68,29 +68,29 @@ def fringe_images(
     bare: bool = False,
     repeat: int = 0,
 ) -> FringeImages:
-    """Render the fringe images of a layup, as two cameras 420 mm apart would take them from 2.4 m.
+    """Render the fringe images of a layup that two cameras 420 mm apart would take from a height of 2.4 m.
 
-    A projector between the cameras (1920 x 1200, its own gamma and blur, some light where it is black) shows
-    `debulk.scanner.fringe_patterns`. The ply is dark carbon fibre with bright highlights that lie elsewhere for each
-    camera: reflectances differ by a factor of 20 and more. There is ambient light, shadow beside raised edges, lens
-    distortion and blur, shot noise, read noise, saturation, and grey values are whole.
+    A projector between the cameras (1920 x 1200, with its own gamma and blur, and some light where it is black) shows
+    `debulk.scanner.fringe_patterns`. The ply is dark carbon fibre with bright highlights at different places for each
+    camera; reflectances differ by a factor of 20 and more. The images include ambient light, shadow beside raised
+    edges, lens distortion and blur, shot noise, read noise and saturation. Grey values are whole numbers.
 
     Parameters
     ----------
     layup
-        From `debulk.scenes.layup`. The virtual scanner is another than the one that made its clouds.
+        A layup from `debulk.scenes.layup`. The virtual scanner differs from the one that made the layup's clouds.
     pixels
         Width and height of both cameras' images.
     exposures
-        Relative, growing; 1 just does not saturate on the brightest highlight.
+        Relative exposures in ascending order; 1 is just not saturated by the brightest highlight.
     periods, steps
         As in `debulk.scanner.fringe_patterns`.
     bits
-        8 (uint8), or 10 to 16 (uint16).
+        Bits of a grey value: 8 (uint8), or 10 to 16 (uint16).
     bare
-        The mold without the ply: what the reference is scanned from.
+        Whether to render the mold without the ply, from which the reference is scanned.
     repeat
-        Number of the scan: the same scene, other noise.
+        Number of the scan: the same scene with other noise.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def fringe_images(
     Raises
     ------
     debulk.InputError
-        An argument is out of its range.
+        If an argument is out of its range.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def _points(camera: View, target: Target, ply: bool) -> F64:
 
 
 def _field(points: F64, instrument: Rig, camera: View, target: Target, ply: bool) -> F64:
-    """Where in the projector's field points lie, 0 to 1; NaN in shadow or outside."""
+    """Position of points in the projector's field, 0 to 1; NaN in shadow or outside."""
     projector = instrument.projector
     local = (points - projector.centre) @ projector.rotation
     f, cx, cy = projector.matrix[0, 0], projector.matrix[0, 2], projector.matrix[1, 2]
@@ -187,7 +187,7 @@ def _take(
 def _true_cloud(
     calibration: Calibration, instrument: Rig, target: Target, ply: bool
 ) -> tuple[F32, NDArray[np.bool_], F64]:
-    """Points on the rectified left grid, which of them light and both cameras reach, and the pose."""
+    """Points on the rectified left grid, which of them are lit and seen by both cameras, and the pose."""
     rectified, left = calibration.rectified, instrument.left
     width, height = rectified.pixels
     f, cx, cy = rectified.camera

@@ -1,4 +1,4 @@
-"""What light the projector throws, and how carbon fibre, a mold and a table throw it back."""
+"""The light of the projector, and how carbon fibre, mold and table reflect it."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from debulk.scenes.raycast import Target
 
 F64 = NDArray[np.float64]
 
-GAMMA = 1.25  # what a projector with a linear table leaves of its own
+GAMMA = 1.25  # gamma that remains in a projector with a linear table
 BLUR_PIXELS = 0.7  # of the projector's lens, standard deviation
-DARK = 0.004  # light of a black projector pixel beside a white one
+DARK = 0.004  # light of a black projector pixel relative to a white one
 AMBIENT = 0.02
 _OVERSAMPLED = 8
 
-_DIFFUSE = 0.022  # of the fibre; a white wall is 1
-_GLOSS = 0.45  # at the middle of a highlight
-_GLOSS_POWER = 140.0  # the greater, the narrower its highlights
+_DIFFUSE = 0.022  # reflectance of the fibre; a white wall is 1
+_GLOSS = 0.45  # reflectance in the middle of a highlight
+_GLOSS_POWER = 140.0  # the greater it is, the narrower the highlights
 _WEAVE_MM = 30.0  # two tows
 
 
 def light_lines(patterns: NDArray[np.uint8]) -> F64:
-    """(n, L) light over the projector's columns, L samples over its width: gamma, pixels and blur; white is 1."""
+    """(n, L) light over the projector's width in L samples, with gamma, pixels and blur; white is 1."""
     shown = patterns[:, patterns.shape[1] // 2].astype(np.float64) / 255.0
     fine = np.repeat(DARK + (1 - DARK) * shown**GAMMA, _OVERSAMPLED, axis=1)
     reach = int(5 * BLUR_PIXELS * _OVERSAMPLED)
@@ -38,19 +38,19 @@ def light_lines(patterns: NDArray[np.uint8]) -> F64:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """Smooth random variation over the mold's XY, of mean 0 and deviation 1, from waves of 7 to 25 mm."""
+    """Smooth random variation over mold XY, with mean 0 and deviation 1, made of waves of 7 to 25 mm."""
 
     waves: F64  # (K, 3) wave vector per mm, phase
 
     @classmethod
     def drawn(cls, rng: np.random.Generator, count: int = 16) -> Texture:
-        """Draw one."""
+        """Draw a random texture."""
         direction, length = rng.uniform(0, 2 * np.pi, count), rng.uniform(7.0, 25.0, count)
         k = 2 * np.pi / length
         return cls(np.column_stack([k * np.cos(direction), k * np.sin(direction), rng.uniform(0, 2 * np.pi, count)]))
 
     def at(self, x: F64, y: F64) -> F64:
-        """Value at these points."""
+        """Values at these points."""
         total = np.zeros(x.shape)
         for kx, ky, phase in self.waves:
             total += np.cos(kx * x + ky * y + phase)
@@ -65,10 +65,11 @@ def reflectance(
     projector: View,
     textures: tuple[Texture, Texture],
 ) -> F64:
-    """Share of the projector's light that (H, W, 3) points throw towards a camera.
+    """Share of the projector's light that (H, W, 3) points reflect towards a camera.
 
-    The ply is woven: fibres along x and y take turns. A fibre shines where the half-way direction between projector and
-    camera is across it, so that highlights are bands, lie elsewhere for each camera, and wander with the ply's slope.
+    The ply is woven, with fibres alternately along x and y. A fibre shines where the half-way direction between
+    projector and camera is perpendicular to it. So highlights are bands, which are at different places for each camera
+    and shift with the ply's slope.
     """
     x, y = points[..., 0], points[..., 1]
     _, zx, zy = mold.height_and_slopes(x, y)

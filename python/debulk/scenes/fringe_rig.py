@@ -1,4 +1,4 @@
-"""Two cameras and a projector above the mold, and what their rays meet."""
+"""Two cameras and a projector above the mold, and the surfaces that their rays meet."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from debulk.scenes.raycast import Rays, Target, hit
 F64 = NDArray[np.float64]
 
 BASELINE_MM = 420.0
-PROJECTOR_DOWN_MM = 60.0  # beside the baseline, towards the image's lower edge
+PROJECTOR_DOWN_MM = 60.0  # distance from the baseline, towards the image's lower edge
 _DISTORTION = np.array([-0.09, 0.06, 4e-4, -3e-4, 0.0])
 _LOOK_AT = np.array([0.0, 0.0, -15.0])
 _BLOCK_ROWS = 64
@@ -22,7 +22,7 @@ _BLOCK_ROWS = 64
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A camera or projector: x_mold = rotation @ x + centre, OpenCV's frame; pixels by its matrix and distortion."""
+    """A camera or projector: x_mold = rotation @ x + centre in OpenCV's frame; matrix and distortion give pixels."""
 
     rotation: F64
     centre: F64
@@ -32,7 +32,7 @@ class View:
     height: int
 
     def project(self, points: F64) -> F64:
-        """(N, 3) points in the mold's frame to (N, 2) pixels."""
+        """Convert (N, 3) points in the mold's frame to (N, 2) pixels."""
         import cv2
 
         local = (points - self.centre) @ self.rotation
@@ -53,14 +53,14 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """The virtual scanner."""
+    """The virtual scanner: two cameras and a projector."""
 
     left: View
     right: View
     projector: View
 
     def calibration(self) -> Calibration:
-        """Return the true one."""
+        """Return the true calibration."""
         turn = self.right.rotation.T @ self.left.rotation
         way = self.right.rotation.T @ (self.left.centre - self.right.centre)
         matrices, distortions = [self.left.matrix, self.right.matrix], [self.left.distortion, self.right.distortion]
@@ -68,7 +68,7 @@ class Rig:
 
 
 def rig(seed: int, pixels: tuple[int, int], projector_pixels: tuple[int, int]) -> Rig:
-    """Set up the cameras 420 mm apart, 2.4 m above the mold's middle, and the projector between them."""
+    """Set up the cameras 420 mm apart, 2.4 m above the middle of the mold, and the projector between them."""
     rng = np.random.Generator(np.random.SFC64([seed, 7]))
     middle = np.array([140.0, -330.0, 2400.0]) + rng.uniform(-10, 10, 3)
     along = np.array([BASELINE_MM, 0, 0])
@@ -92,7 +92,7 @@ def _aim(centre: F64, off_rad: F64) -> F64:
 
 
 def _view(rotation: F64, centre: F64, pixels: tuple[int, int], distortion: F64) -> View:
-    """Choose the focal length at which the mold fills the image but for a margin of 3 %."""
+    """Choose the focal length at which the mold fills the image except for a margin of 3 %."""
     width, height = pixels
     seen = (mold.rim() - centre) @ rotation
     reach = np.abs(seen[:, :2] / seen[:, 2:]).max(axis=0)
@@ -102,7 +102,7 @@ def _view(rotation: F64, centre: F64, pixels: tuple[int, int], distortion: F64) 
 
 
 def depths(view: View, directions: F64, centre: F64, target: Target, ply: bool, spare: int = 6) -> F64:
-    """Find how far along each of (H, W, 3) directions the first surface is; ``view`` says where bells may be."""
+    """Find the distance to the first surface along each of (H, W, 3) directions; ``view`` says where bells may be."""
     height, width = directions.shape[:2]
     out = np.empty((height, width))
     boxes = (

@@ -1,4 +1,4 @@
-"""The mold: a gently double-curved plate on a flat table, z(x, y) as a polynomial."""
+"""The mold: a plate with gentle double curvature on a flat table, z(x, y) as a polynomial."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ F64 = NDArray[np.float64]
 HALF_X_MM = 600.0
 HALF_Y_MM = 450.0
 TABLE_Z_MM = -110.0
-# Bounds of the mold's height, from the coefficients below: what the rays and the projections start from.
+# Bounds of the mold's height, from the coefficients below; rays and projections start from them.
 LOWEST_MM = -60.0
 HIGHEST_MM = 1.0
 
-# z in mm over U = x / 600 and V = y / 450. Radii of curvature about 6.5 m along x and 5 m along y, a slight twist and a
-# slight asymmetry: a low-curvature part, all slopes below 0.15.
+# z in mm over U = x / 600 and V = y / 450. The radii of curvature are about 6.5 m along x and 5 m along y, with a
+# slight twist and a slight asymmetry. So it is a part of low curvature, with all slopes below 0.15.
 _UU, _VV, _UV, _UUU, _UUV, _UUVV = -27.0, -21.0, 4.0, 3.0, -3.0, 3.0
 
 
@@ -40,7 +40,7 @@ def height_and_slopes(x: F64, y: F64) -> tuple[F64, F64, F64]:
 
 
 def inside(x: F64, y: F64) -> NDArray[np.bool_]:
-    """Whether a point lies on the mold, seen along z."""
+    """Whether a point lies on the mold, as seen along z."""
     return np.asarray((np.abs(x) <= HALF_X_MM) & (np.abs(y) <= HALF_Y_MM))
 
 

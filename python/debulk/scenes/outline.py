@@ -1,4 +1,4 @@
-"""The ply's outline: a rounded rectangle, slightly irregular, and exact areas of ellipses clipped by it."""
+"""The ply's outline, a slightly irregular rounded rectangle, and exact areas of ellipses clipped by it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def rounded_rectangle_distance(x: F64, y: F64) -> F64:
 
 
 def irregular_outline(rng: np.random.Generator) -> F64:
-    """(M, 2) outline in the mold's XY, counter-clockwise, the last point joined to the first, mm."""
+    """(M, 2) outline in mold XY, counter-clockwise, with the last point joined to the first, mm."""
     sx, sy, arc = 2 * (HALF_X_MM - CORNER_MM), 2 * (HALF_Y_MM - CORNER_MM), 0.5 * np.pi * CORNER_MM
     lengths = np.array([sy, arc, sx, arc, sy, arc, sx, arc])
     ends = np.cumsum(lengths)
@@ -31,12 +31,12 @@ def irregular_outline(rng: np.random.Generator) -> F64:
     s = np.arange(0.0, total, total / round(total / _STEP_MM))
     piece = np.minimum(np.searchsorted(ends, s, side="right"), 7)
     along = s - (ends - lengths)[piece]
-    # Side or corner number q starts at the right and turns left by a quarter each.
+    # Side or corner number q starts at the right; each next one is turned to the left by a quarter.
     q, bent = piece // 2, piece % 2 == 1
     turn = 0.5 * np.pi * q + np.where(bent, along / CORNER_MM, 0.0)
     corner_x = np.array([1, -1, -1, 1])[q] * sx / 2
     corner_y = np.array([1, 1, -1, -1])[q] * sy / 2
-    back = np.where(bent, 0.0, lengths[piece] - along)  # still to go along the side to the corner's start
+    back = np.where(bent, 0.0, lengths[piece] - along)  # remaining distance along the side to the start of the corner
     normal = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     wave = np.zeros_like(s)
@@ -48,7 +48,7 @@ def irregular_outline(rng: np.random.Generator) -> F64:
 
 
 class StarPolygon:
-    """A polygon whose every point is seen from the origin: a fast, exact inside test."""
+    """A polygon of which every point is visible from the origin, with a fast, exact inside test."""
 
     def __init__(self, vertices: F64) -> None:
         angles = np.arctan2(vertices[:, 1], vertices[:, 0])
@@ -59,7 +59,7 @@ class StarPolygon:
             raise AssertionError("the outline is not star-shaped about the origin")
 
     def inside(self, x: F64, y: F64) -> NDArray[np.bool_]:
-        """Whether points lie inside: the sure ones by the rounded rectangle, the others by their sector's edge."""
+        """Whether points lie inside; clear cases by the rounded rectangle, the others by the edge of their sector."""
         x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
         sure = WAVE_MM + 1.0
         ax, ay = np.abs(x), np.abs(y)
@@ -77,7 +77,7 @@ class StarPolygon:
 
 
 def _edge_spans(a: F64, b: F64, radius: float) -> tuple[F64, F64]:
-    """Where the edges a→b run inside the circle round the origin: parameters from, to in [0, 1]; equal if nowhere."""
+    """Parts of the edges a→b inside the circle round the origin: parameters from, to in [0, 1]; equal if none."""
     d = b - a
     dd = np.einsum("ij,ij->i", d, d)
     ad = np.einsum("ij,ij->i", a, d)
@@ -91,9 +91,9 @@ def _angle(p: F64, q: F64) -> F64:
 
 
 def disc_area_inside(vertices: F64, radius: float) -> float:
-    """Area common to a counter-clockwise polygon and the disc of this radius round the origin, exact.
+    """Exact area common to a counter-clockwise polygon and the disc of this radius round the origin.
 
-    Each edge spans a triangle with the origin; what the disc holds of it is a sector, a triangle and a sector.
+    Each edge forms a triangle with the origin; the part of it in the disc is a sector, a triangle and a sector.
     """
     a, b = vertices, np.roll(vertices, -1, axis=0)
     t0, t1 = _edge_spans(a, b, radius)
@@ -103,7 +103,7 @@ def disc_area_inside(vertices: F64, radius: float) -> float:
 
 
 def disc_outline_inside(vertices: F64, radius: float, points: int) -> F64:
-    """Trace that common area's boundary, counter-clockwise; the area must be star-shaped about the origin."""
+    """Trace the boundary of that common area, counter-clockwise; the area must be star-shaped about the origin."""
     angles = 2 * np.pi * np.arange(points) / points
     circle = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     a, b = vertices, np.roll(vertices, -1, axis=0)

@@ -1,4 +1,4 @@
-"""Which bumps a layup has, and where they lie: a table, and darts thrown from the seed."""
+"""Which bumps a layup has, from a table, and where they lie, by random trials from the seed."""
 
 from __future__ import annotations
 
@@ -14,27 +14,28 @@ F64 = NDArray[np.float64]
 
 GAP_MM = 15.0  # least distance between two feet
 NEAR_GAP_MM = 7.0  # distance of the two feet put near each other on purpose
-INNER_MM = 30.0  # least distance from an inner foot to the ply's edge: beyond the 20 mm within which nodes are free
-LEFT_MM = -210.0  # mold x: about where the image's noisy left third ends when the mold fills the image
+INNER_MM = 30.0  # least distance from an inner foot to the ply's edge, beyond the 20 mm where nodes are free
+LEFT_MM = -210.0  # mold x where the image's noisy left third about ends if the mold fills the image
 _FOOT_POINTS = 72
 
 
 @dataclass(frozen=True)
 class Planned:
-    """One row of the table. Peak above the reference, area at the cut (for "below CutHeight": of the foot)."""
+    """One row of the table. Peak above the reference, and area at the cut (for "below CutHeight": of the foot)."""
 
     area_cm2: float
     peak_mm: float
     aspect: float
     where: str = "inner"  # "inner", "edge", "left" (in the noise), "right" (out of it), "near" (beside the long pocket)
     kind: Kind = "pocket"
-    varies: bool = True  # whether the peak varies with the seed, by 4 % each way
+    varies: bool = True  # whether the peak varies with the seed, by 4 % either way
 
 
-# Areas follow the published spacings (about 0.85 · 100 · Δ²) between the published extremes of 438 and 5.35 cm²; like
-# there, 10 and 14 lie in the noise and 9 at the ply's edge. At 0.3 mm thickness and a 2 mm cut the straight excess is
-# below 0.2 mm for 1, 3, 4, 6 and near it for 7, which the edge can also release: they should close. 11 reaches 3 mm,
-# the 15 mm high 2 reaches 4 mm; 14 (0.5 mm) is near whatever limit is chosen; the others should not close.
+# Areas follow the published spacings (about 0.85 · 100 · Δ²) between the published extremes of 438 and 5.35 cm². As in
+# the paper, 10 and 14 lie in the noise and 9 at the ply's edge. At 0.3 mm thickness and a 2 mm cut, the straight excess
+# is below 0.2 mm for 1, 3, 4, 6 and near it for 7, which the edge can also release: these should close. It reaches 3 mm
+# for 11 and 4 mm for 2, which is 15 mm high; 14 (0.5 mm) is near any limit that may be chosen. The others should not
+# close.
 POCKETS = (
     Planned(438.0, 4.9, 1.25),
     Planned(90.0, 15.0, 1.10, varies=False),
@@ -51,9 +52,10 @@ POCKETS = (
     Planned(6.4, 5.2, 1.60, "near"),
     Planned(5.35, 3.6, 1.10, "left", varies=False),
 )
-LONG_POCKET = 4  # the one that the near pocket lies beside
+LONG_POCKET = 4  # the pocket beside which the near pocket lies
 
-# Just below a tolerance: 10 % of AreaTol; 0.2 mm of PeakTol, 0.25 mm of CutHeight (four and five sigma of one point).
+# Decoys just below a tolerance: 10 % of AreaTol; 0.2 mm of PeakTol, 0.25 mm of CutHeight (four and five sigma of one
+# point).
 AREA_DECOYS = (Planned(1.8, 4.4, 1.1, "right", "below AreaTol"), Planned(1.8, 4.8, 2.2, "right", "below AreaTol"))
 PEAK_DECOYS = ((9.0, 1.2), (5.0, 1.8))  # area at the cut in cm², aspect; their tops are 1.05 mm above the cut
 CUT_DECOYS = ((40.0, 1.2), (20.0, 1.8))  # area of the foot in cm², aspect; their tops are 0.25 mm below the cut
@@ -62,7 +64,7 @@ CUT_DECOYS = ((40.0, 1.2), (20.0, 1.8))  # area of the foot in cm², aspect; the
 def place(
     rng: np.random.Generator, ply: F64, thickness_mm: float, cut_height_mm: float
 ) -> tuple[list[Bump], list[Bump]]:
-    """Pockets (largest first) and decoys of one layup: feet at least GAP_MM apart, except the near pair."""
+    """Pockets (largest first) and decoys of one layup, with feet at least GAP_MM apart, except the near pair."""
     level = cut_height_mm - thickness_mm
     decoys = [
         *AREA_DECOYS,
@@ -70,7 +72,7 @@ def place(
         *(Planned(a, cut_height_mm - 0.25, k, "right", "below CutHeight", varies=False) for a, k in CUT_DECOYS),
     ]
     recipes = [_vary(rng, recipe) for recipe in (*POCKETS, *decoys)]
-    # The big one, the two at the edge, the one beside its neighbour, then the others, largest first.
+    # First the big one and the two at the edge, then the long pocket and the one near it, then the rest, largest first.
     first = [i for i, r in enumerate(recipes) if i == 0 or r.where == "edge"]
     near = [i for i, r in enumerate(recipes) if r.where == "near"]
     order = [*first, LONG_POCKET, *near]
@@ -107,7 +109,7 @@ def _foot_area(recipe: Planned, level: float) -> float:
 def _throw(
     rng: np.random.Generator, ply: F64, recipes: list[Planned], order: list[int], level: float, thickness_mm: float
 ) -> dict[int, Bell] | None:
-    """One attempt at a layup; None if some bump found no room."""
+    """Try once to place a layup; return None if there was no room for some bump."""
     placed: dict[int, Bell] = {}
     feet: list[F64] = []
     sides = rng.permutation(3)
@@ -150,7 +152,7 @@ def _inner(rng: np.random.Generator, shape: Bell, where: str) -> Bell:
 
 
 def _beside(rng: np.random.Generator, shape: Bell, neighbour: Bell) -> Bell:
-    """On a ray from the neighbour's centre, at the distance where the feet are NEAR_GAP_MM apart."""
+    """Place a bell on a ray from the neighbour's centre, at the distance where the feet are NEAR_GAP_MM apart."""
     direction = rng.uniform(0.0, 2.0 * np.pi)
     other = neighbour.foot(4 * _FOOT_POINTS)
     near, far = 0.0, 2.0 * (neighbour.radii_mm[0] + shape.radii_mm[0] + NEAR_GAP_MM)
@@ -166,8 +168,8 @@ def _beside(rng: np.random.Generator, shape: Bell, neighbour: Bell) -> Bell:
 
 
 def _at_edge(rng: np.random.Generator, ply: F64, shape: Bell, area_mm2: float, level: float, side: int) -> Bell:
-    """Centre inside the ply, so near its edge that the edge cuts the contour too; size solved for the clipped area."""
-    toward = (0.0, 0.5 * np.pi, -0.5 * np.pi)[side]  # not the left: that is the noisy side
+    """Centre a bell in the ply, near enough to its edge to cut the contour too; its size gives the clipped area."""
+    toward = (0.0, 0.5 * np.pi, -0.5 * np.pi)[side]  # not to the left, which is the noisy side
     outward = np.array([np.cos(toward), np.sin(toward)])
     sideways = np.array([-outward[1], outward[0]])
     half = outline.HALF_Y_MM if side == 0 else outline.HALF_X_MM

@@ -1,8 +1,8 @@
-"""Ray casting: one ray a pixel, the hit found by Newton's iteration on the depth, in blocks of rows.
+"""Ray casting with one ray per pixel; hits are found by Newton's iteration on the depth, in blocks of rows.
 
-The camera stands above the ply, so that a ray moves outwards as it descends, and every surface is flatter than the
-rays are steep. So each (extended) surface is met once, and whether the hit counts is decided by the hit's place alone:
-on the ply if inside its outline, else on the mold if inside its rectangle, else on the table.
+The camera is above the ply, so that a ray moves outwards as it descends, and every surface is less steep than the rays.
+So each (extended) surface is met exactly once, and the place of a hit alone decides whether it counts: on the ply if it
+is inside the ply's outline, otherwise on the mold if inside its rectangle, otherwise on the table.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from debulk.scenes.spoil import Spoiling
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
-_BLOCK_ROWS = 16  # part of the result: each block has its own stream of noise
-_MOLD_STEPS = 3  # from 60 mm off the error falls to about 1e-1, 1e-6, below 1e-12 mm
-_BELL_STEPS = 4  # from 15 mm off below 1e-10 mm; a debulked ply's narrow ridges need more
+_BLOCK_ROWS = 16  # this affects the result, as each block has its own stream of noise
+_MOLD_STEPS = 3  # the error falls from 60 mm to about 1e-1, 1e-6, below 1e-12 mm
+_BELL_STEPS = 4  # from 15 mm to below 1e-10 mm; the narrow ridges of a debulked ply need more
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """What stands in front of the camera."""
+    """The objects in front of the camera."""
 
     ply: StarPolygon
     thickness_mm: float
@@ -62,7 +62,7 @@ class Rays:
 def cast(
     camera: Camera, target: Target, scan: Spoiling, reference: Spoiling | None, threads: int
 ) -> tuple[F32, F32 | None]:
-    """Cast the scan with the ply and, where wanted, the reference without it, (H, W, 3) in the scanner frame, mm."""
+    """Cast the scan with the ply and, if requested, the reference without it, (H, W, 3), scanner frame, mm."""
     shape = (camera.height, camera.width, 3)
     with_cloud = np.empty(shape, dtype=np.float32)
     without_cloud = None if reference is None else np.empty(shape, dtype=np.float32)
@@ -109,7 +109,7 @@ def hit(
     with_ply: F64,
     without: F64,
 ) -> None:
-    """Depths of the hits on mold and ply, written over the table's; ``row``, ``column``: the block's first pixel."""
+    """Depths of the hits on mold and ply, which replace the table's; ``row``, ``column``: the block's first pixel."""
     depth = rays.depth_at(0.5 * (mold.LOWEST_MM + mold.HIGHEST_MM))
     for _ in range(_MOLD_STEPS):
         x, y = rays.xy(depth)
@@ -121,7 +121,7 @@ def hit(
     np.copyto(with_ply, depth, where=on_mold)
     np.copyto(without, depth, where=on_mold)
 
-    # One step suffices for the thickness: its error is F'' t² / 2, about 1e-6 mm.
+    # One step suffices for the thickness, as its error is F'' t² / 2, about 1e-6 mm.
     depth = depth + target.thickness_mm / closing
     for bell, box in zip(target.bells, bell_boxes, strict=True):
         i0, i1 = max(box[0] - row, 0), min(box[1] - row, depth.shape[0])
@@ -134,7 +134,7 @@ def hit(
 
 
 def _hit_bell(rays: Rays, target: Target, bell: Bell, depth: F64) -> None:
-    """Depths of the hits on a bell, written over the laid ply's where the hit is within the bell's foot."""
+    """Replace depths on the laid ply with those of hits on a bell where the hit is within the bell's foot."""
     at = depth.copy()
     for _ in range(target.bell_steps):
         x, y = rays.xy(at)
@@ -147,7 +147,7 @@ def _hit_bell(rays: Rays, target: Target, bell: Bell, depth: F64) -> None:
 
 
 def _bell_box(camera: Camera, bell: Bell, thickness_mm: float) -> tuple[int, int, int, int]:
-    """Pixels that may see a bell: its foot's image at the foot's and at the top's height."""
+    """Pixels that may see a bell: the image of its foot at the heights of the foot and of the top."""
     foot = bell.foot(90)
     z = mold.height(foot[:, 0], foot[:, 1]) + thickness_mm
     low, high = np.column_stack([foot, z]), np.column_stack([foot, z + bell.height_mm])

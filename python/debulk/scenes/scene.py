@@ -1,4 +1,4 @@
-"""The virtual layup: a scan, its reference, and the truth."""
+"""The virtual layup: a scan, its reference, and the truth about it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What is known about a virtual layup, in the mold frame, mm."""
+    """The truth about a virtual layup, in the mold frame, mm."""
 
     pockets: tuple[Bump, ...]
     """The 14 air pockets, largest area at the cut first."""
@@ -65,40 +65,40 @@ class Layup:
     """A virtual layup as a scanner would see it, and the truth about it."""
 
     scan: F32 = field(repr=False)
-    """(H, W, 3) organised cloud of the draped ply, scanner frame, mm, NaN = nothing seen."""
+    """(H, W, 3) organised cloud of the draped ply, scanner frame, mm; NaN where nothing was seen."""
     reference: F32 = field(repr=False)
-    """(H, W, 3) organised cloud of the bare mold, likewise."""
+    """(H, W, 3) organised cloud of the bare mold, in the same form."""
     mold_from_scanner: F64
     """4x4, x_mold = T x_scanner."""
     camera: tuple[float, float, float]
     """f, cx, cy in pixels: pixel (i, j) looks along ((j - cx) / f, (i - cy) / f, 1)."""
     ply_outline: F64 = field(repr=False)
-    """(M, 2) mold XY, counter-clockwise, the last point joined to the first, mm."""
+    """(M, 2) mold XY, counter-clockwise, with the last point joined to the first, mm."""
     truth: Truth = field(repr=False)
     _scanner: Scanner = field(repr=False)
 
     def debulked(self, bulk_factor: float = 1.2) -> Debulked:
         """Debulk the layup and scan it again, with faults as in the other scans.
 
-        Made from the truth alone, by a rule of thumb: the ply is everywhere its consolidated thickness above the mold,
-        and a pocket's excess length over its short axis, less 0.2 mm (0.7 mm at the ply's edge, where it slides out),
-        stands as one narrow ridge along the long axis. It is there to exercise `debulk.compare`; agreement with it is
-        no evidence for a prediction.
+        The result is made from the truth alone, by a rule of thumb. The ply is everywhere its consolidated thickness
+        above the mold, and the excess length of a pocket over its short axis, minus 0.2 mm (0.7 mm at the ply's edge,
+        where it slides out), remains as one narrow ridge along the long axis. It serves to test `debulk.compare`;
+        agreement with it is no evidence for a prediction.
 
         Parameters
         ----------
         bulk_factor
-            Thickness before over thickness after debulking, 1 to 5.
+            Ratio of thickness before debulking to thickness after it, 1 to 5.
 
         Returns
         -------
         Debulked
-            Its ``scan`` is what `debulk.compare` takes.
+            The debulked layup; `debulk.compare` takes its ``scan``.
 
         Raises
         ------
         debulk.InputError
-            A bulk factor out of its range.
+            If the bulk factor is out of its range.
 
         Examples
         --------
@@ -126,46 +126,47 @@ def layup(
 ) -> Layup:
     """Make a virtual layup: a ply with 14 air pockets on a double-curved mold, seen by a tilted pinhole camera.
 
-    The mold is 1.2 x 0.9 m, its crest 110 mm above a flat table; the camera stands 2.4 m above the crest. The pockets
-    are bells H cos²(πρ/2) over ellipses, 438 to 5.35 cm² at the cut height and 3.6 to 15 mm high above the reference;
-    two are cut by the ply's edge, two are long and narrow, two lie 7 mm from each other. The areas at the cut are the
-    same for every seed; places and directions are free, peaks and aspect ratios vary by 4 %. The ply's edge is open:
-    beyond a raised edge the rays pass on to the mold, and leave a strip of it unseen.
+    The mold is 1.2 x 0.9 m, with its crest 110 mm above a flat table; the camera is 2.4 m above the crest. The pockets
+    are bells H cos²(πρ/2) over ellipses, 438 to 5.35 cm² at the cut height and 3.6 to 15 mm high above the reference.
+    Two are cut by the ply's edge, two are long and narrow, and two lie 7 mm from each other. The areas at the cut are
+    the same for every seed; places and directions are free, and peaks and aspect ratios vary by 4 %. The ply's edge is
+    open: beyond a raised edge the rays reach the mold and leave a strip of it unseen.
 
     Parameters
     ----------
     seed
-        Not negative. The same seed and arguments give the same bits.
+        Seed, not negative. The same seed and arguments give the same bits.
     pixels
         Width and height of the image, at least 32 each.
     pitch_mm
-        Distance of neighbouring points on the mold, mm (the root of a point's mean share of the mold's area). None: the
-        mold fills the image. 0.55 at 5120 x 3840 is 0.3 mm² a point, with much table around.
+        Distance between neighbouring points on the mold, mm (the root of a point's mean share of the mold's area).
+        None: the mold fills the image. 0.55 at 5120 x 3840 is 0.3 mm² per point, with much table around.
     noise_mm
-        Standard deviation along the ray, mm; three times that in the image's left third.
+        Standard deviation along the ray, mm; three times as much in the image's left third.
     flying_share
-        Share of pixels that fly off along their ray by 1 to 20 mm (0.5 to 20 in runs), half of them in short rows.
+        Share of pixels that are displaced along their ray by 1 to 20 mm (0.5 to 20 in runs), half of them in short
+        rows.
     dropout_share
-        Share of pixels that see nothing, half of it single pixels, half discs of 2 to 6 mm radius.
+        Share of pixels that see nothing: half of them are single pixels, half are discs of 2 to 6 mm radius.
     thickness_mm
-        The ply's thickness along z, at most 0.6 mm.
+        Thickness of the ply along z, at most 0.6 mm.
     cut_height_mm
-        Height above the reference at which the truth's areas are taken, 1.2 to 2.2 mm; the pockets are sized so that
+        Height above the reference at which the truth's areas are taken, 1.2 to 2.2 mm. The pockets are sized so that
         they have their areas there.
     repeat
-        Number of the scan, from 0: the same ply before the same scanner, with other faults; the reference stays.
+        Number of the scan, from 0: the same ply and scanner with other faults; the reference stays the same.
     threads
-        None: one a core. The result does not depend on it.
+        Number of threads; None means one per core. The result does not depend on it.
 
     Returns
     -------
     Layup
-        Scan and reference with faults of their own, pose, camera, outline and truth.
+        Scan and reference, each with its own faults, pose, camera, outline and truth.
 
     Raises
     ------
     debulk.InputError
-        An argument is out of its range, or the mold does not fit into the image at that pitch.
+        If an argument is out of its range, or the mold does not fit into the image at that pitch.
 
     Examples
     --------
@@ -196,7 +197,7 @@ def layup(
     pockets, decoys = place(rng, outline, thickness_mm, cut_height_mm)
     ply = StarPolygon(outline)
     target = Target(ply, thickness_mm, tuple(b.bell for b in (*pockets, *decoys)))
-    streams = (1 if repeat == 0 else 3 + repeat, 2)  # 3 is the debulked scan's
+    streams = (1 if repeat == 0 else 3 + repeat, 2)  # 3 is for the debulked scan
     faults, reference_faults = (spoil((seed, k), camera, noise_mm, flying_share, dropout_share) for k in streams)
     workers = threads or os.cpu_count() or 1
     scan, reference = cast(camera, target, faults, reference_faults, workers)

@@ -1,4 +1,4 @@
-"""What a scanner gets wrong: noise along the ray, flying pixels, drop-outs."""
+"""The errors of a scanner: noise along the ray, flying pixels, and drop-outs."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
 LEFT_NOISE = 3.0  # the image's left third is this many times noisier
-FLYING_MM = (1.0, 20.0)  # how far off along the ray, either way
-_RUN_PIXELS = (2, 7)  # half of the flying pixels come in horizontal runs of 2 to 6
+FLYING_MM = (1.0, 20.0)  # displacement along the ray, either way
+_RUN_PIXELS = (2, 7)  # half of the flying pixels are in horizontal runs of 2 to 6
 _DISC_MM = (2.0, 6.0)  # radius of a drop-out disc on the mold
 _DISC_LEAST_PIXELS = 1.6
 
@@ -28,7 +28,7 @@ class Spoiling:
     flying_index: NDArray[np.int64]  # flat and sorted
     flying_offset_mm: F64  # along the ray
     noise_mm: float
-    seed: tuple[int, int]  # scene, scan: each block of rows draws its noise from a stream of its own
+    seed: tuple[int, int]  # scene, scan; each block of rows draws its noise from its own stream
 
     def block(self, rows: slice, range_per_depth: F64, depth: F64) -> None:
         """Add noise and flying offsets to a block's depths (z in the scanner frame), in place."""
@@ -47,7 +47,7 @@ class Spoiling:
 def spoil(
     seed: tuple[int, int], camera: Camera, noise_mm: float, flying_share: float, dropout_share: float
 ) -> Spoiling:
-    """Draw the faults of one scan: half of the drop-outs single pixels, half discs of a few millimetres."""
+    """Draw the faults of one scan; half of the drop-outs are single pixels, half are discs of a few millimetres."""
     rng = np.random.Generator(np.random.SFC64([*seed, 2**31]))
     height, width = camera.height, camera.width
     count = height * width
@@ -62,7 +62,7 @@ def spoil(
     along = np.arange(int(lengths.sum())) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     index = np.concatenate([singles, np.repeat(starts, lengths) + along])
     offset = rng.uniform(*FLYING_MM, singles.size + runs) * rng.choice([-1.0, 1.0], singles.size + runs)
-    # Within a run the points fly alike, as on a smeared edge: between all and half of the run's offset.
+    # Within a run, points are displaced alike, as on a smeared edge: by half to all of the run's offset.
     fade = rng.uniform(0.5, 1.0, along.size)
     offset = np.concatenate([offset[: singles.size], np.repeat(offset[singles.size :], lengths) * fade])
     index, chosen = np.unique(index, return_index=True)
@@ -74,7 +74,7 @@ def spoil(
 
 
 def _discs(rng: np.random.Generator, camera: Camera, pixels: float, dropout: NDArray[np.bool_]) -> None:
-    """Set discs until they cover this many pixels."""
+    """Place discs until they cover this many pixels."""
     pixels_per_mm = camera.f / float(camera.centre[2])
     covered = 0.0
     while covered < pixels:

@@ -1,7 +1,8 @@
-"""Error against run time: what each setting of the solver costs, and what it changes in the answer.
+"""Error against run time: the cost of each setting of the solver, and its effect on the answer.
 
-`solver` lays nets on the pockets of virtual layups, finds each one's converged reference, and solves it again under
-one setting at a time. Figures, tables and pictures go into a folder; `main` is what the command line calls.
+`solver` lays nets on the pockets of virtual layups, determines the converged reference of each net, and solves the net
+again under one setting at a time. Figures, tables and pictures are written into a folder; the command line calls
+`main`.
 """
 
 from __future__ import annotations
@@ -36,28 +37,29 @@ def solver(
     Parameters
     ----------
     out_dir
-        Folder for study.txt, the tables (.csv) and the pictures (.png); made if need be.
+        Folder for study.txt, the tables (.csv) and the pictures (.png); created if necessary.
     layups
         Seeds of `debulk.scenes.layup`. Default: 100 to 119, quick: 0.
     quick
-        A few pockets and settings, in seconds: shows that the study runs, its figures mean little.
+        Whether to use only a few pockets and settings, in seconds; this shows that the study runs, but its figures mean
+        little.
     progress
-        Called with the stage and the share of the work that is done.
+        Function that is called with the stage and the share of the work that is done.
     pictures
-        Whether to draw them; needs matplotlib (``pip install debulk[bench]``).
+        Whether to draw the pictures; needs matplotlib (``pip install debulk[bench]``).
     workers
-        Processes, a layup each. With more than one they slow each other down a little: times are CPU times, but memory
-        and caches are shared.
+        Number of processes, which each take a layup at a time. More than one slow each other down a little: times are
+        CPU times, but memory and caches are shared.
 
     Returns
     -------
     Results
-        Rows, references, lines and tables, as written.
+        Rows, references, lines and tables, as written to the files.
 
     Raises
     ------
     InputError
-        No layup, a folder that cannot be made, or matplotlib is missing where pictures are wanted.
+        If there is no layup, the folder cannot be created, or matplotlib is missing but pictures are requested.
     """
     plan = Plan.quick() if quick else Plan()
     if layups is not None:
@@ -65,7 +67,7 @@ def solver(
     if pictures:
         from debulk.study.pictures import pyplot
 
-        pyplot()  # fails now, rather than after the work
+        pyplot()  # fails now rather than after the work
     folder = Path(out_dir)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -85,7 +87,7 @@ def solver(
 
 
 def main(out_dir: str | PathLike[str] = "bench/study", quick: bool = False, workers: int = 1) -> None:
-    """Run the study and print its tables, with a line of progress a layup."""
+    """Run the study and print its tables, with one line of progress per layup."""
     import sys
 
     def report(stage: str, done: float) -> None:

@@ -1,4 +1,4 @@
-"""``python -m debulk.study [--quick] [--workers 2] [folder]``: the whole study, into bench/study."""
+"""``python -m debulk.study [--quick] [--workers 2] [folder]`` runs the whole study, by default into bench/study."""
 
 import argparse
 

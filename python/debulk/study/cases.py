@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Figures:
-    """What a configuration is judged by."""
+    """The figures by which a configuration is judged."""
 
     rms_mm: float
     ridge_height_mm: float
@@ -44,25 +44,25 @@ class Case:
 
     @property
     def net(self) -> net.Net:
-        """As the inspector lays it."""
+        """The net as the inspector lays it."""
         return self.laid.net
 
     @property
     def sheet(self) -> sheet.Sheet:
-        """The ply; not in a copy from another process."""
+        """The ply; not available in a copy from another process."""
         return self.laid.sheet
 
     @property
     def recipe(self) -> Recipe:
-        """Of the inspection, with this size of net."""
+        """Recipe of the inspection, with this size of net."""
         return self.laid.recipe
 
     def post_process(self, solution: solve.Solution) -> ridge.PostProcessed:
-        """Ridges that a solution stands for."""
+        """Ridges that a solution represents."""
         return self.laid.post_process(solution)
 
     def figures(self, solution: solve.Solution) -> Figures:
-        """Of the ridges, what decides."""
+        """Return the figures of the ridges that decide."""
         out = self.post_process(solution)
         return Figures(out.rms_mm, out.ridge_height_mm, out.bridge_height_mm)
 
@@ -75,13 +75,13 @@ class Case:
     ) -> verdict.Verdict:
         """Verdict by the paper's figures on a solution whose certified starts have the figures `every`.
 
-        As the inspector gives it, with the limits of the case's recipe or of another. The study is of minima; the
-        excess knows none.
+        It is the verdict that the inspector would give, with the limits of the case's recipe or of another. The study
+        examines minima, and the excess criterion does not use them.
         """
         return self.laid.judge(solution, figures, every, recipe=recipe, criterion="paper").verdict
 
     def perturbed(self, amplitude: float, seed: int) -> np.ndarray:
-        """(N, 3) start with the movable nodes moved by up to `amplitude` spacings along x, y and the gap."""
+        """(N, 3) start with the movable nodes displaced by up to `amplitude` spacings along x, y and the gap."""
         nodes = self.net.nodes_mm.copy()
         movable = self.net.kinds != 1
         rng = np.random.default_rng([self.layup, self.pocket, seed])
@@ -106,13 +106,13 @@ def cases(
     layups
         Seeds of `debulk.scenes.layup`.
     node_targets
-        Sizes of nets.
+        Numbers of nodes of the nets.
     recipe
-        Of the inspection; `net.node_target` is overridden.
+        Recipe of the inspection; `net.node_target` is overridden.
     pixels
-        Of the virtual scanner.
+        Pixels of the virtual scanner.
     pockets
-        At most so many of a layup, the largest first.
+        Largest number of pockets of a layup; the largest ones are taken.
     """
     for seed in layups:
         layup = scenes.layup(seed=seed, pixels=pixels)

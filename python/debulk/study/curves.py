@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-# Points from the mark, and how the text is aligned there; the first that is free is taken.
+# Offset in points from the mark, and alignment of the text there; the first free place is taken.
 _PLACES = (
     (0, 6, "center", "bottom"),
     (0, -6, "center", "top"),
@@ -34,8 +34,8 @@ class Mark:
 
 
 def note_marks(figure: Any, panels: Sequence[tuple[Any, Sequence[Mark]]]) -> None:
-    """Write the notes of each axes, once all is drawn. Marks that lie on one another share one."""
-    figure.draw_without_rendering()  # sets the axes' places, which the layout engine moves
+    """Write the notes of all axes after everything is drawn. Marks that lie on one another share one note."""
+    figure.draw_without_rendering()  # sets the final positions of the axes, which the layout engine moves
     for ax, marks in panels:
         _note(ax, marks, figure.canvas.get_renderer(), figure.dpi / 72)
 

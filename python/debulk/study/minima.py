@@ -1,4 +1,4 @@
-"""Several minima: how ranges and verdicts grow with the number of starts and the size of their perturbation."""
+"""Several minima: how ranges and verdicts change with the number of starts and the size of their perturbation."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from debulk import verdict
 from debulk.study.cases import Case
 from debulk.study.runs import DECIDED, Reference, Start
 
-_ORDERS = 20  # random orders of the perturbed starts over which a number of starts is averaged
-_SAME = 1e-6  # minima whose energies differ by less, as a share of the fall, count as one
+_ORDERS = 20  # random orders of the perturbed starts; results are averaged over them
+_SAME = 1e-6  # minima whose energies differ by a smaller share of the fall count as one
 
 
 @dataclass(frozen=True)
 class Growth:
-    """Averages over all pockets and orders: `starts` of them, the deterministic one among them."""
+    """Averages over all pockets and orders for a number of `starts`, including the deterministic one."""
 
     amplitude: float
     starts: int
@@ -24,25 +24,25 @@ class Growth:
     rms_range_p90_mm: float
     ridge_range_mm: float
     ridge_range_p90_mm: float
-    energy_gap: float  # of the best of them
-    rms_error_mm: float  # of the best of them, against the reference's
+    energy_gap: float  # of the best start
+    rms_error_mm: float  # of the best start, relative to the reference
     ridge_error_mm: float
     undecided: float  # share of pockets
-    found: float  # share of the undecidable pockets that these starts show to be so
-    flipped: float  # share of pockets that are decided otherwise than the reference of least energy is
+    found: float  # share of the undecidable pockets that these starts reveal as such
+    flipped: float  # share of pockets decided differently from the reference of least energy
     cpu_ms: float
 
 
 @dataclass(frozen=True)
 class Perturbation:
-    """What the starts of one size came to."""
+    """Results of the starts with one size of perturbation."""
 
     amplitude: float
     starts: int
-    certified: float  # share
-    minima: float  # different ones a pocket
+    certified: float  # share of the starts
+    minima: float  # different minima per pocket
     single: float  # share of the pockets for which all starts end in one minimum
-    lowest: float  # share of pockets in which one of them reaches the least energy of all sizes
+    lowest: float  # share of pockets in which one of the starts reaches the least energy of all sizes
     iterations: float  # mean
     cpu_ms: float  # mean
 
@@ -79,7 +79,7 @@ def growth(solved: list[tuple[Case, Reference]], counts: tuple[int, ...]) -> lis
 
 
 def perturbations(solved: list[tuple[Case, Reference]]) -> list[Perturbation]:
-    """Sum up what the starts of each size found."""
+    """Summarise what the starts of each size of perturbation found."""
     out = []
     for amplitude in amplitudes(solved):
         every = [(r, [s for s in r.starts if s.amplitude == amplitude]) for _, r in solved]

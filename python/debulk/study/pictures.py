@@ -1,4 +1,4 @@
-"""Pictures of the study; matplotlib is imported when they are drawn."""
+"""Pictures of the study; matplotlib is imported only when they are drawn."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from debulk.study.results import Results
     from debulk.study.rules import Rule
 
-# Told apart by the colour-blind too (Okabe and Ito), dark enough for thin lines on white.
+# Colours that colour-blind people can also distinguish (Okabe and Ito), dark enough for thin lines on white.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#a0527f", "#8a6d00", "#505050")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 STYLE = {
@@ -41,7 +41,7 @@ _TITLES = {
 
 
 def pyplot() -> Any:
-    """matplotlib.pyplot, drawing into files."""
+    """Return matplotlib.pyplot, set up to draw into files."""
     try:
         import matplotlib
     except ImportError:
@@ -69,14 +69,14 @@ def draw(results: Results, folder: Path) -> None:
 
 
 def _work_precision(plt: Any, results: Results) -> Any:
-    """Error and wrong decisions over CPU time, a row a setting."""
+    """Error and wrong decisions over CPU time, with one row of panels per sweep of a setting."""
     panels = (
         ("rms_error_mean_mm", "mean RMS error, mm", None),
         ("ridge_error_mean_mm", "mean ridge error, mm", None),
         ("wrong", "paper's verdict flips, or no certificate", 0.10),
     )
     figure, axes = plt.subplots(len(_TITLES), len(panels), figsize=(14, 20))
-    # By hand: the long titles would take the place of the panels beside them.
+    # The layout is set by hand, because automatic layout would shrink the panels for the long titles beside them.
     figure.subplots_adjust(left=0.06, right=0.985, bottom=0.03, top=0.945, hspace=0.3, wspace=0.2)
     noted: list[tuple[Any, list[Mark]]] = []
     for column, (field, label, highest) in enumerate(panels):
@@ -102,7 +102,7 @@ def _work_precision(plt: Any, results: Results) -> Any:
 
 
 def _by_curve(sweep: str, found: Sequence[Line]) -> dict[str, list[Line]]:
-    """Methods, and rules for the starts, are curves of their own; any other sweep is one."""
+    """Make methods and rules for the starts separate curves; any other sweep is a single curve."""
     curves: dict[str, list[Line]] = {}
     for line in found:
         if sweep == "method":
@@ -117,7 +117,7 @@ def _by_curve(sweep: str, found: Sequence[Line]) -> dict[str, list[Line]]:
 
 
 def _curves(ax: Any, curves: Mapping[str, Sequence[Line]], field: str, top: float) -> list[Mark]:
-    """Draw one panel: each curve over the median and over the 99th percentile of the time; return the notes."""
+    """Draw one panel: each curve over the median and the 99th percentile of the time. Return the notes."""
     ax.set_xscale("log")
     ax.set_ylim(0, top)
     marks: list[Mark] = []
@@ -153,18 +153,18 @@ def _curves(ax: Any, curves: Mapping[str, Sequence[Line]], field: str, top: floa
 def profile_panel(
     ax: Any, ratios: Mapping[str, Sequence[float]], styles: Sequence[tuple[int, str]], title: str
 ) -> None:
-    """Draw Dolan-Moré profiles: of each label, the share of problems that it solves within a factor of the fastest.
+    """Draw Dolan-Moré profiles: the share of problems that each label solves within a factor of the fastest.
 
     Parameters
     ----------
     ax
-        Axes.
+        Axes to draw into.
     ratios
-        As `debulk.study.summary.ratios` gives them.
+        Ratios as `debulk.study.summary.ratios` returns them.
     styles
-        Number of the colour, and line style, a label.
+        Colour number and line style for each label.
     title
-        Of the panel.
+        Title of the panel.
     """
     widest = 1.3 * max((v for values in ratios.values() for v in values if np.isfinite(v)), default=10.0)
     widest = max(widest, ax.get_xlim()[1] if ax.get_xscale() == "log" else 10.0)
@@ -213,14 +213,14 @@ def _methods(plt: Any, results: Results) -> Any:
 
 
 def _nodes(plt: Any, results: Results) -> Any:
-    """Show what the net's size does to the answer itself."""
+    """Show the effect of the net's size on the answer itself."""
     table: dict[tuple[int, int], list[tuple[int, float, float]]] = {}
     for case, reference in results.references:
         table.setdefault((case.layup, case.pocket), []).append(
             (case.node_target, reference.figures.rms_mm, reference.figures.ridge_height_mm)
         )
     most = max((len(entries) for entries in table.values()), default=0)
-    table = {pocket: entries for pocket, entries in table.items() if len(entries) == most}  # those with every size
+    table = {pocket: entries for pocket, entries in table.items() if len(entries) == most}  # only those with every size
     limits = results.references[0][0].recipe.verdict if results.references else None
     figure, axes = plt.subplots(1, 3, figsize=(14, 4.8), layout="constrained")
     for ax, column, name, limit in (
@@ -268,7 +268,7 @@ def _sizes(ax: Any, sizes: Sequence[int]) -> None:
 
 
 def _plain_log(axis: Any) -> None:
-    """Ticks written out: 1, 2, 5 a decade, or, over more than two and a half decades, 1 a decade."""
+    """Write out tick labels: 1, 2, 5 per decade or, over more than two and a half decades, 1 per decade."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = axis.get_view_interval()

@@ -1,4 +1,4 @@
-"""What the study varies."""
+"""The settings that the study varies."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ AS_INSPECTED = "as inspected"
 
 @dataclass(frozen=True)
 class Plan:
-    """One setting at a time departs from the recipe's; the methods meet at several tolerances, with one start."""
+    """One setting at a time differs from the recipe's; methods are compared at several tolerances with one start."""
 
     layups: tuple[int, ...] = tuple(range(110, 120))  # windows and margins were chosen on 0 to 19
     pixels: tuple[int, int] = (1280, 960)
-    pockets: int = 14  # of a layup, largest first
+    pockets: int = 14  # per layup, the largest ones
     node_targets: tuple[int, ...] = (50, 75, 100, 150, 200, 300)
     tolerances: tuple[float, ...] = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-    starts: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 16)  # of every pocket
-    most_starts: tuple[int, ...] = (8, 12, 16, 24)  # of one close to a limit
+    starts: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 16)  # for every pocket
+    most_starts: tuple[int, ...] = (8, 12, 16, 24)  # for a pocket close to a limit
     stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10)
     method_tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8)
-    gradient_tolerances: tuple[float, ...] = (1e-4, 1e-5)  # of NLopt, which has no second derivatives to get further
+    gradient_tolerances: tuple[float, ...] = (1e-4, 1e-5)  # for NLopt, which has no second derivatives to get further
     amplitudes: tuple[float, ...] = (0.02, 0.05, 0.1, 0.2)
-    reference_starts: int = 36  # a size of perturbation, beside the deterministic one
-    other_sizes_starts: int = 6  # the same for nets of other sizes than the recipe's, of the middle perturbation
-    heavy_layups: int = 4  # so many of them meet other sizes of nets and other methods, most of the work
-    deadline_s: float = 120.0  # a minimisation; a failure past it
+    reference_starts: int = 36  # per size of perturbation, in addition to the deterministic one
+    other_sizes_starts: int = 6  # the same for other sizes of net, with the middle perturbation
+    heavy_layups: int = 4  # number of layups also used for other sizes of net and other methods, most of the work
+    deadline_s: float = 120.0  # per minimisation; it fails if it takes longer
 
     @classmethod
     def quick(cls) -> Self:
-        """Seconds of work."""
+        """Return a plan that takes seconds."""
         return cls(
             layups=(0,),
             pixels=(480, 360),

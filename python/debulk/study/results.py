@@ -1,4 +1,4 @@
-"""Runs the study, and writes its tables."""
+"""Running the study and writing its tables."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Results:
 
     @property
     def default_size(self) -> int:
-        """Nodes a net by the recipe."""
+        """Number of nodes per net according to the recipe."""
         return Recipe().net.node_target
 
     @cached_property
@@ -45,23 +45,23 @@ class Results:
 
     @cached_property
     def lines(self) -> list[Line]:
-        """A line a setting."""
+        """One line per setting."""
         return lines(self.rows)
 
     @cached_property
     def growth(self) -> list[Growth]:
-        """Over numbers of starts."""
+        """Results over numbers of starts."""
         most = self.plan.reference_starts + 1
         return growth(self.solved, tuple(sorted({n for n in (1, 2, 3, 4, 6, 8, 12, 16, 24) if n < most} | {most})))
 
     @cached_property
     def perturbations(self) -> list[Perturbation]:
-        """Over sizes of perturbation."""
+        """Results over sizes of perturbation."""
         return perturbations(self.solved)
 
     @cached_property
     def rules(self) -> list[Rule]:
-        """Over rules for the number of starts."""
+        """Results over rules for the number of starts."""
         return rules(self.solved)
 
     def sweep(self, name: str) -> list[Line]:
@@ -77,7 +77,7 @@ class Results:
 
 
 def collect(plan: Plan, settings: list[Setting], progress: Callable[[str, float], None], workers: int = 1) -> Results:
-    """Solve every pocket under every setting; a layup a process where there are several workers."""
+    """Solve every pocket under every setting; with several workers, each process takes a layup at a time."""
     results = Results(plan, settings, load_before=os.getloadavg()[0])
     jobs = list(enumerate(plan.layups))
     solve_one = partial(_layup, plan, settings, results.default_size)

@@ -1,4 +1,4 @@
-"""Rules for the number of starts: what each costs and how well it decides, drawn from the references' own starts."""
+"""Rules for the number of starts: the cost of each and how well it decides, sampled from the references' starts."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from debulk.recipe import Recipe
 from debulk.study.cases import Case
 from debulk.study.runs import DECIDED, Reference, Start
 
-AMPLITUDE = 0.1  # of the solver's own perturbations
-ORDERS = 20  # random orders of the perturbed starts, over which a rule is averaged
+AMPLITUDE = 0.1  # of the solver's own perturbations, in spacings
+ORDERS = 20  # random orders of the perturbed starts; a rule is averaged over them
 _FIXED = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 _MOST = (4, 8, 12, 16, 24)
-_WINDOWS = (0.5, 1.0, 1.5)  # of the recipe's
-_MARGINS = (0.1, 0.5, 1.5)  # of the recipe's, beside it
+_WINDOWS = (0.5, 1.0, 1.5)  # multiples of the recipe's windows
+_MARGINS = (0.1, 0.5, 1.5)  # multiples of the recipe's margins, in addition to 1
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule over all pockets and orders."""
+    """Results of a rule over all pockets and orders."""
 
     starts: int
     most_starts: int
@@ -36,16 +36,16 @@ class Rule:
     cpu_mean_ms: float
     cpu_p99_ms: float
     undecided: float  # share of pockets
-    found: float  # share of the undecidable pockets that it calls so
+    found: float  # share of the undecidable pockets that the rule calls undecided
     overconfident: float  # share of pockets: decided, though undecidable
     false_cease: float  # share of pockets: called CEASE, though undecidable
     contrary: float  # share of all starts that end on the other side of the decisions
-    flipped: float  # share of pockets decided otherwise than the least energy
+    flipped: float  # share of pockets decided differently from the least energy
     opposite: float  # share of pairs of runs that decide a pocket in opposite ways
 
 
 def rules(solved: Sequence[tuple[Case, Reference]]) -> list[Rule]:
-    """Try fixed numbers of starts, and further ones close to a limit, with several windows and margins."""
+    """Try fixed numbers of starts, and additional starts close to a limit with several windows and margins."""
     usual = Recipe()
     first, most = usual.solve.starts, usual.solve.most_starts
     wanted = [_recipe(n, n) for n in _FIXED]
@@ -76,7 +76,7 @@ def _recipe(first: int, most: int, windows: float = 1.0, margins: float = 1.0) -
 
 
 def _sides(case: Case, reference: Reference) -> list[verdict.Verdict]:
-    """On which side of the limits each certified start lies, however near."""
+    """Return on which side of the limits each certified start lies, however near."""
     sharp = Recipe().model_copy(update={"verdict": {"ridge_margin_mm": 0.0, "rms_margin_mm": 0.0}})
     return [case.judge(reference.solution, s.figures, [s.figures], sharp) for s in reference.starts if s.certified]
 
@@ -115,7 +115,7 @@ def _rule(solved: Sequence[tuple[Case, Reference]], sides: Sequence[Sequence[ver
 def _outcome(
     case: Case, reference: Reference, sides: Sequence[verdict.Verdict], recipe: Recipe, order: int
 ) -> list[float]:
-    """Return starts, ms, CEASE, CREASE, contrary and flipped of one order of a pocket's starts."""
+    """Return starts, ms, CEASE, CREASE, contrary and flipped for one order of a pocket's starts."""
     pool = [s for s in reference.starts if s.amplitude == AMPLITUDE]
     shuffled = np.random.default_rng([case.layup, case.pocket, order]).permutation(len(pool))
     ordered = [next(s for s in reference.starts if s.amplitude == 0), *(pool[i] for i in shuffled)]

@@ -1,4 +1,4 @@
-"""Solving a case under a setting, and what it is measured against: the converged reference."""
+"""Solving a case under a setting, and the converged reference with which it is compared."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ REFERENCE_TOLERANCE = 1e-10
 
 @dataclass(frozen=True)
 class Setting:
-    """How to solve; the sweep that it belongs to, and its place there."""
+    """How to solve, the sweep to which the setting belongs, and its label there."""
 
     sweep: str
     label: str
     method: str
     starts: int
-    most_starts: int  # of a pocket close to a limit
+    most_starts: int  # for a pocket close to a limit
     tolerance: float
     stiffness: float
     node_target: int
     as_inspected: bool = True
-    """Pockets that the excess decides get the one start of the picture, as in an inspection; the others `starts`."""
+    """Pockets that the excess decides get a single start for the picture, as in an inspection; others get `starts`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """What one start of the reference came to."""
+    """Result of one start of the reference."""
 
-    amplitude: float  # of its perturbation, in spacings; 0: the deterministic one
+    amplitude: float  # of its perturbation, in spacings; 0 for the deterministic start
     certified: bool  # without a compliance
     energy_mj: float
     figures: Figures
@@ -46,26 +46,26 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The converged reference of a case: of many starts at a tight tolerance, the certified one of least energy."""
+    """The converged reference of a case: the certified start of least energy of many starts at a tight tolerance."""
 
     starts: tuple[Start, ...]
     solution: solve.Solution
     figures: Figures
     verdict: Verdict
-    """Of the least energy alone."""
+    """Verdict of the least energy alone."""
     verdict_of_all: Verdict
-    """Of the range over all certified starts."""
+    """Verdict of the range over all certified starts."""
     depth_mj: float
-    """How far the energy falls from the initial net to the reference."""
+    """Fall of the energy from the initial net to the reference."""
 
     def gap(self, energy_mj: float) -> float:
-        """Share of that fall which a solution misses; below 0 where it is better than the reference."""
+        """Share of that fall which a solution misses; below 0 if the solution is better than the reference."""
         return (energy_mj - self.solution.energy_mj) / self.depth_mj if self.depth_mj > 0 else 0.0
 
 
 @dataclass(frozen=True)
 class Row:
-    """A case under a setting, beside its reference."""
+    """Figures of a case under a setting, and those of its reference."""
 
     sweep: str
     label: str
@@ -94,17 +94,17 @@ class Row:
 
     @property
     def flipped(self) -> bool:
-        """Decided, and the reference decides the other way."""
+        """Whether it is decided, and the reference is decided the other way."""
         return self.verdict in DECIDED and self.reference_verdict in DECIDED and self.verdict != self.reference_verdict
 
     @property
     def overconfident(self) -> bool:
-        """Decided, though the starts of the reference lie on both sides of a limit."""
+        """Whether it is decided, though the starts of the reference lie on both sides of a limit."""
         return self.verdict in DECIDED and self.reference_verdict_of_all == Verdict.UNDECIDED
 
 
 def run(case: Case, setting: Setting, reference: Reference | None, deadline_s: float) -> Row:
-    """Solve and post-process; time is the solving thread's on a CPU: waiting for other programs does not count."""
+    """Solve and post-process. The time is CPU time of the solving thread, without waiting for other programs."""
     picture = setting.as_inspected and case.laid.by_excess
     names = ("method", "starts", "most_starts", "tolerance", "stiffness")
     recipe = case.recipe.model_copy(update={"solve": {name: getattr(setting, name) for name in names}})
@@ -144,7 +144,7 @@ def run(case: Case, setting: Setting, reference: Reference | None, deadline_s: f
 
 
 def converge(case: Case, amplitudes: tuple[float, ...], count: int, deadline_s: float) -> Reference | None:
-    """Solve from the initial net and from `count` perturbed ones of each size; None if nothing is certified."""
+    """Solve from the initial net and from `count` perturbed ones of each size; None if no solution is certified."""
     tried: list[Start] = []
     best: solve.Solution | None = None
     origins = [(0.0, 0)] + [(amplitude, k) for amplitude in amplitudes for k in range(1, count + 1)]
@@ -157,7 +157,7 @@ def converge(case: Case, amplitudes: tuple[float, ...], count: int, deadline_s: 
         cpu_ms = 1e3 * (time.thread_time() - began)
         solution = replace(solution, minima=())
         figures = case.figures(solution)
-        good = solution.certified and not solution.certificate.compliant  # softer fibres are another ply
+        good = solution.certified and not solution.certificate.compliant  # with softer fibres it is a different ply
         tried.append(Start(amplitude, good, solution.energy_mj, figures, solution.iterations, cpu_ms))
         if good and (best is None or solution.energy_mj < best.energy_mj):
             best = solution

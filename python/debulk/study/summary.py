@@ -1,4 +1,4 @@
-"""Tables: one line a setting, from the rows of all pockets."""
+"""Tables with one line per setting, from the rows of all pockets."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from debulk.study.runs import Row
 
 @dataclass(frozen=True)
 class Line:
-    """A setting over all pockets. Errors count every pocket, also those without a certificate."""
+    """Summary of a setting over all pockets. Errors count every pocket, including those without a certificate."""
 
     sweep: str
     label: str
     pockets: int
-    failed: int  # without a certificate
+    failed: int  # pockets without a certificate
     starts_mean: float
     net_median_ms: float
     cpu_median_ms: float
@@ -34,7 +34,7 @@ class Line:
     energy_gap_mean: float
     length_error_max: float
     undecided: float  # share of pockets
-    flipped: float  # decided otherwise than the reference
+    flipped: float  # decided differently from the reference
     overconfident: float  # decided where the reference's starts lie on both sides of a limit
     wrong: float  # flipped, or without a certificate
     crease: float
@@ -43,7 +43,7 @@ class Line:
 
 
 def lines(rows: Sequence[Row]) -> list[Line]:
-    """One line a sweep and label, in the order in which they first occur."""
+    """One line per sweep and label, in the order in which they first occur."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         groups.setdefault((row.sweep, row.label), []).append(row)
@@ -55,7 +55,7 @@ def _line(sweep: str, label: str, rows: list[Row]) -> Line:
         return np.array([getattr(row, name) for row in rows], dtype=float)
 
     def high(name: str, share: float) -> float:
-        # of the nearest pocket above: no figure is made up between two
+        # The value is that of the nearest pocket above, not an interpolated one.
         return float(np.nanquantile(of(name), share, method="higher"))
 
     return Line(
@@ -86,10 +86,10 @@ def _line(sweep: str, label: str, rows: list[Row]) -> Line:
 
 
 def profile(rows: Sequence[Row], labels: Sequence[str], most_gap: float) -> dict[str, list[float]]:
-    """Dolan-Moré: as `ratios`, of a sweep's rows.
+    """Dolan-Moré profile of a sweep's rows, in the form of `ratios`.
 
-    A pocket counts as solved if it is certified and misses at most `most_gap` of the energy's fall. Pockets that one of
-    the labels has not been given are left out.
+    A pocket counts as solved if it is certified and misses at most `most_gap` of the energy's fall. Pockets that were
+    not run with all of the labels are left out.
     """
     times: dict[tuple[int, int], dict[str, float]] = {}
     for row in rows:
@@ -100,9 +100,10 @@ def profile(rows: Sequence[Row], labels: Sequence[str], most_gap: float) -> dict
 
 
 def ratios(times: Sequence[Mapping[str, float]], labels: Sequence[str]) -> dict[str, list[float]]:
-    """Per label the sorted ratios of its times to the best label's, infinite for failures.
+    """For each label, the sorted ratios of its times to the best label's, infinite for failures.
 
-    `times` has a mapping a problem, infinite where it was not solved; one that none solves counts against all.
+    `times` has one mapping per problem, with infinity where it was not solved. A problem that no label solves counts
+    against all of them.
     """
     found: dict[str, list[float]] = {label: [] for label in labels}
     for t in times:
@@ -113,7 +114,7 @@ def ratios(times: Sequence[Mapping[str, float]], labels: Sequence[str]) -> dict[
 
 
 def write_csv(path: Path, records: Sequence[Any]) -> None:
-    """Dataclasses or mappings, a line each; floats to five digits."""
+    """Write dataclasses or mappings, one per line, with floats to five digits."""
     tables = [r if isinstance(r, dict) else asdict(r) for r in records]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(tables[0]) if tables else [], lineterminator="\n")
@@ -123,7 +124,7 @@ def write_csv(path: Path, records: Sequence[Any]) -> None:
 
 
 def text(title: str, records: Sequence[Any], columns: dict[str, tuple[str, str]]) -> str:
-    """Return a plain table; columns: field to (heading, format)."""
+    """Return a plain table; `columns` maps each field to (heading, format)."""
     assert not records or set(columns) <= {f.name for f in fields(records[0])}
     cells = [[heading for heading, _ in columns.values()]]
     cells += [[format(getattr(r, name), spec) for name, (_, spec) in columns.items()] for r in records]

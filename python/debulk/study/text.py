@@ -103,7 +103,7 @@ _PERTURBATIONS = {
 
 
 def study_text(results: Results) -> str:
-    """Return all tables with what they mean."""
+    """Return all tables with an explanation of what they mean."""
     plan, solved = results.plan, results.solved
     straddling = sum(r.verdict_of_all == "undecided" for _, r in solved)
     pools = len(plan.amplitudes) * plan.reference_starts + 1
@@ -160,7 +160,7 @@ def study_text(results: Results) -> str:
 
 
 def _trend(results: Results) -> str:
-    """How the reference itself moves with the size of the net, pocket by pocket."""
+    """How the reference itself changes with the size of the net, pocket by pocket."""
     size: dict[int, dict[tuple[int, int], Reference]] = {}
     for case, reference in results.references:
         size.setdefault(case.node_target, {})[case.layup, case.pocket] = reference
@@ -186,7 +186,7 @@ def _trend(results: Results) -> str:
 
 
 def _layups(results: Results) -> str:
-    """How often ranges over starts straddle a limit, layup by layup, by the recipe's rule and with all starts."""
+    """How often ranges over starts include a limit, layup by layup, by the recipe's rule and with all starts."""
     rule = f"{Recipe().solve.starts} to {Recipe().solve.most_starts}"
     out = [
         f"Layups: verdicts of the pockets with the recipe's {rule} starts, and with all starts of the reference",

@@ -1,4 +1,4 @@
-"""A report in 3-D, by Open3D (the extra "view"): in a window that the mouse turns, or as a picture."""
+"""A report in 3-D, drawn by Open3D (the extra "view"), in a window that the mouse turns or as a picture."""
 
 from __future__ import annotations
 

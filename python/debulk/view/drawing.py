@@ -1,4 +1,4 @@
-"""Draws the shapes by Open3D, which is imported here and nowhere else: it takes two seconds, and 600 MB of disk."""
+"""Draws the shapes with Open3D, which is imported only here, as it takes two seconds and 600 MB of disk."""
 
 from __future__ import annotations
 
@@ -38,20 +38,22 @@ def view(
     Parameters
     ----------
     report
-        The report: height map, outlines, and every pocket's net before and after debulking, above the reference.
+        The report. Its height map, outlines, and every pocket's net before and after debulking are drawn, above the
+        reference.
     picture
-        A .png to write, without a screen. None: opens a window, and returns when it is closed.
+        Name of a .png to write without a screen. None opens a window, and returns when it is closed.
     pocket
-        Draw this one alone, by its number. None: all.
+        Number of the only pocket to draw. None draws all.
     magnify
-        Heights are drawn so many times larger than lengths. None: as far as the picture has room for.
+        Factor by which heights are drawn larger than lengths. None: as large as the picture has room for.
     size
         Width and height of the picture or the window, pixels.
 
     Raises
     ------
     InputError
-        Open3D is missing (the command that installs it is named) or cannot draw here; or an argument is wrong.
+        If Open3D is missing (the message names the command that installs it) or cannot draw here, or an argument is
+        wrong.
     """
     path = None if picture is None else Path(picture)
     if path is not None and path.suffix.lower() != ".png":
@@ -61,7 +63,7 @@ def view(
     if path is None:
         _window(open3d, made, size)
         return
-    # Where a driver lacks, Open3D ends the process: let it be another one.
+    # If a driver is missing, Open3D ends the process, so it runs in a separate one.
     child = multiprocessing.get_context("spawn").Process(target=_draw, args=(made, str(path), size), daemon=True)
     child.start()
     child.join()
@@ -71,7 +73,7 @@ def view(
 
 def _window(open3d: Any, made: Shapes, size: tuple[int, int]) -> None:
     """Open a window and return when it is closed."""
-    # Without a screen Open3D opens a window that nobody sees, and waits for ever.
+    # Without a screen, Open3D opens an invisible window and waits for ever.
     seen = not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
     window = open3d.visualization.Visualizer()
@@ -107,14 +109,14 @@ def _line_set(open3d: Any, lines: Lines) -> Any:
 
 
 def _draw(made: Shapes, path: str, size: tuple[int, int]) -> None:
-    """Draw off-screen, from above at a slant; runs in a process of its own."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the renderer talks
+    """Draw off-screen, obliquely from above; runs in a process of its own."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the renderer prints messages
     open3d = _open3d()
     open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
     rendering = open3d.visualization.rendering
     renderer = rendering.OffscreenRenderer(*size)
     renderer.scene.set_background([1.0, 1.0, 1.0, 1.0])
-    renderer.scene.view.set_post_processing(False)  # colours as they were chosen
+    renderer.scene.view.set_post_processing(False)  # keeps the chosen colours
     everything = np.concatenate([made.points, made.lines.corners, made.labels.corners])
     low, high = everything.min(axis=0), everything.max(axis=0)
     centre, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
@@ -130,7 +132,7 @@ def _draw(made: Shapes, path: str, size: tuple[int, int]) -> None:
 
 
 def _point_size(made: Shapes, reach: float, size: tuple[int, int]) -> float:
-    """Pixels that close the map: its points' distance, as seen."""
+    """Size in pixels that closes the gaps of the map: the distance between its points as seen."""
     if len(made.points) == 0:
         return 2.0
     width, depth = np.ptp(made.points[:, :2], axis=0)

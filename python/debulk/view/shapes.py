@@ -1,4 +1,4 @@
-"""What `view` draws, as points and lines in space, without Open3D."""
+"""The shapes that `view` draws, as points and lines in space, without Open3D."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ Floats = NDArray[np.float64]
 Rgb = tuple[float, float, float]
 _MAX_POINTS = 400_000
 _MAGNIFICATIONS = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
-_HIGH = 0.3  # heights that are chosen here stay below this share of the width
-_ABOVE_MM = 0.3  # outlines are drawn so much above the cut height, clear of the ply
+_HIGH = 0.3  # heights with an automatic magnification stay below this share of the width
+_ABOVE_MM = 0.3  # outlines are drawn this far above the cut height, clear of the ply
 _BEFORE_RGB = (0.34, 0.71, 0.91)
-_STRAY = 99.9  # percentile of the heights above which single ones are no ply's, unless a pocket is as high
-_LETTERS = 0.026  # height of a pocket's number over the width of all that is drawn
+_STRAY = 99.9  # single heights above this percentile are not ply, unless a pocket is as high
+_LETTERS = 0.026  # height of a pocket's number over the width of the whole drawing
 _PIN = 0.7  # length of the pin below a number, in heights of the number
 _DARK: Rgb = (0.1, 0.1, 0.1)
-_NUMBER_RGB: Rgb = (0.8, 0.47, 0.65)  # reads on the map, on white, and before the nets of all verdicts
+_NUMBER_RGB: Rgb = (0.8, 0.47, 0.65)  # readable on the map, on white, and in front of the nets of all verdicts
 
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Line segments in colour.
+    """Coloured line segments.
 
     Attributes
     ----------
     corners, segments, rgb
-        (M, 3), (K, 2), (K, 3).
+        (M, 3) corners, (K, 2) numbers of a segment's corners, (K, 3) colours.
     """
 
     corners: Floats
@@ -48,7 +48,7 @@ class Lines:
 
     @classmethod
     def joined(cls, parts: Sequence[tuple[Floats, NDArray[np.int32], Rgb]]) -> Lines:
-        """Put parts together that each have one colour."""
+        """Join parts that each have one colour."""
         firsts = np.cumsum([0, *(len(corners) for corners, _, _ in parts)])
         return cls(
             corners=np.concatenate([np.empty((0, 3)), *(corners for corners, _, _ in parts)]),
@@ -61,18 +61,18 @@ class Lines:
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """What is drawn, mm, heights above the reference, magnified.
+    """The shapes to draw, in mm, with heights above the reference, magnified.
 
     Attributes
     ----------
     magnify
-        How many times larger heights are drawn than lengths.
+        Factor by which heights are drawn larger than lengths.
     points, point_rgb
-        (N, 3) the height map, lighter the higher; left out where a net is drawn.
+        (N, 3) points of the height map, lighter the higher they are; left out where a net is drawn.
     lines
-        Outlines in the verdict's colour, nets before debulking in light blue, and after it.
+        Outlines in the verdict's colour, nets before debulking in light blue, and nets after debulking.
     labels
-        The pockets' numbers above them, and a scale for lengths and one for heights.
+        The pockets' numbers above the pockets, and one scale each for lengths and heights.
     """
 
     magnify: float
@@ -83,17 +83,17 @@ class Shapes:
 
 
 def shapes(report: Report, pocket: int | None = None, magnify: float | None = None) -> Shapes:
-    """Make what `view` draws.
+    """Make the shapes that `view` draws.
 
     Parameters
     ----------
     report, pocket, magnify
-        As for `view`.
+        The same as for `view`.
 
     Raises
     ------
     InputError
-        No such pocket, a magnification that is not positive, or a report with nothing to draw.
+        If there is no such pocket, the magnification is not positive, or the report has nothing to draw.
     """
     if magnify is not None and not (np.isfinite(magnify) and magnify > 0):
         raise InputError(f"magnify: expected a positive factor, but got {magnify!r}")
@@ -124,26 +124,26 @@ def shapes(report: Report, pocket: int | None = None, magnify: float | None = No
 
 
 def _components(colour: str) -> tuple[float, float, float]:
-    """Red, green and blue from 0 to 1 of a colour like #0072b2."""
+    """Red, green and blue, each from 0 to 1, of a colour such as #0072b2."""
     red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
     return red, green, blue
 
 
 def _rgb(share: Floats) -> Floats:
-    """Cividis, as on the page."""
+    """Colours of the cividis map, as on the page."""
     table = np.array([_components(colour) for colour in colours(64)])
     return np.asarray(table[np.clip(share * 64, 0, 63).astype(int)], dtype=np.float64)
 
 
 def _map_points(report: Report, pocket: PocketReport | None) -> Floats:
-    """Points of the height map, round the pocket if one is chosen, no more than can be drawn."""
+    """Points of the height map (round the pocket if one is chosen), no more than can be drawn."""
     grid = report.height_map
     if grid is None:
         return np.empty((0, 3))
     known = np.isfinite(grid.values)
     if report.ply_outline_mm is not None:
         known &= inside_outline(report.ply_outline_mm, grid)
-    for p in report.pockets:  # the net before debulking is drawn instead, and with it what lies below
+    for p in report.pockets:  # the nets are drawn instead, from before debulking and after
         if p.net is not None and (pocket is None or p is pocket):
             known &= ~inside_outline(p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm, grid)
     x, y = np.meshgrid(grid.x_mm, grid.y_mm)
@@ -177,7 +177,7 @@ def _pocket_parts(
 
 
 def _number(pocket: PocketReport, magnify: float, height: float) -> tuple[Floats, NDArray[np.int32], Rgb]:
-    """Write a pocket's number on a pin above its highest point, upright."""
+    """Write a pocket's number upright on a pin above the pocket's highest point."""
     x, y = pocket.centroid_mm or pocket.outline_mm.mean(axis=0)
     corners, segments = strokes(str(pocket.id))
     peak = magnify * max(pocket.peak_mm, 0.0)
@@ -191,7 +191,7 @@ def _number(pocket: PocketReport, magnify: float, height: float) -> tuple[Floats
 
 
 def _scales(drawn: Floats, top_mm: float, magnify: float) -> list[tuple[Floats, NDArray[np.int32], Rgb]]:
-    """Draw a bar of a round length in front of the ply, and an upright one of a round height at its end."""
+    """Draw a bar of a round length in front of the ply, and an upright bar of a round height at its end."""
     (x, y), (right, back) = drawn[:, :2].min(axis=0), drawn[:, :2].max(axis=0)
     width = max(right - x, back - y, 1.0)
     letters, front = 1.2 * _LETTERS * width, y - 0.05 * width
@@ -200,7 +200,7 @@ def _scales(drawn: Floats, top_mm: float, magnify: float) -> list[tuple[Floats, 
     parts = [(bars, np.array([[0, 1], [0, 2]], np.int32), _DARK)]
     for text, at_x, at_z in ((f"{length:g} mm", x + length + letters, 0.0), (f"{height:g} mm", None, magnify * height)):
         corners, segments = strokes(text)
-        if at_x is None:  # on the left of the upright bar
+        if at_x is None:  # to the left of the upright bar
             at_x = x - letters * (corners[:, 0].max() + 0.5)
         placed = np.column_stack(
             [at_x + letters * corners[:, 0], np.full(len(corners), front), at_z + letters * corners[:, 1]]
@@ -210,6 +210,6 @@ def _scales(drawn: Floats, top_mm: float, magnify: float) -> list[tuple[Floats, 
 
 
 def _round(length: float) -> float:
-    """Return the largest of 1, 2, 5, 10, ... that is not longer."""
+    """Return the largest of 1, 2, 5, 10, ... that is not greater."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(f * power for f in (1, 2, 5) if f * power <= length * (1 + 1e-9)))

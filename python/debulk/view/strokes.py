@@ -1,4 +1,4 @@
-"""Numbers and units as line segments, as a pen plotter writes them: Open3D draws no text into a picture."""
+"""Numbers and units as line segments, as a pen plotter writes them, because Open3D draws no text into a picture."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 __all__ = ["strokes"]
 
-_WIDTH, _GAP = 0.55, 0.25  # of a sign and after it, over its height
-# The seven segments of a digit, as (x, y) of both ends, x in widths, y in heights; "m" and "." have their own.
+_WIDTH, _GAP = 0.55, 0.25  # width of a character and gap after it, over its height
+# The seven segments of a digit, as (x, y) of both ends, with x in widths and y in heights; "m" and "." have their own.
 _SEGMENTS = {
     "a": (0, 1, 1, 1), "b": (1, 1, 1, 0.5), "c": (1, 0.5, 1, 0), "d": (0, 0, 1, 0), "e": (0, 0, 0, 0.5),
     "f": (0, 0.5, 0, 1), "g": (0, 0.5, 1, 0.5),
@@ -23,11 +23,11 @@ _SIGNS: dict[str, list[tuple[float, float, float, float]]] = {
 
 
 def strokes(text: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Return a text of digits, points, blanks and "m".
+    """Return the strokes of a text of digits, points, blanks and "m".
 
     Returns
     -------
-    (M, 2) ends of the strokes, x to the right from 0 and y up from 0 to 1; (M / 2, 2) which of them belong together.
+    (M, 2) ends of the strokes, x to the right from 0 and y up from 0 to 1; (M / 2, 2) pairs of ends that form a stroke.
 
     Examples
     --------

@@ -1,9 +1,8 @@
 """A second family of virtual layups, which shares no code and no shape with the first.
 
-`molds` and `bumps` are the surfaces, `placing` and `ply` put them together, `seeing` and `rendering` look at them,
-`faults` spoil what was seen, `regions`, `fibres` and `truth` say what is so, `scanning` makes the clouds, and
-`layup` leads through all of them.
-`MISTAKES` are what people do wrong with layups of either family.
+`molds` and `bumps` define the surfaces. `placing` and `ply` put them together, and `seeing` and `rendering` view them.
+`faults` spoils the view. `regions`, `fibres` and `truth` compute the truth. `scanning` makes the clouds, and `layup`
+runs all of these steps. `MISTAKES` are errors that people make with layups of either family.
 """
 
 from debulk.scenes.varied.given import Given, Mistake, given_right
@@ -17,4 +16,4 @@ from debulk.scenes.varied.scanning import VariedLayup
 __all__ = ["MISTAKES", "Given", "Mistake", "VariedLayup", "given_right", "varied_layup"]
 
 MISTAKES: tuple[Mistake, ...] = (*SETUP, *CLOUDS, *SOFTWARE, *PLY)
-"""Mistakes of set-up, clouds, software and laying, each with a name of its own, for layups of either family."""
+"""Mistakes of set-up, clouds, software and laying, each with its own name, for layups of either family."""

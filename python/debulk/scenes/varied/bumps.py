@@ -1,4 +1,4 @@
-"""Shapes of air under a ply: the gap between its lower side and the mold, each with its reach."""
+"""Shapes of air under a ply: the gap between its lower side and the mold, and how far each extends."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Box = tuple[float, float, float, float]  # lowest x, lowest y, highest x, highes
 
 
 def dome(rho: Floats, power: float) -> Floats:
-    """1 at 0, and from 1 on 0: (1 - rho²)^power, smooth at its foot for a power above 2."""
+    """1 at 0, and 0 from 1 on: (1 - rho²)^power, smooth at its foot for a power above 2."""
     return np.clip(1 - rho**2, 0, None) ** power
 
 
 @dataclass(frozen=True)
 class Bump:
-    """A gap of some shape about a centre; `height_mm` scales it, `reach_mm` is the half width and height of its box."""
+    """A gap of some shape round a centre, scaled by `height_mm`; `reach_mm` is half the width and height of its box."""
 
     kind: str
     centre_mm: tuple[float, float]
@@ -27,7 +27,7 @@ class Bump:
 
     @property
     def reach_mm(self) -> tuple[float, float]:
-        """Half of the box that holds the foot, along mold x and y."""
+        """Half the size of the box that contains the foot, along mold x and y."""
         u, v = self._half_box()
         c, s = abs(np.cos(self.angle)), abs(np.sin(self.angle))
         return float(c * u + s * v), float(s * u + c * v)
@@ -40,7 +40,7 @@ class Bump:
 
     @property
     def radius_mm(self) -> float:
-        """Radius of a circle about the centre that holds the foot."""
+        """Radius of a circle round the centre that contains the foot."""
         return float(np.hypot(*self._half_box()))
 
     def gap(self, x: Floats, y: Floats) -> Floats:
@@ -57,7 +57,7 @@ class Bump:
         raise NotImplementedError
 
     def _unit(self, u: Floats, v: Floats) -> Floats:
-        """Gap over the height, at positions along the bump's own axes."""
+        """Gap divided by the height, at positions along the bump's own axes."""
         raise NotImplementedError
 
 
@@ -81,12 +81,12 @@ class Gaussians(Bump):
         for u0, v0, su, sv, weight in self.parts:
             total += weight * np.exp(-0.5 * (((u - u0) / su) ** 2 + ((v - v0) / sv) ** 2))
         above = np.clip(total - self.FLOOR, 0, None)
-        return above**2 / (above + 4 * self.FLOOR)  # leaves the mold without a kink
+        return above**2 / (above + 4 * self.FLOOR)  # rises from the mold without a kink
 
 
 @dataclass(frozen=True)
 class Lobes(Bump):
-    """A star-shaped foot: radius_mm (1 + sum of waves (order, amplitude, phase) round the centre)."""
+    """A bump with a star-shaped foot: radius_mm (1 + sum of waves (order, amplitude, phase) round the centre)."""
 
     mean_radius_mm: float
     waves: tuple[tuple[int, float, float], ...]
@@ -101,13 +101,13 @@ class Lobes(Bump):
         foot = np.ones(np.shape(u))
         for order, amplitude, phase in self.waves:
             foot += amplitude * np.cos(order * angle + phase)
-        # Near the centre the direction is undefined; there the foot's radius hardly matters, for rho is near 0.
+        # Near the centre the direction is undefined, but the foot's radius hardly matters there, because rho is near 0.
         return dome(np.hypot(u, v) / (self.mean_radius_mm * foot), self.power)
 
 
 @dataclass(frozen=True)
 class Wrinkle(Bump):
-    """A straight ridge along u; without an end where `half_length_mm` is infinite."""
+    """A straight ridge along u, which has no end if `half_length_mm` is infinite."""
 
     half_width_mm: float
     half_length_mm: float
@@ -127,7 +127,7 @@ class Wrinkle(Bump):
 
 @dataclass(frozen=True)
 class Arc(Bump):
-    """A ridge bent round a circle: a crescent, or with `half_angle` of pi and more a ring."""
+    """A ridge along part of a circle: a crescent or, if `half_angle` is pi or more, a ring."""
 
     circle_mm: float
     half_width_mm: float
@@ -150,7 +150,7 @@ class Arc(Bump):
 
 @dataclass(frozen=True)
 class Border(Bump):
-    """A loose border: rises from `width_mm` inside towards the ply's edge (v = 0, inside at v > 0), fading along it."""
+    """A loose border, which rises from `width_mm` inside towards the ply's edge (v = 0, inside at v > 0) and fades."""
 
     width_mm: float
     half_length_mm: float
@@ -164,7 +164,7 @@ class Border(Bump):
 
 
 def steepness(bump: Bump) -> float:
-    """Largest slope of a bump, from a fine grid along its own axes."""
+    """Largest slope of a bump, from a fine grid along its axes."""
     half = bump._half_box()
     u, v = (np.linspace(-min(h, 400.0), min(h, 400.0), 241) for h in half)
     values = bump.height_mm * bump._unit(*np.meshgrid(u, v, indexing="ij"))

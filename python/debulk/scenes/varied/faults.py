@@ -1,4 +1,4 @@
-"""What a scanner does to depths: noise of several kinds, highlights, flying pixels, and holes of a size in mm."""
+"""Faults of a scanner: noise of several kinds, highlights, flying pixels, and holes of a given size in mm."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Noise:
     range_power: float = 0.0
     """Noise grows with this power of depth over the median depth."""
     quantum_mm: float = 0.0
-    """Depths are whole multiples of this."""
+    """Depths are rounded to whole multiples of this."""
     band_mm: float = 0.0
     band_px: float = 20.0
     highlights: int = 0
@@ -34,7 +34,7 @@ KINDS = ("correlated", "range", "quantised", "banding", "highlights", "flying")
 
 
 def random_noise(rng: np.random.Generator, kinds: tuple[str, ...] | None = None) -> Noise:
-    """White noise and some of the other kinds; None: each with a chance of a third."""
+    """Return white noise and the given other kinds; if None, each is included with a probability of a third."""
     draw = {kind: bool(rng.random() < 1 / 3) for kind in KINDS}
     if kinds is not None:
         draw = {kind: kind in kinds for kind in KINDS}
@@ -60,14 +60,14 @@ def smooth_field(rng: np.random.Generator, shape: tuple[int, int], reach_px: flo
 
 
 def with_noise(rng: np.random.Generator, depth: Floats, noise: Noise) -> tuple[Floats, Bools]:
-    """Depths with noise, and which pixels fly or lie in a highlight."""
+    """Depths with noise, and which pixels fly or are in a highlight."""
     shape = (depth.shape[0], depth.shape[1])
     error = noise.white_mm * rng.standard_normal(shape)
     if noise.correlated_mm:
         error += noise.correlated_mm * smooth_field(rng, shape, noise.correlation_px)
     if noise.range_power:
         error *= (np.nan_to_num(depth, nan=np.nanmedian(depth)) / np.nanmedian(depth)) ** noise.range_power
-    if noise.band_mm:  # a fringe's phase error: it runs over the image and bends with the depth
+    if noise.band_mm:  # phase error of the fringes, which runs over the image and bends with the depth
         phase = np.arange(shape[1])[None, :] / noise.band_px + np.nan_to_num(depth) / 40
         error += noise.band_mm * np.sin(2 * np.pi * phase)
     result, bad = depth + error, np.zeros(shape, dtype=bool)
@@ -91,7 +91,7 @@ def with_noise(rng: np.random.Generator, depth: Floats, noise: Noise) -> tuple[F
 
 
 def _between_edges(rng: np.random.Generator, depth: Floats, result: Floats, bad: Bools) -> Floats:
-    """Pixels that see two depths at a jump report one between them, three in ten."""
+    """Move pixels that see two depths at a jump to a depth in between, in three cases of ten."""
     beside = np.roll(depth, 1, axis=1)
     with np.errstate(invalid="ignore"):
         jump = np.abs(beside - depth) > 3.0
@@ -103,7 +103,7 @@ def _between_edges(rng: np.random.Generator, depth: Floats, result: Floats, bad:
 
 @dataclass(frozen=True)
 class Hole:
-    """Where nothing was seen: an ellipse or a bar in mold x and y."""
+    """An area where nothing was seen: an ellipse or a bar in mold x and y."""
 
     centre_mm: tuple[float, float]
     half_mm: tuple[float, float]
@@ -111,7 +111,7 @@ class Hole:
     bar: bool
 
     def covers(self, x: Floats, y: Floats) -> Bools:
-        """Whether each position lies in the hole; NaN does not."""
+        """Whether each position lies in the hole; false for NaN."""
         c, s = np.cos(self.angle), np.sin(self.angle)
         x, y = x - self.centre_mm[0], y - self.centre_mm[1]
         u, v = (c * x + s * y) / self.half_mm[0], (c * y - s * x) / self.half_mm[1]

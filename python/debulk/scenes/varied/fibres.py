@@ -1,4 +1,4 @@
-"""Excess length of the fibres over a known pocket: the lengths of the ply's and of the mold's curve, by quadrature."""
+"""Excess length of the fibres over a known pocket, by quadrature of the lengths of the ply's and the mold's curve."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Floats = NDArray[np.float64]
 TOUCH_MM = 1e-3
 """A ply nearer to the mold than this lies on it."""
 HELD_MM = 40.0
-"""Contact between a foot and the ply's edge, along the fibre, that certainly holds the fibre: it slips over 6 to 30 mm
-(docs/model.md, section 6)."""
+"""Contact between a foot and the ply's edge, along the fibre, that holds the fibre with certainty: it slips over 6 to
+30 mm (docs/model.md, section 6)."""
 _BESIDE_MM = 60.0
 
 
@@ -25,9 +25,9 @@ class Excess:
     """Largest excess lengths of fibres from foot to foot, mm."""
 
     any_mm: float = 0.0
-    """Of all fibres over the pocket, also of those that could slip out at the ply's edge."""
+    """Largest of all fibres over the pocket, including those that could slip out at the ply's edge."""
     held_mm: float = 0.0
-    """Of those held at both ends by 40 mm of contact at least: this excess cannot go anywhere."""
+    """Largest of the fibres held at both ends by at least 40 mm of contact; this excess cannot go anywhere."""
     angle_deg: float = 0.0
     """Direction of the fibre of `held_mm`."""
 
@@ -42,9 +42,9 @@ def excess(
     label: int,
     foot_box: tuple[float, float, float, float],
 ) -> Excess:
-    """Largest excess lengths of fibres over the region `label`, which lie in vertical planes along the directions.
+    """Largest excess lengths of fibres over the region `label`, in vertical planes along the directions.
 
-    `height` is the ply's upper side above the mold, `foot_box` holds the pocket's foot.
+    `height` is that of the ply's upper side above the mold; `foot_box` contains the pocket's foot.
     """
     best = Excess()
     for angle in angles_deg:
@@ -70,7 +70,7 @@ def _runs(
     label: int,
     foot_box: tuple[float, float, float, float],
 ) -> tuple[Floats, Floats]:
-    """Excess of every stretch of fibre that is off the mold and crosses the region, and the shorter way to the edge."""
+    """Excess of each stretch of fibre that is off the mold and crosses the region, and the shorter way to an edge."""
     c, s = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
     x, y = labels.places(labels.values == label)
     across = np.arange((c * y - s * x).min(), (c * y - s * x).max() + 1, max(0.5, np.ptp(c * y - s * x) / 120))
@@ -84,7 +84,7 @@ def _runs(
     z = mold(px, py)
     off = gap > TOUCH_MM
     more = np.hypot(step, np.diff(z + gap, axis=1)) - np.hypot(step, np.diff(z, axis=1))
-    # A segment belongs to the stretch of either of its ends, but not where it leaves the ply.
+    # A segment belongs to the stretch at either of its ends, but not where it leaves the ply.
     more = np.where((off[:, :-1] | off[:, 1:]) & on_ply[:, :-1] & on_ply[:, 1:], more, 0.0)
     begins = off & ~np.pad(off, ((0, 0), (1, 0)))[:, :-1]
     ends = off & ~np.pad(off, ((0, 0), (0, 1)))[:, 1:]

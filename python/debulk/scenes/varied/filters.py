@@ -1,4 +1,4 @@
-"""What scanners' software does to the ranges of a scan: filters that smooth it."""
+"""Filters of scanners' software, which smooth the ranges of a scan."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["FILTERS", "filtered"]
 Image = NDArray[np.float32]
 Filter = Callable[[Image], Image]
 
-_FILL = 21  # pixels, about one that was not seen, whose mean a filter finds there
+_FILL = 21  # size in pixels of the window whose mean a filter gets for an unseen pixel
 
 
 def _gaussian(sigma: float) -> Filter:
@@ -40,7 +40,7 @@ def _bilateral(size: int, sigma_mm: float, sigma: float) -> Filter:
 
 
 def _guided(size: int, edge_mm: float) -> Filter:
-    """Preserve edges: what varies by much more than `edge_mm` in a window stays, what by less becomes its mean."""
+    """Preserve edges: in each window, variation well above `edge_mm` is kept, and variation well below it averaged."""
 
     def guided(image: Image) -> Image:
         def mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -72,16 +72,16 @@ FILTERS: dict[str, Filter] = {
     "guided, 9 pixels, 0.3 mm": _guided(9, 0.3),
     "guided, 9 pixels, 0.1 mm": _guided(9, 0.1),
 }
-"""By what is set in such software; of depth images without gaps, mm."""
+"""Filters by their settings in such software, in mm; they take depth images without gaps."""
 
 
 def filtered(scan: Cloud, change: Filter) -> Cloud:
-    """Change the ranges along the rays of an organised scan, as its scanner's software does.
+    """Change the ranges along the rays of an organised scan, as the software of its scanner does.
 
     Parameters
     ----------
     scan
-        (H, W, 3), scanner's frame, NaN where nothing was seen, and stays so.
+        (H, W, 3), scanner's frame, NaN where nothing was seen; these points stay NaN.
     change
         One of `FILTERS`.
     """

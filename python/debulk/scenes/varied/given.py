@@ -1,4 +1,4 @@
-"""What an inspector is given, and a mistake as a change of it."""
+"""The input of an inspector, and mistakes as changes of that input."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Cloud = NDArray[np.float32]
 
 
 class AnyLayup(Protocol):
-    """The face that both families have."""
+    """The attributes that layups of both families have."""
 
     @property
     def scan(self) -> Cloud:
@@ -39,7 +39,7 @@ class AnyLayup(Protocol):
 
 @dataclass(frozen=True)
 class Given:
-    """Arguments of `debulk.inspect`; the recipe as a mapping of sections, and what was done in words."""
+    """Arguments of `debulk.inspect`, with the recipe as a mapping of sections; and what was changed, in words."""
 
     scan: Cloud
     reference: Cloud
@@ -63,7 +63,7 @@ class Given:
 
 
 def given_right(layup: AnyLayup) -> Given:
-    """Everything as it should be."""
+    """Return the input with everything as it should be."""
     return Given(
         scan=layup.scan,
         reference=layup.reference,
@@ -84,11 +84,11 @@ class Mistake:
     Attributes
     ----------
     name
-        As a report's reason may be held against.
+        Name, to which the reason in a report may be compared.
     blind
-        Whether it makes the inspection worthless, so that no layup, not even a good one, may pass with it.
+        Whether the mistake makes the inspection worthless, so that no layup may pass with it, not even a good one.
     change
-        Applies it.
+        Function that applies it.
     """
 
     name: str
@@ -96,16 +96,16 @@ class Mistake:
     change: Change
 
     def apply(self, layup: AnyLayup, seed: int, *, given: Given | None = None) -> Given:
-        """Return what the inspector is given; the same seed, the same mistake.
+        """Return the inspector's input with the mistake; the same seed gives the same mistake.
 
         Parameters
         ----------
         layup
-            Of either family.
+            A layup of either family.
         seed
-            Of what is random in the mistake.
+            Seed of everything random in the mistake.
         given
-            What another mistake left. Default: everything right.
+            Input as changed by another mistake. Default: everything right.
         """
         rng = np.random.default_rng([seed, 77])
         return self.change(given_right(layup) if given is None else given, rng, layup)

@@ -1,4 +1,4 @@
-"""Make a varied layup: choose at random, render, spoil, and write down the truth."""
+"""Make a varied layup: choose at random, render, add faults, and record the truth."""
 
 from __future__ import annotations
 
@@ -38,48 +38,51 @@ def varied_layup(
 ) -> VariedLayup:
     """Make a virtual layup of the second family: other molds, pockets, noise and holes than `layup`, by other code.
 
-    The two families share nothing but this face, so that what was fitted to one can be tried on the other. All that
-    is not chosen is drawn at random; the ply's outline, the scanner's pose and its focal length always are.
+    The two families share nothing but their attributes, so that anything fitted to one can be tried on the other.
+    Everything that is not chosen is drawn at random. The ply's outline, the scanner's pose and its focal length always
+    are.
 
     Parameters
     ----------
     seed
-        Not negative. The same seed and arguments give the same bits.
+        Seed, not negative. The same seed and arguments give the same bits.
     pixels
         Width and height of the image, at least 64 each.
     mold
-        "saddle", "dome", "flanks" (to 45 degrees), "step", "ribs" (and grooves), "waves" or "cliff" (a part smaller
-        than the image above a table). Default: any.
+        "saddle", "dome", "flanks" (up to 45 degrees), "step", "ribs" (and grooves), "waves" or "cliff" (a part smaller
+        than the image, above a table). Default: any of them.
     pockets
-        Kinds, of "gaussians", "wrinkle", "lobes", "crescent", "ring", "superposed", "merging", "edge", "corner",
-        "edge to edge", "small" (below the tolerance on area), "thin" (a wrinkle 4 to 12 mm wide); or a number of
-        usual ones. Those for which there is no place are left out. Default: 2 to 10, seldom with one of the last three.
+        Kinds of pockets: "gaussians", "wrinkle", "lobes", "crescent", "ring", "superposed", "merging", "edge",
+        "corner", "edge to edge", "small" (below the tolerance on area), "thin" (a wrinkle 4 to 12 mm wide); or a number
+        of the usual ones. Those for which there is no room are left out. Default: 2 to 10, seldom with one of the last
+        three.
     severity
-        "benign": little excess length in each; "one": the first has more than any limit allows; "any": all from
+        "benign": little excess length in each; "one": the first has more than any limit allows; "any": each has from
         0.1 to 6 mm. Default: any of these three.
     noise
-        Of "correlated", "range" (grows with depth), "quantised", "banding", "highlights", "flying"; white noise is
-        always there. Default: each with a chance of a third.
+        Kinds of noise: "correlated", "range" (grows with depth), "quantised", "banding", "highlights", "flying"; white
+        noise is always added. Default: each with a probability of a third.
     holes_mm
-        Widths of drop-outs at random places of the scan, or how many of 2 to 100 mm. Default: none to 6 of 2 to 15 mm.
+        Widths of drop-outs at random places of the scan, or a number of them of 2 to 100 mm. Default: none to 6 of 2 to
+        15 mm.
     clamp
-        Whether a clamp lies on the ply's edge. Default: one in eight.
+        Whether a clamp lies on the ply's edge. Default: with a probability of one in eight.
     borders
-        How many loose borders the ply has, 0.3 to 3 mm high and 60 to 260 mm wide. Default: one in five has one.
+        Number of loose borders of the ply, 0.3 to 3 mm high and 60 to 260 mm wide. Default: one in five layups has one.
     thickness_mm
-        The ply's, along z.
+        Thickness of the ply, along z.
     cut_height_mm
         Height above the mold at which the truth's areas are taken.
 
     Returns
     -------
     VariedLayup
-        Scan and reference with faults of their own, pose, camera, outline, fibre angles, mask and truth.
+        Scan and reference, each with its own faults, pose, camera, outline, fibre angles, mask and truth.
 
     Raises
     ------
     debulk.InputError
-        An argument is out of its range.
+        If an argument is out of its range.
 
     Examples
     --------
@@ -90,7 +93,7 @@ def varied_layup(
     ['crescent', 'ring']
     """
     _check(seed, pixels, mold, pockets, severity, noise)
-    # A generator for each part, so that a choice made by the caller does not shift what is drawn for the others.
+    # Each part has its own generator, so that a choice by the caller does not change what is drawn for the others.
     draw = [np.random.default_rng([seed, part]) for part in range(7)]
     outline = random_ply(draw[0])
     angles = ((0.0, 90.0), (45.0, -45.0), (30.0, 120.0), (0.0, 90.0))[int(draw[0].integers(4))]
@@ -171,7 +174,7 @@ def _bumps(
 
 
 def _clamp(rng: np.random.Generator, ply: Ply) -> Clamp:
-    """Lay a bar across the ply's edge, 10 to 60 mm onto the ply."""
+    """Lay a bar across the ply's edge, reaching 10 to 60 mm onto the ply."""
     k = int(rng.integers(len(ply.outline)))
     a, b = ply.outline[k], ply.outline[(k + 1) % len(ply.outline)]
     along = (b - a) / np.hypot(*(b - a))

@@ -1,4 +1,4 @@
-"""Mistakes in the clouds: bent, thinned, cut off, mirrored, with holes where it matters."""
+"""Mistakes in the clouds: bent, thinned, cut off, mirrored, with holes at important places."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Rng = np.random.Generator
 
 
 def raised(given: Given, cloud: Cloud, rise: Callable[[Floats, Floats], Floats]) -> Cloud:
-    """Move points along their rays so that they rise in the mold's frame by a function of x and y of -1 to 1."""
+    """Move points along their rays so that they rise in the mold's frame by a function of x and y, each -1 to 1."""
     points = given.in_mold(cloud)
     x, y = points[..., 0], points[..., 1]
     low, high = np.nanmin(points[..., :2], axis=(0, 1)), np.nanmax(points[..., :2], axis=(0, 1))
@@ -67,7 +67,7 @@ def _half_unseen(name: str) -> Change:
 
 
 def _coarse_reference(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Only points some 6 to 16 mm apart, as a list."""
+    """Keep only points some 6 to 16 mm apart, as a list."""
     pitch = float(rng.uniform(6, 16))
     step = max(2, round(pitch / _pixel_mm(given.reference)))
     points = given.reference[::step, ::step].reshape(-1, 3)
@@ -75,7 +75,7 @@ def _coarse_reference(given: Given, rng: Rng, layup: AnyLayup) -> Given:
 
 
 def _thinned_reference(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Leave an image of which only every so many pixels have a point."""
+    """Leave an image in which only one pixel in several, along rows and columns, has a point."""
     pitch = float(rng.uniform(4, 12))
     step = max(2, round(pitch / _pixel_mm(given.reference)))
     thin = np.full_like(given.reference, np.nan)
@@ -84,7 +84,7 @@ def _thinned_reference(given: Given, rng: Rng, layup: AnyLayup) -> Given:
 
 
 def _thinned_scan(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Every 24th point, as a list."""
+    """Keep every 8th, 24th or 100th point, as a list."""
     points = given.scan.reshape(-1, 3)
     points = points[np.isfinite(points[:, 2])]
     return replace(given, scan=points[:: int(rng.choice([8, 24, 100]))])
@@ -181,4 +181,4 @@ CLOUDS: tuple[Mistake, ...] = (
     Mistake("whole millimetres", False, _quantised),
     Mistake("scale of the scan off by 1 %", True, _scale_error),
 )
-"""What is wrong with the clouds."""
+"""Mistakes in the clouds."""

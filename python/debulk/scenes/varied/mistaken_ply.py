@@ -1,4 +1,4 @@
-"""Mistakes in the laying itself: the ply is torn, its corner is folded over, or something lies on it."""
+"""Mistakes in the laying itself: the ply is torn, its corner is folded over, or an object lies on it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _torn(given: Given, rng: Rng, layup: AnyLayup) -> Given:
 
 
 def _folded(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Fold over what lies farthest in some direction: bare mold there, two plies beside."""
+    """Fold over the part farthest in some direction: bare mold remains there, and two plies beside it."""
     way = float(rng.uniform(0, 2 * np.pi))
     normal = np.array([np.cos(way), np.sin(way)])
     depth = float(rng.uniform(25, 80))
@@ -39,14 +39,14 @@ def _folded(given: Given, rng: Rng, layup: AnyLayup) -> Given:
 
 
 def _foreign(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Lay a flat thing on the ply, one to four plies thick."""
+    """Lay a flat object on the ply, one to four plies thick."""
     size, thick = float(rng.uniform(25, 100)), float(rng.uniform(1, 4)) * _thickness_mm(layup)
     on = _ellipse(given.in_mold(given.scan), layup, size, rng)
     return replace(given, scan=_lifted(given, on, thick), note=f"{size:.0f} mm, {thick:.2f} mm thick")
 
 
 def _ellipse(points: Floats, layup: AnyLayup, size: float, rng: Rng) -> Bools:
-    """Mark points in an ellipse of that length, somewhere about the middle half of the ply."""
+    """Mark points in an ellipse of the given length, centred somewhere in the middle half of the ply."""
     low, high = layup.ply_outline.min(axis=0), layup.ply_outline.max(axis=0)
     x, y = (points[..., k] - (low[k] + (high[k] - low[k]) * rng.uniform(0.25, 0.75)) for k in range(2))
     turn = rng.uniform(0, np.pi)
@@ -55,7 +55,7 @@ def _ellipse(points: Floats, layup: AnyLayup, size: float, rng: Rng) -> Bools:
 
 
 def _bare(given: Given, where: Bools, rng: Rng) -> Cloud:
-    """Show the reference there, with noise of its own."""
+    """Show the reference there, with its own noise."""
     noise = (_NOISE_MM * rng.standard_normal(where.shape)).astype(np.float32)
     return np.where(where[..., None], _along_rays(given.reference, noise), given.scan)
 
@@ -79,4 +79,4 @@ PLY: tuple[Mistake, ...] = (
     Mistake("corner folded over", True, _folded),
     Mistake("something on the ply", False, _foreign),
 )
-"""What is wrong with the ply."""
+"""Mistakes in the ply."""

@@ -1,4 +1,4 @@
-"""Mistakes of those who set an inspection up: pose, units, outline, mask, recipe, the wrong clouds."""
+"""Mistakes in setting up an inspection: pose, units, outline, mask, recipe, wrong clouds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Rng = np.random.Generator
 
 
 def _plain(**changes: Callable[[Given], object]) -> Change:
-    """Make a change without anything random: new values from what was given."""
+    """Make a change that contains nothing random, with new values computed from the given ones."""
     return lambda given, rng, layup: replace(given, **{k: f(given) for k, f in changes.items()})  # type: ignore[arg-type]
 
 
@@ -25,7 +25,7 @@ def _scaled(factor: float, what: tuple[str, ...]) -> Change:
 
 
 def _pose_in_other_unit(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Clouds and pose in metres, outline still in mm."""
+    """Give clouds and pose in metres, but the outline in mm."""
     assert given.mold_from_scanner is not None
     pose = given.mold_from_scanner.copy()
     pose[:3, 3] /= 1000
@@ -34,7 +34,7 @@ def _pose_in_other_unit(given: Given, rng: Rng, layup: AnyLayup) -> Given:
 
 
 def _forgotten_but_outline_seen(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """No pose and no outline: everything in the scanner's frame."""
+    """Leave out pose and outline, with everything in the scanner's frame."""
     return replace(given, mold_from_scanner=None, ply_outline=None)
 
 
@@ -53,7 +53,7 @@ def _shifted(corners: Floats, rng: Rng) -> Floats:
 
 
 def _crossing(corners: Floats, rng: Rng) -> Floats:
-    """Half of the way round the other way: a bow-tie."""
+    """Reverse the order of half of the corners, which gives a bow-tie."""
     corners = np.roll(corners, int(rng.integers(len(corners))), axis=0)
     half = len(corners) // 2
     return np.concatenate([corners[:half][::-1], corners[half:]])
@@ -64,7 +64,7 @@ def _mirrored(corners: Floats, rng: Rng) -> Floats:
 
 
 def _mask_inverted(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Everything hidden but the clamp; without a clamp, a mask of a clamp that hides all but a corner."""
+    """Hide everything but the clamp or, without a clamp, everything but a corner."""
     mask = given.mask
     if mask is None:
         mask = np.zeros((given.scan.shape[0], given.scan.shape[1]), dtype=bool)
@@ -81,14 +81,14 @@ def _thickness(factor: float) -> Change:
 
 
 def _next_layer(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Take a reference from after this ply, or from one ply too early: it is off by a thickness."""
+    """Take a reference from after this ply, or from one ply too early, which is off by a thickness."""
     plies = int(rng.choice([-1, 1]))
     reference = _lifted(given, given.reference, plies * float(getattr(layup, "truth").thickness_mm))  # noqa: B009
     return replace(given, reference=reference, note=f"{plies:+d} ply")
 
 
 def _lifted(given: Given, cloud: Cloud, height_mm: float) -> Cloud:
-    """Points moved along their rays by a height, as a scan of a thicker laminate would have them."""
+    """Move points along their rays by a height, as a scan of a thicker laminate would show them."""
     pose = np.eye(4) if given.mold_from_scanner is None else given.mold_from_scanner
     depth = cloud[..., 2].astype(np.float64)
     fall = sum(pose[2, i] * cloud[..., i].astype(np.float64) / depth for i in range(3))
@@ -176,4 +176,4 @@ SETUP: tuple[Mistake, ...] = (
     Mistake("reference of another ply", False, _next_layer),
     Mistake("stale scan", False, _stale),
 )
-"""What those who set up do wrong."""
+"""Mistakes in the set-up."""

@@ -1,4 +1,4 @@
-"""Mistakes in the settings of a scanner's software: it smooths, interpolates, or writes marks for what was not seen."""
+"""Mistakes in a scanner's software settings: it smooths, interpolates, or writes markers for unseen points."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _smoothed(given: Given, rng: Rng, layup: AnyLayup) -> Given:
 
 
 def _doubled(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    """Keep every second row and column, and put means between them."""
+    """Keep every second row and column, and fill in means between them."""
     scan = given.scan.copy()
     scan[1:-1:2] = _between(scan[:-2:2], scan[2::2])[: len(scan[1:-1:2])]
     scan[:, 1:-1:2] = _between(scan[:, :-2:2], scan[:, 2::2])[:, : scan[:, 1:-1:2].shape[1]]
@@ -34,7 +34,7 @@ def _marked(given: Given, rng: Rng, layup: AnyLayup) -> Given:
     marks = ((0.0, 0.0, 0.0), (-9999.0, -9999.0, -9999.0), (0.0, 0.0, 1e5))
     mark = marks[int(rng.integers(len(marks)))]
     unseen = np.isnan(given.scan[..., 2])
-    if not unseen.any():  # at least where it is cut off
+    if not unseen.any():  # mark at least a strip at the image's border
         unseen[:, : unseen.shape[1] // 50] = True
     scan = np.where(unseen[..., None], np.array(mark, np.float32), given.scan)
     return replace(given, scan=scan.astype(np.float32), note=f"{mark}")
@@ -45,4 +45,4 @@ SOFTWARE: tuple[Mistake, ...] = (
     Mistake("scan interpolated", False, _doubled),
     Mistake("marks for what was not seen", False, _marked),
 )
-"""What is wrong in the software."""
+"""Mistakes in the software."""

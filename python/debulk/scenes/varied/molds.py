@@ -1,4 +1,4 @@
-"""Molds as smooth height functions, and a part that ends at a cliff above a table."""
+"""Molds as smooth height functions, including a part that ends at a cliff above a table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Term = Callable[[Floats, Floats], Floats]
 
 @dataclass(frozen=True)
 class Mold:
-    """A sum of smooth terms; where there is a part's outline, a flat table lies outside of it."""
+    """A sum of smooth terms; if the part has an outline, a flat table lies outside it."""
 
     kind: str
     terms: tuple[Term, ...]
@@ -31,7 +31,7 @@ class Mold:
         return total
 
     def height(self, x: Floats, y: Floats) -> Floats:
-        """Height of what the scanner sees without a ply, mm."""
+        """Height that the scanner sees without a ply, mm."""
         if self.part_outline is None:
             return self.smooth_height(x, y)
         return np.where(inside(self.part_outline, x, y), self.smooth_height(x, y), self.table_mm)
@@ -43,7 +43,7 @@ def _turned(angle: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Quadric:
-    """Two principal curvatures, 1/mm: of opposite sign a saddle, both negative a dome."""
+    """Two principal curvatures, 1/mm: of opposite sign for a saddle, both negative for a dome."""
 
     angle: float
     curvatures: tuple[float, float]
@@ -72,7 +72,7 @@ class Flank:
 
 @dataclass(frozen=True)
 class Step:
-    """A rise of `rise_mm` over about twice `width_mm`: steepest slope rise / (2 width)."""
+    """A rise of `rise_mm` over about twice `width_mm`; its steepest slope is rise / (2 width)."""
 
     angle: float
     place_mm: float
@@ -187,7 +187,7 @@ KINDS: dict[str, Callable[[np.random.Generator], tuple[Term, ...]]] = {
     "waves": _waves,
     "cliff": _cliff,
 }
-"""What makes the terms of each kind; "cliff" is a part smaller than the image, above a table."""
+"""Functions that make the terms of each kind; "cliff" is a part smaller than the image, above a table."""
 
 
 def make_mold(rng: np.random.Generator, kind: str, ply_outline: Floats) -> Mold:

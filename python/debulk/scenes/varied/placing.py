@@ -1,4 +1,4 @@
-"""Random pockets: which shapes, how high for the excess length they shall have, and where on the ply."""
+"""Random pockets: their shapes, their heights for a wanted excess length, and their places on the ply."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from debulk.scenes.varied.bumps import Arc, Border, Bump, Gaussians, Lobes, Wrin
 from debulk.scenes.varied.polygons import distance
 
 Floats = NDArray[np.float64]
-Group = list[Bump]  # bumps that belong together, about the first one's centre
+Group = list[Bump]  # bumps that belong together, round the centre of the first
 
 
 def _size(rng: np.random.Generator) -> float:
-    """Half width of a foot, mm: it takes some 22 mm to stand above all tolerances with little excess."""
+    """Half width of a foot, mm; some 22 mm are needed to exceed all tolerances with little excess."""
     return float(np.exp(rng.uniform(np.log(24), np.log(100))))
 
 
@@ -85,12 +85,12 @@ def _merging(rng: np.random.Generator) -> Group:
 
 
 def _small(rng: np.random.Generator) -> Group:
-    """Below AreaTol (200 mm²) at the cut, but steep."""
+    """Draw a bump below AreaTol (200 mm²) at the cut, but steep."""
     return [Lobes("small", (0.0, 0.0), 0.0, 1.0, float(rng.uniform(8, 14)), (), 3.0)]
 
 
 def _thin(rng: np.random.Generator) -> Group:
-    """Folded already when laid: 4 to 12 mm wide."""
+    """Draw a fold that was there when the ply was laid, 4 to 12 mm wide."""
     half = float(rng.uniform(2, 6))
     return [Wrinkle("thin", (0.0, 0.0), _turn(rng), 1.0, half, float(rng.uniform(30, 100)), 2.5)]
 
@@ -113,10 +113,10 @@ SHAPES: dict[str, Callable[[np.random.Generator], Group]] = {
     "small": _small,
     "thin": _thin,
 }
-"""What makes each kind of pocket; "edge" and "corner" are cut by the ply's outline."""
+"""Functions that make each kind of pocket; "edge" and "corner" are cut by the ply's outline."""
 
 USUAL = ("gaussians", "wrinkle", "lobes", "crescent", "ring", "superposed", "merging", "edge", "corner")
-"""What a layup of no special kind is drawn from."""
+"""Kinds from which pockets are drawn unless a special kind is requested."""
 
 
 def with_excess(group: Group, wanted_mm: float, angles_deg: tuple[float, float], low_mm: float) -> Group:
@@ -139,7 +139,7 @@ def with_excess(group: Group, wanted_mm: float, angles_deg: tuple[float, float],
 
 
 def place(rng: np.random.Generator, kind: str, group: Group, outline: Floats, taken: list[Bump]) -> Group | None:
-    """Move a group to a free place of its kind; None where none was found."""
+    """Move a group to a free place of its kind; return None if none was found."""
     reach = max(np.hypot(*b.centre_mm) + b.radius_mm for b in group)
     low, high = outline.min(axis=0), outline.max(axis=0)
     for _ in range(150):
@@ -162,7 +162,7 @@ def place(rng: np.random.Generator, kind: str, group: Group, outline: Floats, ta
 
 
 def _apart(a: Bump, b: Bump) -> bool:
-    """Whether two feet surely keep 6 mm between them."""
+    """Whether two feet are certainly at least 6 mm apart."""
     for one, other in ((a, b), (b, a)):
         if isinstance(one, Wrinkle) and np.isinf(one.half_length_mm):
             c, s = np.cos(one.angle), np.sin(one.angle)

@@ -1,4 +1,4 @@
-"""The draped ply: a thickness, an outline, and the air below."""
+"""The draped ply: a thickness, an outline, and the air below it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Ply:
-    """A ply of constant vertical thickness over gaps that add up; the gap is known beyond the outline too."""
+    """A ply of constant vertical thickness over gaps that add up; the gap is also defined beyond the outline."""
 
     mold: Mold
     outline: Floats
@@ -25,7 +25,7 @@ class Ply:
     bumps: tuple[Bump, ...]
 
     def gap(self, x: Floats, y: Floats) -> Floats:
-        """Height of the air under the ply, mm, as if the ply went on beyond its outline."""
+        """Height of the air under the ply, mm, as if the ply continued beyond its outline."""
         total = np.zeros(np.shape(x))
         for bump in self.bumps:
             where = _within(bump.box, x, y)
@@ -58,9 +58,9 @@ _STEP = 8
 
 
 def _windows(boxes: Iterable[Box], x: Floats, y: Floats) -> list[tuple[slice, slice] | None]:
-    """Windows of the image that hold all pixels in each box, from every eighth pixel; None: no pixel."""
+    """Windows of the image that contain all pixels in each box, from every eighth pixel; None if there are none."""
     xs, ys = x[::_STEP, ::_STEP], y[::_STEP, ::_STEP]
-    margin = 0.0  # no pixel is farther from the next of the eighths than a step of the coarse image
+    margin = 0.0  # every pixel is within one coarse step of a coarse pixel
     for axis in (0, 1):
         if xs.shape[axis] > 1:
             step = np.hypot(np.diff(xs, axis=axis), np.diff(ys, axis=axis)).max()

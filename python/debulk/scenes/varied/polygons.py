@@ -1,4 +1,4 @@
-"""Plane polygons: inside or not, how far from the edge, and random outlines of plies."""
+"""Plane polygons: inside or outside, distance from the edge, and random outlines of plies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def distance(polygon: Floats, x: Floats, y: Floats) -> Floats:
 
 
 def random_ply(rng: np.random.Generator) -> Floats:
-    """Corners of a ply, counter-clockwise: a turned rectangle, trapezoid, hexagon or L."""
+    """Corners of a ply, counter-clockwise: a rotated rectangle, trapezoid, hexagon or L."""
     width, depth = rng.uniform(480, 950), rng.uniform(360, 700)
     a, b = width / 2, depth / 2
     kind = rng.choice(["rectangle", "trapezoid", "cut", "ell"])

@@ -33,7 +33,7 @@ class Lattice:
         return np.where(fits, found, 0).astype(np.int32)
 
     def places(self, chosen: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-        """Positions x and y of the nodes chosen by an array like `values`."""
+        """Positions x and y of the nodes that an array like `values` selects."""
         rows, columns = np.nonzero(chosen)
         return self.x0 + self.step * columns.astype(np.float64), self.y0 + self.step * rows.astype(np.float64)
 
@@ -45,7 +45,7 @@ class Lattice:
 
 @dataclass(frozen=True)
 class Measured:
-    """A region above the level: exact but for the quadrature's error, some 1e-4 of the area."""
+    """A region above the level, exact except for the quadrature's error of some 1e-4 of the area."""
 
     label: int
     area_mm2: float
@@ -57,7 +57,7 @@ class Measured:
 
 
 def label_regions(height: Height, outline: Floats, level: float, step: float = 1.0) -> Lattice:
-    """Give numbers to the regions inside the outline above the level, as far as nodes `step` apart tell."""
+    """Give numbers to the regions inside the outline above the level, as resolved by nodes `step` apart."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     x, y = np.meshgrid(np.arange(low[0] + 0.013, high[0], step), np.arange(low[1] + 0.017, high[1], step))
     above = ((height(x, y) > level) & inside(outline, x, y)).astype(np.uint8)
@@ -68,8 +68,8 @@ def label_regions(height: Height, outline: Floats, level: float, step: float = 1
 def measure(height: Height, outline: Floats, level: float, lattice: Lattice, label: int) -> Measured | None:
     """Integrate over one region on a grid of some 300 cells along it, each cell cut by the level and the ply's edge.
 
-    The height must go on smoothly beyond the outline, or be 0 there (then cells on the edge count whole or not at all).
-    None: the region is a sliver between the grid's nodes.
+    The height must continue smoothly beyond the outline, or be 0 there (then cells on the edge count whole or not at
+    all). None: the region is a sliver between the nodes of the grid.
     """
     x0, y0, x1, y1 = lattice.box(label)
     grow = 2 * lattice.step
@@ -84,7 +84,8 @@ def measure(height: Height, outline: Floats, level: float, lattice: Lattice, lab
     if not wanted.any():
         return None
     mine = parts == int(wanted.argmax())
-    # The level's function counts only where this region is near: neighbours in the box are pushed below the level.
+    # The level counts only near this region: in neighbouring regions within the box, heights are pushed below the
+    # level.
     near = cv2.dilate(mine.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     above = np.where(near, values - level, np.minimum(values - level, -1e-9))
     share, mean_above = _cells(above)
@@ -106,7 +107,7 @@ def measure(height: Height, outline: Floats, level: float, lattice: Lattice, lab
 
 
 def _cells(f: Floats) -> tuple[Floats, Floats]:
-    """Share of each cell where f > 0, and mean of max(f, 0) over it; each cell in four triangles round its middle."""
+    """Share of each cell where f > 0, and mean of max(f, 0) over it, from four triangles round the cell's centre."""
     corners = [f[:-1, :-1], f[:-1, 1:], f[1:, 1:], f[1:, :-1]]
     middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3])
     share, mean = np.zeros(middle.shape), np.zeros(middle.shape)
@@ -123,7 +124,7 @@ def _triangle(a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats]:
     low, mid, high = np.minimum(least, c), np.maximum(least, np.minimum(most, c)), np.maximum(most, c)
     with np.errstate(divide="ignore", invalid="ignore"):
         top = high**2 / ((high - low) * (high - mid))  # only `high` is positive
-        bottom = low**2 / ((low - mid) * (low - high))  # only `low` is not
+        bottom = low**2 / ((low - mid) * (low - high))  # only `low` is not positive
     total = (a + b + c) / 3
     share = np.select([low > 0, mid > 0, high > 0], [np.ones_like(a), 1 - bottom, top], 0.0)
     mean = np.select([low > 0, mid > 0, high > 0], [total, total - low / 3 * bottom, high / 3 * top], 0.0)
@@ -131,7 +132,7 @@ def _triangle(a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats]:
 
 
 def _climb(height: Height, outline: Floats, x: float, y: float, step: float) -> tuple[float, float, float]:
-    """Highest point of the region near a start, by finer and finer grids."""
+    """Highest point of the region near a start, by successively finer grids."""
     for _ in range(8):
         gx, gy = np.meshgrid(x + step * np.linspace(-1, 1, 9), y + step * np.linspace(-1, 1, 9))
         values = np.where(distance(outline, gx, gy) >= 0, height(gx, gy), -np.inf)
@@ -141,7 +142,7 @@ def _climb(height: Height, outline: Floats, x: float, y: float, step: float) -> 
 
 
 def _contour(height: Height, level: float, mine: NDArray[np.bool_], xs: Floats, ys: Floats) -> Floats:
-    """Outer contour of a mask, moved onto the level where the level is near."""
+    """Outer contour of a mask, moved onto the level where the level is near it."""
     found, _ = cv2.findContours(mine.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     pixels = max(found, key=len)[:, 0, :]
     step = float(xs[1] - xs[0])
@@ -152,6 +153,6 @@ def _contour(height: Height, level: float, mine: NDArray[np.bool_], xs: Floats, 
         fx = (height(x + d, y) - height(x - d, y)) / (2 * d)
         fy = (height(x, y + d) - height(x, y - d)) / (2 * d)
         off = (height(x, y) - level) / np.maximum(fx**2 + fy**2, 1e-12)
-        far = np.hypot(off * fx, off * fy) > 3 * step  # at the ply's edge the level is elsewhere
+        far = np.hypot(off * fx, off * fy) > 3 * step  # at the ply's edge, the level is not nearby
         x, y = np.where(far, x, x - off * fx), np.where(far, y, y - off * fy)
     return np.column_stack([x, y])

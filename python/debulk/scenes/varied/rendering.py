@@ -1,4 +1,4 @@
-"""What a scanner of one camera and a second eye sees of mold, ply, table and clamp, without any fault."""
+"""The view of mold, ply, table and clamp by a scanner with one camera and a second eye, without any fault."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Clamp:
-    """A bar with a flat top: middle, direction of its length, half length and half width, height of its top."""
+    """A bar with a flat top: centre, direction of its length, half length and half width, height of its top."""
 
     centre_mm: tuple[float, float]
     angle: float
@@ -44,7 +44,7 @@ class Clamp:
 
 @dataclass(frozen=True)
 class View:
-    """Depth of every pixel, NaN where nothing is seen, and what hid the ply: a clamp."""
+    """Depth of every pixel, NaN where nothing is seen, and where a clamp hid the ply."""
 
     depth: Floats
     clamped: Bools
@@ -52,7 +52,7 @@ class View:
 
 @dataclass(frozen=True)
 class Stage:
-    """Camera, second eye and ply, with what both scans share."""
+    """Camera, second eye and ply, with the data that both scans share."""
 
     camera: Camera
     second_eye: Floats
@@ -127,7 +127,7 @@ class Stage:
         return self.camera.centre[0] + depth * dx, self.camera.centre[1] + depth * dy
 
     def _without_shadows(self, depth: Floats, with_ply: bool) -> Floats:
-        """NaN where the second eye's view is blocked, judged on every second pixel with heights on a 2 mm grid."""
+        """Set NaN where the second eye's view is blocked, judged on every second pixel with heights on a 2 mm grid."""
         xs, ys = self._view_box()
         pitch = 2.0
         xs, ys = np.arange(xs[0], xs[-1], pitch), np.arange(ys[0], ys[-1], pitch)

@@ -1,4 +1,4 @@
-"""From a stage to two clouds with faults, and the truth behind them."""
+"""From a stage to two clouds with faults, and the truth about them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class VariedLayup:
     mask
         (H, W) bool, True where a clamp hides the ply; None without a clamp.
     truth
-        The surfaces, pockets and what was unseen.
+        The surfaces, pockets and unseen areas.
     """
 
     scan: NDArray[np.float32]
@@ -58,7 +58,7 @@ def scanned(
     holes_mm: Sequence[float] | int | None,
     cut_height_mm: float,
 ) -> VariedLayup:
-    """Scan a stage with and without the ply, each scan with noise and holes of its own."""
+    """Scan a stage with and without the ply, each scan with its own noise and holes."""
     camera, ply, view = stage.camera, stage.ply, stage.scan
     sizes: Sequence[float]
     if holes_mm is None:
@@ -99,7 +99,7 @@ def _place(rng: np.random.Generator, outline: Floats) -> tuple[float, float]:
 
 
 def _cloud(camera: Camera, depth: Floats) -> NDArray[np.float32]:
-    """Points of depths, in the camera's frame."""
+    """Points at the given depths, in the camera's frame."""
     width, height = camera.size
     u = (np.arange(width) - camera.middle[0]) / camera.focal
     v = (np.arange(height) - camera.middle[1]) / camera.focal

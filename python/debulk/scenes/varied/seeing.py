@@ -1,4 +1,4 @@
-"""A pinhole camera that sees height functions: where each pixel's ray first meets the surface."""
+"""A pinhole camera that views height functions: where each pixel's ray first meets the surface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _COARSE = 4
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole in the mold's frame: x_mold = rotation x_camera + centre; z of the camera runs along its view."""
+    """A pinhole in the mold's frame: x_mold = rotation x_camera + centre; the camera's z is its viewing direction."""
 
     size: tuple[int, int]  # width, height
     focal: float
@@ -32,7 +32,7 @@ class Camera:
         return motion
 
     def directions(self, every: int = 1) -> tuple[Floats, Floats, Floats]:
-        """Mold components of each pixel's ray per mm of depth; with `every`, of the middles of so large blocks."""
+        """Mold components of each pixel's ray per mm of depth; `every` gives those of the centres of larger blocks."""
         width, height = (-(-n // every) for n in self.size)
         shift = 0.5 * (every - 1)
         u = ((np.arange(width) * every + shift) - self.middle[0]) / self.focal
@@ -41,7 +41,7 @@ class Camera:
         return tuple(r[k, 0] * u[None, :] + r[k, 1] * v[:, None] + r[k, 2] for k in range(3))
 
     def project(self, points: Floats) -> Floats:
-        """Pixels (..., 2) of mold points (..., 3)."""
+        """Convert mold points (..., 3) to pixels (..., 2)."""
         away = points - self.centre
         local = [sum(self.rotation[k, i] * away[..., k] for k in range(3)) for i in range(3)]
         u = self.focal * local[0] / local[2] + self.middle[0]
@@ -54,8 +54,8 @@ def first_hit(
 ) -> Floats:
     """Depth at which each ray first meets z = height(x, y), which lies between `low_mm` and `high_mm` in the view.
 
-    `steepness` bounds the slope. Rays are followed from above in steps that no surface of that slope can be inside of;
-    the image between coarse rays by secants, except where the surface may hide parts of itself.
+    `steepness` bounds the slope. Coarse rays are followed from above, in steps too small to enter any surface of that
+    slope. The image between them is found by secants, except where the surface may hide parts of itself.
     """
     dx, dy, dz = camera.directions(_COARSE)
     lateral = np.hypot(dx, dy)
@@ -67,7 +67,7 @@ def first_hit(
     guess = cv2.resize(coarse, None, fx=_COARSE, fy=_COARSE, interpolation=cv2.INTER_LINEAR)
     guess = guess[: camera.size[1], : camera.size[0]]
     depth, good = _secants(camera.centre, full, height_in_image, np.asarray(guess, dtype=np.float64))
-    if hides:  # where the coarse depths bend sharply there may be another, earlier hit
+    if hides:  # where the coarse depths bend sharply, there may be an earlier hit
         bend = np.abs(cv2.Laplacian(coarse, cv2.CV_64F, ksize=1))
         sharp = cv2.dilate((bend > 1.0).astype(np.uint8), np.ones((5, 5), np.uint8))
         sharp = cv2.resize(sharp, None, fx=_COARSE, fy=_COARSE, interpolation=cv2.INTER_NEAREST)
@@ -75,7 +75,7 @@ def first_hit(
     rest = ~good
     if rest.any():
         rays = tuple(d[rest] for d in full)
-        begin = cv2.erode(coarse, np.ones((3, 3), np.uint8)) - 12.0  # nearer than any hit beside
+        begin = cv2.erode(coarse, np.ones((3, 3), np.uint8)) - 12.0  # nearer than any neighbouring hit
         begin = np.maximum(begin, start)
         begin = cv2.resize(begin, None, fx=_COARSE, fy=_COARSE, interpolation=cv2.INTER_NEAREST)
         begin = begin[: camera.size[1], : camera.size[0]][rest]
@@ -86,7 +86,7 @@ def first_hit(
 def _walk(
     centre: Floats, rays: tuple[Floats, ...], height: Height, start: Floats, end: Floats, steepness: float
 ) -> Floats:
-    """From above in steps that stay above the surface, to within 1e-6 mm of it."""
+    """Follow rays from above in steps that stay above the surface, to within 1e-6 mm of it."""
     dx, dy, dz = (np.ravel(d) for d in rays)
     depth, last = np.ravel(start).copy(), np.ravel(end)
     rate = -dz + steepness * np.hypot(dx, dy)
@@ -104,7 +104,7 @@ def _walk(
 def _secants(
     centre: Floats, rays: tuple[Floats, ...], height: Height, guess: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Roots near a guess, and where they were found to 1e-5 mm."""
+    """Roots near a guess, and where they were found to within 1e-5 mm."""
     dx, dy, dz = rays
 
     def above(t: Floats) -> Floats:
@@ -126,7 +126,7 @@ def _secants(
 
 
 def random_camera(rng: np.random.Generator, size: tuple[int, int], outline_mm: Floats, crest_mm: float) -> Camera:
-    """Draw a camera 1.2 to 3.2 m above the mold, tilted by up to 14 degrees, that sees the outline and a margin."""
+    """Draw a camera 1.2 to 3.2 m above the mold, tilted by up to 14 degrees, that sees the outline with a margin."""
     away = outline_mm - outline_mm.mean(axis=0)
     main = np.linalg.svd(away)[2][0]
     yaw = np.arctan2(main[1], main[0]) + rng.choice([0.0, np.pi]) + rng.uniform(-0.4, 0.4)

@@ -1,4 +1,4 @@
-"""What is known of a varied layup: each pocket's size, place, excess length, and how much of it was seen."""
+"""The truth about a varied layup: each pocket's size, place and excess length, and how much of it was seen."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from debulk.scenes.varied.seeing import Camera
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-AREA_TOL_MM2, PEAK_TOL_MM = 200.0, 1.25  # of the paper's segmentation; PeakTol counts from the cut
+AREA_TOL_MM2, PEAK_TOL_MM = 200.0, 1.25  # of the paper's segmentation; PeakTol is measured from the cut
 
 
 @dataclass(frozen=True)
@@ -27,42 +27,43 @@ class KnownPocket:
     """A region of the ply above the cut height, or a foot that stays below it, as it is without any noise."""
 
     kinds: tuple[str, ...]
-    """The shapes that make it."""
+    """The shapes of which it is made."""
     centre_mm: tuple[float, float]
-    """Where it is highest, mold XY."""
+    """Place of its highest point, mold XY."""
     outline_mm: Floats
-    """(M, 2) contour at the cut, within a cell of the quadrature at the ply's edge; (0, 2) where it stays below."""
+    """(M, 2) contour at the cut, within a cell of the quadrature at the ply's edge; (0, 2) if it stays below the
+    cut."""
     area_mm2: float
-    """Of what stands above the cut: the laid ply in the middle of a ring is no part of it."""
+    """Area above the cut, so that the laid ply in the middle of a ring is not part of it."""
     volume_mm3: float
-    """Integral of the height above the mold over the area, the ply's thickness included."""
+    """Integral of the height above the mold over the area, including the ply's thickness."""
     peak_mm: float
     """Largest height of the ply's upper side above the mold."""
     touches_ply_edge: bool
     excess: Excess
     ridge_mm: float
-    """Height of the ridge that the held excess makes, ΔL/2 + 0.43 t: the excess that decides, as a ridge."""
+    """Height of the ridge that the held excess makes, ΔL/2 + 0.43 t, which expresses the decisive excess as a ridge."""
     unseen_share: float
-    """Share of the area without a point in the scan, whoever took it away."""
+    """Share of the area without a point in the scan, for whatever reason."""
     reference_unseen_share: float
     rim_unseen_share: float
-    """Share of the outline, 3 mm outside of it, without a point in the scan."""
+    """Share of a line 3 mm outside the outline that has no point in the scan."""
 
 
 @dataclass(frozen=True)
 class VariedTruth:
-    """The truth behind a varied layup."""
+    """The truth about a varied layup."""
 
     pockets: tuple[KnownPocket, ...]
-    """Above all tolerances, largest area first."""
+    """Pockets above all tolerances, largest area first."""
     decoys: tuple[KnownPocket, ...]
-    """What the tolerances on area and peak drop, and feet below the cut."""
+    """Bumps that the tolerances on area and peak drop, and feet below the cut."""
     thickness_mm: float
     cut_height_mm: float
     mold_kind: str
     bumps: tuple[Bump, ...]
     unseen: Bools
-    """(H, W): on the ply, and without a point in the scan."""
+    """(H, W): pixels on the ply without a point in the scan."""
     reference_unseen: Bools
     bad: Bools
     """(H, W): flying pixels and highlights of the scan."""
@@ -71,7 +72,7 @@ class VariedTruth:
     ply: Ply
 
     def mold_height(self, xy: ArrayLike) -> Floats:
-        """Height of what lies below the ply, at (..., 2) positions, mold frame."""
+        """Height of the surface below the ply, at (..., 2) positions, mold frame."""
         xy = np.asarray(xy, dtype=np.float64)
         return self.ply.mold.height(xy[..., 0], xy[..., 1])
 
@@ -82,13 +83,13 @@ class VariedTruth:
 
     @property
     def ridge_mm(self) -> float:
-        """Highest ridge that any held excess makes, pockets and decoys; 0.43 t where there is none."""
+        """Highest ridge that any held excess makes, in pockets and decoys; 0.43 t if there is none."""
         return max((p.ridge_mm for p in (*self.pockets, *self.decoys)), default=0.43 * self.thickness_mm)
 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """A known ply on a known mold, from whatever generator."""
+    """A known ply on a known mold, from any generator."""
 
     height: Height
     """Upper side of the ply above the mold; 0 or continued beside the ply."""
@@ -100,7 +101,7 @@ class Surfaces:
 
 @dataclass(frozen=True)
 class Sized:
-    """A region's measures and its fibres' excess."""
+    """A region's dimensions and the excess of its fibres."""
 
     region: Measured
     excess: Excess
@@ -111,7 +112,7 @@ class Sized:
 
 
 def size_up(known: Surfaces, cut_height_mm: float, low_mm: float = 0.25) -> list[Sized]:
-    """Measure every region above the cut, and every foot with a peak gap above `low_mm` that has none."""
+    """Measure every region above the cut, and every foot with a peak gap above `low_mm` that contains none."""
     cuts = label_regions(known.height, known.outline, cut_height_mm)
     feet = label_regions(known.height, known.outline, known.thickness_mm + 3e-3)
     found = [_one(known, cuts, feet, label, cut_height_mm) for label in range(1, int(cuts.values.max()) + 1)]
@@ -151,14 +152,14 @@ def _excess(known: Surfaces, labels: Lattice, label: int, box: tuple[float, floa
 
 
 def kinds_at(bumps: tuple[Bump, ...], known: Measured) -> tuple[str, ...]:
-    """Names of the bumps that lift the ply at a region's top, the highest first."""
+    """Names of the bumps that lift the ply at the top of a region, the highest first."""
     x, y = np.array(known.centre_mm[0]), np.array(known.centre_mm[1])
     gaps = [(float(b.gap(x, y)), b.kind) for b in bumps]
     return tuple(dict.fromkeys(kind for gap, kind in sorted(gaps, reverse=True) if gap > 0.05))
 
 
 def seen_shares(labels: Lattice, count: int, top: Height, camera: Camera, unseen: Bools) -> tuple[Floats, Floats]:
-    """Share of each region 1 .. count without a point, and the same of a ring 4 mm wide round it."""
+    """Share of each region 1 .. count without a point, and the same for a ring 4 mm wide round it."""
     shares, rims = np.zeros(count), np.zeros(count)
     for label in range(1, count + 1):
         mask = (labels.values == label).astype(np.uint8)
@@ -170,7 +171,7 @@ def seen_shares(labels: Lattice, count: int, top: Height, camera: Camera, unseen
 
 
 def at_pixels(x: Floats, y: Floats, top: Height, camera: Camera, mask: Bools) -> Bools:
-    """Value of an image's mask where the camera sees the surface's points; True outside of the image."""
+    """Values of an image's mask where the camera sees the surface's points; True outside the image."""
     pixels = np.rint(camera.project(np.stack([x, y, top(x, y)], axis=-1))).astype(np.int64)
     u, v = pixels[..., 0], pixels[..., 1]
     fits = (u >= 0) & (v >= 0) & (u < mask.shape[1]) & (v < mask.shape[0])
@@ -186,7 +187,7 @@ def write_truth(
     reference_unseen: Bools,
     bad: Bools,
 ) -> VariedTruth:
-    """Measure everything on a stage; `unseen` are pixels without a point, or with a clamp's."""
+    """Measure everything on a stage; `unseen` are pixels without a point, or hidden by a clamp."""
     ply, camera = stage.ply, stage.camera
 
     def height(x: Floats, y: Floats) -> Floats:
