@@ -79,7 +79,7 @@ double order_step(const UnwrapPlan& plan) {
   const double greatest = plan.periods[static_cast<std::size_t>(plan.top)];
   for (int n : plan.periods) squares += static_cast<double>(n) * n;
   for (int n : plan.periods) {
-    const double expected = n / greatest;  // turns of this phase for one order more; only its distance from a whole number counts
+    const double expected = n / greatest;  // turns of this phase for one order more; its whole part has no effect
     change -= n * n / squares * greatest / n * (expected - std::round(expected));
   }
   return 2 * pi * plan.periods[0] / greatest * change;

@@ -34,7 +34,7 @@ struct PhaseMaps {
   float* noise = nullptr;       // standard deviation of the phase, rad
   float* modulation = nullptr;  // grey levels of the chosen exposure, mean over the numbers of periods
   float* offset = nullptr;      // the same for the offset
-  float* residual = nullptr;    // distance of the fringe order from a whole number; 0.5, the largest, is half way to the next
+  float* residual = nullptr;    // distance of the fringe order from a whole number, 0 to 0.5 (half way to the next)
   std::uint8_t* exposure = nullptr;
 };
 

@@ -22,7 +22,7 @@ struct PhaseView {
 // A row of the rectified phase map. The phase is interpolated between four pixels, but never across an edge or a gap.
 struct RectifiedRow {
   std::vector<float> phase;     // rad; NaN where there is none
-  std::vector<float> noise;     // rad; standard deviation of the phase, without the effect of the interpolation along the row
+  std::vector<float> noise;     // rad; standard deviation before the interpolation along the row
   std::vector<float> fraction;  // position between two columns of the image as it was taken, 0 to 1
 };
 
