@@ -10,7 +10,7 @@ namespace debulk {
 namespace {
 
 constexpr int side = SquareLattice::side;
-constexpr float share_of_row = 0.5f;      // of one row's fourth differences are low; noise has so many in one square of 2000
+constexpr float share_of_row = 0.5f;      // of one row's differences are low; noise has so many in one square of 2000
 constexpr float more_in_row = 0.2f;       // added to the share beyond the bound that is allowed in a whole square
 constexpr float smooth = 0.15f;           // greatest scatter, in steps; what was rounded has 0.29, unless it is level
 constexpr float levels_for_steps = 2.0f;  // a square must have more than this times as many levels as the steps allow
