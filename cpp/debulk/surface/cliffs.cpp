@@ -14,7 +14,7 @@
 namespace debulk {
 namespace {
 
-constexpr double reach_mm = 40.0;    // of the strip on the lower side; ringing from its far border fades before the cliff
+constexpr double reach_mm = 40.0;    // of the strip on the lower side; ringing at its far border fades before the cliff
 constexpr double steepest = 2.0;     // greatest slope of a surface: 63 degrees
 constexpr double gap_most_mm = 12;   // greatest step across a gap, with a slope of at most 1
 constexpr double noise_mm = 0.7;     // between two medians

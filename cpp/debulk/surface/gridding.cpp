@@ -74,7 +74,8 @@ struct Band {
     const double lowest = std::min({a.xyz.z(), b.xyz.z(), c.xyz.z()}), highest = std::max({a.xyz.z(), b.xyz.z(), c.xyz.z()});
     for (int line = from; line <= to; ++line) {
       double left = std::numeric_limits<double>::infinity(), right = -left;
-      const auto cross = [&](const Vertex& p, const Vertex& q) {  // p below q; neighbours compute the same numbers, so there is no gap
+      // p below q. Neighbouring triangles compute the same numbers, so there is no gap.
+      const auto cross = [&](const Vertex& p, const Vertex& q) {
         if (line < p.v || line > q.v) return;
         const double u = q.v > p.v ? p.u + (q.u - p.u) * ((line - p.v) / (q.v - p.v)) : p.u;
         left = std::min({left, u, q.v > p.v ? u : q.u});
