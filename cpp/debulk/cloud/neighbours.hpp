@@ -12,8 +12,8 @@ namespace debulk {
 // NaN where nothing was seen, and for a point that is alone. Copies of a point count as neighbours at distance 0.
 //
 // Distances are defined as the square root of the float sum dx² + dy² + dz², which is what PCL computes, so that every
-// search below gives the same bits. GridSearch does organised clouds, except for those points for which it would be
-// slow. TreeSearch, which uses PCL's trees, does these points and unorganised clouds.
+// search below gives the same bits. GridSearch handles organised clouds, except for those points for which it would
+// be slow. TreeSearch, which uses PCL's trees, handles these points and unorganised clouds.
 //
 // Why there are four searches (window_pass.hpp, open_search.hpp, grid_search.hpp, tree_search.hpp): CPU time of the
 // four nearest neighbours of all 1,204,432 points of a virtual scan of 1280 by 960 pixels, on one thread of the
@@ -22,8 +22,8 @@ namespace debulk {
 //                    a tree in place of the open search     360 ms for the tree and 6 ms for its searches
 //   organised:       grid 225 ms                            tree 1,800 ms
 //   in any order:    grid 400 ms                            tree 4,250 ms
-// Without any one of the searches it would take at least eight times as long, and the tree bounds the cost where a
-// cloud is not a sheet.
+// Without any one of the searches, its work would take at least eight times as long, and the tree bounds the cost where
+// a cloud is not a sheet.
 std::vector<float> mean_neighbour_distances(const CloudView& cloud, int neighbours, int threads = 0, const Stop& stop = Stop());
 
 // Squared distance as defined above.

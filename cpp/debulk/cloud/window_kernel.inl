@@ -190,8 +190,8 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
   }
 }
 
-  // Visits all points of the square of 5 by 5 pixels round a pixel. The square lies within the image, and not at its
-  // end.
+  // Visits all points of the square of 5 by 5 pixels round a pixel. The square must lie within the image, and
+  // not at the image's end.
   DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nearest& found) {
   const float* p = cloud.point(column, row);
   const auto squared = [&](Floats x, Floats y, Floats z) DEBULK_LAMBDA {

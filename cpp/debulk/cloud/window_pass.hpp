@@ -78,12 +78,12 @@ constexpr int band_rows = 64;
 // these are certainly its nearest four. If they are not (on a noisy sheet, or if a neighbour was not seen), the 5 by 5
 // pixels round the point are tried as well.
 //
-// When they are certain: let p be a point whose image lies within t pixels (the tolerance) of its pixel, u = (column -
-// cx) / f, and q a point at least n + 1 columns to the right, where the window reaches n columns. Then x_q >= U z_q
-// with U = u + (n + 1 - t) / f. The distance between p and the plane x = U z, which separates it from q, is (U z_p -
-// x_p) / sqrt(1 + U²) >= z_p (n + 1 - 2 t) / (f sqrt(1 + U²)), and |p - q| is not less. With |U| <= |u| + (n + 1) / f
-// the same holds to the left, and with v for rows. If the fourth distance in the window is not above the smaller of
-// both bounds, no point outside the window can be nearer.
+// When they are certain: let p be a point whose image lies within t pixels (the tolerance) of its pixel,
+// u = (column - cx) / f, and q a point at least n + 1 columns to the right, where the window reaches n columns. Then
+// x_q >= U z_q with U = u + (n + 1 - t) / f. The distance between p and the plane x = U z, which separates it from q,
+// is (U z_p - x_p) / sqrt(1 + U²) >= z_p (n + 1 - 2 t) / (f sqrt(1 + U²)), and |p - q| is not less. With
+// |U| <= |u| + (n + 1) / f the same holds to the left, and with v for rows. If the fourth distance in the window is not
+// above the smaller of both bounds, no point outside the window can be nearer.
 void window_pass(const WindowPass& pass, int band, WindowBand& out);
 
 }  // namespace debulk

@@ -7,7 +7,7 @@
 
 namespace debulk {
 
-// Thrown when the Stop of a computation is raised that has no useful result halfway.
+// Thrown, when its Stop is raised, by a computation that has no useful result halfway.
 class Stopped : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -69,7 +69,7 @@ struct Segmentation {
 // does not reach the grid's border, has no point further than half bridge_mm from a known height, and has a height
 // above a quarter of the cut at its rim (pockets' feet count too). It may be a long strip: the scanner loses one along
 // a raised edge of the ply. The slopes at the component's rim thus decide whether it hides a saddle between two
-// pockets or the crest of one. A larger component does not count as pocket: outlines close along it, and it joins
+// pockets or the crest of one. A larger component does not count as a pocket: outlines close along it, and it joins
 // nothing. But if a pocket surrounds it wholly, it is filled like any other hole.
 //
 // With smooth_mm, pockets are found in the same way, but measured on a smooth surface. That surface is fitted to the

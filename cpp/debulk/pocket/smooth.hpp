@@ -15,8 +15,8 @@ struct SmoothOptions {
   void check() const;
 };
 
-// Local quadratic least squares in a square window (Savitzky-Golay in the plane). White noise falls to about 0.9 /
-// half-width in points, and cubics are preserved. A blur of variance v has added v / 2 times the Laplacian of the
+// Local quadratic least squares in a square window (Savitzky-Golay in the plane). White noise falls to about
+// 0.9 / half-width in points, and cubics are preserved. A blur of variance v has added v / 2 times the Laplacian of the
 // heights, which the fit subtracts. If some points of the window are unknown (drop-outs, the ply's edge), the fit uses
 // those that are known. Where `where`, if given, is 0, a height is left as it is. Throws InputError and Stopped.
 Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options,

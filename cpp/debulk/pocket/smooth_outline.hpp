@@ -34,7 +34,8 @@ struct SmoothOutlineOptions {
 //
 // Those components are pockets whose entry in `pocket` is not 0; `component` is one of them. before_median: the
 // heights before a median filter, of the same shape, if there are such; they are averaged where they are known. The
-// result is empty if the window is below three heights, or if the surface does not reach the level.
+// result is empty if the window is below three heights, if the surface does not reach the level, or if it has an
+// unknown height within its outline.
 std::optional<SmoothOutline> smooth_outline(const Components& components, std::size_t component, const std::vector<std::uint8_t>& pocket,
                                             const Grid<float>& heights, const Grid<float>* before_median,
                                             const SmoothOutlineOptions& options);

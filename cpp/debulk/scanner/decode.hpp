@@ -10,8 +10,8 @@
 
 namespace debulk {
 
-// How images become phases. At each number of periods, the grey value of step k is offset + modulation cos(phase + 2
-// pi k / steps).
+// How images become phases. At each number of periods, the grey value of step k is
+// offset + modulation cos(phase + 2 pi k / steps).
 struct Decoding {
   int steps = 6;
   UnwrapPlan plan;

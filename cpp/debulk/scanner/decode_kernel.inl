@@ -17,8 +17,8 @@ DEBULK_INLINE Floats nearest_whole(Floats a) {
   return floor_of(a + 0.5f);
 }
 
-// The angle of (x, y) in turns, -0.5 to 0.5, by a polynomial through Chebyshev's points for atan(t) / t over 0 <= t²
-// <= 1. Its error is 2e-8 turns at most, rounding included.
+// The angle of (x, y) in turns, -0.5 to 0.5, by a polynomial through Chebyshev's points for atan(t) / t over
+// 0 <= t² <= 1. Its error is 2e-8 turns at most, rounding included.
 DEBULK_INLINE Floats angle(Floats y, Floats x) {
   const Floats ax = absolute(x), ay = absolute(y);
   const Floats most = higher(ax, ay), t = lower(ax, ay) / (most > 0.0f ? most : all(1.0f)), s = t * t;

@@ -11,7 +11,6 @@ namespace debulk {
 // A lens mixes the light of neighbouring pixels, and the phase of the brighter pixel counts more. Where the brightness
 // changes across the fringes, the phase is therefore drawn towards the brighter side, by
 //   variance * grad(phase) . grad(ln(modulation))
-//   variance * grad(phase) . grad(ln(modulation))
 // for a blur of that variance (px²). This is exact for a Gaussian blur of a linear phase if the modulation is
 // exponential, or if the modulation as measured is a Gaussian highlight: the blurred phasor is the integral of the
 // blur times exp((a + i k) x).

@@ -54,10 +54,10 @@ class Harmonic {
   double squares_ = 0;
 };
 
-// Fits variance = read + gain * level + harmonic * level² to the bins, each weighted by its certainty, count /
-// variance². The part that grows with the square of the level is not noise: it is a higher harmonic of the projector,
-// which the phase does not see, or a flicker. None of the three coefficients may be below its least value. All ways to
-// hold some of them at that value are tried, and the feasible one that fits best is taken.
+// Fits variance = read + gain * level + harmonic * level² to the bins, each weighted by its certainty,
+// count / variance². The part that grows with the square of the level is not noise: it is a higher harmonic of the
+// projector, which the phase does not see, or a flicker. None of the three coefficients may be below its least value.
+// All ways to hold some of them at that value are tried, and the feasible one that fits best is taken.
 SensorNoise fit(const Bins& all) {
   const Eigen::Vector3d least(quantisation, 0, 0);
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();

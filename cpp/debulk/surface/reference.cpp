@@ -11,11 +11,11 @@
 namespace debulk {
 namespace {
 
-// Computes the cubic B-spline coefficients c[-1..n] of the spline through f[0..n-1], so that (c[i-1] + 4 c[i] +
-// c[i+1]) / 6 = f[i], along `wide` columns of n rows at once, in place. Row j of f is row j + 1 of `rows`, which are
-// `stride` apart and whose first and last are set too. The not-a-knot condition, c[-1] - 4 c[0] + 6 c[1] - 4 c[2] +
-// c[3] = 0, and the first three equations give c[1] = (8 f[1] - f[0] - f[2]) / 6 directly, and likewise at the other
-// end. A tridiagonal system remains between them.
+// Computes the cubic B-spline coefficients c[-1..n] of the spline through f[0..n-1], so that
+// (c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i], along `wide` columns of n rows at once, in place. Row j of f is row j + 1 of
+// `rows`, which are `stride` apart and whose first and last are set, too. The not-a-knot condition,
+// c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, and the first three equations give c[1] = (8 f[1] - f[0] - f[2]) / 6
+// directly, and likewise at the other end. A tridiagonal system remains between them.
 template <int kWide = Eigen::Dynamic>
 void spline_columns(double* rows, int wide, int stride, int n) {
   using Row = Eigen::Array<double, kWide, 1>;

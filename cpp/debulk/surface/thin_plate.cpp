@@ -31,12 +31,12 @@ constexpr std::array<Difference, 2> kTilt{{
     {2, {0, 0, 0, 0}, {0, 1, 0, 0}, {-1, 1, 0, 0}, 1.0},
 }};
 
-// A smaller factor means that the known heights leave the plate free to move. (The energy's coefficients are of order
-// 1.)
+// A smaller factor means that the known heights leave the plate free to move. (The energy's coefficients are of
+// order 1.)
 constexpr double kLeastFactor = 1e-12;
 
-// Limit for one factorisation, which cannot be stopped. For so many heights in the shape of a disc it takes some 40
-// ms.
+// Limit for one factorisation, which cannot be stopped. For so many heights in the shape of a disc it takes
+// some 40 ms.
 constexpr std::size_t kMostUnknown = 6'000;
 
 // The normal equations of the plate: half the derivative of its energy.

@@ -16,8 +16,8 @@ namespace debulk {
 // heights do not determine the plate.
 //
 // If more than 6000 heights are unknown, they are solved on every n-th column and row only and interpolated bilinearly
-// between them, so that time and memory stay linear. For discs of 40 000 and 80 000 heights this moves them by 5 to 10
-// % of the plate's own error on a bowed surface. Throws Stopped within one factorisation of the stop.
+// between them, so that time and memory stay linear. For discs of 40 000 and 80 000 heights this moves them by
+// 5 to 10 % of the plate's own error on a bowed surface. Throws Stopped within one factorisation of the stop.
 template <class Number>
 std::vector<double> thin_plate(const Grid<Number>& heights, const std::vector<std::size_t>& unknown, double levelling = 0,
                                const Stop& stop = Stop());
