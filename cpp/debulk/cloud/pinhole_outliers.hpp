@@ -38,7 +38,7 @@ class PinholeOutliers {
            const Stop& stop = Stop());
 
   const std::vector<std::uint8_t>& keep() const { return states_; }  // one per pixel, 0 or 1
-  const std::vector<float>& heights() const { return heights_; }     // mm above the base, NaN if not kept; and some more
+  const std::vector<float>& heights() const { return heights_; }     // mm above the base, NaN if dropped; and some more
   // The memory of the heights may be used for something else between two runs. An array of at least heights_for()
   // floats is not allocated anew.
   void swap_heights(std::vector<float>& other) { heights_.swap(other); }

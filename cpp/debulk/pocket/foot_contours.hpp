@@ -38,7 +38,7 @@ struct FootMap {
   Grid<float> heights;        // smoothed, above the reference, mm
   double noise_mm = 0;        // sigma of the heights before smoothing
   double mold_tol_mm = 0;     // as used
-  double hill_mm = 0;         // least height of hills outside pockets: half the cut, or the cut if feet begin above that
+  double hill_mm = 0;         // least height of hills outside pockets: half the cut, or the cut if feet begin higher
   FootOptions options;
 };
 
