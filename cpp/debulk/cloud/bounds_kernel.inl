@@ -1,6 +1,6 @@
-// The loop of cloud_view.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loop of cloud_view.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
-// Takes points into the box; returns how many were seen.
+// Computes the box round the points that were seen, and returns their number.
 long run(const float* xyz, long count, float* low, float* high) {
   Floats least[3] = {all(infinity), all(infinity), all(infinity)}, most[3] = {all(-infinity), all(-infinity), all(-infinity)};
   long seen = 0;

@@ -7,9 +7,9 @@
 
 namespace debulk {
 
-// A view of a cloud that belongs to its caller: three floats per point, in mm, row by row as the camera saw them. A height (or width) of
-// 1 means unorganised: neighbours in memory need not be neighbours in space. A point with a coordinate that is not finite
-// is missing: nothing was seen there.
+// A view of a cloud that belongs to its caller: three floats per point, in mm, row by row as the camera saw them. A
+// height (or width) of 1 means unorganised: neighbours in memory need not be neighbours in space. A point with a
+// coordinate that is not finite is missing: nothing was seen there.
 struct CloudView {
   const float* xyz = nullptr;
   int width = 0;
@@ -23,7 +23,7 @@ struct CloudView {
   bool seen(std::size_t i) const { return std::isfinite(point(i)[0] + point(i)[1] + point(i)[2]); }
 };
 
-// The box round the points that were seen; seen = 0 leaves it empty (low > high).
+// The box round the points that were seen. If none was seen, the box is empty (low > high).
 struct CloudBounds {
   Eigen::Vector3d low, high;  // mm
   long seen = 0;

@@ -12,8 +12,8 @@
 namespace debulk {
 namespace {
 
-constexpr long near_budget = 512;    // points and cells looked at for an ordinary point: about 20 on a sheet
-constexpr long far_budget = 20'000;  // for the few that lie off the sheet
+constexpr long near_budget = 512;    // most points and cells looked at per point; a point of a sheet needs about 20
+constexpr long far_budget = 20'000;  // the same for the few points that lie off the sheet
 constexpr int block = 12;            // cells along the side of a block
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -32,7 +32,7 @@ struct GridSearch::Search {
 
   int wanted;
   int count = 0;
-  float worst = 0;             // squared distance below which a point is still of interest
+  float worst = 0;             // squared distance below which a further point still counts
   std::vector<float> squared;  // ascending
 };
 
@@ -42,8 +42,9 @@ GridSearch::GridSearch(const CloudView& cloud, int neighbours, int threads, cons
   sort_points();
 }
 
-// Extents are taken between quantiles of a sample: the few points that fly or lie far away must neither choose the axes
-// nor make the cells coarse. About neighbours/2 points per cell put the neighbours of nearly every point into the first ring.
+// Extents are taken between quantiles of a sample, because the few points that fly or lie far away must neither
+// determine the axes nor make the cells coarse. With about neighbours/2 points per cell, the neighbours of nearly
+// every point are in the first ring.
 void GridSearch::choose_cells() {
   std::array<std::vector<float>, 3> sample;
   const std::size_t stride = std::max<std::size_t>(1, cloud_.size() / 200'000);
@@ -81,7 +82,8 @@ int GridSearch::cell(const float* xyz, int d) const {
   return static_cast<int>(std::clamp(std::floor(u), 0.0, cells_[d] - 1.0));
 }
 
-// A counting sort. The order within a cell depends on the threads, the result does not: distances are sorted later.
+// A counting sort. The order within a cell depends on the threads; the result does not, because distances are sorted
+// later.
 void GridSearch::sort_points() {
   const std::size_t cells = static_cast<std::size_t>(cells_[0]) * static_cast<std::size_t>(cells_[1]);
   std::vector<std::atomic<std::uint32_t>> next(cells + 1);
@@ -113,8 +115,8 @@ void GridSearch::visit(const Entry& from, std::size_t begin, std::size_t end, Se
   }
 }
 
-// Calls visit_run(begin, end) on runs of entries that together are the ring's cells: those at Chebyshev distance `ring`,
-// or, for ring 1, all nine.
+// Calls visit_run(begin, end) on runs of entries that together are the cells of a ring. These are the cells at
+// Chebyshev distance `ring` or, for ring 1, all nine.
 template <class Visit>
 void GridSearch::for_ring(int column, int row, int ring, const Visit& visit_run) const {
   const int first = std::max(0, column - ring), last = std::min(cells_[0] - 1, column + ring);
@@ -129,7 +131,8 @@ void GridSearch::for_ring(int column, int row, int ring, const Visit& visit_run)
   }
 }
 
-// No point outside the rings is nearer than this. On a side where the rings reach the grid's border nothing is left.
+// No point outside the rings is nearer than this. A side on which the rings reach the grid's border does not count,
+// because no points are left there.
 double GridSearch::border_distance(const Entry& from, int column, int row, int ring) const {
   double nearest = infinity;
   const int at[2] = {column, row};
@@ -149,7 +152,7 @@ bool GridSearch::search(std::size_t entry, int column, int row, long budget, Sea
     if (budget < 0) return false;
     for_ring(column, row, ring, [&](std::uint32_t begin, std::uint32_t end) { visit(from, begin, end, found); });
     const double border = border_distance(from, column, row, ring);
-    // The factor covers the rounding of float distances; a tie needs no care, for only distances matter.
+    // The factor covers the rounding of float distances. Ties need no care, because only distances matter.
     if (border == infinity || (border > 0 && found.worst <= border * border * (1 - 1e-6))) return true;
   }
 }
@@ -191,7 +194,7 @@ bool GridSearch::search_blocks(std::size_t entry, int column, int row, long budg
         if (i >= 0 && i < blocks_[0]) visit_block(i, j);
     }
     if (budget < 0) return false;
-    // The rings of blocks hold these rings of cells round the point's own.
+    // These rings of cells round the point's own cell lie within the rings of blocks.
     const int inside = std::min({column - (middle[0] - ring) * block, (middle[0] + ring + 1) * block - 1 - column,
                                  row - (middle[1] - ring) * block, (middle[1] + ring + 1) * block - 1 - row});
     const double border = border_distance(from, column, row, inside);
@@ -200,7 +203,7 @@ bool GridSearch::search_blocks(std::size_t entry, int column, int row, long budg
 }
 
 std::vector<std::uint32_t> GridSearch::mean_distances(float* means) {
-  // Rows of cells in chunks; what a chunk leaves is collected in the order of chunks.
+  // Rows of cells are searched in chunks. The points that a chunk leaves are collected in the order of the chunks.
   struct Left {
     std::uint32_t entry;
     int column, row;
@@ -224,7 +227,8 @@ std::vector<std::uint32_t> GridSearch::mean_distances(float* means) {
   std::vector<Left> left;
   for (const std::vector<Left>& part : parts) left.insert(left.end(), part.begin(), part.end());
 
-  // A few get a longer search; many mean that this is no sheet, and a longer search of each would take too long.
+  // If few points are left, they get a longer search. If many are, the cloud is no sheet, and a longer search of each
+  // would take too long.
   std::vector<char> done(left.size(), 0);
   if (left.size() <= std::max<std::size_t>(1000, entries_.size() / 50)) {
     make_blocks();

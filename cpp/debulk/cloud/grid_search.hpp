@@ -10,16 +10,17 @@
 
 namespace debulk {
 
-// Exact nearest neighbours in a cloud most of whose points form a sheet. The points are sorted into square cells on the two
-// axes of largest extent, and a search goes outward, ring by ring of cells: a point outside the rings is at least as far
-// away as the rings' border, for a projected distance never exceeds the distance. It ends when the last neighbour found
-// is not farther than that.
+// Exact nearest neighbours in a cloud most of whose points form a sheet. The points are sorted into square cells on
+// the two axes of largest extent, and a search goes outward, ring by ring of cells. A point outside the rings is at
+// least as far away as the rings' border, because a projected distance never exceeds the distance. The search ends
+// when the last neighbour found is not farther away than that.
 class GridSearch {
  public:
   GridSearch(const CloudView& cloud, int neighbours, int threads, const Stop& stop);
 
-  // Fills means[i] for the points it can do at a bounded cost (a vertical wall or a dense cluster overcrowds a cell, a
-  // point far off the sheet needs many rings), and returns the others' indices, ascending in the order of cells.
+  // Fills means[i] for the points that can be searched at a bounded cost, and returns the indices of the others, in
+  // the order of their cells. (A vertical wall or a dense cluster overcrowds a cell; a point far off the sheet needs
+  // many rings.)
   std::vector<std::uint32_t> mean_distances(float* means);
 
  private:
@@ -31,16 +32,17 @@ class GridSearch {
 
   void choose_cells();
   void sort_points();
-  // Cell along one of the two axes; a point beyond the border belongs to the cell at the border.
+  // The cell along one of the two axes. A point beyond the border belongs to the cell at the border.
   int cell(const float* xyz, int axis) const;
-  // Visits whole rings until the result is certain; false: the search was given up, because there were more than `budget` points and cells
-  // to look at.
+  // Visits whole rings until the result is certain. Returns false if the search was given up because there were more
+  // than `budget` points and cells to look at.
   bool search(std::size_t entry, int column, int row, long budget, Search& found) const;
   void visit(const Entry& from, std::size_t begin, std::size_t end, Search& found) const;
   template <class Visit>
   void for_ring(int column, int row, int ring, const Visit& visit_run) const;
   double border_distance(const Entry& from, int column, int row, int ring) const;
-  // For a point off the sheet: rings of blocks of cells, of which only those are visited whose box is near enough.
+  // The same for a point off the sheet, by rings of blocks of cells. Only those blocks are visited whose box is near
+  // enough.
   bool search_blocks(std::size_t entry, int column, int row, long budget, Search& found) const;
   void make_blocks();
 
@@ -50,12 +52,12 @@ class GridSearch {
   Stop stop_;
   int axis_[2] = {0, 1};               // the two axes of largest extent
   double low_[2] = {0.0, 0.0};         // mm, the grid's corner
-  double side_ = 1.0;                  // mm, of a cell
+  double side_ = 1.0;                  // mm, side of a cell
   int cells_[2] = {1, 1};              // columns, rows
-  std::vector<std::uint32_t> starts_;  // of every cell's entries, row by row; one more at the end
+  std::vector<std::uint32_t> starts_;  // where each cell's entries start, row by row; the end of the last follows
   std::vector<Entry> entries_;
   int blocks_[2] = {0, 0};                // columns, rows of blocks
-  std::vector<Eigen::AlignedBox3f> box_;  // round the points of each block
+  std::vector<Eigen::AlignedBox3f> box_;  // box round the points of each block
 };
 
 }  // namespace debulk

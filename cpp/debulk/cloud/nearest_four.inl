@@ -1,14 +1,15 @@
-// Included by the kernels of window_pass.cpp and open_search.cpp, once for each Isa.
+// The kernels of window_pass.cpp and open_search.cpp include this file, once per Isa.
 
 DEBULK_INLINE void order(Floats& a, Floats& b) {
   const Floats low = lower(a, b), high = higher(a, b);
   a = low, b = high;
 }
 
-// The four smallest squared distances so far of each lane, rising, and so the four smallest of all, without a branch.
+// Keeps the four smallest squared distances so far in each lane, ascending, and so the four smallest of all, without a
+// branch.
 struct Nearest {
   Floats least[4];
-  float limit = infinity;  // not below the fourth of all
+  float limit = infinity;  // not below the fourth smallest of all
 
   DEBULK_INLINE Nearest() {
     for (Floats& kept : least) kept = all(infinity);
@@ -19,26 +20,28 @@ struct Nearest {
       d = higher(d, kept), kept = low;
     }
   }
-  // The largest of the minima of four disjoint sets.
+  // Lowers the limit to the largest of the minima of four disjoint sets of lanes: at least four distances are not
+  // above it.
   DEBULK_INLINE void tighten() {
     Floats m = least[0];
     m = lower(m, swapped<8>(m)), m = lower(m, swapped<4>(m));
     m = higher(m, swapped<2>(m)), m = higher(m, swapped<1>(m));
     limit = m[0] < limit ? m[0] : limit;
   }
-  // Of two rising rows of four the smaller of first and last, second and third ... are the four smallest, in a bitonic row.
+  // Of two ascending rows of four, the smaller of first and last, of second and third and so on are the four smallest
+  // of all. They form a bitonic row, which is then sorted.
   template <int N>
   DEBULK_INLINE void merge() {
     const Floats other[4] = {swapped<N>(least[3]), swapped<N>(least[2]), swapped<N>(least[1]), swapped<N>(least[0])};
     for (int k = 0; k < 4; ++k) least[k] = lower(least[k], other[k]);
     order(least[0], least[2]), order(least[1], least[3]), order(least[0], least[1]), order(least[2], least[3]);
   }
-  // Ends the search: the fourth smallest of all, infinite if they are not four.
+  // Ends the search. Returns the fourth smallest of all, infinite if there are fewer than four.
   DEBULK_INLINE float fourth() {
     merge<8>(), merge<4>(), merge<2>(), merge<1>();
     return least[3][0];
   }
-  DEBULK_INLINE float mean() const {  // distance of the four, after that
+  DEBULK_INLINE float mean() const {  // mean distance of the four nearest, after fourth()
     double sum = 0;
     for (const Floats& kept : least) sum += std::sqrt(static_cast<double>(kept[0]));
     return static_cast<float>(sum / 4);

@@ -8,20 +8,22 @@
 
 namespace debulk {
 
-// For every point the mean distance to its `neighbours` nearest others, exact; to all others where there are fewer. NaN
-// where nothing was seen, and for a point that is alone. Copies of a point count as neighbours at distance 0.
+// For every point, the exact mean distance to its `neighbours` nearest others, or to all others if there are fewer.
+// NaN where nothing was seen, and for a point that is alone. Copies of a point count as neighbours at distance 0.
 //
 // Distances are defined as the square root of the float sum dx² + dy² + dz², which is what PCL computes, so that every
-// search below gives the same bits. Organised clouds go through GridSearch, and to TreeSearch with those points for which
-// it would be slow; unorganised ones go through TreeSearch, which is PCL's.
+// search below gives the same bits. GridSearch handles organised clouds, except for those points for which it would
+// be slow. TreeSearch, which uses PCL's trees, handles these points and unorganised clouds.
 //
-// Why there are four searches (window_pass.hpp, open_search.hpp, grid_search.hpp, tree_search.hpp): CPU time of the four
-// nearest neighbours of all 1,204,432 points of a virtual scan of 1280 by 960 pixels, on one thread of the machine of 2026-11-22:
+// Why there are four searches (window_pass.hpp, open_search.hpp, grid_search.hpp, tree_search.hpp): CPU time of the
+// four nearest neighbours of all 1,204,432 points of a virtual scan of 1280 by 960 pixels, on one thread of the
+// machine of 2026-11-22:
 //   pinhole camera:  window and open search       5 ms (5,157 points are left open by the window)
 //                    a tree in place of the open search     360 ms for the tree and 6 ms for its searches
 //   organised:       grid 225 ms                            tree 1,800 ms
 //   in any order:    grid 400 ms                            tree 4,250 ms
-// No search can be left out for less than eight times the time, and the tree bounds the cost where a cloud is no sheet.
+// Without any one of the searches, its work would take at least eight times as long, and the tree bounds the cost where
+// a cloud is not a sheet.
 std::vector<float> mean_neighbour_distances(const CloudView& cloud, int neighbours, int threads = 0, const Stop& stop = Stop());
 
 // Squared distance as defined above.
@@ -30,7 +32,7 @@ inline float squared_distance(const float* a, const float* b) {
   return dx * dx + dy * dy + dz * dz;
 }
 
-// Mean of the distances whose squares are given, in their order (ascending); summed in double.
+// Mean of the distances whose squares are given (ascending), summed in that order in double.
 float mean_distance(const float* squared, int count);
 
 }  // namespace debulk

@@ -1,9 +1,9 @@
-// The loops of open_search.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loops of open_search.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
 #include "debulk/cloud/nearest_four.inl"
 
 struct Window {
-  int left, right, top, bottom;  // both ends belong to it
+  int left, right, top, bottom;  // both ends belong to the window
   DEBULK_INLINE Window over(int side_x, int side_y) const { return {left / side_x, right / side_x, top / side_y, bottom / side_y}; }
 };
 
@@ -11,7 +11,7 @@ struct Finder {
   explicit Finder(const OpenTables& tables) : t(tables) {}
 
   const OpenTables& t;
-  std::array<NearTile, 256> tiles;  // that a window's boxes leave
+  std::array<NearTile, 256> tiles;  // tiles of a window that are near enough to be visited
   int count = 0;
   std::uint32_t self = 0;
   int column = 0, row = 0;
@@ -22,7 +22,7 @@ struct Finder {
     return dx * dx + dy * dy + dz * dz;
   }
 
-  // The points of a tile that are not open themselves.
+  // Visits the points of a tile that are not open themselves.
   DEBULK_INLINE void visit_tile(int tx, int ty, Nearest& found) const {
     const CloudView& cloud = t.pass->cloud;
     const int first = tx * tile_width, last = std::min(cloud.height, (ty + 1) * tile_height);
@@ -43,12 +43,13 @@ struct Finder {
         }
       }
       const Ints hidden = __builtin_convertvector(states, Ints) < 0;
-      found.add(hidden ? all(infinity) : lower(squared(x, y, z), all(infinity)));  // nothing seen: infinitely far
+      found.add(hidden ? all(infinity) : lower(squared(x, y, z), all(infinity)));  // not seen: infinitely far away
     }
     found.tighten();
   }
 
-  // The open points of the window's bins, but itself. A row of bins lies together.
+  // Visits the open points of the window's bins, except the point itself. The points of a row of bins lie together in
+  // memory.
   DEBULK_INLINE void visit_bins(const Window& w, Nearest& found) const {
     for (int by = w.top; by <= w.bottom; ++by) {
       const std::uint32_t* starts = t.starts + static_cast<std::size_t>(by) * static_cast<std::size_t>(t.bins_x);
@@ -65,7 +66,7 @@ struct Finder {
   }
 
   DEBULK_INLINE Window window(double reach) const {
-    const int r = static_cast<int>(std::min(1e6, reach));  // NaN, of a scan that changes meanwhile: the whole image
+    const int r = static_cast<int>(std::min(1e6, reach));  // NaN, if the scan changes meanwhile: the whole image
     return {std::max(0, column - r), std::min(t.pass->cloud.width - 1, column + r), std::max(0, row - r),
             std::min(t.pass->cloud.height - 1, row + r)};
   }
@@ -79,8 +80,8 @@ struct Finder {
     count = 0;
   }
 
-  // Everything in the window that can be below the limit. The tiles whose boxes are not farther away than the limit are
-  // collected first, since the nearest brings the limit down.
+  // Visits everything in the window that can be nearer than the limit. The tiles whose boxes are not farther away than
+  // the limit are collected first, because the nearest of them lowers the limit.
   DEBULK_INLINE void visit_window(const Window& pixels, Nearest& found) {
     visit_bins(pixels.over(bin_side, bin_side), found);
     const Window w = pixels.over(tile_width, tile_height);
@@ -112,7 +113,7 @@ struct Finder {
     visit_tiles(found);
   }
 
-  // Pixels beyond which no point is nearer than this.
+  // Number of pixels beyond which no point is nearer than the limit.
   DEBULK_INLINE double reach(float limit) const {
     return std::ceil(std::sqrt(static_cast<double>(limit)) * (1 + 1e-5) * t.pass->camera.f / static_cast<double>(p[2]) * t.stretch +
                      2 * t.pass->tolerance);

@@ -14,10 +14,10 @@ namespace debulk {
 namespace {
 
 constexpr int bin_side = 32;        // pixels
-constexpr std::uint32_t ahead = 6;  // points of which the memory is asked for
+constexpr std::uint32_t ahead = 6;  // number of points by which the memory is prefetched ahead
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// The search's input; the arrays of points have 16 more entries than points.
+// The search's input. The arrays of points have 16 more entries than there are points.
 struct OpenTables {
   const WindowPass* pass;
   double stretch;
@@ -61,7 +61,7 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
 
   bins_x_ = (cloud.width + bin_side - 1) / bin_side;
   const int bins_y = (cloud.height + bin_side - 1) / bin_side;
-  static_assert(band_rows % bin_side == 0);  // a band has bins of its own
+  static_assert(band_rows % bin_side == 0);  // a bin belongs to one band
   const std::size_t bins = static_cast<std::size_t>(bins_x_) * static_cast<std::size_t>(bins_y);
   std::vector<std::uint32_t> first(bands.size() + 1, 0);
   for (std::size_t b = 0; b < bands.size(); ++b) first[b + 1] = first[b] + static_cast<std::uint32_t>(bands[b].open.size());
@@ -86,7 +86,7 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
       const std::uint32_t at = starts_[bin_of(p)]++;
       index_[at] = p.index, x_[at] = p.x, y_[at] = p.y, z_[at] = p.z, limit_[at] = p.limit, distance_[at] = p.distance;
     }
-    for (std::size_t b = high - 1; b > low; --b) starts_[b] = starts_[b - 1];  // they were handed out
+    for (std::size_t b = high - 1; b > low; --b) starts_[b] = starts_[b - 1];  // filling the bins moved them on
     starts_[low] = first[band];
   });
 }

@@ -11,7 +11,7 @@
 namespace debulk {
 namespace {
 
-// The sum of term(value) over the finite values, in double and in a fixed order, with their number.
+// The sum of term(value) over the finite values, in double and in a fixed order, and the number of these values.
 template <class Term>
 std::pair<double, long> ordered_sum(const std::vector<float>& values, int threads, const Stop& stop, const Term& term) {
   constexpr long chunk = 1 << 16;

@@ -15,15 +15,15 @@ struct Pinhole {
   double v(double row) const { return (row - cy) / f; }
 };
 
-constexpr double pinhole_tolerance = 0.1;  // pixels that a point's image may lie off its pixel
+constexpr double pinhole_tolerance = 0.1;  // pixels by which a point's image may lie off its pixel
 
-// The largest distance, along the image's rows or columns, of a point's image from its pixel, over every `stride`-th row
-// and column; infinite if a point is not in front of the camera.
+// The largest distance, along the image's rows or columns, of a point's image from its pixel, over every `stride`-th
+// row and column. Infinite if a point is not in front of the camera.
 double pinhole_error(const CloudView& cloud, const Pinhole& camera, int stride = 1, int threads = 0);
 
-// The camera that fits an organised cloud in the scanner's frame best (least squares of the pixel distances), from an
-// even sample. None where the cloud is unorganised, a sampled point lies farther than pinhole_tolerance off its pixel, or
-// there is too little to fit to.
+// The camera that best fits an organised cloud in the scanner's frame (least squares of the pixel distances), from an
+// even sample. Empty if the cloud is unorganised, if a sampled point lies farther than pinhole_tolerance off its
+// pixel, or if there are too few points to fit to.
 std::optional<Pinhole> fit_pinhole(const CloudView& cloud);
 
 }  // namespace debulk

@@ -9,14 +9,14 @@
 namespace debulk {
 namespace {
 
-constexpr double band = 0.05;         // points so near to the guessed threshold, relative, wait for the final one
+constexpr double band = 0.05;         // points so near to the guessed threshold (relative to it) wait for the final one
 constexpr double rounding_px = 1e-3;  // float coordinates against exact rays
-constexpr double most_open = 0.10;    // more than that is no sheet
-constexpr long fewest = 1000;         // points
+constexpr double most_open = 0.10;    // share of open points; a cloud with more is no sheet
+constexpr long fewest = 1000;         // points that a cloud must have
 
 }  // namespace
 
-// Returns false where the cloud is not a pinhole camera's.
+// Returns false if the cloud is not a pinhole camera's, has too few points or is no sheet.
 bool PinholeOutliers::pass(WindowPass& window, double& tolerance_px, int threads, const Stop& stop) {
   for (;;) {
     window.tolerance = tolerance_px + rounding_px;

@@ -13,7 +13,8 @@ constexpr int between_rows = 3;
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr int most_missing = SquareHeights::pixels / 10;
 
-// Orthonormal polynomials of degree 0 to 3 on the pixels of a row (Gram's): products of two are so on a square.
+// Orthonormal polynomials of degree 0 to 3 on the pixels of a row (Gram's). Products of two of them are orthonormal on
+// a square.
 using Basis = std::array<std::array<float, side>, terms>;
 
 Basis make_basis() {
@@ -40,7 +41,7 @@ const Basis& basis() {
   return one;
 }
 
-// How far a point lies from another along an axis.
+// The distance of a point from another along an axis.
 float along(const Eigen::Vector3f& axis, const float* from, const float* to) {
   if (axis[0] == 0 && axis[1] == 0) return axis[2] * (to[2] - from[2]);
   return axis[0] * (to[0] - from[0]) + axis[1] * (to[1] - from[1]) + axis[2] * (to[2] - from[2]);
@@ -92,7 +93,8 @@ SquareHeights::SquareHeights(const SquareLattice& lattice, int square, const Eig
   if (whole_) take_cubic();
 }
 
-// A missing pixel takes the middle of the nearest that were seen in its row: a tenth of them hardly bends the cubic.
+// A missing pixel takes the mean of the nearest pixels on both sides that were seen in its row. If a tenth of the
+// pixels are filled in so, the cubic is hardly bent.
 void SquareHeights::fill_missing() {
   for (int row = 0; row < side && whole_; ++row) {
     const int begin = row * side, end = begin + side;

@@ -9,7 +9,7 @@
 
 namespace debulk {
 
-// Squares of pixels of an organised cloud, which may overlap, counted row by row.
+// Squares of pixels of an organised cloud. They may overlap and are numbered row by row.
 struct SquareLattice {
   static constexpr int side = 12;  // pixels
 
@@ -25,8 +25,8 @@ struct SquareLattice {
   }
 };
 
-// Differences of neighbours along a row of a square. They are taken of the points, and then along an axis: those of
-// single-precision neighbours are exact.
+// Differences of order `order` between neighbours along a row of a square. Differences of the points are taken first,
+// and then their components along an axis, because differences of single-precision neighbours are exact.
 template <int order>
 class RowDifferences {
  public:
@@ -37,7 +37,7 @@ class RowDifferences {
     for (int n = 1; n <= order; ++n)
       for (int k = 0; k < 3 * (SquareLattice::side - n); ++k) values_[k] = values_[k + 3] - values_[k];
   }
-  // Missing x and y make none along the scanner's own z missing.
+  // Along the scanner's own z, a missing x or y does not make the difference missing.
   float along(const Eigen::Vector3f& axis, int k) const {
     const float* d = &values_[3 * k];
     return axis[0] == 0 && axis[1] == 0 ? axis[2] * d[2] : axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
@@ -47,15 +47,17 @@ class RowDifferences {
   std::array<float, 3 * SquareLattice::side> values_;
 };
 
-// Share of the fourth differences along every third row of a square that are at most a limit; 0 where less than half were seen.
+// Share of the fourth differences along every third row of a square that are at most `limit`; 0 if fewer than half of
+// them were seen.
 float share_of_low(const SquareLattice& lattice, int square, const Eigen::Vector3f& axis, float limit);
 
-// What lies along an axis in one row of a square less its cubic, mm, NaN where not all of the row was seen. A row that carries no
-// noise, but was rounded, has residuals up to about half a step.
+// Residuals, in mm, of the heights along an axis in one row of a square about the cubic that fits them best; NaN where
+// not all of the row was seen. A row without noise that was rounded has residuals of up to about half a step.
 using RowResiduals = std::array<float, SquareLattice::side>;
 RowResiduals row_residuals(const float* row, const Eigen::Vector3f& axis);
 
-// What lies along an axis in a square. One in which more than a tenth of the pixels are missing is not `whole`, and has no figures.
+// The heights along an axis in a square. If more than a tenth of the pixels, or all pixels of a row, are missing, the
+// square is not `whole` and the other figures are not computed.
 class SquareHeights {
  public:
   static constexpr int pixels = SquareLattice::side * SquareLattice::side;
@@ -63,12 +65,13 @@ class SquareHeights {
   SquareHeights(const SquareLattice& lattice, int square, const Eigen::Vector3f& axis);
 
   bool whole() const { return whole_; }
-  // Root mean square of what is left of the heights without the cubic in row and column that fits them best, mm.
+  // Root mean square of the residuals of the heights about the cubic in row and column that fits them best, mm.
   float scatter() const { return scatter_; }
-  // Share of the pixels that the cubic misses by more than a bound.
+  // Share of the pixels whose residual exceeds `bound` (mm).
   float share_beyond(float bound) const;
-  // Heights that differ by at most `alike` are one level. How many levels there are, the least difference of two (0: there is
-  // but one), and the difference of the highest and the lowest.
+  // Heights that differ by at most `alike` (mm) are one level. `count` is the number of levels, `least_gap` the least
+  // difference between two of them (0: there is only one), and `range` the difference between the highest and the
+  // lowest height.
   struct Levels {
     int count = 0;
     float least_gap = 0, range = 0;

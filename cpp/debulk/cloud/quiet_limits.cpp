@@ -12,22 +12,23 @@ namespace {
 
 constexpr int side = SquareLattice::side;
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr float quiet = 0.1f;          // of the scan's median: a lower difference or residual carries no noise of this scan
-constexpr float steps = 0.25f;         // share of second differences that are alike: 0.11 of noise, 0.29 where steps are as high
-constexpr float alike = 0.2f;          // of their median
-constexpr int bins_alike = 10;         // in that width
+constexpr float quiet = 0.1f;          // of the scan's median; a lower difference or residual has no noise of this scan
+constexpr float steps = 0.25f;         // of second differences may be alike; noise gives 0.11, with steps as high 0.29
+constexpr float alike = 0.2f;          // width in which differences are alike, as a share of their median
+constexpr int bins_alike = 10;         // number of bins in that width
 constexpr float ulps = 4.0f;           // what rounding to single precision leaves of a smooth surface's differences
-constexpr float level_ground = 1.2f;   // steps in the scatter: with less, fourth differences of noise are often none
+constexpr float level_ground = 1.2f;   // steps in the scatter; with fewer, fourth differences of noise are often 0
 constexpr std::size_t for_steps = 60;  // squares whose levels are sorted
-constexpr float fine = 6.0f;           // steps in the scatter: what is smooth shows in the differences then, rounded or not
+constexpr float fine = 6.0f;           // steps in the scatter; from there on a smooth surface shows even if rounded
 constexpr float apart = 4.0f;          // standard deviations of the share, between squares with noise and without
-constexpr float wary = 5.0f;           // of them, below which a square with noise does not come
-// Of a square's pixels: a smooth surface that was rounded has fewer beyond half a step and a tenth in 99 of 100 squares.
+constexpr float wary = 5.0f;           // standard deviations by which a square with noise never lies below the median
+// Shares of a square's pixels. On a smooth surface that was rounded, fewer than least_share are beyond half a step and
+// a tenth in 99 of 100 squares.
 constexpr float least_share = 0.03f;
 constexpr float most_share = 0.3f;
 constexpr float to_deviation = 1 / 0.6745f;
 
-// Of those that are finite; 0: none is. Values are reordered.
+// Quantile of the values that are finite; 0 if none is. The values are reordered.
 float quantile(std::vector<float>& values, double share) {
   values.erase(std::remove_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); }), values.end());
   if (values.empty()) return 0;
@@ -36,7 +37,7 @@ float quantile(std::vector<float>& values, double share) {
   return *at;
 }
 
-// The largest share of sizes in a window of `alike` of their median. Sizes are reordered.
+// The largest share of the sizes that lie in a window as wide as `alike` times their median. The sizes are reordered.
 float most_alike(std::vector<float>& sizes) {
   const float median = quantile(sizes, 0.5);
   if (!(median > 0)) return 1;
@@ -52,13 +53,13 @@ float most_alike(std::vector<float>& sizes) {
   return static_cast<float>(most) / static_cast<float>(sizes.size());
 }
 
-// One scan's.
+// Determines the limits of one scan.
 class Limits {
  public:
   Limits(const SquareLattice& lattice, const std::vector<int>& squares, int threads, const Stop& stop)
       : lattice_(lattice), squares_(squares), threads_(threads), stop_(stop) {}
 
-  // What single precision leaves along an axis.
+  // The resolution that single precision leaves along an axis, mm.
   float grain(const Eigen::Vector3f& axis) const {
     float largest = 0;
     for (const int square : squares_)
@@ -68,7 +69,7 @@ class Limits {
     return std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   }
 
-  // The limit of fourth differences; 0: not told by them.
+  // The limit of fourth differences; 0 if they cannot be used.
   float difference(const Eigen::Vector3f& axis) const {
     constexpr std::size_t rows = 4, seconds = RowDifferences<2>::count, fourths = RowDifferences<4>::count;
     std::vector<float> second(squares_.size() * rows * seconds), fourth(squares_.size() * rows * fourths);
@@ -83,14 +84,14 @@ class Limits {
     });
     const float limit = quiet * quantile(fourth, 0.5);
     if (limit < ulps * grain(axis)) return 0;
-    // Squares that are all but free of noise do not count for the steps: they are what is looked for.
+    // Squares that are almost free of noise do not count for the steps, because they are what is looked for.
     for (std::size_t k = 0; k < squares_.size(); ++k)
       if (share_of_low(lattice_, squares_[k], axis, limit) >= quiet_share)
         std::fill_n(second.begin() + static_cast<std::ptrdiff_t>(k * rows * seconds), rows * seconds, nan);
     return most_alike(second) > steps ? 0 : limit;
   }
 
-  // The steps along an axis, and the scatter.
+  // Determines the steps along an axis, and the scatter.
   void take_steps(QuietLimits& limits, float same) const {
     const std::size_t every = squares_.size() / for_steps + 1;
     std::vector<float> gaps(squares_.size(), nan), depths(gaps), scatters(gaps);
@@ -119,7 +120,8 @@ class Limits {
     limits.rounding.step = limits.rounding.squared ? of_disparity.second : same_everywhere.second;
   }
 
-  // How many pixels of a square with noise lie beyond the bound, and so how many of one without may.
+  // The share of pixels beyond the bound up to which a square counts as free of noise, from the shares in squares with
+  // noise; 0 if the two cannot be distinguished.
   float share(const QuietLimits& limits) const {
     std::vector<float> shares(squares_.size(), nan);
     for_squares([&](std::size_t k) {
@@ -128,7 +130,7 @@ class Limits {
       if (heights.whole() && std::isfinite(depth)) shares[k] = heights.share_beyond(limits.bound(depth));
     });
     const float median = quantile(shares, 0.5);
-    // Patches without noise have the lowest shares; the upper half is free of them.
+    // Patches without noise have the lowest shares, so the upper half is free of them.
     const float deviation = to_deviation * (quantile(shares, 0.75) - median);
     if (median - apart * deviation < least_share) return 0;
     return std::clamp(median - wary * deviation, least_share, most_share);
@@ -165,7 +167,8 @@ std::vector<QuietLimits> quiet_limits(const SquareLattice& lattice, const std::v
   for (std::size_t k = 0; k < axes.size(); ++k) {
     out[k].axis = axes[k];
     out[k].difference = limits.difference(axes[k]);
-    // The scanner's own z is a number of the cloud, and has exact levels; along another axis they are made of three numbers.
+    // The scanner's own z is a number of the cloud and has exact levels. Heights along another axis are computed from
+    // three numbers.
     const bool own = axes[k] == Eigen::Vector3f::UnitZ();
     out[k].level = (own ? 0.5f : ulps) * limits.grain(axes[k]);
     limits.take_steps(out[k], out[k].level);

@@ -10,12 +10,12 @@ namespace debulk {
 namespace {
 
 constexpr int side = SquareLattice::side;
-constexpr float share_of_row = 0.5f;      // of one row's differences; noise alone has it in one square of 2000
-constexpr float more_in_row = 0.2f;       // of its pixels beyond the bound than in the whole square
-constexpr float smooth = 0.15f;           // of a step: what was rounded scatters by 0.29 about its cubic, unless it is level
-constexpr float levels_for_steps = 2.0f;  // as many levels as the steps allow
+constexpr float share_of_row = 0.5f;      // of one row's differences are low; noise has so many in one square of 2000
+constexpr float more_in_row = 0.2f;       // added to the share beyond the bound that is allowed in a whole square
+constexpr float smooth = 0.15f;           // greatest scatter, in steps; what was rounded has 0.29, unless it is level
+constexpr float levels_for_steps = 2.0f;  // a square must have more than this times as many levels as the steps allow
 
-// By one row alone: that costs a fraction of the whole square, and leaves hardly any.
+// Looks at one row alone, which costs a fraction of the whole square and rules out nearly all squares.
 bool may_be_quiet(const float* row, const RowDifferences<4>& differences, const QuietLimits& limits) {
   if (limits.difference > 0) {
     int low = 0;

@@ -24,7 +24,8 @@ void check_rigid(const Eigen::Matrix4d& matrix) {
   require(determinant > 0, "matrix", "a rotation, determinant +1", "a mirror, determinant " + std::to_string(determinant));
 }
 
-// Moves the points for which stays(k) holds from one place to another, which may be the same.
+// Moves the points for which stays(k) holds from one place to another, which may be the same. All others become
+// missing.
 template <class Stays>
 void move(const float* from, float* to, std::size_t count, const Eigen::Matrix4d& matrix, int threads, const Stop& stop,
           const Stays& stays) {

@@ -10,13 +10,14 @@
 
 namespace debulk {
 
-// x_to = matrix * x_from for every point, computed in double; a missing point becomes three NaN.
-// matrix: a rigid motion [R t; 0 0 0 1], R orthonormal to 1e-4 (poses are often typed with a few decimals) with
-// determinant +1. Anything else throws InputError: a scale or a mirror would silently falsify areas and heights.
+// x_to = matrix * x_from for every point, computed in double. A missing point becomes three NaN. matrix: a rigid
+// motion [R t; 0 0 0 1], with R orthonormal to 1e-4 (poses are often typed with a few decimals) and determinant +1.
+// Anything else throws InputError, because a scale or a mirror would silently falsify areas and heights. Throws
+// Stopped.
 std::vector<float> transform(const CloudView& cloud, const Eigen::Matrix4d& matrix, int threads = 0, const Stop& stop = Stop());
 
-// The same in the cloud's own memory, which `xyz` points to: a cloud of 20 million points takes 240 MB. Points for which
-// `keep`, one per point, is 0 become missing.
+// The same in the cloud's own memory, which `xyz` points to, because a cloud of 20 million points takes 240 MB. Points
+// whose `keep` (one per point) is 0 become missing.
 void move_kept(float* xyz, const std::uint8_t* keep, std::size_t count, const Eigen::Matrix4d& matrix, int threads = 0,
                const Stop& stop = Stop());
 

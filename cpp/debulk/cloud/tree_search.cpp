@@ -23,8 +23,8 @@ constexpr std::size_t slab_points = 100'000;  // about; points of nearly the sam
 constexpr std::size_t between_checks = 65536;
 constexpr int key_bits = 20;
 
-// The higher bits of a coordinate, such that a larger one never has the smaller key, wherever the cloud lies and however
-// far off a stray point is: about half a millimetre at a metre.
+// The upper bits of a coordinate, such that a larger coordinate never has the smaller key, wherever the cloud lies and
+// however far off a stray point is. They resolve about half a millimetre at a metre.
 std::uint32_t key(float x) {
   std::uint32_t bits = 0;
   std::memcpy(&bits, &x, sizeof bits);
@@ -36,13 +36,13 @@ void check(std::size_t k, const Stop& stop) {
   if (k % between_checks == 0 && stop.now()) throw Stopped("the search for neighbours was stopped");
 }
 
-// Squared distances to points farther off than this overflow, and FLANN then cuts off branches that hold neighbours: they
-// are in no tree, and infinitely far from all others.
+// Squared distances to points farther off than this overflow, and FLANN then cuts off branches that hold neighbours.
+// Such points are in no tree and count as infinitely far from all others.
 constexpr float farthest = 1e18f;
 
 enum class Seen { no, near, far };
 
-// A point of the cloud, read once.
+// Reads a point of the cloud once.
 Seen read(const CloudView& cloud, std::size_t i, pcl::PointXYZ& p) {
   const float *from = cloud.point(i), x = from[0], y = from[1], z = from[2];
   p = {x, y, z};
@@ -50,8 +50,8 @@ Seen read(const CloudView& cloud, std::size_t i, pcl::PointXYZ& p) {
   return std::max({std::abs(x), std::abs(y), std::abs(z)}) <= farthest ? Seen::near : Seen::far;
 }
 
-// Of copies of one point `copies` at most. FLANN visits every copy on each search, so that a million copies would take a
-// million times a million steps; and more than `neighbours` + 1 change no distance.
+// Keeps at most `copies` copies of one point. FLANN visits every copy on each search, so that a million copies would
+// take a million times a million steps, and more than `neighbours` + 1 copies change no distance.
 void drop_copies(PclPoints& points, std::size_t copies) {
   auto& p = points.points;
   std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
@@ -64,7 +64,7 @@ void drop_copies(PclPoints& points, std::size_t copies) {
   points.height = 1;
 }
 
-// The smallest of both, ascending.
+// The smallest `most` of both, ascending.
 void merge(std::vector<float>& nearest, const std::vector<float>& others, std::size_t most, std::vector<float>& scratch) {
   scratch.resize(nearest.size() + others.size());
   std::merge(nearest.begin(), nearest.end(), others.begin(), others.end(), scratch.begin());
@@ -136,7 +136,7 @@ void TreeSearch::mean_distances(const std::vector<std::uint32_t>& which, float* 
       };
       for (auto s = home; s != slabs_.begin() && look(*(s - 1), p.x - (s - 1)->high);) --s;
       for (auto s = home + 1; s != slabs_.end() && look(*s, s->low - p.x);) ++s;
-      // The first found is the point itself, or a copy of it, which comes to the same.
+      // The first found is the point itself, or a copy of it, which gives the same result.
       means[i] = mean_distance(nearest.data() + 1, static_cast<int>(nearest.size()) - 1);
     }
   });

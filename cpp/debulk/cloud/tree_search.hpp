@@ -8,18 +8,19 @@
 
 namespace debulk {
 
-// Exact nearest neighbours in any cloud, with PCL's kd-trees (not its organised search, which is wrong on such clouds).
+// Exact nearest neighbours in any cloud, with PCL's kd-trees (not with its organised search, which is wrong on such
+// clouds).
 //
-// The cloud is cut along x into slabs with a tree each, so that no thread is busy with one tree for more than some tens of
-// milliseconds and the stop is heeded between them. A search begins in its point's slab and goes on into the next ones as
-// long as they are nearer than the farthest neighbour so far.
+// The cloud is cut along x into slabs, each with its own tree, so that no thread is busy with one tree for more than
+// some tens of milliseconds; the stop is checked between trees. A search begins in the slab of its point and goes on
+// into the next slabs as long as they are nearer than the farthest neighbour so far.
 class TreeSearch {
  public:
   // Throws Stopped.
   TreeSearch(const CloudView& cloud, int neighbours, int threads = 0, const Stop& stop = Stop());
   ~TreeSearch();
 
-  // Fills means[i] for each i of `which`, indices of points that were seen.
+  // Fills means[i] for each i of `which`, the indices of points that were seen. Throws Stopped.
   void mean_distances(const std::vector<std::uint32_t>& which, float* means, int threads, const Stop& stop) const;
 
  private:

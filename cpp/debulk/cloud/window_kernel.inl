@@ -1,11 +1,11 @@
-// The loops of window_pass.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loops of window_pass.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 #include "debulk/cloud/nearest_four.inl"
 
-constexpr int strip = 640;  // columns at once: what is needed of them stays in the first cache
-constexpr int margin = 32;  // columns to the left and right of a strip; the next 16 are its neighbours
+constexpr int strip = 640;  // columns at once, so that their data stay in the first-level cache
+constexpr int margin = 32;  // columns to the left and right of a strip, of which the nearest 16 are its neighbours
 constexpr int wide_row = strip + 2 * margin;
 
-// Squared distances of a row's points to four of their neighbours; the other four are others' neighbours.
+// Squared distances of a row's points to four of their neighbours. The other four are stored with those neighbours.
 struct Links {
   alignas(64) float right[wide_row], left_below[wide_row], below[wide_row], right_below[wide_row];
 };
@@ -13,13 +13,14 @@ struct Row {
   alignas(64) float x[wide_row], y[wide_row], z[wide_row];
 };
 
-// Points of a row of tiles that the window left open: where they are, their depth, the nearest four of the square round them.
+// Points of a row of tiles that the window left open: their places, their depths, and the nearest four of the square
+// round them.
 struct Doubtful {
   static constexpr int most = strip * tile_height;
   int count = 0;
   std::uint32_t index[most];
   int place[most];    // in the strip's arrays
-  bool square[most];  // whether all of the square is in the image
+  bool square[most];  // whether the whole square is in the image
   alignas(64) float z[most], nearest[4][most];
 };
 
@@ -28,18 +29,20 @@ struct Strip {
   Row rows[2];
   Links links[2];
   alignas(64) float u[wide_row], u_bound[wide_row];
-  // The base on a row of its nodes, and how much more there is on the next.
+  // The base along one row of its nodes, and the difference to the next row of nodes.
   alignas(64) float base[wide_row], base_more[wide_row], gain[wide_row], gain_more[wide_row];
   alignas(64) float near[wide_row], far[wide_row], sum[wide_row], count[wide_row];  // of a row of tiles, lane by lane
 };
 
-// The squared distance, for a point at depth 1, of the plane beyond a window that reaches `reach` pixels, less a little for rounding.
+// The squared distance, for a point at depth 1, of the plane beyond a window that reaches `reach` pixels, less a
+// little for rounding.
 float bound(double at, int reach, const WindowPass& pass) {
   const double s = (reach + 1 - 2 * pass.tolerance) / pass.camera.f, far = std::abs(at) + (reach + 1) / pass.camera.f;
   return static_cast<float>(s * s / (1 + far * far) * (1 - 1e-5));
 }
 
-// One row of the strip, infinitely far away where nothing was seen; in `row` position `margin` is column `first`.
+// Loads one row of the strip. Points that were not seen are infinitely far away. Position `margin` of `row` is column
+// `first`.
 DEBULK_INLINE void load_row(const CloudView& cloud, int at, int first, int columns, Row& row) {
   for (int k = margin - lanes; k < margin + columns + lanes; k += lanes) {
     const int column = first + k - margin;
@@ -78,12 +81,12 @@ DEBULK_INLINE void link(const Row& row, const Row& next, int columns, Links& out
 DEBULK_INLINE void sort(Floats* a) {
   order(a[0], a[1]), order(a[2], a[3]), order(a[0], a[2]), order(a[1], a[3]), order(a[1], a[2]);
 }
-// The mean of four distances given squared.
+// The mean of four distances that are given squared.
 DEBULK_INLINE Floats mean_root(const Floats* squares) {
   return ((root(squares[0]) + root(squares[1])) + (root(squares[2]) + root(squares[3]))) * 0.25f;
 }
 
-// Adds up the lanes of two sums and of one count.
+// Adds the lanes of two sums and three counts to the band's.
 DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, Ints strays, WindowBand& out) {
   alignas(64) float a[lanes], b[lanes];
   alignas(64) int c[lanes], d[lanes], e[lanes];
@@ -95,7 +98,7 @@ DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, I
   }
 }
 
-// Decides the row's points. above, here: the links of the row above and its own.
+// Decides the row's points. above, here: the links of the row above and of this row.
 DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns, const Row& row, const Links& above, const Links& here,
                           Strip& s, std::uint8_t* states, float* heights, WindowBand& out) {
   const std::uint32_t index = static_cast<std::uint32_t>(at) * static_cast<std::uint32_t>(pass.cloud.width) + static_cast<std::uint32_t>(first);
@@ -154,7 +157,7 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
   }
 }
 
-// The base's depths and gains along one row of its nodes.
+// Interpolates the base's depths and gains along one row of its nodes.
 DEBULK_INLINE void spread(const RayBase& base, int row, int first, int columns, Strip& s) {
   const int step = base.step;
   const auto along = [&](const std::vector<float>& values, std::size_t i, int k, float* to, float* more) DEBULK_LAMBDA {
@@ -187,7 +190,8 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
   }
 }
 
-  // All points of the square of 5 by 5 pixels round it, which lies within the image and is not its end.
+  // Visits all points of the square of 5 by 5 pixels round a pixel. The square must lie within the image, and
+  // not at the image's end.
   DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nearest& found) {
   const float* p = cloud.point(column, row);
   const auto squared = [&](Floats x, Floats y, Floats z) DEBULK_LAMBDA {
@@ -197,7 +201,7 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
 #if DEBULK_ISA == 4
     Floats rows[5];
     for (int j = 0; j < 5; ++j) rows[j] = load(cloud.point(column - 2, row - 2 + j));
-    // One coordinate of three rows, then of two; the self and what hangs over is far away.
+    // One coordinate of three rows, then of two. The point itself and the unused lanes are made infinitely far away.
     const auto coordinate = [&](int a, const Floats* v) DEBULK_LAMBDA {
       const Ints two = Ints{0, 3, 6, 9, 12, 16, 19, 22, 25, 28, 16, 16, 16, 16, 16, 16} + a;
       const Ints three =
@@ -221,9 +225,10 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
 #endif
   }
 
-// A mean distance on the same side of the threshold as the point's own, where the square is enough to tell; else NaN. With `reach`, below
-// which no point outside the square is, in place of all that is farther, the mean comes out too small; without the points outside, too
-// large. Summed and rounded as OpenSearch does, so that the order survives.
+// A mean distance on the same side of the threshold as the point's own, if the square determines it; otherwise NaN. No
+// point outside the square has a squared distance below `reach`. The mean is too small if `reach` replaces all squared
+// distances above it, and too large if the points outside are ignored. It is summed and rounded as in OpenSearch, so
+// that the order is kept.
 DEBULK_INLINE float same_side(const Doubtful& d, int i, float reach, double threshold) {
   double least = 0, most = 0;
   for (const auto& nearest : d.nearest) {
@@ -234,7 +239,8 @@ DEBULK_INLINE float same_side(const Doubtful& d, int i, float reach, double thre
   return low > threshold ? low : high <= threshold ? high : nan;
 }
 
-// Gives the doubtful points of a row of tiles their second chance: first all distances, then what follows from them.
+// Gives the doubtful points of a row of tiles their second chance: first all distances are computed, then what follows
+// from them.
 DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
   const CloudView& cloud = pass.cloud;
   Doubtful& d = s.doubtful;
@@ -303,7 +309,7 @@ DEBULK_INLINE void pass_strip(const WindowPass& pass, int begin, int end, int fi
     link(row, next, padded, s.links[odd]);
     if (pass.base && at % pass.base->step == 0) spread(*pass.base, at / pass.base->step, first, columns, s);
     const std::size_t index = static_cast<std::size_t>(at) * static_cast<std::size_t>(cloud.width) + static_cast<std::size_t>(first);
-    const bool whole = padded == columns;  // a last vector that hangs over goes through a buffer
+    const bool whole = padded == columns;  // a last vector that reaches beyond the columns goes through a buffer
     std::uint8_t* to_states = whole ? pass.states + index : states;
     float* to_heights = pass.base ? (whole ? pass.heights + index : heights) : nullptr;
     decide(pass, at, first, padded, row, s.links[1 - odd], s.links[odd], s, to_states, to_heights, out);

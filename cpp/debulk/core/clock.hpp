@@ -4,10 +4,10 @@
 
 namespace debulk {
 
-// Wall time of the stages of a run.
+// Measures the wall time of the stages of a run.
 class Clock {
  public:
-  // Milliseconds since the last call, or since it was made.
+  // Milliseconds since the last call or, on the first call, since the clock was constructed.
   double lap() {
     const auto now = std::chrono::steady_clock::now();
     const double passed = std::chrono::duration<double, std::milli>(now - last_).count();

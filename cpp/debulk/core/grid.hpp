@@ -21,7 +21,7 @@ struct Grid {
   Grid(int columns, int rows, const Eigen::Vector2d& first, double step, T fill = T())
       : nx(columns), ny(rows), origin(first), spacing(step), values(static_cast<std::size_t>(columns) * rows, fill) {}
 
-  // The same points with other values.
+  // A grid of the same points with other values, all equal to `fill`.
   template <class U>
   Grid<U> like(U fill = U()) const {
     return Grid<U>(nx, ny, origin, spacing, fill);

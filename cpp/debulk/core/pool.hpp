@@ -7,7 +7,8 @@
 
 namespace debulk {
 
-// Objects whose buffers are worth keeping. A thread borrows one, and it returns to the pool when the thread releases it.
+// Keeps objects whose buffers are worth reusing. A thread borrows one, and it returns to the pool when the thread
+// releases it.
 template <class T>
 class Pool {
  public:

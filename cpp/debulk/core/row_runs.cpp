@@ -27,7 +27,7 @@ std::vector<Run> find_runs(const Grid<std::uint8_t>& image, bool wanted, int thr
     for (int j = static_cast<int>(first); j < last; ++j) {
       const std::uint8_t* row = &image.values[image.index(0, j)];
       for (int i = 0; i < image.nx;) {
-        // Eight zeros at once: most of an image is background.
+        // Eight zeros are skipped at once, because most of an image is background.
         for (std::uint64_t eight = 0; !wanted ? false : i + 8 <= image.nx; i += 8) {
           std::memcpy(&eight, row + i, sizeof eight);
           if (eight != 0) break;

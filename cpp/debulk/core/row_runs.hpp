@@ -7,12 +7,12 @@
 
 namespace debulk {
 
-// Points [begin, end) of a row that belong together.
+// The points [begin, end) of one row that belong together.
 struct Run {
   int row, begin, end;
 };
 
-// Writes the runs of a row from masks of 16 columns (or less, the last) at once, from left to right.
+// Writes the runs of a row, given from left to right as bit masks of 16 columns each (the last mask may have fewer).
 class RunWriter {
  public:
   RunWriter(std::vector<Run>& to, int row) : to_(to), row_(row) {}
@@ -35,10 +35,11 @@ class RunWriter {
   bool open_ = false;
 };
 
-// Runs that are found in strips of rows, each by one thread, and then put together in order. Keeps its memory.
+// Collects runs that are found in strips of rows, each strip by one thread, and puts them together in order. Reuses
+// its memory.
 class StripRuns {
  public:
-  static constexpr int rows = 64;  // of a strip
+  static constexpr int rows = 64;  // per strip
   void clear(int image_rows);
   std::vector<Run>& strip(long first_row) { return strips_[static_cast<std::size_t>(first_row / rows)]; }
   const std::vector<Run>& join();
@@ -48,11 +49,13 @@ class StripRuns {
   std::vector<Run> runs_;
 };
 
-// Where `wanted` (0 or anything else) begins and ends along the rows, in order.
+// The runs of points that are nonzero (`wanted` is true) or zero (`wanted` is false), row by row and from left to
+// right.
 std::vector<Run> find_runs(const Grid<std::uint8_t>& image, bool wanted, int threads = 0);
 
-// For each run the first run of its component. `reach`: 1 joins runs that touch diagonally, 0 does not.
+// For each run the index of the first run of its component. With `reach` 1, runs that touch diagonally are joined;
+// with 0 they are not.
 std::vector<int> join_runs(const std::vector<Run>& runs, int reach);
-void join_runs(const std::vector<Run>& runs, int reach, std::vector<int>& parent);  // the same, into memory that is kept
+void join_runs(const std::vector<Run>& runs, int reach, std::vector<int>& parent);  // the same, in reused memory
 
 }  // namespace debulk

@@ -6,12 +6,13 @@
 
 namespace debulk {
 
-// Which instructions a wide loop uses. Sources with wide loops put them into a file that simd_dispatch.inl includes once for
-// each of these, and choose at run time; all do the same operations in the same order, without fused multiply-add: the same
-// bits on each. (target_clones would split wide vectors before it clones.)
+// The instruction set that a wide (vectorised) loop uses. A source puts its wide loops into a separate file, which
+// simd_dispatch.inl includes once per instruction set, and chooses between the versions at run time. All versions do
+// the same operations in the same order, without fused multiply-add, and so give the same bits. (GCC's attribute
+// target_clones is not used because it splits wide vectors before it clones the function.)
 enum class Isa { base, v3, v4 };
 
-// The widest that this machine has.
+// The widest instruction set that this machine supports.
 Isa best_isa();
 
 }  // namespace debulk

@@ -1,6 +1,7 @@
-// Includes the file that DEBULK_KERNEL names (as a string) once for each Isa, in the namespaces base, v3 and v4 of whatever
-// namespace this is included in, after simd_ops.inl; DEBULK_ON(isa, call) calls the one. Sources that use it include
-// <cstring> and simd.hpp and are compiled with ${debulk_simd_options}, none of which changes a bit of the results.
+// Includes the file that DEBULK_KERNEL names (as a string) once per Isa, after simd_ops.inl, in the namespaces base,
+// v3 and v4 inside the namespace in which this file is included. DEBULK_ON(isa, call) calls the version for `isa`.
+// Sources that use this file include <cstring> and simd.hpp and are compiled with ${debulk_simd_options}, none of
+// which changes a bit of the results.
 namespace base {
 #define DEBULK_ISA 2
 #include "debulk/core/simd_ops.inl"

@@ -1,8 +1,8 @@
-// Sixteen floats at once: included by simd_dispatch.inl, once for each Isa.
+// Operations on sixteen floats at once. simd_dispatch.inl includes this file once per Isa.
 
 constexpr int lanes = 16;
 typedef float Floats __attribute__((vector_size(64)));
-typedef int Ints __attribute__((vector_size(64)));  // a mask has all bits of a lane set or none
+typedef int Ints __attribute__((vector_size(64)));  // in a mask all bits of a lane are set, or none
 typedef signed char Bytes __attribute__((vector_size(16)));
 
 DEBULK_INLINE Floats load(const float* from) {
@@ -16,7 +16,7 @@ DEBULK_INLINE void store(float* to, Floats v) {
 DEBULK_INLINE Floats all(float value) {
   return value - Floats{};
 }
-// The second where one is NaN.
+// Lane by lane, the lower or the higher of two values; b where either of them is NaN.
 DEBULK_INLINE Floats lower(Floats a, Floats b) {
   return a < b ? a : b;
 }
@@ -32,7 +32,7 @@ DEBULK_INLINE Floats root(Floats a) {
   for (int k = 0; k < lanes; ++k) s[k] = __builtin_sqrtf(s[k]);
   return load(s);
 }
-// A bit for each lane of a mask.
+// One bit per lane of a mask.
 DEBULK_INLINE unsigned bits(Ints mask) {
 #if DEBULK_ISA == 4
   return _mm512_movepi32_mask(reinterpret_cast<__m512i>(mask));
@@ -54,7 +54,8 @@ DEBULK_INLINE bool any(Ints mask) {
 DEBULK_INLINE bool every(Ints mask) {
   return bits(mask) == 0xffff;
 }
-// Writes a mask's lanes one behind the other, and anything up to the sixteenth place; returns how many they are.
+// Writes the lanes of v that the mask selects one after the other to `to`, and returns their number. Whatever stands
+// behind them, up to the sixteenth place, may be overwritten.
 DEBULK_INLINE int pack(Ints v, unsigned mask, int* to) {
 #if DEBULK_ISA == 4
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), reinterpret_cast<__m512i>(v)));
@@ -68,7 +69,7 @@ DEBULK_INLINE int pack(Ints v, unsigned mask, int* to) {
   return count;
 #endif
 }
-// from[index].
+// The values from[index].
 DEBULK_INLINE Floats gather(const float* from, Ints index) {
   alignas(64) int at[lanes];
   alignas(64) float values[lanes];
@@ -76,7 +77,7 @@ DEBULK_INLINE Floats gather(const float* from, Ints index) {
   for (int k = 0; k < lanes; ++k) values[k] = from[at[k]];
   return load(values);
 }
-// The same from the first 16 N floats of `from`, all of which there must be.
+// The same for indices into the first 16 N floats of `from`, all of which must exist.
 template <int N>
 DEBULK_INLINE Floats pick(const float* from, Ints index) {
 #if DEBULK_ISA == 4
@@ -108,7 +109,7 @@ DEBULK_INLINE float total(Floats v) {
   return (v + swapped<1>(v))[0];
 }
 
-// x, y and z of sixteen points.
+// Reads x, y and z of sixteen consecutive points.
 #if DEBULK_ISA == 4
 DEBULK_INLINE void load_points(const float* xyz, Floats& x, Floats& y, Floats& z) {
   const Floats a = load(xyz), b = load(xyz + 16), c = load(xyz + 32);

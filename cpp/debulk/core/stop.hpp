@@ -7,13 +7,14 @@
 
 namespace debulk {
 
-// Thrown by a computation that cannot end halfway with something useful, when its Stop is raised.
+// Thrown, when its Stop is raised, by a computation that has no useful result halfway.
 class Stopped : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// When to stop early: a deadline, a flag that another thread may raise, or both. Copies share the flag.
+// Says when a computation is to stop early: at a deadline, when another thread raises a flag, or at whichever comes
+// first. Copies share the flag.
 class Stop {
  public:
   using Clock = std::chrono::steady_clock;
@@ -21,7 +22,8 @@ class Stop {
   Stop() : cancelled_(std::make_shared<std::atomic<bool>>(false)) {}
   explicit Stop(double seconds) : Stop() { set_deadline(seconds); }
 
-  // Seconds from now; so many that the clock cannot count them, or infinitely many, are none.
+  // Sets the deadline to so many seconds from now. An infinite time, or one too long for the clock to count, leaves
+  // the deadline as it is.
   void set_deadline(double seconds) {
     const Clock::time_point now = Clock::now();
     if (seconds < std::chrono::duration<double>(Clock::time_point::max() - now).count() - 1)

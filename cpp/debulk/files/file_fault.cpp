@@ -11,7 +11,7 @@ namespace debulk {
 void read_at(int file, long long offset, void* into, long long bytes) {
   char* place = static_cast<char*>(into);
   while (bytes > 0) {
-    // Linux gives at most 2 GB per call.
+    // Linux reads at most 2 GB per call.
     const ssize_t got = ::pread(file, place, static_cast<std::size_t>(std::min(bytes, 1LL << 30)), offset);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throw FileFault(offset, std::string("cannot be read: ") + std::strerror(errno));

@@ -9,15 +9,17 @@ namespace {
 
 constexpr std::size_t block = 16;
 
-// Copies whole blocks, up to one block past the end: the caller has seen that there is room.
+// Copies whole blocks, up to one block past the end. The caller has checked that there is room.
 inline void copy_blocks(std::uint8_t* to, const std::uint8_t* from, std::size_t length) {
   for (std::size_t k = 0; k < length; k += block) std::memcpy(to + k, from + k, block);
 }
 
-// A back reference may reach into the bytes that it writes: then the last `distance` bytes are repeated.
+// Copies `length` bytes from `distance` bytes back. A back reference may reach into the bytes that it writes; then the
+// last `distance` bytes are repeated.
 inline void repeat(std::uint8_t* to, std::size_t distance, std::size_t length, std::size_t room) {
   const std::uint8_t* const from = to - distance;
-  while (distance < block && length > distance) {  // the written part is a whole number of repetitions: twice as far each time
+  // The written part is a whole number of repetitions, so the distance can double each time.
+  while (distance < block && length > distance) {
     std::memcpy(to, from, distance);
     to += distance;
     length -= distance;
@@ -32,8 +34,9 @@ inline void repeat(std::uint8_t* to, std::size_t distance, std::size_t length, s
 
 }  // namespace
 
-// The format: a control byte below 32 is followed by that many bytes and one more, to be copied. Otherwise its upper three
-// bits are a length (7: one more byte is added to it) less two, and its lower five with the next byte a distance less one.
+// The format: a control byte c below 32 is followed by c + 1 bytes, which are copied. The upper three bits of any
+// other control byte are the length of a back reference less two (if they are 7, the next byte is added to the
+// length); its lower five bits, together with the byte after that, are the distance less one.
 void decompress_lzf(const std::uint8_t* in, std::size_t in_bytes, std::uint8_t* out, std::size_t out_bytes) {
   std::size_t read = 0, written = 0;
   const auto fail = [&](const char* problem) { throw FileFault(static_cast<long long>(read), problem); };

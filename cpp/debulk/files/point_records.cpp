@@ -12,7 +12,7 @@
 namespace debulk {
 namespace {
 
-constexpr long chunk_bytes = 1 << 18;  // with what it becomes, well inside a core's second cache
+constexpr long chunk_bytes = 1 << 18;  // together with the converted points, well inside a core's second-level cache
 
 template <class T, class Bits>
 T load(const std::uint8_t* from, bool swapped) {
@@ -40,7 +40,8 @@ void gather_floats(const std::uint8_t* from, long stride, long count, double fac
     for (long i = 0; i < count; ++i) to[3 * i] = static_cast<float>(load<float, std::uint32_t>(from + i * stride, false) * factor);
 }
 
-// Three floats in a row: one wide copy takes a point and four bytes more, which the next point then covers.
+// Copies points whose three floats are adjacent. One wide copy takes a point and four bytes more, which the next point
+// then overwrites.
 void copy_points(const std::uint8_t* from, long stride, long count, float* to) {
   for (long i = 0; i + 1 < count; ++i) std::memcpy(to + 3 * i, from + i * stride, 16);
   if (count > 0) std::memcpy(to + 3 * (count - 1), from + (count - 1) * stride, 12);

@@ -17,12 +17,12 @@ void PointSummary::merge(const PointSummary& other) {
 }
 
 PointSummary summarise(const float* xyz, long first, long count) {
-  constexpr int lanes = 24;  // eight points side by side: whole registers of 4 floats
+  constexpr int lanes = 24;  // eight points side by side, which fill whole registers of 4 floats
   float low[lanes], high[lanes];
   std::fill(low, low + lanes, PointSummary::infinity);
   std::fill(high, high + lanes, -PointSummary::infinity);
   const long values = 3 * count, whole = values - values % lanes;
-  // A comparison with NaN is false, and leaves what is there.
+  // A comparison with NaN is false and leaves the limit as it is.
   for (long i = 0; i < whole; i += lanes)
     for (int k = 0; k < lanes; ++k) {
       const float v = xyz[i + k];

@@ -5,22 +5,23 @@
 
 namespace debulk {
 
-// What a loader has to know of the points it read, to refuse those that cannot be a scan: gathered while they are still in
-// the cache. NaN is passed over. Neither the order of merging nor the chunks change it.
+// What a loader needs to know about the points that it has read, to refuse points that cannot be a scan. It is
+// gathered while the points are still in the cache. NaN is ignored. The result depends neither on the chunks nor on
+// the order in which they are merged.
 struct PointSummary {
   static constexpr float infinity = std::numeric_limits<float>::infinity();
 
   std::array<float, 3> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
-  long sampled = 0;    // points looked at for the next figure: every 16th
-  long at_origin = 0;  // of these, at exactly (0, 0, 0): what some scanners write where nothing was seen
+  long sampled = 0;    // number of points looked at for at_origin: every 16th
+  long at_origin = 0;  // number of these at exactly (0, 0, 0), which some scanners write where nothing was seen
 
   void merge(const PointSummary& other);
 };
 
-// Of points that are the `first` and following of a cloud.
+// Summarises `count` points of a cloud, of which the first is the cloud's point number `first`.
 PointSummary summarise(const float* xyz, long first, long count);
 
-// Multiplies by `factor` (in double precision; 1 leaves every bit alone) and summarises.
+// Multiplies the points by `factor` (in double precision; 1 leaves every bit alone) and summarises them.
 PointSummary scale_and_summarise(float* xyz, long count, double factor, int threads = 0);
 
 }  // namespace debulk

@@ -22,7 +22,7 @@ bool starts_comment(const char* at, const char* end) {
   return at < end && (*at == '#' || (*at == '/' && at + 1 < end && at[1] == '/'));
 }
 
-// The end of the line that starts at `from`: its newline, or the end of the text.
+// The end of the line that starts at `from`, which is its newline or the end of the text.
 const char* line_end(const char* from, const char* end) {
   const void* found = std::memchr(from, '\n', static_cast<std::size_t>(end - from));
   return found ? static_cast<const char*>(found) : end;
@@ -67,9 +67,10 @@ TextPoints::TextPoints(int file, long long begin, long long end, long first_line
   }
 }
 
-// The lines that start in the block of text whose first byte is `first` after begin_, to the last one's end.
+// The lines that start in the block whose first byte is `first` bytes after begin_. The last line is complete, even if
+// it goes on in the next block.
 TextPoints::Text TextPoints::block_text(long long first) const {
-  // One byte before the block tells whether a line starts with it.
+  // The byte before the block shows whether a line starts with the block.
   const long long before = first > 0 ? 1 : 0, from = begin_ + first - before;
   const long long own_end = std::min(end_, begin_ + first + block_bytes_);
   Text text;

@@ -8,38 +8,39 @@
 
 namespace debulk {
 
-// Lines of numbers, three of which are x, y, z.
+// The layout of lines of numbers, three of which are x, y and z.
 struct TextLayout {
-  int columns = 3;                  // of every line
+  int columns = 3;                  // number of columns in every line
   std::array<int, 3> xyz{0, 1, 2};  // the columns of x, y, z
-  char separator = ' ';             // ' ': blanks and tabs; else this character, blanks round it
-  bool comments = false;            // # or // starts one, which goes to the end of the line
+  char separator = ' ';             // ' ' stands for blanks and tabs; any other character may have blanks round it
+  bool comments = false;            // whether # or // starts a comment, which goes to the end of the line
 
   void check() const;
 };
 
-// The points in a part of a text file: counted when made, so that the caller can provide the memory, then read. Empty
-// lines are passed over. Every number has a decimal point; the language of the system does not matter. The file is read
-// in blocks, each by one thread; the result, and the line that a FileFault names, do not depend on their number.
+// The points in a part of a text file. The constructor counts them, so that the caller can provide the memory; read()
+// then reads them. Empty lines are ignored. The decimal sign of every number is a point, whatever the language of the
+// system. The file is read in blocks, each by one thread; neither the result nor the line that a FileFault names
+// depends on the number of threads.
 class TextPoints {
  public:
-  // Bytes [begin, end) of the file, the first of which stands in line `first_line` (counted from 1).
+  // Bytes [begin, end) of the file are read. The first of them stands in line `first_line` (counted from 1).
   TextPoints(int file, long long begin, long long end, long first_line, const TextLayout& layout, int threads = 0,
              long long block_bytes = 1 << 20);
 
   long rows() const { return rows_; }
 
-  // The first `rows` lines of numbers, times `factor`, into out (3 floats per point).
+  // Reads the first `rows` lines of numbers, times `factor`, into `out` (3 floats per point).
   PointSummary read(long rows, double factor, float* out) const;
 
  private:
   struct Block {
-    long lines = 0, rows = 0;  // that start in it; when all are counted, before it
+    long lines = 0, rows = 0;  // number that start in the block; once all blocks are counted, number before the block
   };
   struct Text {
     std::vector<char> bytes;
-    long long offset = 0;    // in the file, of the first
-    std::string_view lines;  // whole lines: those that start in the block
+    long long offset = 0;    // position of the first byte in the file
+    std::string_view lines;  // the whole lines that start in the block
   };
 
   Text block_text(long long first) const;

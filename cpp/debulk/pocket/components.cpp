@@ -5,7 +5,7 @@
 namespace debulk {
 namespace {
 
-// Sorts runs by label (1 ..), keeping their order otherwise.
+// Sorts runs by label (1 ..) and otherwise keeps their order.
 template <class Label>
 void sort_by_label(const std::vector<Run>& runs, std::size_t count, const Label& label, Components& out) {
   out.runs.resize(runs.size());

@@ -6,7 +6,7 @@
 
 namespace debulk {
 
-// Every mark (a bit of a value) within `reach` points along x and y, of the points themselves.
+// Gives each point every mark (a bit of a value) of the points within `reach` points along x and y, and keeps its own.
 Grid<std::uint8_t> dilate(const Grid<std::uint8_t>& marks, int reach);
 
 }  // namespace debulk

@@ -9,15 +9,15 @@
 namespace debulk {
 namespace {
 
-constexpr std::size_t kBetweenChecks = 16384;  // points, a fraction of a millisecond
+constexpr std::size_t kBetweenChecks = 16384;  // points, which take a fraction of a millisecond
 
-// Breadth first from the known heights round a component inwards.
+// Breadth-first search from the known heights round a component inwards.
 class Flood {
  public:
   Flood(const Grid<float>& heights, const std::vector<std::size_t>& component, const Stop& stop)
       : heights_(heights), component_(component), index_(component, heights.nx), reached_(component.size(), 0), stop_(stop) {}
 
-  // The first step: from known heights. Returns whether one of these is at least `rim`.
+  // The first step, from the known heights. Returns whether one of these is at least `rim`.
   bool enter(double rim) {
     bool high = false;
     for (std::size_t n = 0; n < component_.size(); ++n) {
@@ -33,7 +33,7 @@ class Flood {
     return high;
   }
 
-  // Whether so many steps in all reach every point.
+  // Whether every point is reached in so many steps, including the first.
   bool all_within(long steps) {
     std::vector<std::size_t> next;
     for (long step = 2; left_ > 0 && !front_.empty() && step <= steps; ++step) {

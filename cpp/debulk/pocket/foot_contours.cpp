@@ -32,13 +32,14 @@ void check(const Stop& stop) {
   if (stop.now()) throw Stopped("the search for feet was stopped");
 }
 
-// A point to flood on from, with the lowest height on its way.
+// A point from which the flood goes on, with the lowest height on the way to it.
 struct Front {
   float level;
   int i, j;
 };
 
-// The fronts of the flood, highest first, to 1/256 mm, and among equals in the order in which they were added. Levels only fall in a flood.
+// The fronts of the flood, highest first, to 1/256 mm. Equal ones come in the order in which they were added. In a
+// flood levels only fall.
 class Fronts {
  public:
   Fronts(double low, double high)
@@ -66,7 +67,8 @@ class Fronts {
  private:
   static constexpr double kPerMm = 256;
   static constexpr int kNone = -1;
-  // All bins' fronts lie in one array, each bin's in a chain: thousands of bins with memory of their own cost more than the flood.
+  // The fronts of all bins lie in one array, linked bin by bin, because thousands of bins with memory of their own
+  // cost more than the flood.
   struct Link {
     Front front;
     int next;
@@ -80,7 +82,8 @@ class Fronts {
   std::size_t at_;  // no front is in a higher bin
 };
 
-// Where smoothing can matter: blocks of the grid whose mean stands up, or that a pocket reaches, and two blocks round them.
+// Where smoothing can matter: blocks of the grid whose mean is above `level` or that a pocket reaches, and two blocks
+// round them.
 Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, double window_mm) {
   const Grid<float>& heights = segmentation.heights;
   const int block = std::max(4, static_cast<int>(std::ceil(window_mm / (2 * heights.spacing))));
@@ -92,7 +95,7 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
     const std::int32_t* label = &segmentation.labels.at(0, j);
     double* sum = &sums.at(0, j / block);
     int *count = &counts.at(0, j / block), *has = &labelled.at(0, j / block);
-    // Blocks side by side: the terms of one block's sum wait for each other.
+    // Blocks side by side are done in turn, because the terms of one block's sum wait for each other.
     for (int k = 0; k < block; ++k)
       for (int bi = 0, i = k; i < heights.nx; ++bi, i += block) {
         const bool known = h[i] == h[i];
@@ -115,17 +118,18 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
   return where;
 }
 
-// out[i]: whether a row and both beside it are labelled there.
+// out[i]: whether a row and the rows above and below it are all labelled at i.
 void all_labelled(const std::int32_t* __restrict above, const std::int32_t* __restrict row, const std::int32_t* __restrict below, int count,
                   std::uint8_t* __restrict out) {
   for (int i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>((above[i] != 0) & (row[i] != 0) & (below[i] != 0));
 }
 
-// Points of a label at known heights that have a neighbour without one, row by row: where a flood begins.
+// Labelled points with known heights that have a neighbour without a label, row by row. A flood begins at them.
 std::vector<Front> rim_of(const Grid<std::int32_t>& labels, const Grid<float>& heights) {
   const int nx = labels.nx, ny = labels.ny;
   std::vector<Front> rim;
-  // Whether column i - 1 is labelled in a row and both beside it, where these exist; nothing beyond the grid is without a label.
+  // Entry i: whether column i - 1 is labelled in a row and in the rows above and below it. Beyond the grid everything
+  // counts as labelled.
   std::vector<std::uint8_t> column(static_cast<std::size_t>(nx) + 2, 1);
   for (int j = 0; j < ny; ++j) {
     const std::int32_t *row = &labels.at(0, j), *above = j > 0 ? row - nx : row, *below = j + 1 < ny ? row + nx : row;
@@ -141,10 +145,11 @@ std::vector<Front> rim_of(const Grid<std::int32_t>& labels, const Grid<float>& h
   return rim;
 }
 
-// `labels` holds the seeds, which stay. Every point above `level` that the flood reaches gets the label of the point it came from.
+// `labels` holds the seeds, which stay. Every point above `level` that the flood reaches gets the label of the point
+// from which it was reached.
 void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
   const int nx = labels.nx, ny = labels.ny;
-  long offsets[8];  // in a grid's values, of a point's neighbours
+  long offsets[8];  // of a point's neighbours, in a grid's values
   for (int k = 0; k < 8; ++k) offsets[k] = static_cast<long>(kDj[k]) * nx + kDi[k];
   const auto for_neighbours = [&](int i, int j, const auto& body) {
     const bool interior = i > 0 && j > 0 && i + 1 < nx && j + 1 < ny;
@@ -163,7 +168,7 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
     const float* height = &heights.at(front.i, front.j);
     for_neighbours(front.i, front.j, [&](int k) {
       const float h = height[offsets[k]];
-      if (label[offsets[k]] != 0 || !(h > level) || h > front.level + rise) return;  // unknown heights end the flood too
+      if (label[offsets[k]] != 0 || !(h > level) || h > front.level + rise) return;  // unknown heights end a flood, too
       label[offsets[k]] = *label;
       fronts.push({std::min(front.level, h), front.i + kDi[k], front.j + kDj[k]});
     });
@@ -186,9 +191,9 @@ std::vector<Run> labelled_runs(const Grid<std::int32_t>& labels) {
   return runs;
 }
 
-// Where feet meet, the ply does not come down to the mold between them: they become one, labelled by the smallest of their pockets'
-// ids. What stands up without being a pocket joins a pocket's foot too, or goes. `runs` are of what is labelled, then of the feet.
-// Returns each pocket's label.
+// Where feet meet, the ply does not come down to the mold between them. They become one foot, labelled by the smallest
+// of their pockets' ids. Points that stand up without being a pocket join a pocket's foot, too, or lose their label.
+// `runs` are the runs of all labelled points before, and those of the feet afterwards. Returns each pocket's label.
 std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, std::vector<Run>& runs, int count) {
   std::vector<std::int32_t> label_of(static_cast<std::size_t>(count));
   RunJoining joining;

@@ -7,7 +7,7 @@
 namespace debulk {
 namespace {
 
-constexpr std::size_t kSamples = 100000;  // more do not tell more
+constexpr std::size_t kSamples = 100000;  // more hardly improve the estimate
 
 }  // namespace
 
@@ -30,7 +30,7 @@ double height_noise(const std::vector<GridPart>& parts) {
   if (sizes.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = sizes.begin() + static_cast<long>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle / 0.674490 / 6;  // median of |normal|; the root of the sum of squared weights
+  return *middle / 0.674490 / 6;  // median of |normal|; root of the sum of squared weights
 }
 
 }  // namespace debulk

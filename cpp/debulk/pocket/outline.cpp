@@ -10,14 +10,14 @@
 namespace debulk {
 namespace {
 
-// Corners of a cell, counter-clockwise; side k runs from corner k to corner k + 1.
+// Corners of a cell, counter-clockwise. Side k runs from corner k to corner k + 1.
 constexpr int kDi[4] = {0, 1, 1, 0};
 constexpr int kDj[4] = {0, 0, 1, 1};
 
-// A piece of border through one cell, from one grid line to another, the component on its left.
+// A piece of border through one cell, from one grid line to another, with the component on its left.
 struct Segment {
   long from, to;          // numbers of the grid lines
-  Eigen::Vector2d point;  // where it crosses `from`
+  Eigen::Vector2d point;  // where the border crosses `from`
 };
 
 struct Vertex {
@@ -25,7 +25,7 @@ struct Vertex {
   double height;
 };
 
-// Traces one component after the other.
+// Traces one component after another.
 class Tracer {
  public:
   Tracer(const Grid<std::int32_t>& labels, const Grid<float>& heights, double level, const PlyMask& ply)
@@ -50,7 +50,7 @@ class Tracer {
   }
 
  private:
-  // The cells between the rows j and j + 1, with the runs [above, below) and [below, behind).
+  // Does the cells between the rows j and j + 1, which have the runs [above, below) and [below, behind).
   void cells(int j, const Run* above, const Run* below, const Run* behind) {
     const Run* const last_above = below;
     int i = std::numeric_limits<int>::max(), last = -2;
@@ -76,12 +76,13 @@ class Tracer {
 
   bool ours(int i, int j) const { return labels_.contains(i, j) && labels_.at(i, j) == id_; }
 
-  // Going round the cell, every exit from the component joins the next entry: diagonal corners are connected.
+  // Going round the cell, every exit from the component is joined to the next entry, so diagonal corners are
+  // connected.
   void cut(int i, int j) {
     std::array<bool, 4> in;
     for (std::size_t k = 0; k < 4; ++k) in[k] = ours(i + kDi[k], j + kDj[k]);
-    std::array<Vertex, 8> part;  // of the cell that belongs to the component
-    std::array<long, 8> line{};  // grid line of a crossing, -1 at a corner
+    std::array<Vertex, 8> part;  // the part of the cell that belongs to the component
+    std::array<long, 8> line{};  // grid line of a crossing; -1 at a corner
     std::size_t n = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const std::size_t next = (k + 1) % 4;
@@ -100,7 +101,7 @@ class Tracer {
       if (line[k] >= 0 && line[next] >= 0)
         segments_.push_back({line[k], line[next], labels_.position(part[k].point.x(), part[k].point.y())});
     }
-    for (std::size_t k = 1; k + 1 < n; ++k) {  // a fan of triangles, the height linear on each
+    for (std::size_t k = 1; k + 1 < n; ++k) {  // a fan of triangles, with the height linear on each
       const Eigen::Vector2d a = part[k].point - part[0].point, b = part[k + 1].point - part[0].point;
       out_.volume += (a.x() * b.y() - a.y() * b.x()) / 6 * (part[0].height + part[k].height + part[k + 1].height);
     }
@@ -126,13 +127,13 @@ class Tracer {
       t = (a - level_) / (a - b);
       height = level_;
     }
-    t = std::clamp(t, 1e-6, 1 - 1e-6);  // no two corners at the same place
+    t = std::clamp(t, 1e-6, 1 - 1e-6);  // so that no two corners are at the same place
     return {{i + t * di, j + t * dj}, height};
   }
 
   long line_number(int i, int j, bool upright) const { return 2 * ((j + 1L) * (labels_.nx + 2L) + i + 1) + (upright ? 1 : 0); }
 
-  // Chains the segments to loops and keeps the outer one, which has the largest area.
+  // Chains the segments into loops and keeps the outer one, which has the largest area.
   void stitch() {
     const auto by_line = [](const Segment& a, const Segment& b) { return a.from < b.from; };
     std::sort(segments_.begin(), segments_.end(), by_line);

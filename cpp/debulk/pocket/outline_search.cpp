@@ -67,7 +67,7 @@ Eigen::Vector2d OutlineSearch::nearest_point(const Eigen::Vector2d& point) const
 }
 
 bool OutlineSearch::within(const Eigen::Vector2d& point, double reach) const {
-  // What is farther than that need not be known: nearest() then stops at this, whose root is above the reach.
+  // Distances above the reach need not be known: nearest() then returns this bound, whose root is above the reach.
   const double farther = reach * reach * (1 + 1e-9) + std::numeric_limits<double>::min();
   return !empty() && std::sqrt(nearest(point, {farther, point}).squared) <= reach;
 }
@@ -76,13 +76,14 @@ double OutlineSearch::way_out(const Eigen::Vector2d& from, const Eigen::Vector2d
   if (!inside(from)) return 0.0;
   double way = std::numeric_limits<double>::infinity();
   for (std::size_t g = 0; g < boxes_.size(); ++g) {
-    // A box clear of the line, by more than rounding, has no side across it.
+    // A box that is clear of the line, by more than rounding, has no side that crosses it.
     const Eigen::Vector2d half = 0.5 * (boxes_[g].high - boxes_[g].low), middle = 0.5 * (boxes_[g].low + boxes_[g].high) - from;
     if (std::abs(cross(middle, direction)) > half.x() * std::abs(direction.y()) + half.y() * std::abs(direction.x()) + 1e-6) continue;
     for (std::size_t k = g * group; k < std::min((g + 1) * group, polygon_.size()); ++k) {
       const Eigen::Vector2d before = polygon_[k] - from, here = polygon_[k + 1 == polygon_.size() ? 0 : k + 1] - from;
       const double beside_before = cross(before, direction), beside = cross(here, direction);
-      if (beside * beside_before > 0 || beside == beside_before) continue;  // the side's ends lie on the same side of the way
+      // Skip a side whose ends lie on the same side of the line.
+      if (beside * beside_before > 0 || beside == beside_before) continue;
       const Eigen::Vector2d side = here - before;
       const double along = cross(before, side) / cross(direction, side);
       if (along >= 0) way = std::min(way, along);

@@ -7,8 +7,8 @@
 
 namespace debulk {
 
-// What polygon.hpp computes for a polygon and a point, to the last bit, for many points: sides in groups with boxes round them,
-// and only groups that can matter are looked at.
+// Computes what polygon.hpp computes for a polygon and a point, to the last bit, but faster for many points: the sides
+// are in groups with boxes round them, and only groups that can matter are looked at.
 class OutlineSearch {
  public:
   OutlineSearch() = default;
@@ -20,7 +20,8 @@ class OutlineSearch {
   double distance(const Eigen::Vector2d& point) const;            // infinite for an empty polygon
   bool within(const Eigen::Vector2d& point, double reach) const;  // distance(point) <= reach
   Eigen::Vector2d nearest_point(const Eigen::Vector2d& point) const;  // of a polygon that is not empty
-  // From a point inside straight on, in the direction of a unit vector, until the polygon is left; 0 from a point on it or outside.
+  // Distance from a point inside, straight on in the direction of a unit vector, to where the polygon is left; 0 from
+  // a point on it or outside.
   double way_out(const Eigen::Vector2d& from, const Eigen::Vector2d& direction) const;
 
  private:

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kSpreadPastEdge = 4.0;  // mm; half of what the heights are smoothed over by default
 
-// Steps along x and y.
+// A vector in grid steps along x and y.
 struct Offset {
   std::int16_t i = kNone, j = 0;
   static constexpr std::int16_t kNone = std::numeric_limits<std::int16_t>::max();
@@ -27,12 +27,13 @@ struct Offset {
   int squared() const { return i * i + j * j; }
 };
 
-// Columns [begin, end) of a row.
+// The columns [begin, end) of a row.
 struct Span {
   int begin, end;
 };
 
-// Of each row, the points that are not marked and that a mark may be within `reach` of: the others of the grid need no look.
+// For each row, the unmarked points that may have a mark within `reach`. The grid's other points need not be looked
+// at.
 std::vector<std::vector<Span>> unmarked_within(const Grid<std::uint8_t>& marked, int reach) {
   std::vector<Span> extent(static_cast<std::size_t>(marked.ny), {marked.nx, 0});  // of a row's marks
   for (int j = 0; j < marked.ny; ++j) {
@@ -60,8 +61,8 @@ std::vector<std::vector<Span>> unmarked_within(const Grid<std::uint8_t>& marked,
   return out;
 }
 
-// From every point to (nearly) the nearest marked one, as far as `reach` points: vectors handed on from neighbour to
-// neighbour, down and up.
+// The vector from every point to (nearly) the nearest marked one, up to `reach` points away. Vectors are handed on
+// from neighbour to neighbour, downwards and upwards.
 Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked, const std::vector<std::vector<Span>>& unmarked, int reach) {
   auto nearest = marked.like<Offset>();
   std::transform(marked.values.begin(), marked.values.end(), nearest.values.begin(),
@@ -89,7 +90,7 @@ Grid<Offset> nearest_marked(const Grid<std::uint8_t>& marked, const std::vector<
   return nearest;
 }
 
-// 1 at 0, 0 from 1 on, level at both ends.
+// Falls from 1 at u = 0 to 0 at u = 1 and beyond, with a slope of 0 at both ends.
 double fade(double u) {
   return u >= 1 ? 0.0 : (1 - u) * (1 - u) * (1 + 2 * u);
 }
@@ -99,13 +100,13 @@ struct PatchWindow {
   int i0, j0, nx, ny;
   const Segmentation& segmentation;
   const FootMap& feet;
-  PlyMask ply;  // on the patch's points, beyond the map too; everywhere for a pocket that does not touch the ply's edge
+  PlyMask ply;  // on the patch's points, beyond the map too; everywhere if the pocket does not touch the ply's edge
 
   bool known(int i, int j) const {
     return feet.heights.contains(i + i0, j + j0) && !std::isnan(feet.heights.at(i + i0, j + j0)) && segmentation.ply.on_ply(i + i0, j + j0);
   }
   bool off_ply(int i, int j) const { return !ply.on_ply(i, j); }
-  // Whether the ply's edge runs beside the point, which may have seen the mold, too.
+  // Whether the ply's edge runs beside the point, so that its height may be partly the mold's.
   bool at_edge(int i, int j) const {
     const bool amid = !ply.known() || i == 0 || j == 0 || i == nx - 1 || j == ny - 1;
     return !amid && (off_ply(i - 1, j) || off_ply(i + 1, j) || off_ply(i, j - 1) || off_ply(i, j + 1));
@@ -113,9 +114,9 @@ struct PatchWindow {
   double height(int i, int j) const { return feet.heights.at(i + i0, j + j0); }
 };
 
-// Past the ply's edge each point has the height of one point of the edge. Where the fits of these heights are one-sided they scatter, and
-// the streaks would turn a fibre's path that runs along the edge. So the heights at `places` relax towards the mean of their neighbours,
-// in Gauss-Seidel sweeps: as many as spread a point's height over about the length `spread`.
+// Each point past the ply's edge takes the height of one point near the edge. These heights scatter, because their fits are one-sided,
+// and the streaks that this leaves would bend a fibre's path that runs along the edge. So the heights at `places` relax towards the mean
+// of their neighbours, in as many Gauss-Seidel sweeps as spread a point's height over about the length `spread`.
 void relax(const std::vector<std::size_t>& places, double spread, Grid<double>& heights) {
   const auto across = static_cast<std::size_t>(heights.nx);
   double* z = heights.values.data();
@@ -129,9 +130,9 @@ void relax(const std::vector<std::size_t>& places, double spread, Grid<double>& 
   }
 }
 
-// Adds max(ply - t, F) - F to the surface within, and its way down to 0 outside.
+// Adds max(ply - t, F) - F to the surface within the pocket's region, and its fade to 0 outside.
 void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within, const PatchOptions& options, Grid<double>& surface) {
-  // Points within and, as far as what stands up there reaches, round them.
+  // The points within the region, and those round it as far as its height reaches.
   const double t = window.feet.options.thickness_mm, spacing = within.spacing;
   const double off_ply_mm = std::max(options.margin_mm, options.fade_mm);
   const int reach = static_cast<int>(std::ceil((window.ply.known() ? off_ply_mm : options.fade_mm) / spacing));
@@ -155,7 +156,7 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
     std::uint8_t* mark = &marked.at(0, j - bottom);
     double* to = &above.at(0, j - bottom);
     for (int i = left; i <= right; ++i) {
-      if (!in[i]) continue;  // as all that does not lie on the map
+      if (!in[i]) continue;  // points off the map are not within, either
       const bool known = !std::isnan(height[i + window.i0]) && (!on_ply || on_ply[i + window.i0]);
       mark[i - left] = known && !window.at_edge(i, j);
       all_known = all_known && known;
@@ -189,7 +190,7 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
     for (int i = left; i <= right; ++i) surface.at(i, j) += above.at(i - left, j - bottom);
 }
 
-// Of a pocket, what the mode of the patch says of it.
+// The properties of a pocket that depend on the patch's mode.
 struct Chosen {
   const Polygon& outline;
   double area;
@@ -219,7 +220,8 @@ PatchWindow window_round(const Polygon& outline, double margin_mm, const Segment
   return {i0, j0, nx, ny, segmentation, feet, {}};
 }
 
-// The pocket's own points in the window, and what stands up there and round it above F, added to a surface on its points.
+// Adds the height of the pocket above F, and of its surroundings, to a surface in the window. Returns the pocket's own
+// points.
 Grid<std::uint8_t> add_excess(PatchWindow& window, int id, bool at_ply_edge, const PatchOptions& options, Grid<double>& surface) {
   const bool paper = options.mode == PatchMode::paper;
   auto within = surface.like<std::uint8_t>();

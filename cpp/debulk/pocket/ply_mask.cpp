@@ -6,14 +6,15 @@
 namespace debulk {
 namespace {
 
-// For each line v = 0, 1, .. count - 1: the sorted u at which the polygon's sides cross it. The half-open rule (a side
-// owns its lower end only) makes every list even, also where a corner lies on a line.
+// For each line v = 0, 1, .. count - 1, the sorted u at which the polygon's sides cross it. By the half-open rule (a
+// side owns only its lower end) every list has an even length, even if a corner lies on a line.
 std::vector<std::vector<double>> crossings(const Polygon& polygon, int u, int v, int count) {
   std::vector<std::vector<double>> lines(static_cast<std::size_t>(count));
   for (std::size_t k = 0; k < polygon.size(); ++k) {
     Eigen::Vector2d a = polygon[k], b = polygon[k + 1 == polygon.size() ? 0 : k + 1];
     if (a[v] > b[v]) std::swap(a, b);
-    // Cut to the lines before it becomes an int: a corner may lie farther off than an int holds.
+    // The value is limited to the lines before it becomes an int, because a corner may lie farther off than an int can
+    // hold.
     const int first = static_cast<int>(std::ceil(std::clamp(a[v], 0.0, static_cast<double>(count))));
     const int end = static_cast<int>(std::ceil(std::clamp(b[v], 0.0, static_cast<double>(count))));
     for (int line = first; line < end; ++line)
@@ -48,7 +49,8 @@ double PlyMask::crossing(int i, int j, int di, int dj) const {
   double nearest = 2;
   for (const double u : line)
     if (u >= std::min(from, to) && u <= std::max(from, to)) nearest = std::min(nearest, std::abs(u - from));
-  // Rows decide what is on the ply; where a column's crossing differs from that by rounding it lies at an end.
+  // Rows decide which points are on the ply. If a column has no crossing between the two points because of rounding,
+  // its crossing lies at one of them, and the middle is taken.
   return nearest <= 1 ? nearest : 0.5;
 }
 

@@ -8,8 +8,8 @@
 
 namespace debulk {
 
-// Which points of a grid lie on the ply, and where the ply's outline crosses the lines between neighbouring points: what
-// keeps an outline's area exact below the grid spacing at the ply's edge, where no height is known.
+// Which points of a grid lie on the ply, and where the ply's outline crosses the lines between neighbouring points.
+// The crossings keep an outline's area exact below the grid spacing at the ply's edge, where no height is known.
 class PlyMask {
  public:
   PlyMask() = default;  // outline unknown: every point counts as on the ply
@@ -21,14 +21,14 @@ class PlyMask {
   bool known() const { return !on_ply_.empty(); }
   bool on_ply(int i, int j) const { return on_ply_.empty() || on_ply_[static_cast<std::size_t>(j) * nx_ + i] != 0; }
   const std::uint8_t* row(int j) const { return on_ply_.empty() ? nullptr : &on_ply_[static_cast<std::size_t>(j) * nx_]; }
-  // From a point (i, j) on the ply to its 4-neighbour (i + di, j + dj) off it: the fraction of the way at which the outline
-  // is crossed first.
+  // The fraction of the way from a point (i, j) on the ply to its 4-neighbour (i + di, j + dj) off it at which the
+  // outline is crossed first.
   double crossing(int i, int j, int di, int dj) const;
 
  private:
   int nx_ = 0;
   std::vector<std::uint8_t> on_ply_;
-  // Sorted places, in grid units, where the outline crosses each row and each column.
+  // The places, in grid units and sorted, where the outline crosses each row and each column.
   std::vector<std::vector<double>> rows_, columns_;
 };
 

@@ -10,8 +10,8 @@
 namespace debulk {
 namespace {
 
-// body(a, b) for every side, the closing one last. Sums are taken relative to the first corner: far from the origin
-// the products would cancel.
+// Calls body(a, b) for every side, the closing one last. Sums are taken relative to the first corner, because far from
+// the origin the products would cancel.
 template <class Body>
 void for_sides(const Polygon& polygon, const Body& body) {
   for (std::size_t k = 0; k < polygon.size(); ++k) body(polygon[k], polygon[k + 1 == polygon.size() ? 0 : k + 1]);
@@ -22,7 +22,7 @@ struct Nearest {
   double squared = std::numeric_limits<double>::infinity();
 };
 
-// Of an outline's points, to a point.
+// The point of an outline that is nearest to a point.
 Nearest nearest(const Polygon& polygon, const Eigen::Vector2d& point) {
   Nearest best;
   for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -94,7 +94,7 @@ Box bounding_box(const Polygon& polygon) {
 }
 
 Eigen::Vector2d deepest_point(const Polygon& polygon) {
-  constexpr int kAcross = 24, kFinerTimes = 4;  // a grid over the box, then finer ones round the best of its points
+  constexpr int kAcross = 24, kFinerTimes = 4;  // a grid over the box, then finer ones round its best point
   const Box box = bounding_box(polygon);
   Eigen::Vector2d best = polygon_centroid(polygon), size = box.high - box.low;
   double depth = inside(polygon, best) ? distance_to_outline(polygon, best) : 0;

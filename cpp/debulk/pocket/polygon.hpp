@@ -9,24 +9,25 @@ namespace debulk {
 // Corners in the XY plane, in order, in mm; closed implicitly: the first corner is not repeated at the end.
 using Polygon = std::vector<Eigen::Vector2d>;
 
-// Signed: positive when the corners run counter-clockwise. 0 below three corners.
+// Signed area, mm2: positive if the corners run counter-clockwise; 0 for fewer than three corners.
 double polygon_area(const Polygon& polygon);
 
-// Of the area; the mean of the corners when the area is 0.
+// Centroid of the area; the mean of the corners if the area is 0.
 Eigen::Vector2d polygon_centroid(const Polygon& polygon);
 
 double polygon_perimeter(const Polygon& polygon);
 
-// Even-odd rule. A point exactly on the outline may be told either.
+// Even-odd rule. A point exactly on the outline may count as inside or outside.
 bool inside(const Polygon& polygon, const Eigen::Vector2d& point);
 
-// The point of the outline that is nearest; infinitely far for an empty polygon.
+// The point of the outline that is nearest; infinitely far away for an empty polygon.
 Eigen::Vector2d nearest_on_outline(const Polygon& polygon, const Eigen::Vector2d& point);
 
-// To the nearest point of the outline, inside and outside alike; infinite for an empty polygon.
+// Distance to the nearest point of the outline, from inside and outside alike; infinite for an empty polygon.
 double distance_to_outline(const Polygon& polygon, const Eigen::Vector2d& point);
 
-// The point inside that is farthest from the outline, to about a thousandth of the outline's size; the polygon has an area.
+// The point inside that is farthest from the outline, to about a thousandth of the outline's size. The polygon must
+// have an area.
 Eigen::Vector2d deepest_point(const Polygon& polygon);
 
 struct Box {
@@ -34,11 +35,12 @@ struct Box {
 };
 Box bounding_box(const Polygon& polygon);
 
-// Corners rounded to 2^-20 mm (about 1e-6), so that a window of a grid gives the same outline as the whole, to the last bit.
+// Rounds the corners to 2^-20 mm (about 1e-6), so that a window of a grid gives the same outline as the whole, to the
+// last bit.
 Polygon rounded(Polygon polygon);
 
-// Throws InputError unless it has at least three corners, all finite, and an area other than 0. A last corner that
-// repeats the first is dropped. Returned counter-clockwise.
+// Throws InputError unless the polygon has at least three corners, all finite, and an area other than 0. A last corner
+// that repeats the first is dropped. The polygon is returned counter-clockwise.
 Polygon checked_polygon(Polygon polygon, const char* argument);
 
 }  // namespace debulk

@@ -30,9 +30,9 @@ void SegmentOptions::check() const {
 
 namespace {
 
-constexpr double kSpeckShare = 0.05;  // of AreaTol
+constexpr double kSpeckShare = 0.05;  // of area_tol_mm2
 
-// A weak pull to level, for the directions in which a bridge at the edge of the data is free to tilt.
+// A weak pull towards level, for the directions in which a bridge at the edge of the data is free to tilt.
 constexpr double kLevelling = 1e-4;
 
 template <class T>
@@ -61,7 +61,7 @@ bool reaches_border(const Components& components, std::size_t component, const G
                      [&](const Run& run) { return run.row == 0 || run.row == heights.ny - 1 || run.begin == 0 || run.end == heights.nx; });
 }
 
-// What both hold.
+// The points that both sets of runs hold.
 void intersect(const std::vector<Run>& a, const std::vector<Run>& b, std::vector<Run>& out) {
   out.clear();
   for (auto p = a.begin(), q = b.begin(); p != a.end() && q != b.end();) {
@@ -111,8 +111,8 @@ Pocket measure(const Components& components, std::size_t component, Outline&& ou
   return p;
 }
 
-// The pocket's figures on a smooth surface. The window follows the pocket's width, area over perimeter, so that a narrow
-// one is not smoothed away.
+// Measures the pocket on a smooth surface. The window follows the pocket's width (area over perimeter), so that a
+// narrow pocket is not smoothed away.
 void measure_smoothly(const Components& components, std::size_t component, const std::vector<std::uint8_t>& pocket, const Segmentation& s,
                       const Grid<float>* before_median, Pocket& p) {
   const SegmentOptions& o = s.options;
@@ -152,7 +152,8 @@ void Segmenter::prepare(const Grid<float>& given, const SegmentOptions& options)
   out_.pockets.clear(), out_.dropped.clear(), out_.bridged.clear(), out_.specks = 0;
 }
 
-// Heights, what is unknown, what stands above the cut; labels emptied. `given` may be the result itself.
+// Takes over the heights, finds what is unknown and what is above the cut, and clears the labels. `given` may be the
+// result itself.
 void Segmenter::scan(const Grid<float>& given, int threads, const Stop& stop) {
   unknown_.clear(given.ny), high_.clear(given.ny);
   const Isa isa = best_isa();
@@ -168,8 +169,8 @@ void Segmenter::scan(const Grid<float>& given, int threads, const Stop& stop) {
   });
 }
 
-// Bridges unknown components, all or those that the rule for drop-outs allows. None leans on another's bridge, so that their
-// order does not matter.
+// Bridges unknown components: all of them, or those that the rule for drop-outs allows. No bridge depends on another,
+// so their order does not matter. Returns whether any was bridged.
 bool Segmenter::bridge_components(const Components& components, bool all_of_them, int threads, const Stop& stop) {
   const auto count = static_cast<std::size_t>(components.count());
   bridged_.assign(count, {});
@@ -205,7 +206,7 @@ const std::vector<Run>& Segmenter::foreground(int threads, const Stop& stop) {
   if (std::none_of(filling_.holes().begin(), filling_.holes().end(), has_unknown)) return filled;
   intersect(filling_.holes(), unknown_.join(), within_);  // surrounded by a pocket, and too large to be bridged before
   bridge_components(unknown_components_.run(within_), true, threads, stop);
-  // What no bridge reaches is not of the image.
+  // Points that no bridge reaches do not belong to the image.
   known_.clear();
   for (const Run& run : filled) {
     RunWriter known(known_, run.row);

@@ -13,16 +13,16 @@
 
 namespace debulk {
 
-// Defaults: the paper's table of segmentation settings.
+// The defaults are those of the paper's table of segmentation settings.
 struct SegmentOptions {
-  double cut_height_mm = 2.0;   // a pocket is where ply minus reference is at least this
-  double area_tol_mm2 = 200.0;  // least area inside the outline
-  double peak_tol_mm = 1.25;    // least peak above the cut (above the reference it could not drop anything)
-  double edge_tol_mm = 0.0;     // an outline this near to the ply's touches the ply's edge; 0: two grid spacings
-  double bridge_mm = 12.0;      // unknown components up to this thickness are bridged; 0: none
-  double smooth_mm = 0.0;       // pockets are measured on a surface smoothed over this (smooth_outline.hpp); 0: on the heights as given
-  double blur_mm2 = 0.0;        // variance along x and along y of what blurred the heights before: undone where they are smoothed
-  std::optional<Polygon> ply_outline;  // mold XY, mm; none: unknown
+  double cut_height_mm = 2.0;          // a pocket is where ply minus reference is at least this
+  double area_tol_mm2 = 200.0;         // least area inside the outline
+  double peak_tol_mm = 1.25;           // least peak above the cut (above the reference, it would reject nothing)
+  double edge_tol_mm = 0.0;            // an outline this near to the ply's touches the ply's edge; 0: two grid spacings
+  double bridge_mm = 12.0;             // components of unknown heights up to this thickness are bridged; 0: none
+  double smooth_mm = 0.0;              // window of the surface for measuring (smooth_outline.hpp); 0: heights as given
+  double blur_mm2 = 0.0;               // variance along x and y that has blurred the heights; undone by the smoothing
+  std::optional<Polygon> ply_outline;  // mold XY, mm; empty: unknown
   void check() const;
 };
 
@@ -37,24 +37,24 @@ struct Pocket {
   Box box;
   bool touches_ply_edge = false;
   bool touches_unknown = false;  // the outline runs along unknown heights or the border of the grid: area and volume are lower bounds
-  double measured_share = 0;     // of its grid points, those measured rather than filled
+  double measured_share = 0;     // share of its grid points that were measured rather than filled
 };
 
-// What stood above the cut and is no pocket.
+// A component above the cut that is no pocket.
 struct Dropped {
   enum class Reason : std::uint8_t { area, peak, area_and_peak };
   Reason reason = Reason::area;
   double area = 0;  // mm2
   double peak = 0;  // mm above the reference
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
-  bool touches_unknown = false;  // as of a pocket: area and peak are lower bounds
-  double measured_share = 0;     // as of a pocket
+  bool touches_unknown = false;  // as in Pocket: area and peak are lower bounds
+  double measured_share = 0;     // as in Pocket
 };
 
 struct Segmentation {
   std::vector<Pocket> pockets;   // largest first; ties by the first grid point, row by row
   std::vector<Dropped> dropped;  // largest first
-  int specks = 0;                // dropped, too, and not worth listing: below a twentieth of area_tol_mm2
+  int specks = 0;                // number dropped but not listed, because they are below a twentieth of area_tol_mm2
   Grid<std::int32_t> labels;     // 0: none, else the pocket's id
   Grid<float> heights;           // the input, unknown off the ply, bridged where that was allowed
   std::vector<Run> bridged;      // of these heights
@@ -62,29 +62,30 @@ struct Segmentation {
   PlyMask ply;
 };
 
-// Pockets from heights of the ply above the reference (mm, NaN = unknown). `measured`, if given, is nonzero where the
-// height was measured rather than filled.
+// Finds the pockets in heights of the ply above the reference (mm, NaN = unknown). `measured`, if given, is nonzero
+// where the height was measured rather than filled. Throws InputError and Stopped.
 //
-// Unknown heights: a component that does not reach the grid's border, has no point further than half bridge_mm from a known height (a strip
-// may be long: the scanner loses one along a raised edge of the ply) and has a height above a quarter of the cut at its rim (pockets' feet
-// count too) is bridged by the least-bent surface (thin_plate.hpp) before the cut, so the slopes at its rim tell whether it hides a saddle
-// between two pockets or the crest of one. A larger one counts as no pocket: outlines close along it, and it joins nothing, unless a pocket
-// surrounds it wholly; then it is filled like any other hole.
+// Unknown heights: a component of them is bridged before the cut, by the least-bent surface (thin_plate.hpp), if it
+// does not reach the grid's border, has no point further than half bridge_mm from a known height, and has a height
+// above a quarter of the cut at its rim (pockets' feet count too). It may be a long strip: the scanner loses one along
+// a raised edge of the ply. The slopes at the component's rim thus decide whether it hides a saddle between two
+// pockets or the crest of one. A larger component does not count as a pocket: outlines close along it, and it joins
+// nothing. But if a pocket surrounds it wholly, it is filled like any other hole.
 //
-// With smooth_mm, pockets are found so, and measured on a smooth surface; through the heights before a median, if they are
-// given (none, or no values: through `heights`).
+// With smooth_mm, pockets are found in the same way, but measured on a smooth surface. That surface is fitted to the
+// heights before a median, if these are given (and not empty), and otherwise to `heights`.
 Segmentation segment(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
                      const Grid<float>* before_median = nullptr, int threads = 0, const Stop& stop = Stop());
 
-// The same for one map after the other, in memory that is reused.
+// The same for one map after another, in memory that is reused.
 class Segmenter {
  public:
-  // The result stays valid until the next call. threads, 0: as many as the process may use. Throws Stopped soon after the
-  // stop is raised.
+  // The result stays valid until the next call. threads, 0: as many as the process may use. Throws Stopped soon after
+  // the stop is raised.
   const Segmentation& run(const Grid<float>& heights, const SegmentOptions& options, const Grid<std::uint8_t>* measured = nullptr,
                           const Grid<float>* before_median = nullptr, int threads = 0, const Stop& stop = Stop());
   Segmentation take() { return std::move(out_); }            // the last result; the next run allocates anew
-  void reuse(Segmentation&& old) { out_ = std::move(old); }  // for the next result's memory
+  void reuse(Segmentation&& old) { out_ = std::move(old); }  // provides memory for the next result
 
  private:
   void prepare(const Grid<float>& given, const SegmentOptions& options);

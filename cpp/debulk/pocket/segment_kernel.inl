@@ -1,6 +1,7 @@
-// The loop of segment.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loop of segment.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
-// One row: heights that are known and on the ply, else NaN; the runs where they are unknown, and where at least `cut`.
+// Does one row: keeps the heights that are known and on the ply and sets others to NaN. Writes the runs where heights
+// on the ply are unknown, and where heights are at least `cut`.
 void run(const float* given, const std::uint8_t* on_ply, int nx, float cut, float* heights, RunWriter& unknown, RunWriter& high) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   int i = 0;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr long kRowsPerChunk = 64;
 
-// Sums over the known points of one row's window: of x^a, and of x^a times the height.
+// Sums over the known points of one row's window, of x^a and of x^a times the height.
 struct RowMoments {
   std::array<double, 5> x;
   std::array<double, 3> xh;
@@ -27,24 +27,24 @@ struct RowMoments {
 
 using Powers = std::array<double, 8>;  // of a distance, the 0th to the 4th; the rest is 0
 
-// Sums over the known points of a window, of x^a y^b (xy[a][b], a + b <= 4) and of that times the height.
+// Sums over the known points of a window, of x^a y^b (xy[a][b], a + b <= 4) and of x^a y^b times the height.
 struct WindowMoments {
   double known, xy[5][8], xyh[3][8];
 };
 
-constexpr int kColumns = 32;  // that the kernel's loops over columns take at once
+constexpr int kColumns = 32;  // number of columns that the kernel's loops take at once
 
 #define DEBULK_KERNEL "debulk/pocket/smooth_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
-// The least-squares quadratic through the known points of a (2 half + 1)^2 window, from its rows' sums; distances in
-// half-widths.
+// The least-squares quadratic through the known points of a (2 half + 1)^2 window, from the sums of its rows.
+// Distances are in half-widths.
 class WindowFit {
  public:
   // blur: as in SmoothOptions, in squares of the half-width.
   WindowFit(int half, double blur) : half_(half), blur_(blur) {
-    // With the whole window known, odd terms drop out, and the value at the centre is sum (a + b (x^2 + y^2)) h, the weights' sum 1 and
-    // their second moments -blur.
+    // If the whole window is known, odd terms drop out, and the value at the centre is sum (a + b (x^2 + y^2)) h,
+    // where the sum of the weights is 1 and their second moments are -blur.
     const double n = 2.0 * half + 1;
     double x2 = 0, x4 = 0;
     for (int k = -half; k <= half; ++k) {
@@ -63,7 +63,7 @@ class WindowFit {
   double a() const { return a_; }
   double b() const { return b_; }
 
-  // Of the known points alone. rows: the moments of the 2 half + 1 rows, the first's first.
+  // The fit to the known points alone. rows: the moments of the 2 half + 1 rows, starting with the first.
   double at_centre(const RowMoments* const* rows) const {
     WindowMoments sums;
     DEBULK_ON(best_isa(), add_up(rows, power_of_.data(), 2 * half_ + 1, sums));
@@ -101,8 +101,8 @@ RowMoments row_moments(const Grid<float>& heights, int i, int j, int half, const
   return m;
 }
 
-// Windows in which some points are not known. What a row tells of one column's window serves all windows of that column:
-// kept for the rows that were asked for last.
+// Fits in windows in which some points are not known. The moments of one row in one column's window are the same for
+// all windows of that column, and are kept for the rows that were used last.
 class IncompleteWindows {
  public:
   IncompleteWindows(const Grid<float>& heights, const WindowFit& fit, int half)
@@ -111,7 +111,7 @@ class IncompleteWindows {
   double at_centre(int i, int j) {
     if (row_of_.empty()) {
       row_of_.assign(static_cast<std::size_t>(heights_.nx) * static_cast<std::size_t>(rows_), kNone);
-      moments_.reset(new RowMoments[row_of_.size()]);  // most are never asked for
+      moments_.reset(new RowMoments[row_of_.size()]);  // most are never used
       asked_.resize(static_cast<std::size_t>(rows_));
     }
     const std::size_t first = static_cast<std::size_t>(i) * asked_.size();
@@ -145,7 +145,8 @@ struct Span {
   int left, right;
 };
 
-// Columns in which anything is wanted in the rows first .. last; gaps narrower than a window are not worth leaving out.
+// Columns in which anything is wanted in the rows first .. last. Gaps narrower than a window are not worth leaving
+// out.
 std::vector<Span> wanted_spans(const Grid<float>& heights, const Grid<std::uint8_t>* where, int first, int last, int half) {
   if (!where) return {{0, heights.nx - 1}};
   std::vector<std::uint8_t> any(static_cast<std::size_t>(heights.nx), 0);
@@ -162,7 +163,7 @@ std::vector<Span> wanted_spans(const Grid<float>& heights, const Grid<std::uint8
   return spans;
 }
 
-// 1 where both masks, as far as they are given, say so.
+// 1 where both masks, if given, are not 0.
 void choose(const std::uint8_t* one, const std::uint8_t* other, std::vector<std::uint8_t>& out) {
   std::uint8_t* __restrict to = out.data();
   const std::size_t count = out.size();
@@ -171,7 +172,7 @@ void choose(const std::uint8_t* one, const std::uint8_t* other, std::vector<std:
     for (std::size_t k = 0; mask && k < count; ++k) to[k] = static_cast<std::uint8_t>(to[k] & (mask[k] != 0));
 }
 
-// Slides a window down the rows of a span: each row's sums are made once, and kept while a window needs them.
+// Slides a window down the rows of a span. The sums of each row are computed once, and kept while a window needs them.
 class SlidingFit {
  public:
   SlidingFit(const Grid<float>& heights, const WindowFit& fit, int half, Span span)
@@ -198,7 +199,8 @@ class SlidingFit {
     }
   }
 
-  // Moves on to row j, and makes the fit's values at the span's columns [first, end). Rows are asked for from the first on, one by one.
+  // Moves on to row j, and computes the fit's values at the span's columns [first, end). Rows must be taken one by
+  // one.
   void to_row(int j, int first, int end) {
     if (!begun_)
       for (int row = j - half_; row < j + half_; ++row) add(row);
@@ -238,7 +240,8 @@ class SlidingFit {
     }
   }
 
-  // A row's values, 0 where unknown. Returns whether all are known; else, how many before each are not.
+  // Reads a row's values, 0 where unknown. Returns whether all are known; if not, unknown_before_ counts the unknown
+  // ones before each.
   bool read(int j) {
     const int first = left_ - half_, begin = std::max(first, 0), end = std::min(first + static_cast<int>(values_.size()), heights_.nx);
     if (j < 0 || j >= heights_.ny) {
@@ -273,8 +276,8 @@ class SlidingFit {
   std::vector<double> squares_, factors_;
   std::vector<double> values_;
   std::vector<int> unknown_before_;
-  std::vector<double> s0_, s2_;  // of the last rows, each in its turn
-  std::vector<int> missing_;     // likewise, of the rows that lack something
+  std::vector<double> s0_, s2_;  // of the last rows, each in its slot
+  std::vector<int> missing_;     // the same, for rows that are not complete
   std::vector<std::uint8_t> lacks_;
   std::vector<double> value_;
   std::vector<int> total_;
@@ -338,7 +341,7 @@ Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const
 
 double smoothing_gain(double window_mm, double spacing_mm) {
   const int half = static_cast<int>(std::lround(window_mm / (2 * spacing_mm)));
-  // The weights are a row of a projection: the sum of their squares is the weight of the point itself.
+  // The weights are a row of a projection, so the sum of their squares is the weight of the point itself.
   return half < 1 ? 1.0 : std::sqrt(WindowFit(half, 0).a());
 }
 

@@ -1,9 +1,10 @@
-// The loops of smooth.cpp: included there once for each Isa (see core/simd_dispatch.inl). Sums stay in registers while they grow: read
-// from and written to memory for each term they took five times as long. Each is added up in the same order whatever the Isa.
+// The loops of smooth.cpp, which includes this file once per Isa (see core/simd_dispatch.inl). Sums stay in registers
+// while they grow: when they were read from and written to memory for each term, they took five times as long. Each
+// sum is added up in the same order whatever the Isa.
 
 typedef double Doubles __attribute__((vector_size(64)));
-constexpr int doubles = 8;                        // of a Doubles
-constexpr int vectors = DEBULK_ISA == 4 ? 4 : 2;  // at once: what the registers hold
+constexpr int doubles = 8;                        // number in a Doubles
+constexpr int vectors = DEBULK_ISA == 4 ? 4 : 2;  // at once, as many as the registers hold
 static_assert(kColumns % (doubles * vectors) == 0);
 
 DEBULK_INLINE Doubles load_doubles(const double* from) {
@@ -12,7 +13,7 @@ DEBULK_INLINE Doubles load_doubles(const double* from) {
   return v;
 }
 
-// A row's heights, 0 where they are not known. Returns whether all are.
+// Writes a row's heights, 0 where they are not known. Returns whether all are known.
 bool widen(const float* __restrict from, int count, double* __restrict to) {
   int unknown = 0;
   for (int i = 0; i < count; ++i) {
@@ -28,8 +29,8 @@ void put(const double* __restrict values, const std::uint8_t* __restrict wanted,
   for (int i = 0; i < count; ++i) to[i] = wanted[i] ? static_cast<float>(values[i]) : to[i];
 }
 
-// From one row's values (0 where unknown): sums over k = -half .. half of the value, and of x² times it, at each of `count` places, a
-// multiple of kColumns. values[0] is `half` to the left of the first place.
+// From one row's values (0 where unknown): sums over k = -half .. half of the value, and of x² times it, at each of
+// `count` places. `count` must be a multiple of kColumns. values[0] is `half` to the left of the first place.
 void row_sums(const double* values, const double* squares, int half, int count, double* __restrict s0, double* __restrict s2) {
   for (int i = 0; i < count; i += doubles * vectors) {
     Doubles sum[vectors] = {}, weighted[vectors] = {};
@@ -43,7 +44,7 @@ void row_sums(const double* values, const double* squares, int half, int count, 
   }
 }
 
-// The fit's values at the centres, from the sums of 2 half + 1 rows, the first's first.
+// The fit's values at the centres, from the sums of 2 half + 1 rows, starting with the first.
 void fit_row(const double* const* s0, const double* const* s2, const double* c0, double c2, int half, int count, double* __restrict value) {
   for (int i = 0; i < count; i += doubles * vectors) {
     Doubles fitted[vectors] = {};
@@ -54,7 +55,7 @@ void fit_row(const double* const* s0, const double* const* s2, const double* c0,
   }
 }
 
-// A window's sums from its rows', the first's first; row k lies at the distance whose powers are y[k].
+// A window's sums from those of its rows, starting with the first. Row k lies at the distance whose powers are y[k].
 void add_up(const RowMoments* const* rows, const Powers* y, int count, WindowMoments& out) {
   double known = 0;
   Doubles xy[5] = {}, xyh[3] = {};

@@ -10,13 +10,14 @@
 namespace debulk {
 namespace {
 
-constexpr int squares = 8;           // along a window: more tell hardly more
+constexpr int squares = 8;           // along a window: more hardly improve the result
 constexpr int half = squares / 2;    // a window's reach in squares
-constexpr double at_the_edge = 0.2;  // least share of a window that gives a height next to the ply's edge, from the side
+constexpr double at_the_edge = 0.2;  // share of a window that must be known to give a height next to the ply's edge
 
 constexpr unsigned ours = 1, theirs = 2, beside = 4, at_edge = 8;  // marks of a square
 
-// The heights of a component and its surroundings, averaged over squares of `side` cells, and what is marked in them.
+// The heights of a component and its surroundings, averaged over squares of `side` cells, and the marks of the
+// squares.
 struct Squares {
   Grid<float> heights;
   Grid<std::uint8_t> marks;
@@ -32,7 +33,7 @@ Squares gather(const Components& components, std::size_t component, const std::v
   const Run *begin = components.begin(component), *end = components.end(component);
   int left = heights.nx, right = 0;
   for (const Run* run = begin; run != end; ++run) left = std::min(left, run->begin), right = std::max(right, run->end);
-  const int margin = 2 * half + 2;  // contour sought within half of it, windows reach as far again
+  const int margin = 2 * half + 2;  // the contour is sought within half of it, and windows reach as far again
   const auto cell_of = [&](int square, double origin) { return square * side - static_cast<int>(std::round(origin / heights.spacing)); };
   const int u0 = first_square(heights.origin.x(), heights.spacing, left, side) - margin,
             u1 = first_square(heights.origin.x(), heights.spacing, right - 1, side) + margin + 1,
@@ -44,7 +45,7 @@ Squares gather(const Components& components, std::size_t component, const std::v
   out.heights = Grid<float>(u1 - u0, v1 - v0, heights.position(i0 + middle, j0 + middle), side * heights.spacing,
                             std::numeric_limits<float>::quiet_NaN());
   out.marks = out.heights.like<std::uint8_t>();
-  // Squares that the map holds wholly.
+  // The squares that lie wholly on the map.
   const int first = i0 < 0 ? (side - 1 - i0) / side : 0, last = std::min(out.heights.nx, (heights.nx - i0) / side);
   std::vector<double> sums(static_cast<std::size_t>(out.heights.nx));
   for (int v = 0; v < out.heights.ny; ++v) {
@@ -55,7 +56,8 @@ Squares gather(const Components& components, std::size_t component, const std::v
       const float *h = &heights.at(0, j), *sharp = before_median ? &before_median->at(0, j) : h;
       for (int u = first; u < last; ++u)
         for (int i = i0 + u * side; i < i0 + (u + 1) * side; ++i)
-          sums[static_cast<std::size_t>(u)] += std::isnan(sharp[i]) || std::isnan(h[i]) ? h[i] : sharp[i];  // bridged; off the ply
+          // Bridged heights, and those off the ply, are taken from `heights`.
+          sums[static_cast<std::size_t>(u)] += std::isnan(sharp[i]) || std::isnan(h[i]) ? h[i] : sharp[i];
     }
     for (int u = first; u < last; ++u) out.heights.at(u, v) = static_cast<float>(sums[static_cast<std::size_t>(u)] / (side * side));
   }
@@ -71,7 +73,7 @@ Squares gather(const Components& components, std::size_t component, const std::v
   return out;
 }
 
-// What is measured next to the ply's edge is partly what lies beside it; off the ply nothing is of the pocket.
+// Heights next to the ply's edge partly show what lies beside it, and off the ply nothing belongs to the pocket.
 void leave_out_the_edge(Squares& s, const PlyMask& ply) {
   for (int v = 0; v < s.heights.ny; ++v)
     for (int u = 0; u < s.heights.nx; ++u)
@@ -94,15 +96,15 @@ std::optional<SmoothOutline> smooth_outline(const Components& found, std::size_t
     ply = PlyMask(*options.ply_outline, s.heights);
     leave_out_the_edge(s, ply);
   }
-  // Where a pocket's and a neighbour's surroundings meet, only its own component is its own.
+  // Where the surroundings of a pocket and a neighbour meet, only the pocket's own component belongs to it.
   Grid<std::uint8_t> where = dilate(s.marks, half);
   for (std::size_t k = 0; k < where.size(); ++k) {
     const unsigned mark = s.marks.values[k], near = where.values[k] & (ours | theirs);
     const bool known = !std::isnan(s.heights.values[k]) || (mark & at_edge);
     where.values[k] = known && !(mark & beside) && (near == ours || (mark & (ours | theirs)) == ours);
   }
-  // Gridding and filters blur, and so do the squares; straight lines between the fits' heights would blur a crest once more, on average
-  // over a side of length s by s² / 6.
+  // Gridding and filters blur, and so do the squares. Straight lines between the fits' heights would blur a crest once
+  // more, by s² / 6 on average over a side of length s.
   const double blur =
       options.blur_mm2 + heights.spacing * heights.spacing * (side * side - 1) / 12.0 + s.heights.spacing * s.heights.spacing / 6.0;
   const Grid<float> surface = smooth_heights(s.heights, ply, {options.window_mm, blur, at_the_edge}, &where, 1);

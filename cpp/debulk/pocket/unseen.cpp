@@ -17,9 +17,9 @@ namespace {
 using Mask = Grid<std::uint8_t>;
 constexpr float nowhere = 1e6F;  // farther than any point, in points
 
-// The overview's points, and as many beyond as the outline reaches.
+// The overview's points, and as many more round them as the outline reaches.
 struct Field {
-  int i0 = 0, j0 = 0;  // of the overview, in this grid
+  int i0 = 0, j0 = 0;  // position of the overview in this grid
   Mask ply;
 };
 
@@ -53,7 +53,7 @@ struct Component {
     return out;
   }
 
-  // A place itself where it lies in the component, else the component's nearest point.
+  // A place itself if it lies in the component, else the component's nearest point.
   Eigen::Vector2d nearest(const Mask& grid, const Eigen::Vector2d& place) const {
     Eigen::Vector2d best = place;
     double least = std::numeric_limits<double>::infinity();
@@ -80,13 +80,13 @@ std::vector<Component> components_of(const Mask& mask) {
   return out;
 }
 
-// Points [i0, i1) x [j0, j1).
+// The points [i0, i1) x [j0, j1).
 struct Part {
   int i0, j0, i1, j1;
 };
 
-// Distance of a component's farthest point to the nearest marked one in a part of the grid, in points: a chamfer of 1 and
-// sqrt 2, at most 8 % too long.
+// Distance of a component's farthest point to the nearest marked one in a part of the grid, in points. It is a chamfer
+// distance with steps of 1 and sqrt 2, at most 8 % too long.
 double depth_in(const Part& part, const Component& c, const Mask& marked) {
   const int nx = part.i1 - part.i0 + 2, ny = part.j1 - part.j0 + 2;  // with a border, so that every point has neighbours
   std::vector<float> far(static_cast<std::size_t>(nx) * ny, nowhere);
@@ -114,7 +114,7 @@ double depth_in(const Part& part, const Component& c, const Mask& marked) {
   return deepest;
 }
 
-// The same in all of the grid. What is farther off than the nearest point found so far need not be looked at.
+// The same in the whole grid. Points farther away than the nearest one found so far need not be looked at.
 double depth_of(const Component& c, const Mask& marked) {
   const auto grown = [&](int reach) {
     Part part{marked.nx, std::max(0, c.runs.front().row - reach), 0, std::min(marked.ny, c.runs.back().row + 1 + reach)};
@@ -126,7 +126,7 @@ double depth_of(const Component& c, const Mask& marked) {
   return depth_in(grown(static_cast<int>(std::min<double>(std::ceil(found), marked.nx + marked.ny))), c, marked);
 }
 
-// Whether a known point hangs together with no more than a few others, by sides and corners.
+// Whether a known point is connected, by sides and corners, to no more than a few others.
 bool is_speck(const Mask& known, std::size_t point) {
   constexpr std::size_t most = 8;  // fewer than 3 by 3
   std::vector<std::size_t> piece{point};
@@ -145,7 +145,7 @@ bool is_speck(const Mask& known, std::size_t point) {
   return true;
 }
 
-// The height that a twentieth of a rim's points reach, see UnseenHole.
+// The height that a twentieth of a rim's points reach; see UnseenHole.
 double height_of(std::vector<float> rim) {
   const std::size_t rank = std::clamp<std::size_t>(rim.size() / 20, 3, 8) - 1;
   if (rank >= rim.size()) return 0;
@@ -153,7 +153,7 @@ double height_of(std::vector<float> rim) {
   return std::max(0.0F, rim[rank]);
 }
 
-// Where no height is known, and the rule for small holes would put none: a coarse pass fills nothing in.
+// 1 where no height is known and the rule for small holes would fill in none. (A coarse pass fills nothing in.)
 Mask missing_in(const Grid<float>& heights, double fill_mm) {
   auto missing = heights.like<std::uint8_t>();
   std::transform(heights.values.begin(), heights.values.end(), missing.values.begin(), [](float z) { return std::isnan(z); });
@@ -204,7 +204,7 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
     with_reference += known;
   }
 
-  // Measures a component; its rim are the points of the ply in `known` beside it.
+  // Measures a component. Its rim is made up of the ply's points in `known` beside it.
   const auto measure = [&](Component& c, const Mask& known) {
     UnseenHole& hole = c.hole;
     hole.box = {Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()),
@@ -254,7 +254,7 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
     if (area > options.area_tol_mm2) measure(c, known);  // most are small
     if (c.hole.thickness > 2 * ply.spacing) {
       out.holes.push_back(c.hole);
-      for (const Run& run : c.runs)  // not once more as a hole that was filled in
+      for (const Run& run : c.runs)  // so that it is not listed again as a hole that was filled in
         for (int i = run.begin; i < run.end; ++i) unmeasured.at(i, run.row) = 0;
     } else {
       ++out.smaller;
@@ -264,7 +264,8 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
   const auto larger = [](const UnseenHole& a, const UnseenHole& b) { return a.area > b.area; };
   std::stable_sort(out.holes.begin(), out.holes.end(), larger);
 
-  // Holes that were filled in. Single missing points are many and join anyhow: only where 3 by 3 are missing is a hole.
+  // Holes that were filled in. Single missing points are many and would join, so only where 3 by 3 are missing is a
+  // hole.
   const auto listed = static_cast<long>(out.holes.size());
   Mask core = ply.like<std::uint8_t>();
   for (const Run& run : find_runs(unmeasured, true, 1)) {

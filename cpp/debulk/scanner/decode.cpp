@@ -15,22 +15,22 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr double pi = 3.14159265358979323846;
-constexpr int most_images = 64;  // of an exposure
+constexpr int most_images = 64;  // per exposure
 
-// What the loop needs, in single precision.
+// The constants that the loop needs, in single precision.
 struct Tables {
   int steps, periods, stages, top;
   float cosine[most_images], sine[most_images];  // of the steps
   float per_step;                                // 2 / steps
-  float period_count[most_periods];              // of each number of periods, over the greatest
-  float share[most_periods];                     // of each in the combined phase, over its period_count
-  float weight[8][most_periods];                 // of each stage's combination
-  float stage_periods[8], stage_ratio[8];        // over the stage before
+  float period_count[most_periods];              // each number of periods divided by the greatest
+  float share[most_periods];                     // weight of each phase in the combined phase, over its period_count
+  float weight[8][most_periods];                 // weights of the wrapped phases in the combination of each stage
+  float stage_periods[8], stage_ratio[8];        // periods of each stage; the same over those of the stage before
   float saturated, read, gain, contrast, most_residual, most_order_noise;
-  float order_noise;  // of one turn's noise
-  float to_rad;       // turns of the greatest number of periods to radians of the first
-  float phase_noise;  // of a grey value's noise over the modulation, rad of the combined phase
-  float turn_noise;   // likewise, turns of one wrapped phase
+  float order_noise;  // standard deviation of the least certain order if a wrapped phase's is one turn
+  float to_rad;       // converts turns at the greatest number of periods to radians at the first
+  float phase_noise;  // rad of the combined phase, for a grey value's noise divided by the modulation
+  float turn_noise;   // the same in turns of one wrapped phase
 };
 
 #define DEBULK_KERNEL "debulk/scanner/decode_kernel.inl"
@@ -61,7 +61,7 @@ Tables tables_of(const Decoding& how) {
   t.most_residual = static_cast<float>(how.most_residual), t.most_order_noise = static_cast<float>(how.most_order_noise);
   t.order_noise = static_cast<float>(plan.order_noise);
   t.to_rad = static_cast<float>(2 * pi * first / greatest);
-  const double wrapped = std::sqrt(2.0 / how.steps);  // rad, for noise over modulation of 1
+  const double wrapped = std::sqrt(2.0 / how.steps);  // rad, if noise divided by modulation is 1
   t.turn_noise = static_cast<float>(wrapped / (2 * pi));
   t.phase_noise = static_cast<float>(wrapped * first / std::sqrt(squares));
   return t;
@@ -79,7 +79,7 @@ double order_step(const UnwrapPlan& plan) {
   const double greatest = plan.periods[static_cast<std::size_t>(plan.top)];
   for (int n : plan.periods) squares += static_cast<double>(n) * n;
   for (int n : plan.periods) {
-    const double expected = n / greatest;  // what the other phases expect of one order more, and how far from whole that is
+    const double expected = n / greatest;  // turns of this phase for one order more; its whole part has no effect
     change -= n * n / squares * greatest / n * (expected - std::round(expected));
   }
   return 2 * pi * plan.periods[0] / greatest * change;

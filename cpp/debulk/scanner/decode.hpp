@@ -10,42 +10,47 @@
 
 namespace debulk {
 
-// How images become phases. Grey value of step k at one number of periods: offset + modulation cos(phase + 2 pi k / steps).
+// How images become phases. At each number of periods, the grey value of step k is
+// offset + modulation cos(phase + 2 pi k / steps).
 struct Decoding {
   int steps = 6;
   UnwrapPlan plan;
   double saturated = 255;          // the first grey value that is not to be trusted
-  SensorNoise noise;               //
-  double least_contrast = 5;       // modulation of a lit pixel, in standard deviations of a grey value
-  double most_order_noise = 0.25;  // standard deviation of a sure fringe order, in orders
-  double most_residual = 0.35;     // of a sure fringe order: its distance to a whole number, in orders
+  SensorNoise noise;               // of a grey value
+  double least_contrast = 5;       // a lit pixel's modulation exceeds this many standard deviations of a grey value
+  double most_order_noise = 0.25;  // greatest standard deviation of a sure fringe order, in orders
+  double most_residual = 0.35;     // greatest distance of a sure fringe order from a whole number, in orders
   int threads = 0;
   Isa isa = best_isa();
 };
 
 constexpr std::uint8_t no_exposure = 255;  // every exposure is saturated
 
-// A value for each pixel; a null pointer is not wanted. NaN: dark or saturated.
+// Maps with one value per pixel. A map whose pointer is null is not computed. The phase, in rad, is that of the first
+// number of periods and counts from 0 over the whole field. Values are NaN where the pixel is dark or saturated in
+// every exposure; modulation and offset are NaN only where it is saturated.
 struct PhaseMaps {
-  float* phase = nullptr;       // rad of the first number of periods, from 0 over the whole field; -1 less it where doubtful
-  float* noise = nullptr;       // its standard deviation, rad
-  float* modulation = nullptr;  // levels of the chosen exposure, mean over the numbers of periods
-  float* offset = nullptr;      // likewise
-  float* residual = nullptr;    // the fringe order's distance to a whole number, 0 to 0.5: 0.5 is half way to the next one
+  float* phase = nullptr;       // rad; -1 - phase where the fringe order is doubtful
+  float* noise = nullptr;       // standard deviation of the phase, rad
+  float* modulation = nullptr;  // grey levels of the chosen exposure, mean over the numbers of periods
+  float* offset = nullptr;      // the same for the offset
+  float* residual = nullptr;    // distance of the fringe order from a whole number, 0 to 0.5 (half way to the next)
   std::uint8_t* exposure = nullptr;
 };
 
 struct DecodeCounts {
-  long lit = 0, saturated = 0;  // pixels; saturated: in every exposure
-  long doubtful = 0;            // lit, and the order not sure
-  long read = 0;                // grey values that were read
+  long lit = 0, saturated = 0;  // numbers of pixels; saturated: in every exposure
+  long doubtful = 0;            // number of lit pixels whose fringe order is not sure
+  long read = 0;                // number of grey values that were read
   DecodeCounts& operator+=(const DecodeCounts& other);
 };
 
-// How the phase changes where the fringe order is taken one higher, rad of the first number of periods.
+// How much the phase changes if the fringe order is taken one higher, in rad at the first number of periods.
 double order_step(const UnwrapPlan& plan);
 
-// Every pixel from its brightest exposure that no step saturates; exposures that no pixel of a group needs are not read.
+// Decodes each pixel from its brightest exposure in which no step is saturated. Pixels are decoded in groups;
+// exposures that no pixel of a group needs are not read. Throws InputError on a wrong number of steps, images, pixels
+// or exposures, and Stopped.
 template <class T>
 DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop);
 

@@ -1,4 +1,5 @@
-// The loop of decode.cpp: included there once for each Isa (see core/simd_dispatch.inl). Phases are in turns here.
+// The loop of decode.cpp, which includes this file once per Isa (see core/simd_dispatch.inl). Phases are in turns
+// here.
 
 template <class T>
 DEBULK_INLINE Floats grey(const T* from) {
@@ -16,8 +17,8 @@ DEBULK_INLINE Floats nearest_whole(Floats a) {
   return floor_of(a + 0.5f);
 }
 
-// The angle of (x, y) in turns, -0.5 to 0.5. A polynomial through Chebyshev's points for atan(t) / t over 0 <= t² <= 1;
-// wrong by 2e-8 turns at most, rounding included.
+// The angle of (x, y) in turns, -0.5 to 0.5, by a polynomial through Chebyshev's points for atan(t) / t over
+// 0 <= t² <= 1. Its error is 2e-8 turns at most, rounding included.
 DEBULK_INLINE Floats angle(Floats y, Floats x) {
   const Floats ax = absolute(x), ay = absolute(y);
   const Floats most = higher(ax, ay), t = lower(ax, ay) / (most > 0.0f ? most : all(1.0f)), s = t * t;
@@ -35,7 +36,7 @@ DEBULK_INLINE Floats angle(Floats y, Floats x) {
   return y < 0.0f ? -p : p;
 }
 
-// Sixteen pixels from `at`, of which those of the mask are counted.
+// Decodes the sixteen pixels from `at` on. Only pixels whose bit is set in the mask `counted` enter the counts.
 template <class T>
 DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, long at, unsigned counted, DecodeCounts& counts) {
   const int images = t.steps * t.periods;
@@ -77,7 +78,8 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
   const Floats noise = root(t.read + t.gain * offset) / (modulation > 0.0f ? modulation : all(1e-30f));
   const Ints lit = (noise * t.contrast < 1.0f) & ~open;
 
-  // Each stage's order from the stage before; orders count from the field's edge, where noise may take a phase across.
+  // The fringe order of each stage follows from the stage before. Orders count from the field's edge. Noise may take a
+  // phase across that edge, so the phase is wrapped round the field.
   Floats absolute_phase = all(0.0f), residual = all(0.0f);
   for (int s = 0; s < t.stages; ++s) {
     Floats w = all(0.0f);
@@ -118,7 +120,8 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
   counts.saturated += __builtin_popcount(bits(open) & counted);
 }
 
-// Groups of sixteen pixels; the last one takes what is left of the image with it.
+// Decodes groups of sixteen pixels. The call that does the last whole group also decodes the remaining pixels, in a
+// group that overlaps the one before.
 template <class T>
 void run(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, long begin, long end, DecodeCounts& counts) {
   for (long g = begin; g < end; ++g) group(stack, t, maps, g * lanes, 0xffff, counts);

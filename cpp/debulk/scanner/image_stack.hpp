@@ -5,8 +5,9 @@
 
 namespace debulk {
 
-// What one camera saw of the fringes: `exposures` times `steps * periods` images of `pixels` grey values each, the shortest
-// exposure first; within an exposure all steps of the first number of periods, then of the second, and so on.
+// The images of the fringes from one camera: `exposures` times `steps * periods` images of `pixels` grey values each,
+// the shortest exposure first. Within an exposure, all steps of the first number of periods come first, then those of
+// the second, and so on.
 template <class T>
 struct ImageStack {
   std::vector<const T*> images;  // exposure by exposure

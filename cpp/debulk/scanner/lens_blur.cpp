@@ -14,12 +14,12 @@
 namespace debulk {
 namespace {
 
-constexpr float most_ratio = 0.6f;   // of (a - b) / (a + b) two pixels apart: a factor of four in brightness is an edge
+constexpr float most_ratio = 0.6f;   // greatest (a - b) / (a + b) two pixels apart: a factor of four is an edge
 constexpr float edge_ratio = 3.0f;   // neighbouring phases further apart than this many median steps lie on two surfaces
-constexpr long samples = 400'000;    // of the estimate, about
-constexpr double surest = 5;         // standard deviations that the estimate must be from zero
+constexpr long samples = 400'000;    // number of pixels that the estimate uses, about
+constexpr double surest = 5;         // the estimate must be this many standard deviations above zero
 constexpr double most_variance = 1;  // px²
-constexpr int reach = 2;             // px of the bends; rows to the instrument
+constexpr int reach = 2;             // px over which a bend is taken; rows to the texture that is the instrument
 
 struct Row {
   const float* phase;
@@ -46,10 +46,10 @@ void light_of_row(const FringeLight& light, int row, std::vector<float>& out) {
 }
 
 struct Sample {
-  float bend, texture, beside;  // of the phase; of what the texture makes of it; that of the rows beside
+  float bend, texture, beside;  // bend of the phase; the bend that the texture predicts; that of the rows beside
 };
 
-// grad(phase) . grad(ln(light)) along the row; NaN where that is not known.
+// grad(phase) . grad(ln(light)) along the row; NaN where it is not known.
 std::vector<float> across_row(const float* phase, const std::vector<float>& light, float edge) {
   std::vector<float> out(light.size(), std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 1; i + 1 < light.size(); ++i) {
@@ -97,7 +97,7 @@ double estimate_blur(const float* phase, const FringeLight& light, int threads, 
   if (bends.size() < 1000) return 0;
   const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
   std::nth_element(bends.begin(), middle, bends.end());
-  const float usual = 6 * *middle;  // four standard deviations: the rest lies on folds and edges
+  const float usual = 6 * *middle;  // four standard deviations; larger bends lie on folds and edges
   double follows = 0, strength = 0;
   for (const auto& part : parts)
     for (const Sample& s : part)
@@ -117,7 +117,8 @@ void take_out_blur(float* phase, const FringeLight& light, double variance, int 
   const float edge = edge_of(phase, light);
   const std::size_t width = static_cast<std::size_t>(light.width);
   constexpr int strip = 64;
-  // The rows above and below a strip as they were: another thread may have changed them by the time they are needed.
+  // Copies of the rows above and below each strip, because another thread may have changed the rows by the time they
+  // are needed.
   const int strips = (light.height + strip - 1) / strip;
   std::vector<float> kept(2 * width * static_cast<std::size_t>(strips));
   for (int s = 0; s < strips; ++s) {

@@ -1,4 +1,4 @@
-// The loop of lens_blur.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loop of lens_blur.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
 // grad(phase) . grad(ln(modulation)) along one direction, by central differences. ln(a / b) = 2 atanh((a - b) / (a + b)).
 DEBULK_INLINE Floats along(const float* phase, const float* next_phase, const float* light, const float* next_light, Floats most_step) {
@@ -7,7 +7,7 @@ DEBULK_INLINE Floats along(const float* phase, const float* next_phase, const fl
   return fine ? 0.5f * step * ratio * (1.0f + 0.33333333f * ratio * ratio) : all(0.0f);
 }
 
-// Writes the row without the blur; `out` is none of the rows.
+// Writes the row, except its first and last pixel, with the blur removed. `out` must not be one of the three rows.
 void run(const Row& above, const Row& here, const Row& below, int width, float variance, float edge, float* out) {
   const Floats most_step = all(2.0f * edge);
   for (int i = 1, last = width - 1 - lanes;; i = i + lanes < last ? i + lanes : last) {

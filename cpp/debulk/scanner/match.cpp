@@ -10,13 +10,14 @@ namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr int apart = 8;            // pixels: equal phases further apart than this lie on two surfaces
-constexpr double most_shift = 1.5;  // pixels between a pixel and what its partner finds
+constexpr double most_shift = 1.5;  // pixels; greatest distance between a pixel and the place that its partner finds
 
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
 
-// Radians a pixel round the segment from j to j + 1: over three pixels where they are one surface, for less noise.
+// Slope of the phase, in rad per pixel, round the segment from j to j + 1. To reduce noise it is taken over three
+// segments where they are one surface.
 double slope_at(const std::vector<float>& phase, int width, int j, float edge) {
   const double here = phase[at(j + 1)] - phase[at(j)];
   if (j < 1 || j + 2 >= width) return std::abs(here);
@@ -42,7 +43,7 @@ void PhaseIndex::build(const std::vector<float>& phase, int width, float step, f
     if (p > high) high = p;
   }
   if (!(low < high) || !(step > 0)) return;
-  // About one segment a bin. The places are limited: a row of stray phases must not take all memory.
+  // About one segment per bin. The number of bins is limited, so that a row of stray phases does not take all memory.
   count_ = static_cast<int>(std::min<double>(4.0 * width, std::ceil((high - low) / step))) + 1;
   low_ = low, per_rad_ = static_cast<float>(count_ - 1) / (high - low);
   places_.assign(at(count_), {std::numeric_limits<int>::max(), -1});
@@ -69,7 +70,8 @@ double PhaseIndex::find(float phase) const {
     if (first != first) first = last;
   };
   for (int j = place.first; j <= place.last; ++j) look(j);
-  // Noise makes a phase recur within a few pixels; further apart, one of the two is not this surface.
+  // Noise makes a phase recur within a few pixels. If the places are further apart, one of them is not on this
+  // surface.
   return last - first > apart ? -1.0 : 0.5 * (first + last);
 }
 
@@ -88,15 +90,15 @@ MatchCounts RowMatcher::match(const RectifiedRow& left, int left_width, float le
       ++counts.unmatched;
       continue;
     }
-    // The partner, asked for its own phase, must come back to this pixel.
+    // The left row, searched for the phase of the partner, must give this pixel again.
     const int nearest = static_cast<int>(x + 0.5);
     const double back = x < 0 ? -1.0 : left_.find(right.phase[at(nearest)]);
     if (!(back >= 0)) {
       ++(x < 0 || back < 0 ? counts.ambiguous : counts.unmatched);
       continue;
     }
-    // A place on a pixel belongs to the segment before it where none begins there; the mean of two places to none if they lie
-    // on both sides of a gap.
+    // A place exactly on a pixel belongs to the segment before it if no segment begins there. The mean of two places
+    // belongs to no segment if they lie on both sides of a gap.
     int j = static_cast<int>(x);
     const auto surface = [&](int k) { return k + 1 < right_width && std::abs(right.phase[at(k + 1)] - right.phase[at(k)]) <= right_edge; };
     if (j > 0 && x == j && !surface(j)) --j;
@@ -113,7 +115,8 @@ MatchCounts RowMatcher::match(const RectifiedRow& left, int left_width, float le
     }
     ++counts.matched;
     disparity[i] = static_cast<float>(i - x);
-    // Interpolated twice along the row, by rectification and here: the weights of three pixels.
+    // The phase was interpolated twice along the row, by the rectification and here, which gives the weights of three
+    // pixels.
     const double t = x - j, f = right.fraction[at(j)], g = left.fraction[at(i)];
     const double w0 = (1 - t) * (1 - f), w2 = t * f, w1 = 1 - w0 - w2;
     const double l = left.noise[at(i)], r = right.noise[at(j)];

@@ -8,19 +8,19 @@ namespace debulk {
 
 struct MatchCounts {
   long seen = 0;       // pixels of the left image that have a phase
-  long matched = 0;    //
-  long unmatched = 0;  // no phase of the right row is that one: hidden from the right camera, or not lit there
-  long ambiguous = 0;  // two places of a row have that phase, or the left-right check failed
-  long behind = 0;     // matched, at a disparity that no point in front of both cameras has
+  long matched = 0;    // pixels with a sure match
+  long unmatched = 0;  // pixels whose phase is nowhere in the right row: hidden from the right camera, or not lit there
+  long ambiguous = 0;  // pixels whose phase occurs at two places of a row, or for which the left-right check failed
+  long behind = 0;     // pixels whose match was dropped because its depth is not allowed; not counted in `matched`
   MatchCounts& operator+=(const MatchCounts& other);
 };
 
-// Where each phase occurs in a row: the segments between neighbouring pixels, found by the phase.
+// Finds where a phase occurs in a row. The segments between neighbouring pixels are sorted into bins of phase.
 class PhaseIndex {
  public:
-  // `step`: a usual step between neighbours; `edge`: the greatest that is no edge (rad).
+  // `step`: a usual step of the phase between neighbours; `edge`: the greatest step that is not an edge (both in rad).
   void build(const std::vector<float>& phase, int width, float step, float edge);
-  // The place between pixels at which the row has this phase; NaN: nowhere, negative: in two places far apart.
+  // The place, in pixels, at which the row has this phase; NaN if there is none, negative if there are two far apart.
   double find(float phase) const;
 
  private:
@@ -33,11 +33,11 @@ class PhaseIndex {
   std::vector<Place> places_;
 };
 
-// Matches two rectified rows by their phase. Keeps its memory from row to row.
+// Matches two rectified rows by their phase. Reuses its memory from row to row.
 class RowMatcher {
  public:
-  // disparity[i]: column in the left row minus column in the right one, NaN where there is no sure match; sigma: its standard
-  // deviation from the phases' noise, px.
+  // disparity[i] is the column in the left row minus the column in the right row, in px, NaN where there is no sure
+  // match; sigma[i] is its standard deviation due to the noise of the phases, px.
   MatchCounts match(const RectifiedRow& left, int left_width, float left_step, float left_edge, const RectifiedRow& right, int right_width,
                     float right_step, float right_edge, float* disparity, float* sigma);
 

@@ -37,7 +37,7 @@ float repaired(const float* phase, long width, long at, float order_step) {
   return votes >= least_votes && std::abs(wanted) <= most_order_change ? own + wanted * order_step : nan;
 }
 
-// A pixel with fewer than eight neighbours: two must support it, and a doubtful one goes.
+// Whether a sure phase at a pixel with fewer than eight neighbours stays: at least two of them must support it.
 bool supported_at_border(const float* phase, long width, long height, long row, long column, float order_step) {
   int support = 0;
   for (long j = std::max(row - 1, 0L); j <= std::min(row + 1, height - 1); ++j)
@@ -45,7 +45,7 @@ bool supported_at_border(const float* phase, long width, long height, long row, 
       const float other = phase[j * width + i];
       support += other >= 0 && std::abs(other - phase[row * width + column]) < 0.5f * order_step;
     }
-  return support >= 3;  // itself among them
+  return support >= 3;  // the pixel itself is counted, too
 }
 
 #define DEBULK_KERNEL "debulk/scanner/neighbours_kernel.inl"
@@ -54,7 +54,7 @@ bool supported_at_border(const float* phase, long width, long height, long row, 
 }  // namespace
 
 NeighbourCounts check_neighbours(float* phase_rad, int width, int height, double order_step, int threads, const Stop& stop, Isa isa) {
-  // All changes are found before any is made: the order in which threads come must not matter.
+  // All changes are found before any is made, so that the order in which threads run does not matter.
   constexpr long strip = 16;
   const float step = static_cast<float>(order_step);
   std::vector<std::vector<Change>> found(static_cast<std::size_t>((height + strip - 1) / strip));

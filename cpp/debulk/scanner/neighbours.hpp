@@ -6,14 +6,15 @@
 namespace debulk {
 
 struct NeighbourCounts {
-  long isolated = 0;  // pixels whose phase went, though their own order was sure
-  long repaired = 0;  // doubtful orders that the pixels beside them decided
+  long isolated = 0;  // pixels whose phase was removed although their own order was sure
+  long repaired = 0;  // pixels whose doubtful order was decided by the pixels beside them
 };
 
-// Holds the phases of a map that `decode` made against the eight beside each, of which those count whose order is sure.
-// A sure phase stays where at least three of them support it, by less than half an order; wrong orders are rare and lie
-// alone. A doubtful one (-1 less the phase) takes the order that at least four of them ask for, none asking for another, or
-// goes. `order_step`: what one order more does to the phase, rad.
+// Compares each phase of a map that `decode` made with its eight neighbours, of which only those count whose order is
+// sure. A sure phase stays if at least three of them support it, that is, differ from it by less than half an order;
+// wrong orders are rare and isolated. A doubtful phase (stored as -1 - phase) takes the order that at least four
+// neighbours ask for, if none asks for another; otherwise it becomes NaN. At the border, two supporters are enough,
+// and doubtful phases become NaN. `order_step`: change of the phase for one order more, rad.
 NeighbourCounts check_neighbours(float* phase_rad, int width, int height, double order_step, int threads, const Stop& stop,
                                  Isa isa = best_isa());
 

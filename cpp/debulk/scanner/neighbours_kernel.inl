@@ -1,6 +1,6 @@
-// The loop of neighbours.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loop of neighbours.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
-// A row that has one above and one below it, but for its first and last pixel.
+// Checks the pixels of a row, except its first and last, that has a row above and a row below it.
 void run(const float* phase, int width, long row, float order_step, std::vector<Change>& found) {
   const Floats half = all(0.5f * order_step);
   const long last = width - 1 - lanes;  // the last group overlaps the one before
@@ -13,7 +13,7 @@ void run(const float* phase, int width, long row, float order_step, std::vector<
         const Floats other = load(phase + at + above + beside);
         support -= (absolute(other - here) < half) & (other >= 0.0f);
       }
-    support -= 1;  // itself
+    support -= 1;  // the pixel itself does not count
     const Ints weak = (here < 0.0f) | ((support < least_support) & (here >= 0.0f));
     for (unsigned which = bits(weak); which != 0; which &= which - 1) {
       const long one = at + __builtin_ctz(which);

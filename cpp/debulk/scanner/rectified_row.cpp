@@ -9,7 +9,7 @@ namespace debulk {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr float nearly_whole = 1.0f / 1024;  // a place nearer to a pixel than this is on it: the next one need not be there
+constexpr float nearly_whole = 1.0f / 1024;  // a place nearer to a pixel than this is on it; the next one is not needed
 
 #define DEBULK_KERNEL "debulk/scanner/rectified_row_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"

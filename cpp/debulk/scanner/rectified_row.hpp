@@ -7,27 +7,29 @@
 
 namespace debulk {
 
-// A camera's phase map as it was taken, and where each pixel of the rectified image lies in it. Null maps: it is rectified.
+// A camera's phase map as it was taken, and where each pixel of the rectified image lies in it. If map_x and map_y are
+// null, the image is rectified already.
 struct PhaseView {
   const float* phase = nullptr;  // rad
-  const float* noise = nullptr;  // rad; null: not known
+  const float* noise = nullptr;  // rad; null: unknown
   int width = 0, height = 0;
-  const float* map_x = nullptr;  // of each pixel of the rectified image, in pixels of this one
+  const float* map_x = nullptr;  // column of each pixel of the rectified image, in pixels of this one; map_y: its row
   const float* map_y = nullptr;
   int rectified_width = 0, rectified_height = 0;
-  float edge = 0;  // rad: neighbouring phases further apart than this lie on two sides of an edge
+  float edge = 0;  // rad; neighbouring phases further apart than this lie on two sides of an edge
 };
 
-// A row of the rectified phase map. The phase is interpolated between four pixels, never across an edge or a gap.
+// A row of the rectified phase map. The phase is interpolated between four pixels, but never across an edge or a gap.
 struct RectifiedRow {
-  std::vector<float> phase;     // NaN: nothing
-  std::vector<float> noise;     // rad, of the interpolated phase but for the weights along the row
-  std::vector<float> fraction;  // how far between two columns of the image as it was taken
+  std::vector<float> phase;     // rad; NaN where there is none
+  std::vector<float> noise;     // rad; standard deviation before the interpolation along the row
+  std::vector<float> fraction;  // position between two columns of the image as it was taken, 0 to 1
 };
 
 void rectify_row(const PhaseView& view, int row, RectifiedRow& out, Isa isa = best_isa());
 
-// Median step of the phase between neighbouring pixels of a row as it was taken, rad; 0 where there is none.
+// Median step of the phase between neighbouring pixels along some rows of the image as it was taken, rad; 0 if no two
+// neighbours have a phase.
 float median_step(const PhaseView& view);
 
 }  // namespace debulk

@@ -1,4 +1,4 @@
-// The loop of rectified_row.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loop of rectified_row.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
 void run(const PhaseView& view, int row, RectifiedRow& out) {
   const long first = static_cast<long>(row) * view.rectified_width;

@@ -15,7 +15,7 @@ namespace debulk {
 namespace {
 
 constexpr int bins = 32;
-constexpr long every = 16;  // rows
+constexpr long every = 16;  // one row of so many is used
 constexpr double quantisation = 1.0 / 12;
 constexpr double pi = 3.14159265358979323846;
 
@@ -24,18 +24,18 @@ struct Bin {
 };
 using Bins = std::array<Bin, bins>;
 
-// What the pixel's grey values say of their variance, from combinations that no fringe enters.
+// Estimates the variance of a pixel's grey values from combinations of them in which the fringes cancel.
 class Harmonic {
  public:
   Harmonic(int steps, int periods) : steps_(steps), periods_(periods), weights_(static_cast<std::size_t>(steps)) {
     for (int k = 0; k < steps; ++k) {
       double& w = weights_[static_cast<std::size_t>(k)];
-      w = std::cos(2 * pi * (steps / 2) * k / steps);  // alternating for even numbers
+      w = std::cos(2 * pi * (steps / 2) * k / steps);  // alternating for even numbers of steps
       squares_ += w * w;
     }
   }
   double variance(const double* values) const {
-    if (steps_ == 3) {  // the means of two numbers of periods agree
+    if (steps_ == 3) {  // the means at two numbers of periods should agree
       const double one = values[0] + values[1] + values[2], other = values[3] + values[4] + values[5];
       return (one - other) * (one - other) / 6;
     }
@@ -54,9 +54,10 @@ class Harmonic {
   double squares_ = 0;
 };
 
-// variance = read + gain * level + harmonic * level² through the bins, each weighted by its certainty, count / variance². What
-// grows with the square is no noise: a higher harmonic of the projector, which the phase does not see, or a flicker. None of
-// the three may be too small: of all ways to hold some of them at their least, the feasible one that fits best.
+// Fits variance = read + gain * level + harmonic * level² to the bins, each weighted by its certainty,
+// count / variance². The part that grows with the square of the level is not noise: it is a higher harmonic of the
+// projector, which the phase does not see, or a flicker. None of the three coefficients may be below its least value.
+// All ways to hold some of them at that value are tried, and the feasible one that fits best is taken.
 SensorNoise fit(const Bins& all) {
   const Eigen::Vector3d least(quantisation, 0, 0);
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
@@ -68,7 +69,7 @@ SensorNoise fit(const Bins& all) {
     const double weight = bin.count / (variance * variance);
     a += weight * row * row.transpose(), b += weight * variance * row;
   }
-  if (a(0, 0) == 0) return {};  // too little was seen: one level
+  if (a(0, 0) == 0) return {};  // too little was seen: assume a noise of one level
   Eigen::Vector3d best = least;
   double lowest = std::numeric_limits<double>::infinity();
   for (int held = 0; held < 8; ++held) {

@@ -7,15 +7,16 @@
 
 namespace debulk {
 
-// Variance of a grey value by the photon transfer: read + gain * value, in squared levels.
+// Variance of a grey value in the photon-transfer model: read + gain * value, in squared grey levels.
 struct SensorNoise {
   double read = 1;
   double gain = 0;
 };
 
-// From the images themselves: the highest harmonic of the steps holds no fringe, only noise (with six steps or more; with
-// four or five, a projector's gamma is taken for noise too, and with three the first two numbers of periods are held against
-// each other). Every sixteenth row of pixels of the brightest exposure that is not saturated is looked at.
+// Estimates the noise from the images themselves. With six steps or more, the highest harmonic of the steps contains
+// no fringe, only noise. With four or five, the effect of a projector's gamma is taken for noise too; with three, the
+// means of the first two numbers of periods are compared. Every sixteenth row is used, each of its pixels at the
+// brightest exposure that is not saturated.
 template <class T>
 SensorNoise estimate_noise(const ImageStack<T>& stack, int steps, double saturated, int width, int threads, const Stop& stop);
 

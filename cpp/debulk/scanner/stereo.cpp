@@ -19,7 +19,7 @@ struct Work {
   std::vector<float> disparity, sigma;
 };
 
-// Points of a row from its disparities; those outside the depths become NaN.
+// Computes the points of a row from its disparities. Those outside the allowed depths become NaN.
 void triangulate(const StereoGeometry& g, int row, Work& work, const StereoMaps& maps, MatchCounts& counts) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   const std::size_t width = work.disparity.size(), first = static_cast<std::size_t>(row) * width;
@@ -35,7 +35,7 @@ void triangulate(const StereoGeometry& g, int row, Work& work, const StereoMaps&
       point[1] = fine ? static_cast<float>(z * v) : nan;
       point[2] = fine ? static_cast<float>(z) : nan;
     }
-    // dz / dd = -z² / (f b), and the ray is sqrt(1 + u² + v²) longer than its depth.
+    // dz / dd = -z² / (f b), and the distance along the ray is sqrt(1 + u² + v²) times the depth.
     if (maps.uncertainty)
       maps.uncertainty[first + i] =
           fine ? static_cast<float>(work.sigma[i] * z * z / (g.focal * g.baseline) * std::sqrt(1 + u * u + v * v)) : nan;

@@ -6,22 +6,22 @@
 
 namespace debulk {
 
-// Two rectified pinholes of one focal length whose rows agree: pixel (row i, column j) of the left one looks along
-// ((j - cx) / f, (i - cy) / f, 1), the right one stands `baseline` to its right.
+// Two rectified pinhole cameras with the same focal length and matching rows. Pixel (row i, column j) of the left one
+// looks along ((j - cx) / f, (i - cy) / f, 1); the right one stands `baseline` to its right.
 struct StereoGeometry {
   double focal = 1;                  // px
   double left_cx = 0, right_cx = 0;  // px
   double cy = 0;                     // px
   double baseline = 1;               // mm
-  double nearest = 0, furthest = 0;  // mm: depths outside are refused
+  double nearest = 0, furthest = 0;  // mm; points at depths outside are refused
 };
 
-// A value for each pixel of the left rectified image; a null pointer is not wanted.
+// Maps with one value per pixel of the left rectified image. A map whose pointer is null is not computed.
 struct StereoMaps {
-  float* disparity = nullptr;    // px, left column minus right column; NaN: none
+  float* disparity = nullptr;    // px, left column minus right column; NaN where there is no match
   float* sigma = nullptr;        // px
-  float* points = nullptr;       // three each, mm, in the frame of the left rectified camera
-  float* uncertainty = nullptr;  // standard deviation along the ray, mm
+  float* points = nullptr;       // three floats per pixel, mm, in the frame of the left rectified camera
+  float* uncertainty = nullptr;  // standard deviation of the point along its ray, mm
 };
 
 struct StereoOptions {
@@ -30,7 +30,8 @@ struct StereoOptions {
   Isa isa = best_isa();
 };
 
-// Matches row by row and, where a geometry is given, triangulates. Sets the views' edges.
+// Matches the images row by row and, if a geometry is given, triangulates. The edges of the views are set from
+// edge_ratio.
 MatchCounts match_rows(PhaseView left, PhaseView right, const StereoGeometry* geometry, const StereoOptions& options,
                        const StereoMaps& maps, const Stop& stop);
 

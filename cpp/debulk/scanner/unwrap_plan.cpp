@@ -18,7 +18,8 @@ double squared(const Synthetic& s) {
   return sum;
 }
 
-// Standard deviation of the order when `fine` is unwrapped by `coarse`: both are made of the same measured phases.
+// Standard deviation of the order when `fine` is unwrapped by `coarse`. Both are combinations of the same measured
+// phases.
 double step_noise(const Synthetic& coarse, const Synthetic& fine) {
   const double ratio = static_cast<double>(fine.periods) / coarse.periods;
   double sum = 0;
@@ -26,7 +27,7 @@ double step_noise(const Synthetic& coarse, const Synthetic& fine) {
   return std::sqrt(sum);
 }
 
-// The combination of least noise for each number of periods up to the greatest given one.
+// The combination of least noise for each number of periods up to the greatest given number.
 std::vector<Synthetic> combinations(const std::vector<int>& periods) {
   const int count = static_cast<int>(periods.size()), reach = count <= 3 ? 6 : count == 4 ? 3 : 2;
   const int greatest = *std::max_element(periods.begin(), periods.end());
@@ -66,8 +67,8 @@ UnwrapPlan plan_unwrapping(const std::vector<int>& periods) {
   require(nodes.front().periods == 1, "periods", "numbers from which one period over the field can be combined, like 50 and 51",
           "numbers with a common divisor, or too far apart");
 
-  // The path from one period to the greatest number on which the worst step is the best (Dijkstra), and among those the
-  // shortest: nodes stand in the order of their periods, and steps go up only.
+  // Finds the path from one period to the greatest number of periods whose worst step is the best and, among those,
+  // the shortest. One pass is enough, because the nodes stand in the order of their periods and steps only go up.
   const std::size_t count = nodes.size();
   std::vector<double> worst(count, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> steps(count, 0), before(count, 0);

@@ -1,4 +1,4 @@
-// The loop of hole_patch.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loop of hole_patch.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
 typedef double Doubles __attribute__((vector_size(64)));
 
@@ -8,8 +8,9 @@ DEBULK_INLINE Doubles load(const double* from) {
   return v;
 }
 
-// L D Lᵀ and the forward substitution for the columns from `first` to before `end`, all before being done, of a band with
-// `count` of them, of which band[j * stride + d] is A(j + d, j): zero behind the width, and the stride at least 8 beyond it.
+// Computes L D Lᵀ and the forward substitution for the columns from `first` to before `end` of a band matrix with
+// `count` columns; all columns before `first` must be done. band[j * stride + d] is A(j + d, j); it is zero beyond the
+// width, and the stride is at least 8 more than the width.
 void factor(double* band, int width, int stride, double* b, int count, int first, int end) {
   for (int j = first; j < end; ++j) {
     const double* from = band + static_cast<long>(j) * stride;

@@ -14,16 +14,17 @@
 namespace debulk {
 namespace {
 
-constexpr double reach_mm = 40.0;    // of the strip on the lower side; a spline's ringing at its border has faded beside the cliff
-constexpr double steepest = 2.0;     // of a surface: 63 degrees
-constexpr double gap_most_mm = 12;   // of a step across a gap, whose slope is at most 1: round most gaps one surface hangs together
+constexpr double reach_mm = 40.0;    // of the strip on the lower side; ringing at its far border fades before the cliff
+constexpr double steepest = 2.0;     // greatest slope of a surface: 63 degrees
+constexpr double gap_most_mm = 12;   // greatest step across a gap, with a slope of at most 1
 constexpr double noise_mm = 0.7;     // between two medians
-constexpr double least_mm2 = 400.0;  // a smaller piece takes nothing out
-constexpr double on_mm = 60.0;       // from what was taken out to where a surface goes on: half-hidden by the cliff, there is a gap
+constexpr double least_mm2 = 400.0;  // a smaller piece removes nothing
+constexpr double on_mm = 60.0;       // from removed heights to where a surface goes on; the cliff leaves a gap there
 constexpr int rings = 5;             // of nodes, 4 mm apart
 constexpr int nobody = std::numeric_limits<int>::max();
 
-// Pieces of surface: squares linked to their neighbours along rows and columns, or to the next across a gap.
+// Pieces of surface: squares that are linked to their neighbours along rows and columns, or to the next square across
+// a gap.
 class Pieces {
  public:
   explicit Pieces(Grid<float> squares) : squares_(std::move(squares)), steep_(steep(squares_)), parent_(squares_.size()) {
@@ -32,7 +33,8 @@ class Pieces {
     for (int i = 0; i < squares_.nx; ++i) link(squares_.ny, [&](int j) { return squares_.index(i, j); });
   }
 
-  // For each square the rank of its piece: 0 is the one that stays beside all others. `nobody`: too small, or not seen.
+  // For each square the rank of its piece: 0 is the piece that stays beside all others. `nobody`: too small, or not
+  // seen.
   Grid<int> ranks() {
     struct Piece {
       std::size_t root = 0;
@@ -87,8 +89,8 @@ class Pieces {
   }
 
   bool in_piece(std::size_t k) const { return steep_.values[k] == 0 && !std::isnan(squares_.values[k]); }
-  // Squares beside which there is more of a step than a slope explains. Points that fly between the sides of a cliff, or lie on
-  // its wall, would link them.
+  // Squares beside which there is more of a step than a slope explains. They would link the two sides of a cliff,
+  // because they hold points that fly between the sides or lie on the wall.
   static Grid<std::uint8_t> steep(const Grid<float>& squares) {
     auto out = squares.like<std::uint8_t>();
     const double most = steepest * 2 * std::sqrt(2.0) * squares.spacing + noise_mm;
@@ -135,7 +137,8 @@ Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads, const St
   const Grid<int> ranks = pieces.ranks();
   if (pieces.count() < 2) return {};
   const Grid<int> upper = lowest_near(ranks, static_cast<int>(std::ceil(reach_mm / squares.spacing)), threads, stop);
-  // Beside a piece of lower rank stays what goes on from that piece. A square at the cliff is of none itself.
+  // Beside a piece of lower rank, only heights that continue that piece stay. A square at the cliff belongs to no
+  // piece itself.
   const auto stays = [&](int i, int j, float z) {
     const int reach = ranks.at(i, j) == nobody ? 2 : 1;
     const double near_mm = steepest * (reach + 0.5) * squares.spacing + noise_mm;
@@ -176,7 +179,7 @@ Grid<std::uint8_t> above_cliffs(const Grid<float>& heights, int threads, const S
   Grid<std::uint8_t> out = heights.like<std::uint8_t>();
   for (int j = 0; j < heights.ny; ++j)
     for (int i = 0; i < heights.nx; ++i) {
-      int best = nobody;  // a square at a cliff is of no piece itself
+      int best = nobody;  // a square at a cliff belongs to no piece itself
       for (int b = std::max(0, j / side - 2); b <= std::min(ranks.ny - 1, j / side + 2); ++b)
         for (int a = std::max(0, i / side - 2); a <= std::min(ranks.nx - 1, i / side + 2); ++a) best = std::min(best, ranks.at(a, b));
       const int own = ranks.at(i / side, j / side);
@@ -199,7 +202,7 @@ void go_on_over_cliffs(Grid<double>& nodes, const Grid<std::uint8_t>& squares) {
           for (int di = -1; di <= 1; ++di) {
             if (!known(i + di, j + dj) || !known(i + 2 * di, j + 2 * dj)) continue;
             const double first = nodes.at(i + di, j + dj), second = nodes.at(i + 2 * di, j + 2 * dj);
-            const bool third = known(i + 3 * di, j + 3 * dj);  // the longer way has less noise
+            const bool third = known(i + 3 * di, j + 3 * dj);  // the longer distance has less noise
             sum += third ? first + (first - nodes.at(i + 3 * di, j + 3 * dj)) / 2 : 2 * first - second;
             ++ways;
           }

@@ -15,11 +15,11 @@ namespace {
 #define DEBULK_KERNEL "debulk/surface/missing_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
-constexpr long share = 64;  // holes that one thread fills before it asks for more
+constexpr long share = 64;  // number of holes that one thread fills before it asks for more
 
 }  // namespace
 
-// What was measured, and the missing regions that are to be filled, in the order of their first cells.
+// Finds what was measured, and the missing regions that are to be filled, in the order of their first cells.
 void HoleFilling::find(const Grid<float>& heights, double diameter, Grid<std::uint8_t>& measured, int threads, const Stop& stop) {
   missing_.clear(heights.ny);
   const Isa isa = best_isa();
@@ -44,7 +44,7 @@ void HoleFilling::find(const Grid<float>& heights, double diameter, Grid<std::ui
     const bool inside = h.left > 0 && h.low > 0 && h.right < heights.nx - 1 && h.high < heights.ny - 1;
     return inside && h.width() * heights.spacing <= diameter;
   };
-  // Each region's place among the holes (-1: none), then each hole's cells behind those of the hole before it.
+  // First each region's place among the holes (-1: none), then each hole's cells, behind those of the hole before it.
   holes_.clear();
   region_.assign(runs.size(), -1);
   std::size_t total = 0;
@@ -85,7 +85,8 @@ void HoleFilling::run(Grid<float>& heights, const FillOptions& options, Grid<std
       if (!small.fill(heights, holes_[h], out)) patch.fill(heights, holes_[h], out, stop);
     }
   });
-  for (std::size_t k = 0; k < cells_.size(); ++k) heights.at(cells_[k].i, cells_[k].j) = fillings_[k];  // only now: rings are measured
+  // Only now, so that all rings hold measured heights.
+  for (std::size_t k = 0; k < cells_.size(); ++k) heights.at(cells_[k].i, cells_[k].j) = fillings_[k];
 }
 
 void FillOptions::check() const {

@@ -21,9 +21,9 @@ namespace debulk {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double bent_mm = 0.1;        // so far off, over several nodes, a fit in the least window does not follow the surface
-constexpr double bent_reach_mm = 8.0;  // from there to the nodes whose fits are to blame
-constexpr int halvings = 2;            // of the window there, one after the other: a shoulder of 5 mm radius needs a quarter of it
+constexpr double bent_mm = 0.1;        // so far off over several nodes, a fit does not follow the surface
+constexpr double bent_reach_mm = 8.0;  // distance from there to the nodes whose fits are the cause
+constexpr int halvings = 2;            // of the window there; a shoulder of 5 mm radius needs a quarter of the window
 constexpr double noisier = 30.0;       // a node is left out if its variance is so many times that with a full window
 
 // Sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z².
@@ -42,7 +42,7 @@ struct Nodes {
   }
 };
 
-// The weights of one axis of the window, times powers of the coordinate.
+// The weights along one axis of the window, times powers of the coordinate.
 struct Window {
   int reach;
   std::vector<std::array<double, 5>> powers;  // w x^a at [d + reach]
@@ -92,16 +92,16 @@ struct Quadratic {
     return out;
   }
   struct Fit {
-    double height = nan;  // at the middle
-    double variance = 0;  // of that, in units of one height's
-    double scatter2 = 0;  // variance of a height round the fit, mm²
+    double height = nan;  // in the middle of the window, mm
+    double variance = 0;  // of that height, in units of one measured height's
+    double scatter2 = 0;  // variance of the heights about the fit, mm²
   };
 };
 
-// The factors of normal equations.
+// The factorised normal equations.
 struct Factors {
   Eigen::LLT<Quadratic::Normal> solver;
-  double weight = 0, variance = 0;  // of a fit's height, in units of one height's; 0: the equations are singular
+  double weight = 0, variance = 0;  // of a fit's height, in units of one height's; 0: singular equations
 
   explicit Factors(const Quadratic::Normal& normal) : solver(normal), weight(normal(0, 0)) {
     if (solver.info() == Eigen::Success) variance = solver.solve(Quadratic::Vector::Unit(0))[0];
@@ -114,7 +114,7 @@ struct Factors {
 
 Moments row_moments(const float* row, int nx, int middle, const Window& window, bool complete) {
   Moments m{};
-  if (complete) {  // the weights are even, so that the heights to the left and right go in pairs
+  if (complete) {  // the weights are even, so the heights to the left and right are taken in pairs
     std::copy(window.all.begin(), window.all.end(), m.begin());
     const double z = row[middle];
     double even = window.at(0)[0] * z, odd = 0, second = 0, squares = window.at(0)[0] * z * z;
@@ -138,7 +138,8 @@ Moments row_moments(const float* row, int nx, int middle, const Window& window, 
   return m;
 }
 
-// The fits round the nodes that are wanted (all, if `wanted` is empty); their height is NaN where there is too little to fit to.
+// The fits round the nodes that are wanted (all, if `wanted` is empty). Their height is NaN if there is too little to
+// fit to.
 Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, const Grid<std::uint8_t>& wanted,
                                int threads, const Stop& stop) {
   const int reach = window.reach;
@@ -154,7 +155,7 @@ Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, c
   std::vector<Moments> rows(static_cast<std::size_t>(heights.ny) * static_cast<std::size_t>(nodes.nx));
   std::vector<std::uint8_t> complete(rows.size());
   parallel_for(heights.ny, 16, threads, stop, [&](long begin, long end) {
-    std::vector<int> missing(static_cast<std::size_t>(heights.nx) + 1, 0);  // before each column
+    std::vector<int> missing(static_cast<std::size_t>(heights.nx) + 1, 0);  // number before each column
     for (long j = begin; j < end; ++j) {
       const float* row = &heights.values[heights.index(0, static_cast<int>(j))];
       for (int i = 0; i < heights.nx; ++i)
@@ -192,8 +193,8 @@ Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, c
   return out;
 }
 
-// Whether a wider window's fits follow the surface round node (i, j) as well as a narrower one's: what sets them apart is no
-// larger than the noise, and like noise changes its sign from place to place.
+// Whether a wider window's fits follow the surface round node (i, j) as well as a narrower one's. They do if their
+// difference is no larger than the noise and, like noise, changes its sign from place to place.
 bool agree(const Grid<Quadratic::Fit>& narrow, const Grid<Quadratic::Fit>& wide, int i, int j, int reach, double scatter2) {
   double sum = 0, squares = 0, noise = 0;
   int count = 0;
@@ -208,15 +209,15 @@ bool agree(const Grid<Quadratic::Fit>& narrow, const Grid<Quadratic::Fit>& wide,
   return 2 * count > (2 * reach + 1) * (2 * reach + 1) && squares <= 2 * noise && mean2 <= (squares - mean2) / 3;
 }
 
-// 1 for the nodes whose window is halved so many times at least.
+// 1 for the nodes whose window is halved at least so many times.
 Grid<std::uint8_t> halved(const Grid<std::uint8_t>& bent, int times) {
   Grid<std::uint8_t> out = bent;
   for (std::uint8_t& mark : out.values) mark = mark >= times;
   return out;
 }
 
-// The nodes' heights, each from the widest window, of a few, that agrees with the next narrower one, as that does; at the
-// `bent` nodes from the least window, halved as many times as is marked there.
+// The nodes' heights, each from the widest of a few windows such that every window up to it agrees with the next
+// narrower one. At the `bent` nodes they are from the least window, halved as many times as is marked there.
 Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
                          int threads, const Stop& stop) {
   std::vector<Grid<Quadratic::Fit>> fits;
@@ -237,7 +238,8 @@ Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int rea
         }
         const Quadratic::Fit& least = fits.front().at(i, j);
         std::size_t widest = 0;
-        const auto around = [&](std::size_t k) { return std::max(2, 3 * (reach << k) / (2 * nodes.step)); };  // noise differs over this
+        // The fits' noise varies within this reach, in nodes.
+        const auto around = [&](std::size_t k) { return std::max(2, 3 * (reach << k) / (2 * nodes.step)); };
         while (!std::isnan(least.height) && widest + 1 < fits.size() &&
                agree(fits[widest], fits[widest + 1], i, j, around(widest), least.scatter2))
           ++widest;
@@ -247,14 +249,15 @@ Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int rea
   return out;
 }
 
-// The nodes near which a fit is off what was measured: the surface bends there within a window. Empty where there are none.
+// Marks the nodes near which a fit is off what was measured because the surface bends within a window. Empty if there
+// are none.
 Grid<std::uint8_t> bent_nodes(const Grid<float>& residual, const Grid<double>& nodes, int threads, const Stop& stop) {
   const Grid<std::uint8_t> squares = misfit_squares(residual, bent_mm, 1.0, threads, stop);
   if (std::find(squares.values.begin(), squares.values.end(), 1) == squares.values.end()) return {};
   return nodes_near(squares, nodes, bent_reach_mm);
 }
 
-// Takes out heights far off the fit: what a scanner's spikes, clamps and tools leave.
+// Removes heights far off the fit, which are caused by a scanner's spikes, clamps and tools.
 void remove_strays(Grid<float>& heights, const Grid<float>& residual, double robust) {
   std::vector<float> sample;
   for (std::size_t k = 0; k < residual.size(); k += std::max<std::size_t>(1, residual.size() / 200'000))
@@ -262,7 +265,8 @@ void remove_strays(Grid<float>& heights, const Grid<float>& residual, double rob
   if (sample.empty()) return;
   const auto middle = sample.begin() + static_cast<long>(sample.size() / 2);
   std::nth_element(sample.begin(), middle, sample.end());
-  const double limit = std::max(0.05, robust * 1.4826 * *middle);  // 0.05 mm: exact heights have no noise that a limit could follow from
+  // At least 0.05 mm, because exact heights have no noise from which a limit could follow.
+  const double limit = std::max(0.05, robust * 1.4826 * *middle);
   for (std::size_t k = 0; k < heights.size(); ++k)
     if (std::abs(residual.values[k]) > limit) heights.values[k] = std::numeric_limits<float>::quiet_NaN();
 }

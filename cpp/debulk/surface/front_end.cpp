@@ -13,7 +13,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kFarPitches = 10;  // so many spacings of the height map apart, pixels are no neighbours
+constexpr double kFarPitches = 10;  // pixels so many spacings of the height map apart are not neighbours
 
 }  // namespace
 
@@ -30,7 +30,7 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
                    bool pinhole, const FrontEndOptions& options, int threads, const Grid<float>* seen)
     : reference_(std::move(reference)), view_(view), options_(options), threads_(threads) {
   options.check();
-  transform(CloudView{}, view.mold_from_scanner);  // is it rigid?
+  transform(CloudView{}, view.mold_from_scanner);  // checks that it is rigid
   const Grid<double>& domain = reference_->heights();
   const Eigen::Vector2d last = domain.position(domain.nx - 1, domain.ny - 1);
   map_.heights = covering_grid(low.cwiseMax(domain.origin), high.cwiseMin(last), options.spacing);
@@ -52,10 +52,10 @@ CloudView FrontEnd::copied(const CloudView& scan, const Stop& stop) {
 const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
   Clock clock;
   const CloudView scan = copied(given, stop);
-  Grid<float>& other = map_.before_median;  // until then, for whatever a filter writes
-  // Where there are as many cells as pixels, the copy uses the memory of the image's heights.
+  Grid<float>& other = map_.before_median;  // until the median, this is a buffer for the filters
+  // If there are as many cells as pixels, the copy uses the memory of the image's heights.
   const bool shared = gridding_ && map_.heights.size() >= PinholeOutliers::heights_for(view_.width, view_.height);
-  if (shared && image_.heights().empty()) {  // it is not after a stop
+  if (shared && image_.heights().empty()) {  // it is not empty after a run that was stopped
     other.values.reserve(map_.heights.size());
     image_.swap_heights(other.values);
   }
@@ -67,8 +67,8 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
     gridding_->run(image_, map_.heights, image_.isa, threads_, stop);
     times_.grid = clock.lap();
   } else if (scan.organised() && median_pitch(scan, threads_, stop) > kFarPitches * options_.spacing) {
-    // Pixels in another order than the camera's, or far too few: nothing lies between neighbours that could be told from
-    // them, and the triangles between them would be as large as the map.
+    // The pixels are in another order than the camera's, or far too few. Neighbouring pixels then show nothing of what
+    // lies between them, and the triangles between them would be as large as the map.
     outliers_ = {};
     outliers_.keep.assign(scan.size(), 0);
     std::fill(map_.heights.values.begin(), map_.heights.values.end(), std::numeric_limits<float>::quiet_NaN());

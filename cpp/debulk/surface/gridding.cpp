@@ -19,12 +19,13 @@ constexpr int band_lines = 96;  // lines of the fine grid; a band of grid rows b
 constexpr float nothing = -std::numeric_limits<float>::infinity();
 
 struct Vertex {
-  double u = 0, v = 0;  // columns and rows of the fine grid
+  double u = 0, v = 0;  // column and row in the fine grid
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
   bool seen = false;
 };
 
-// The fine grid: grid point j has lines j * times ... j * times + times - 1, itself the middle one.
+// The fine grid: grid point j has the lines j * times ... j * times + times - 1, of which the middle one passes
+// through it.
 struct FineGrid {
   const Grid<float>& grid;
   int times;
@@ -35,7 +36,8 @@ struct FineGrid {
   }
 };
 
-// A pixel's point, or the middle between the two beside (and, or, above and below) a missing one, if they are close.
+// A pixel's point or, if it is missing, the middle between the two points beside it, above and below it, or of both
+// pairs, if the points of a pair are close.
 Vertex vertex(const CloudView& cloud, int column, int row, double longest_squared, const FineGrid& fine) {
   const auto seen = [&](int i, int j) {
     return i >= 0 && j >= 0 && i < cloud.width && j < cloud.height && cloud.seen(static_cast<std::size_t>(j) * cloud.width + i);
@@ -72,7 +74,8 @@ struct Band {
     const double lowest = std::min({a.xyz.z(), b.xyz.z(), c.xyz.z()}), highest = std::max({a.xyz.z(), b.xyz.z(), c.xyz.z()});
     for (int line = from; line <= to; ++line) {
       double left = std::numeric_limits<double>::infinity(), right = -left;
-      const auto cross = [&](const Vertex& p, const Vertex& q) {  // p below q: neighbours see the same numbers, so no gap
+      // p below q. Neighbouring triangles compute the same numbers, so there is no gap.
+      const auto cross = [&](const Vertex& p, const Vertex& q) {
         if (line < p.v || line > q.v) return;
         const double u = q.v > p.v ? p.u + (q.u - p.u) * ((line - p.v) / (q.v - p.v)) : p.u;
         left = std::min({left, u, q.v > p.v ? u : q.u});
@@ -114,7 +117,7 @@ class OrganisedGridding {
  private:
   struct Tile {
     int column, row;
-    double low, high;  // lines of the fine grid that it can touch
+    double low, high;  // lines of the fine grid that the tile can touch
   };
 
   template <class Visit>
@@ -157,7 +160,8 @@ class OrganisedGridding {
               (r.xyz - p.xyz).squaredNorm() <= longest_squared_)
             band.draw(p, q, r);
         };
-        // The diagonal with the smaller step in height; through the corners that were seen if one is missing.
+        // The diagonal with the smaller step in height or, if a corner is missing, the one through corners that were
+        // seen.
         const bool along_ad = (!b.seen || !c.seen)   ? true
                               : (!a.seen || !d.seen) ? false
                                                      : std::abs(a.xyz.z() - d.xyz.z()) <= std::abs(b.xyz.z() - c.xyz.z());

@@ -12,20 +12,22 @@ struct GriddingOptions {
   void check() const;
 };
 
-// The grid, with lines at multiples of its spacing, that covers a box [low, high] of the XY plane from inside. Throws
-// InputError if it would have more than 2e8 points (a wrong spacing, a wrong unit or a stray point).
+// The grid, with lines at multiples of its spacing, that covers as much of a box [low, high] of the XY plane as lies
+// within the box. Throws InputError if it would have more than 2e8 points (a wrong spacing, a wrong unit or a stray
+// point), or none.
 Grid<float> covering_grid(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double spacing);
 
-// Heights (z) of a cloud at the points of a grid, NaN where nothing was seen; values of `grid` are overwritten.
+// Heights (z) of a cloud at the points of a grid, NaN where nothing was seen. The values of `grid` are overwritten.
 //
-// Organised clouds: every square of four neighbouring pixels is two triangles (one if a corner is missing), and z is
-// interpolated on them. A missing pixel between two that were seen, in its row or column, is bridged. Where surfaces lie
-// above each other the highest counts. If the grid is coarser than 1.5 pitches, z is taken on a grid an odd number of
-// times finer, no coarser than the pitch, and averaged over the square round each grid point, in pairs opposite to each
-// other: noise is averaged, a slope leaves no bias, even where half of a square is missing.
+// Organised clouds: every square of four neighbouring pixels gives two triangles (one if a corner is missing), and z
+// is interpolated on them. A missing pixel between two that were seen, in its row or column, is bridged. Where
+// surfaces lie above each other, the highest counts. If the grid is coarser than 1.5 pitches, z is taken on a grid an
+// odd number of times finer, no coarser than the pitch, and averaged over the square round each grid point, in pairs
+// of opposite points. This averages the noise, and a slope leaves no bias, even if half of a square is missing.
 //
-// Unorganised clouds: a plane is fitted to the points within max(spacing, 2 pitches) with weights (1 - d²/r²)², and its
-// height taken; missing where that height would be noisier than a single measured point.
+// Unorganised clouds: a plane is fitted to the points within max(spacing, 2 pitches) with weights (1 - d²/r²)², and
+// its height is taken. The height is missing where it would be noisier than a single measured point. Throws InputError
+// and Stopped.
 void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options = {}, int threads = 0,
                   const Stop& stop = Stop());
 

@@ -13,7 +13,7 @@
 namespace debulk {
 namespace {
 
-// Points sorted into square cells as wide as the fit's radius; within a cell in the order of the cloud.
+// Points sorted into square cells as wide as the fit's radius. Within a cell they are in the order of the cloud.
 struct Cells {
   Eigen::Vector2d low;
   double side;
@@ -42,7 +42,7 @@ struct Cells {
   }
 };
 
-// Height at the origin of the plane fitted to weighted points, NaN if it would be noisier than one point.
+// Height at the origin of the plane fitted to weighted points; NaN if it would be noisier than one point.
 class PlaneFit {
  public:
   void add(double x, double y, double z, double weight) {
@@ -74,7 +74,7 @@ void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, i
   const double radius = std::max(grid.spacing, 2 * pitch);
   const Cells cells(cloud, grid, radius, stop);
   parallel_for(grid.ny, 8, threads, stop, [&](long begin, long end) {
-    std::size_t visited = 0, next_check = 0;  // a cloud of a wrong unit has all of its points in one cell
+    std::size_t visited = 0, next_check = 0;  // a cloud in a wrong unit has all of its points in one cell
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < grid.nx; ++i) {
         if (visited >= next_check) {

@@ -11,8 +11,8 @@ namespace {
 
 constexpr Cell around[4] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
 
-// Grows what is marked in an image of `nx` columns, but not onto its border, by layer number `layer`: over corners and edges,
-// or over edges only. The two in turn keep a disc round.
+// Grows the marks in an image of `nx` columns, but not onto its border, by layer number `layer`: over corners and
+// edges if that is odd, over edges only if it is even. The two in turn keep a disc round.
 void grow(std::vector<std::uint8_t>& marks, std::vector<std::uint8_t>& scratch, int nx, int layer) {
   scratch = marks;
   const std::uint8_t* from = scratch.data();
@@ -26,10 +26,10 @@ void grow(std::vector<std::uint8_t>& marks, std::vector<std::uint8_t>& scratch, 
 #define DEBULK_KERNEL "debulk/surface/band_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
-// Solves A x = b for a positive definite A, see band_kernel.inl; overwrites both.
+// Solves A x = b for a positive definite A (see band_kernel.inl). Both are overwritten.
 void solve_band(std::vector<double>& band, int width, int stride, std::vector<double>& b, const Stop& stop) {
   const int count = static_cast<int>(b.size());
-  constexpr long most = 20'000'000;  // products between two looks at the stop: some milliseconds
+  constexpr long most = 20'000'000;  // products between two checks of the stop: some milliseconds
   const int columns = static_cast<int>(std::max(1L, most / std::max(1L, static_cast<long>(width) * width)));
   for (int first = 0; first < count; first += columns) {
     if (stop.now()) throw Stopped("the filling of a hole was stopped");
@@ -64,7 +64,7 @@ void HolePatch::surround(const Grid<float>& heights, const Hole& hole) {
     }
 }
 
-// Cells from the rim to the hole's deepest point.
+// Number of cells from the rim to the hole's deepest point.
 int HolePatch::depth() {
   outside_.resize(marks_.size());
   std::transform(marks_.begin(), marks_.end(), outside_.begin(), [](std::uint8_t inside) { return static_cast<std::uint8_t>(1 - inside); });
@@ -73,8 +73,8 @@ int HolePatch::depth() {
   return layer;
 }
 
-// The five-point Laplace equation for what the trend leaves at the rim, into rest_. The region is a whole component, so all of
-// its missing neighbours are its own cells.
+// Solves the five-point Laplace equation for the trend's residuals at the rim; the result is rest_. The region is a
+// whole component, so all missing neighbours of its cells are its own cells.
 void HolePatch::harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend, const Stop& stop) {
   int width = 0;
   for (int k = 0; k < hole.count; ++k)

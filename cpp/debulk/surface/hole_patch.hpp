@@ -13,7 +13,8 @@ struct Cell {
   int i, j;
 };
 
-// A missing region that is connected over edges or corners: its cells row by row, and its box, both ends in it.
+// A missing region that is connected over edges or corners: its cells row by row, and its box, which includes both
+// ends.
 struct Hole {
   const Cell* cells;
   int count;
@@ -21,10 +22,10 @@ struct Hole {
   int width() const { return (right - left > high - low ? right - left : high - low) + 1; }
 };
 
-// Fills one hole after the other (see fill_holes.hpp), in memory that it keeps.
+// Fills one hole after another (see fill_holes.hpp), and reuses its memory.
 class HolePatch {
  public:
-  // Writes one height a cell. Not a hole at the grid's border. Throws Stopped.
+  // Writes one height per cell. The hole must not touch the grid's border. Throws Stopped.
   void fill(const Grid<float>& heights, const Hole& hole, float* out, const Stop& stop = Stop());
 
  private:
@@ -33,9 +34,9 @@ class HolePatch {
   int depth();
   void harmonic(const Grid<float>& heights, const Hole& hole, const RingFit& trend, const Stop& stop);
 
-  int left_ = 0, top_ = 0, nx_ = 0;                      // of the hole with its surroundings
+  int left_ = 0, top_ = 0, nx_ = 0;                      // position and columns of the hole with its surroundings
   std::vector<int> number_;                              // of the hole's cells, else -1
-  std::vector<std::uint8_t> marks_, outside_, scratch_;  // the hole and what it has grown to; what it has not
+  std::vector<std::uint8_t> marks_, outside_, scratch_;  // hole and ring; all but the hole, grown inwards
   std::vector<RingPoint> ring_, inside_;
   std::vector<double> band_, rest_;
 };

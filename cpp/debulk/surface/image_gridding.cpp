@@ -21,7 +21,7 @@ struct ImageTables {
   float f, cx, cy, up[3];  // up: the mold's z in the scanner's frame
   const float *heights, *tiles;
   int width, height, tile_pitch;
-  int left, top;  // of a part in the whole image, in whose pixels the camera is
+  int left, top;  // of a part in the whole image, to whose pixels the camera refers
 };
 
 #define DEBULK_KERNEL "debulk/surface/image_kernel.inl"
@@ -43,7 +43,8 @@ RayBase ray_base(const Reference& reference, const View& view, int threads) {
   const auto depth_of = [&](const Eigen::Vector3d& d, double z) { return (z - o.z()) / d.z(); };
   const Grid<double>& f = reference.heights();
   const double middle = reference.height(f.position(f.nx / 2.0, f.ny / 2.0));
-  // A step beyond the reference: the outermost pixels of its image lie between that ray and the last one within.
+  // Rays up to a step beyond the reference are kept: the outermost pixels of its image lie between such a ray and the
+  // last one within.
   const auto near = [&](const Eigen::Vector2d& xy, double step_mm) {
     const Eigen::Vector2d slack = Eigen::Vector2d::Constant(2 * step_mm), last = f.position(f.nx - 1, f.ny - 1);
     return (xy.array() >= (f.origin - slack).array()).all() && (xy.array() <= (last + slack).array()).all();
@@ -61,7 +62,7 @@ RayBase ray_base(const Reference& reference, const View& view, int threads) {
         const Eigen::Vector3d d = ray(static_cast<double>(i) * base.step, static_cast<double>(j) * base.step);
         double z = depth_of(d, middle), gain = nan, sag = 0;
         bool met = false;
-        for (int round = 0; round < 20 && !met; ++round) {  // Newton on the clearance
+        for (int round = 0; round < 20 && !met; ++round) {  // Newton's method on the clearance
           const SurfaceSample s = reference.sample((o + z * d).head<2>());
           gain = d.z() - s.gradient.dot(d.head<2>());
           sag = std::pow(base.step * pitch, 2) / 12 * s.hessian.trace();
@@ -71,7 +72,8 @@ RayBase ray_base(const Reference& reference, const View& view, int threads) {
         }
         if (!met || !(z > 0) || !near((o + z * d).head<2>(), base.step * pitch)) continue;
         const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>(i);
-        base.depth[at] = static_cast<float>(z - sag / gain);  // straight lines between the rays lie below a crest, by so much on average
+        // Straight lines between the rays lie below a crest by the sag on average.
+        base.depth[at] = static_cast<float>(z - sag / gain);
         base.gain[at] = static_cast<float>(gain);
       }
   });

@@ -12,7 +12,7 @@
 
 namespace debulk {
 
-// A pinhole camera that looks at the mold: its image's size and its pose.
+// A pinhole camera that looks at the mold: the size of its image, and its pose.
 struct View {
   Pinhole camera;
   int width = 0, height = 0;                                        // pixels
@@ -22,31 +22,34 @@ struct View {
   Eigen::Vector3d centre() const { return mold_from_scanner.topRightCorner<3, 1>(); }
 };
 
-// The reference along the view's rays. With o the camera's centre, D = R ((i - cx)/f, (j - cy)/f, 1) the ray in the mold's
-// frame and Z0 the depth at which it meets F, the point at depth Z stands above F, at its own x and y, by
+// The reference along the view's rays. Let o be the camera's centre, D = R ((i - cx)/f, (j - cy)/f, 1) the ray in the
+// mold's frame, and Z0 the depth at which it meets F. The point at depth Z stands above F, at its own x and y, by
 //   h = (Z - Z0) (D_z - grad F . D_xy) + O((Z - Z0)² curvature),
-// 1e-3 mm for a pocket of 15 mm on a mold of 5 m radius. No ray, no height outside F's grid.
+// where the last term is 1e-3 mm for a pocket of 15 mm on a mold of 5 m radius. There are no rays and no heights
+// outside F's grid.
 RayBase ray_base(const Reference& reference, const View& view, int threads = 0);
 
-// Heights in the image to heights on a grid of the mold's XY plane: parallax undone, image not copied. A node's surface
-// point (x, y, F + h) is seen by another pixel the higher it stands; the pixel follows from h, which is looked up three
-// times: in the tiles' mean heights, at the pixel found so, and, with a smooth kernel of 3 by 3 pixels, at the pixel found
-// then. Each time the error shrinks by the ply's slope times the ray's, below 0.1.
+// Converts heights in the image to heights on a grid of the mold's XY plane. This undoes the parallax without copying
+// the image. The higher a node's surface point (x, y, F + h) stands, the farther its pixel is shifted. The pixel
+// follows from h, which is looked up three times: in the tiles' mean heights, then at the pixel found from that, and
+// finally, with a smooth kernel of 3 by 3 pixels, at the pixel found from that. Each time the error shrinks by the
+// ply's slope times the ray's, which is below 0.1.
 class ImageGridding {
  public:
   ImageGridding(const Reference& reference, const View& view, const Grid<float>& grid, int threads = 0);
 
-  // Overwrites the grid's values; NaN where less than four tenths of the kernel were kept.
+  // Overwrites the grid's values. They are NaN where less than four tenths of the kernel were kept. Throws Stopped.
   void run(const PinholeOutliers& image, Grid<float>& grid, Isa isa = best_isa(), int threads = 0, const Stop& stop = Stop()) const;
 
-  // Of the kernel, a quadratic B-spline, as a variance along x and along y: a quarter of a pixel squared, in the image's middle.
+  // The blur of the kernel, a quadratic B-spline, as a variance along x and along y: a quarter of a pixel squared, in
+  // the image's middle.
   double blur_mm2() const { return blur_mm2_; }
 
-  // Where a part of the image, which was cleaned alone, lies in the whole.
+  // Where a part of the image that was cleaned by itself lies in the whole.
   struct Part {
     int column = 0, row = 0, width = 0, height = 0;  // pixels
   };
-  // The same on a part of the grid that begins at node (i0, j0), i0 a multiple of 16.
+  // The same on a part of the grid that begins at node (i0, j0). i0 must be a multiple of 16.
   void run(const PinholeOutliers& image, const Part& part, Grid<float>& grid, int i0, int j0, Isa isa, int threads,
            const Stop& stop = Stop()) const;
 
@@ -54,7 +57,7 @@ class ImageGridding {
   View view_;
   double blur_mm2_ = 0;
   int across_ = 0;                                  // stretches of 16 nodes, and one more
-  std::vector<float> point_x_, point_y_, point_z_;  // of (x, y, F) in the scanner's frame, every 16th node of a row
+  std::vector<float> point_x_, point_y_, point_z_;  // (x, y, F) of every 16th node of a row, in the scanner's frame
 };
 
 }  // namespace debulk

@@ -1,11 +1,11 @@
-// The loops of image_gridding.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loops of image_gridding.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
 struct Pixels {
   Floats column, row;
 };
 
-// The places of sixteen nodes in an image of `pitch` values per row. Most of them lie in two rows and a few neighbouring columns, in
-// which shuffles find the values many times faster than loads one by one.
+// The places of sixteen nodes in an image of `pitch` values per row. Most of them lie in two rows and a few
+// neighbouring columns; there, shuffles find the values many times faster than single loads.
 struct Places {
   const float* image;
   long pitch;
@@ -13,7 +13,7 @@ struct Places {
   int left = 0, top = 0;
   bool close = false;
 
-  template <int N>  // within 16 N columns, `margin` kept on both sides
+  template <int N>  // within 16 N columns, with `margin` kept on both sides
   DEBULK_INLINE void look_closely(int margin) {
 #if DEBULK_ISA == 4
     left = std::max(0, std::min(column[0], column[lanes - 1]) - 4), top = std::min(row[0], row[lanes - 1]);
@@ -29,7 +29,7 @@ struct Places {
     if (!close) return gather(image + down * pitch + right, row * static_cast<int>(pitch) + column);
     return row == top ? line<N>(down, right) : line<N>(down + 1, right);
   }
-  // The same of row `top`, if close.
+  // The same in row `top`, if the places are close.
   template <int N>
   DEBULK_INLINE Floats line(int down, int right) const {
     return pick<N>(image + (top + down) * pitch + left, column - left + right);
@@ -43,7 +43,7 @@ DEBULK_INLINE Floats look_up(const float* image, int pitch, Ints column, Ints ro
   return at.values<N>(0, 0);
 }
 
-// A mean of the nine values round the places, with weights; NaN counts nothing.
+// The weighted mean of the nine values round the places. NaN is left out.
 DEBULK_INLINE Floats smooth(const Places& at, const Floats* wx, const Floats* wy) {
   Floats sum = {}, weights = {};
   const auto add = [&](Floats value, Floats w) DEBULK_LAMBDA {
@@ -64,7 +64,7 @@ DEBULK_INLINE Floats smooth(const Places& at, const Floats* wx, const Floats* wy
   return weights >= all(0.4f) ? sum / weights : all(nan);
 }
 
-// Sixteen nodes of a row.
+// Sixteen consecutive nodes of a row.
 struct Nodes {
   const ImageTables& t;
   Floats x, y, z;
@@ -75,14 +75,14 @@ struct Nodes {
     x = t.x[at] + steps * (t.x[at + 1] - t.x[at]), y = t.y[at] + steps * (t.y[at + 1] - t.y[at]);
     z = t.z[at] + steps * (t.z[at + 1] - t.z[at]);
   }
-  // Where they are seen at these heights.
+  // The pixels at which the nodes are seen at these heights.
   DEBULK_INLINE Pixels project(Floats h) const {
     const Floats scale = t.f / (z + h * t.up[2]);
     return {t.cx + (x + h * t.up[0]) * scale, t.cy + (y + h * t.up[1]) * scale};
   }
 };
 
-// Whole numbers of pixels. A node whose pixel is outside reads the first inner pixel, and the value is not used.
+// Whole numbers of pixels. A node whose pixel is outside reads the first inner pixel, but that value is not used.
 struct Nearest {
   Ints in, column, row;
 
@@ -95,7 +95,8 @@ struct Nearest {
   }
 };
 
-// One of the three lookups for many stretches in turn, because the three lookups of one stretch wait for each other.
+// Does each of the three lookups for many stretches in turn, because the three lookups of one stretch wait for each
+// other.
 void run(const ImageTables& t, int j, float* out) {
   constexpr int most = 32;  // stretches at once
   alignas(64) float heights[most * lanes];

@@ -19,7 +19,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 #define DEBULK_KERNEL "debulk/surface/median_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
-// The median of the values that are known, at columns and rows `step` apart, up to `reach` steps away.
+// The median of the known values at columns and rows `step` apart, up to `reach` steps away.
 float window_median(const Grid<float>& grid, int i, int j, int reach, int step) {
   if (std::isnan(grid.at(i, j))) return std::numeric_limits<float>::quiet_NaN();
   std::array<float, 25> window{};
@@ -32,7 +32,7 @@ float window_median(const Grid<float>& grid, int i, int j, int reach, int step) 
   return (last - window.begin()) % 2 == 0 ? (*middle + *std::max_element(window.begin(), middle)) / 2 : *middle;
 }
 
-// Values farther than the tolerance from their medians become these.
+// Replaces values farther than the tolerance from their medians by these.
 void filter(const Grid<float>& grid, int reach, int step, float tolerance, Grid<float>& out, int threads, const Stop& stop) {
   out.nx = grid.nx, out.ny = grid.ny, out.origin = grid.origin, out.spacing = grid.spacing;
   out.values.resize(grid.size());

@@ -5,14 +5,15 @@
 
 namespace debulk {
 
-// The median of the values that are known in a window of size by size (3 or 5) round each value; the mean of the middle
-// two where their number is even. A missing value stays missing.
+// The median of the known values in a window of size by size (3 or 5) round each value. If their number is even, it is
+// the mean of the middle two. A missing value stays missing.
 Grid<float> median(const Grid<float>& grid, int size = 3, int threads = 0);
-// The same, written into a grid that exists already and is not the input.
+// The same, written into a grid that exists already and is not the input. Throws Stopped.
 void median(const Grid<float>& grid, int size, Grid<float>& out, int threads, const Stop& stop = Stop());
 
-// Spikes that are no ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median. A value further
-// than the tolerance (mm) from the median of itself and the eight values two away takes that median.
+// Removes spikes that are not ply: two flying pixels side by side pass both an outlier filter and a 3 by 3 median. A
+// value that differs by more than the tolerance (mm) from the median of itself and the eight values two points away is
+// replaced by that median.
 void without_spikes(const Grid<float>& grid, double tolerance, Grid<float>& out, int threads, const Stop& stop = Stop());
 
 }  // namespace debulk

@@ -1,4 +1,4 @@
-// The loop of median.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loop of median.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
 DEBULK_INLINE void order(Floats& a, Floats& b) {
   const Floats low = lower(a, b), high = higher(a, b);
@@ -7,7 +7,7 @@ DEBULK_INLINE void order(Floats& a, Floats& b) {
 DEBULK_INLINE Floats middle(Floats a, Floats b, Floats c) {
   return higher(lower(a, b), lower(higher(a, b), c));
 }
-// Of three columns of three values.
+// The median of three columns of three values.
 DEBULK_INLINE Floats median_of(const Floats (&window)[3][3]) {
   Floats low[3], mid[3], high[3];
   for (int c = 0; c < 3; ++c) {
@@ -18,11 +18,13 @@ DEBULK_INLINE Floats median_of(const Floats (&window)[3][3]) {
   return middle(highest_low, middle(mid[0], mid[1], mid[2]), lowest_high);
 }
 
-// Medians of windows whose columns are `step` apart, from column `i` (not before `step`) on, sixteen at once, to the end of
-// a row that is long enough; returns the column behind. A value nearer than the tolerance to its median stays itself.
+// Takes the medians of windows whose columns are `step` apart, sixteen at once, from column `i` (not before `step`) to
+// the end of a row that is long enough. Returns the column after the last one done. A value nearer to its median than
+// the tolerance stays.
 //
-// Missing values become infinite, of either sign in turn, so that the middle stays where it is. Of an odd number of them one
-// is too many: with the signs changed the middle is the other one of the two, and their mean is the median.
+// Missing values become infinite, with alternating sign, so that the middle stays where it is. If their number is odd,
+// one infinity is left over. With all signs changed, the middle is then the other one of the two middle values, and
+// the mean of both is the median.
 template <int Step>
 DEBULK_INLINE int medians(const float* above, const float* row, const float* below, int i, int nx, float tolerance, float* out) {
   const int end = nx - Step;

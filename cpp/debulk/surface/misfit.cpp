@@ -14,13 +14,14 @@ namespace debulk {
 namespace {
 
 constexpr double noisier = 8.0;       // robust standard deviations: seldom reached in a million squares of correlated noise
-constexpr int enough = 7;             // of nine squares
-constexpr double least_mm2 = 64.0;    // four nodes, 4 mm apart
-constexpr double tolerance_mm = 0.2;  // that a height may be off by where a ply lies on the mold (patch.mold_tol_mm)
+constexpr int enough = 7;             // known squares of nine
+constexpr double least_mm2 = 64.0;    // area of four nodes, 4 mm apart
+constexpr double tolerance_mm = 0.2;  // by which a height may be off where a ply lies on the mold (patch.mold_tol_mm)
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
-// The size of the mean over the 3 by 3 squares round each, without the two highest and the two lowest, for there are spikes
-// beside gaps; at most a share `most` of the largest. Seven at least must be known.
+// The absolute value of the mean over the 3 by 3 squares round each, without the two highest and the two lowest,
+// because there are spikes beside gaps. It is at most the share `most` of the largest. At least seven squares must be
+// known.
 Grid<float> smoothed(const Grid<float>& squares, double most, int threads, const Stop& stop) {
   Grid<float> out = squares.like<float>(nan);
   parallel_for(squares.ny, 8, threads, stop, [&](long begin, long end) {
@@ -98,7 +99,7 @@ Grid<std::uint8_t> misfit_squares(const Grid<float>& residual, double tolerance,
 }
 
 Grid<std::uint8_t> misfits(const Grid<float>& heights, const Reference& fit, int threads, const Stop& stop) {
-  // A broad, even misfit of a tenth or two does no harm: half of the largest must be too much.
+  // A broad, even misfit of a tenth or two does no harm, so half of the largest residual must be too much.
   const Grid<std::uint8_t> squares = misfit_squares(residuals(heights, fit, threads, stop), tolerance_mm, 0.5, threads, stop);
   const int side = pool_side(heights);
   Grid<std::uint8_t> out = heights.like<std::uint8_t>();

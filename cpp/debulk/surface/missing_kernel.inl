@@ -1,6 +1,6 @@
-// The loop of fill_holes.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The loop of fill_holes.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
-// Where a row has no value, and 1 where it has one.
+// Writes the runs of a row where there is no value, and marks with 1 where there is one.
 void run(const float* row, int nx, std::uint8_t* measured, RunWriter& missing) {
   int i = 0;
   for (; i + lanes <= nx; i += lanes) {

@@ -21,7 +21,8 @@ class Moved : public Surface {
   Eigen::Vector3d by_;
 };
 
-// Places are counted from the moved first height: far away, no digits are lost on the way there and back.
+// Places are counted from the moved first height, so that no digits are lost on the way there and back, however far
+// away it is.
 class MovedReference : public Surface {
  public:
   MovedReference(std::shared_ptr<const Reference> reference, const Eigen::Vector3d& by)

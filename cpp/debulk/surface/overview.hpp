@@ -8,7 +8,7 @@
 
 namespace debulk {
 
-// What is known of the ply at a glance: every few points of a height map.
+// A coarse picture of what is known of the ply: every few points of a height map.
 struct Overview {
   static constexpr double spacing_mm = 2.0;  // about
 
@@ -16,12 +16,12 @@ struct Overview {
   Grid<std::uint8_t> measured;   // 1 where the scan saw the ply and the reference below it is known
   Grid<std::uint8_t> reference;  // 1 where the reference is known
 
-  // Of every how manieth point of a grid of that spacing.
+  // Of a grid with this spacing, every step()-th point is taken.
   static int step(double grid_spacing_mm);
 };
 
-// anchor: the first point of a larger grid with the same lines; points are taken as if it was that one, so that a part of it shows
-// what the whole shows.
+// anchor: the first point of a larger grid with the same lines. Points are taken as if the map began there, so that a
+// part of the larger grid shows what the whole shows.
 Overview overview_of(const HeightMap& map, const ReferenceGaps& gaps, const Eigen::Vector2d& anchor);
 
 }  // namespace debulk

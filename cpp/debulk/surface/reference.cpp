@@ -11,10 +11,11 @@
 namespace debulk {
 namespace {
 
-// Cubic B-spline coefficients c[-1..n] of the spline through f[0..n-1], so that (c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i],
-// along `wide` columns of n rows at once, in place: row j of f is row j + 1 of `rows`, `stride` apart, whose first and last
-// are set too. The not-a-knot condition, c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, with the first three equations gives
-// c[1] = (8 f[1] - f[0] - f[2]) / 6 at once, likewise at the other end; a tridiagonal system is left between them.
+// Computes the cubic B-spline coefficients c[-1..n] of the spline through f[0..n-1], so that
+// (c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i], along `wide` columns of n rows at once, in place. Row j of f is row j + 1 of
+// `rows`, which are `stride` apart and whose first and last are set, too. The not-a-knot condition,
+// c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0, and the first three equations give c[1] = (8 f[1] - f[0] - f[2]) / 6
+// directly, and likewise at the other end. A tridiagonal system remains between them.
 template <int kWide = Eigen::Dynamic>
 void spline_columns(double* rows, int wide, int stride, int n) {
   using Row = Eigen::Array<double, kWide, 1>;
@@ -35,7 +36,8 @@ void spline_columns(double* rows, int wide, int stride, int n) {
   c(n) = 6 * last - 4 * c(n - 1) - c(n - 2);
 }
 
-// The four B-splines that are not zero at parameter u (in spacings), with first and second derivatives by u.
+// The four B-splines that are not zero at parameter u (in spacings), with first and second derivatives with respect to
+// u.
 struct Weights {
   int first;
   std::array<double, 4> value, slope, curvature;
@@ -51,7 +53,8 @@ inline Weights weights_inside(double u, int n) {
   return w;
 }
 
-// Outside, at a signed distance d from the border: value + d slope + log cosh(d) curvature, which is C2 there.
+// Outside, at a signed distance d from the border, the value is value + d slope + log cosh(d) curvature, which is C2
+// there.
 inline Weights weights(double u, int n) {
   const double border = std::clamp(u, 0.0, n - 1.0);
   Weights w = weights_inside(border, n);
@@ -67,7 +70,7 @@ inline Weights weights(double u, int n) {
   return w;
 }
 
-// rows: of the coefficients, the first of the four.
+// rows: the first of the four rows of coefficients.
 double height_of(const double* rows, int wide, const Weights& wx, const Weights& wy) {
   double f = 0;
   for (std::size_t b = 0; b < 4; ++b) {
@@ -95,7 +98,7 @@ Reference::Reference(Grid<double> given) : heights_(std::move(given)) {
             std::to_string(*missing) + " at row " + std::to_string(at / heights.nx) + ", column " + std::to_string(at % heights.nx));
   }
 
-  // Along the rows, some at a time, turned so that they are columns; then along the columns.
+  // First along the rows, some at a time, transposed into columns; then along the columns.
   constexpr int kRows = 8;
   const int nx = heights_.nx, ny = heights_.ny, wide = nx + 2;
   coefficients_.resize(static_cast<std::size_t>(ny + 2) * wide);
@@ -111,7 +114,7 @@ Reference::Reference(Grid<double> given) : heights_(std::move(given)) {
       for (int i = 0; i < wide; ++i)
         coefficients_[static_cast<std::size_t>(j + r + 1) * wide + i] = turned[static_cast<std::size_t>(i) * kRows + r];
   }
-  constexpr int kColumns = 64;  // at a time: they stay in the cache
+  constexpr int kColumns = 64;  // number at a time, so that they stay in the cache
   for (int i = 0; i < wide; i += kColumns) spline_columns(coefficients_.data() + i, std::min(kColumns, wide - i), wide, ny);
 }
 

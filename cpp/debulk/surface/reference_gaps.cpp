@@ -8,11 +8,12 @@
 namespace debulk {
 namespace {
 
-// A gap in what the mold is known by hides no pocket, for the ply above it is seen: it only leaves a strip of the mold to be guessed.
-// One so narrow, as a share of the diameter of holes in a scan that are filled, may therefore be longer than those.
+// A gap in the scan of the mold hides no pocket, because the ply above it is seen; only the mold has to be guessed in
+// a strip. A gap as narrow as this, as a share of the diameter of holes in a scan that are filled, may therefore be
+// longer than those.
 constexpr double kNarrow = 0.8;
 
-// Whether every point of the runs has a known one within `reach` of it, all in steps of the grid.
+// Whether every point of the runs has a known point within `reach`, all in steps of the grid.
 bool is_narrow(const std::vector<Run>& runs, const std::vector<std::size_t>& gap, const Grid<float>& seen, double reach) {
   const int steps = static_cast<int>(reach);
   const auto near_known = [&](int i, int j) {
@@ -61,7 +62,7 @@ Grid<std::uint8_t> known_in(const Grid<float>& seen, double diameter_mm) {
 
 ReferenceGaps::ReferenceGaps(const Grid<float>& seen, const Grid<float>& frame, double diameter_mm) {
   const Grid<std::uint8_t> known = known_in(seen, diameter_mm);
-  std::vector<int> column(static_cast<std::size_t>(frame.nx));  // the nearest of `seen`
+  std::vector<int> column(static_cast<std::size_t>(frame.nx));  // the nearest column of `seen`
   for (int i = 0; i < frame.nx; ++i)
     column[static_cast<std::size_t>(i)] = static_cast<int>(std::lround(seen.locate(frame.position(i, 0)).x()));
   first_.push_back(0);

@@ -7,23 +7,24 @@
 
 namespace debulk {
 
-// Where the scan of the reference saw nothing. A fitted Reference is a surface everywhere, but in a gap it is a guess, and a
-// height above a guess is not known.
+// Where the scan of the reference saw nothing. A fitted Reference is a surface everywhere, but in a gap it is a guess,
+// and a height above a guess is not known.
 class ReferenceGaps {
  public:
-  ReferenceGaps() = default;  // none
-  // seen: the heights that the reference was fitted to, NaN where nothing was seen. frame: the grid of the height map, with
-  // any values. As in a scan, a gap counts as seen if it is no wider than diameter_mm and does not reach the border of `seen`; one up
-  // to twice as long does, too, where no point of it is farther than 0.4 of that diameter from a known one.
+  ReferenceGaps() = default;  // no gaps
+  // seen: the heights that the reference was fitted to, NaN where nothing was seen. frame: the grid of the height map,
+  // with any values. As in a scan, a gap counts as seen if it is no wider than diameter_mm and does not reach the
+  // border of `seen`. A gap up to twice as long counts as seen, too, if none of its points is farther than 0.4 of that
+  // diameter from a known one.
   ReferenceGaps(const Grid<float>& seen, const Grid<float>& frame, double diameter_mm);
 
-  // Makes the heights in the gaps NaN, on the part of the frame that begins at its point (i0, j0).
+  // Sets the heights in the gaps to NaN. The heights are the part of the frame that begins at its point (i0, j0).
   void hide(Grid<float>& heights, int i0 = 0, int j0 = 0) const;
   bool known(int i, int j) const;  // at a point of the frame
 
  private:
   std::vector<Run> runs_;           // of the frame, in order
-  std::vector<std::size_t> first_;  // of each row's runs, and the end; empty: no gaps
+  std::vector<std::size_t> first_;  // number of each row's first run, and the end; empty: no gaps
 };
 
 }  // namespace debulk

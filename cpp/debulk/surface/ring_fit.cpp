@@ -17,7 +17,7 @@ double RingFit::Polynomial::operator()(double u, double v) const {
   return sum;
 }
 
-// The ring's sums of u^a v^b, of which all normal equations are made, and of z u^a v^b.
+// The ring's sums of u^a v^b, from which all normal equations are made, and of z u^a v^b.
 RingFit::Polynomial RingFit::moments(const std::vector<RingPoint>& ring, Polynomial& heights) const {
   Polynomial sums;
   for (const RingPoint& p : ring) {
@@ -63,7 +63,7 @@ RingFit::RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint
     }
     const Eigen::LLT<Normal> factors(normal);
     if (factors.info() != Eigen::Success || !(factors.rcond() > 1e-13)) continue;
-    // The variance of the prediction at t is tᵀ N⁻¹ t, in units of one value's: again a polynomial.
+    // The variance of the prediction at t is tᵀ N⁻¹ t, in units of one value's variance. It is a polynomial, too.
     const Normal inverse = factors.solve(Normal::Identity(count, count));
     Polynomial variance;
     variance.degree = 2 * degree;

@@ -7,13 +7,13 @@
 namespace debulk {
 
 struct RingPoint {
-  double x, y;  // columns and rows
+  double x, y;  // column and row
   double z;
 };
 
-// A polynomial through the ring of measured values round a hole, of the highest degree (of 4, 2, 1, 0, at most
-// `highest_degree`) that predicts no point of the hole with more noise than a single measured value has. An even degree
-// serves the crown of a bell as well as the next odd one, with less noise. Allocates nothing.
+// A polynomial through the ring of measured values round a hole. Its degree is the highest (of 4, 2, 1, 0, at most
+// `highest_degree`) that predicts no point of the hole with more noise than a single measured value has. For the crown
+// of a bell an even degree is as good as the next odd one, with less noise. Allocates nothing.
 class RingFit {
  public:
   RingFit(const std::vector<RingPoint>& ring, const std::vector<RingPoint>& hole, int highest_degree);
@@ -22,7 +22,7 @@ class RingFit {
 
  private:
   static constexpr int highest = 4;
-  // Of u^a v^b, a + b <= degree; the normal equations have twice the degree.
+  // Coefficients of u^a v^b, a + b <= degree. The normal equations have twice the degree.
   struct Polynomial {
     int degree = 0;
     double of[2 * highest + 1][2 * highest + 1] = {};

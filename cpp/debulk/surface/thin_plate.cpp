@@ -13,7 +13,7 @@
 namespace debulk {
 namespace {
 
-// One difference of heights: nodes (as offsets), their factors, and the weight of its square.
+// One difference of heights: its nodes (as offsets), their factors, and the weight of its square.
 struct Difference {
   int points;
   std::array<int, 4> di, dj;
@@ -31,10 +31,12 @@ constexpr std::array<Difference, 2> kTilt{{
     {2, {0, 0, 0, 0}, {0, 1, 0, 0}, {-1, 1, 0, 0}, 1.0},
 }};
 
-// A factor below this means that the known heights leave the plate free to move. (The energy's coefficients are of order 1.)
+// A smaller factor means that the known heights leave the plate free to move. (The energy's coefficients are of
+// order 1.)
 constexpr double kLeastFactor = 1e-12;
 
-// Of one factorisation, which cannot be stopped: it takes some 40 ms for so many heights in the shape of a disc.
+// Limit for one factorisation, which cannot be stopped. For so many heights in the shape of a disc it takes
+// some 40 ms.
 constexpr std::size_t kMostUnknown = 6'000;
 
 // The normal equations of the plate: half the derivative of its energy.
@@ -107,7 +109,7 @@ class PlateEquations {
   bool anchored_ = false;
 };
 
-// The plate by one factorisation.
+// Solves the plate by one factorisation.
 template <class Number>
 std::vector<double> direct_plate(const Grid<Number>& heights, const std::vector<std::size_t>& unknown, double levelling) {
   if (unknown.empty()) return {};
@@ -128,7 +130,7 @@ int coarse_stride(const PointIndex& points, std::size_t count) {
   }
 }
 
-// The plate on every so-manyth column and row, and bilinear between them.
+// Solves the plate on every stride-th column and row, and interpolates bilinearly between them.
 template <class Number>
 std::vector<double> coarse_plate(const Grid<Number>& heights, const std::vector<std::size_t>& unknown, double levelling, const Stop& stop) {
   const PointIndex points(unknown, heights.nx);
@@ -136,7 +138,7 @@ std::vector<double> coarse_plate(const Grid<Number>& heights, const std::vector<
   for (std::size_t n = 0; n < unknown.size(); ++n) left = std::min(left, points.column(n)), right = std::max(right, points.column(n));
   const int stride = coarse_stride(points, unknown.size());
   const auto floor_div = [](int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); };
-  // Two nodes more on each side: what tells the slopes.
+  // There are two more nodes on each side, which determine the slopes.
   const int first_i = points.column(0) + (floor_div(left - points.column(0), stride) - 2) * stride,
             first_j = points.first_row() - 2 * stride;
   Grid<double> coarse((right - first_i) / stride + 4, (points.last_row() - first_j) / stride + 4, heights.origin, heights.spacing * stride);
@@ -158,7 +160,7 @@ std::vector<double> coarse_plate(const Grid<Number>& heights, const std::vector<
     const int a = (points.column(n) - first_i) / stride, b = (points.row(n) - first_j) / stride;
     const double u = static_cast<double>((points.column(n) - first_i) % stride) / stride,
                  v = static_cast<double>((points.row(n) - first_j) % stride) / stride;
-    double sum = 0, weights = 0;  // of the nodes round it that are known: beside the ply there are none
+    double sum = 0, weights = 0;  // over the known nodes round the point: beside the ply there are none
     for (int q = 0; q <= 1; ++q)
       for (int p = 0; p <= 1; ++p) {
         const double weight = (p ? u : 1 - u) * (q ? v : 1 - v), height = coarse.at(a + p, b + q);
