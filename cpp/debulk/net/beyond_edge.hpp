@@ -5,11 +5,12 @@
 
 namespace debulk {
 
-// A surface as it is on the ply; beside the ply it goes on as the tangent plane at the nearest point of the ply's edge. Nodes past
-// the edge are trimmed, but others hang on them: where the mold ends there, none can be laid on what lies below.
+// A surface that is unchanged on the ply and continues beside it as the tangent plane at the nearest point of the ply's
+// edge. Nodes past the edge are trimmed, but other nodes are laid from them; where the mold ends at the ply's edge, the
+// original surface beyond it does not allow nodes to be laid.
 class BeyondEdge : public Surface {
  public:
-  // Both are kept by reference.
+  // Both arguments are kept by reference.
   BeyondEdge(const Surface& surface, const Polygon& ply_outline) : surface_(surface), outline_(ply_outline) {}
 
   SurfaceSample sample(const Eigen::Vector2d& xy) const override {
