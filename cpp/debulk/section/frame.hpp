@@ -30,7 +30,7 @@ struct SectionFrame {
 // Throws InputError for points that are not finite, do not increase in x, or do not reach the pins.
 SectionFrame section_frame(double span, double unit, const std::vector<Eigen::Vector2d>& profile);
 
-// Returns the mold in the frame. Throws InputError if the mold overhangs in it.
+// Returns the mold in the frame. Throws InputError if the mold overhangs the chord.
 SectionProfile section_mold(const SectionFrame& frame, const std::vector<Eigen::Vector2d>& profile);
 
 }  // namespace debulk
