@@ -307,8 +307,7 @@ void bind_surface(py::module_ m) {
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("threads"), py::arg("stop"));
 
-  // Returns the heights with the marked ones replaced by those of a bent plate; None if the others do not determine the
-  // plate.
+  // Returns the heights with the marked ones replaced by those of a bent plate; None if the others do not determine it.
   m.def(
       "bridged",
       [](const Array<float>& values, const Array<std::uint8_t>& unknown, double levelling, const Stop& stop) -> py::object {
