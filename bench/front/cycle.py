@@ -31,7 +31,7 @@ def load(stem: str, width: int, height: int):
 
 
 def cycles(inspector, scan, count: int):
-    """Return (wall ms, processor ms, report) of the first cycle, and of the one of the others with the least wall time."""
+    """Return (wall ms, processor ms, report) of the first cycle, and of the best of the others by wall time."""
     took = []
     for _ in range(count + 1):
         wall, processor = time.perf_counter(), time.process_time()

@@ -8,7 +8,7 @@ from debulk.scenes.bump import cut_radius, measure
 from debulk.scenes.spoil import LEFT_NOISE
 
 CELL_MM = 1.0  # cell of the sums over a bell
-STEPS = {"x": 0.05, "y": 0.05, "long": 0.05, "short": 0.05, "angle": 0.2, "height": 0.01}  # steps of the derivatives; mm, deg
+STEPS = {"x": 0.05, "y": 0.05, "long": 0.05, "short": 0.05, "angle": 0.2, "height": 0.01}  # of the derivatives; mm, deg
 
 
 def noise_density(layup, xy):
@@ -49,7 +49,7 @@ def grid_inside(layup, bell):
 
 
 def ideal_errors(layup, true):
-    """Return the Cramér-Rao bounds of a method that knows the pocket is such a bell: area and volume in %, peak in mm."""
+    """Return the Cramér-Rao bounds if it is known that the pocket is a bell: area and volume in %, peak in mm."""
     xy = grid_inside(layup, true.bell)
     slopes, changes = [], []
     for name, step in STEPS.items():
@@ -81,7 +81,7 @@ def window_errors(layup, true, smooth_mm):
     at, length = (corner + ahead) / 2, np.hypot(*(ahead - corner).T)
     window = min(smooth_mm, true.area_mm2 / length.sum())
     _, slope_x, slope_y, rho = true.bell.rise_and_slopes(*at.T)
-    free = np.abs(rho - cut_radius(true.bell.height_mm, cut - layup.truth.thickness_mm)) < 0.01  # the rest is the ply's edge
+    free = np.abs(rho - cut_radius(true.bell.height_mm, cut - layup.truth.thickness_mm)) < 0.01  # not the ply's edge
     density, slope = noise_density(layup, at)[free], np.hypot(slope_x, slope_y)[free]
     shift = np.sum(density * 2.25 / window / slope**2 * length[free])
     both = np.sum(density / 2 / slope * length[free])  # half of a window's noise at the outline lies inside

@@ -33,7 +33,7 @@ def inspector_of(layup: Any, **changed: Any) -> debulk.Inspector:
 
 
 def moved_reference(inspector: debulk.Inspector, by_mm: Floats, tilt: float) -> Any:
-    """Return the prepared reference as if mold or scanner had moved since; tilt: mm of height per mm along x."""
+    """Return the prepared reference as if mold or scanner had moved since then; tilt: mm of height per mm along x."""
     known = inspector.reference
     heights = known.heights_mm + by_mm[2]
     x = known.origin_mm[0] + known.spacing_mm * np.arange(heights.shape[1])

@@ -1,4 +1,4 @@
-"""One case of the referee (the independent fine simulations): a pocket, a perturbed start or noisy member, a variant."""
+"""A case of the referee (independent fine simulations): a pocket, a perturbed start or noisy member, and a variant."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Case:
 
 
 def complete(kept: Table, cases: Iterable[Case], run: Callable[[Case], dict[str, object]], good: str) -> None:
-    """Compute the missing rows and print the result of each; `good` names the column that is 1 for a good run, else 0."""
+    """Compute the missing rows and print each result; `good` names the column that is 1 for a good run, else 0."""
     for case in cases:
         if kept.has(*case.key):
             continue

@@ -137,7 +137,7 @@ def _row(
 
 
 def _both_ends(pocket: Pocket) -> tuple[net.Net, net.Net]:
-    """Return the two default nets that an inspection solves if the pocket would cease: slipping, and with its rim held."""
+    """Return the default nets that an inspection solves if a pocket would cease: slipping, and with its rim held."""
     laid = pocket.lay()
     return laid, net.from_core(_core.net.with_rim_held(laid._core))
 

@@ -44,7 +44,7 @@ def _base(feet: np.ndarray, line: np.ndarray, reference: surface.Reference) -> f
 def _windowed(
     feet: np.ndarray, line: np.ndarray, spacing: float, window_mm: float, reference: surface.Reference
 ) -> float:
-    """Return the largest excess of a piece of one fibre: whole segments, and fractions of segments to fill the window."""
+    """Return the largest excess of a piece of one fibre: whole segments and fractions of them that fill the window."""
     count = len(line) - 1
     over = np.array([spacing - _base(feet, line[k : k + 2], reference) for k in range(count)])
     summed = np.concatenate([[0.0], np.cumsum(over)])

@@ -119,7 +119,7 @@ def _xml(pocket: Pocket, laid: net.Net, moves: np.ndarray, physics: Physics, fla
         loss[free] = np.maximum(distance_to_outline(pocket.ply_outline_mm, laid.nodes_mm[free, :2]), spacing)
     loss *= physics.friction * pressure * spacing
     dim, grip = (3, f"{physics.friction} 0 0") if physics.friction > 0 else (1, "0 0 0")
-    # MuJoCo's default friction is softer: with it light nodes creep under any force, and a pocket's rim gave way at once.
+    # MuJoCo's default friction is softer: light nodes creep under any force, and the rim of a pocket gave way at once.
     held = f'solreffriction="{2 * _STEP_S} 1" solimpfriction="{_IMPEDANCE} {_IMPEDANCE} 0.001"'
     bodies = []
     for i, (x, y, z) in enumerate(_relaxed(laid)):

@@ -1,9 +1,9 @@
 """Our own nets, far finer than the default: python bench/referee/own.py [--members 3] [--names A B ...].
 
 The spacing is 1 mm, larger for large pockets, but never above 1.5 mm (the lattice pins folds between 1.5 and 3.5 mm).
-Loads and friction are those of the net's own areas, the recipe's default. Rows whose column `loads` says "P dx^2 a node"
-are older than that default: in them every node had the load of a whole cell, and every free node friction over the mean
-distance to the ply's edge. At the edge, where this matters, these rows are kept as a variant.
+Loads and friction are those of the net's own areas, the recipe's default. Rows whose column `loads` says
+"P dx^2 a node" are older than that default: in them every node had the load of a whole cell, and every free node
+friction over the mean distance to the ply's edge. At the edge, where this matters, these rows are kept as a variant.
 Every start is perturbed: from the laid net itself, a smooth, symmetric pocket keeps its symmetry and ends with four
 equal folds of higher energy. Each solve adds a row to own.csv; only certified ones count.
 """

@@ -110,7 +110,7 @@ def all_pockets(folder: Path = FOLDER) -> list[Pocket]:
 
 
 def spread(pockets: list[Pocket]) -> list[Pocket]:
-    """Order pockets so that the first few are small and on both sides of the limit: the smallest of each range in turn."""
+    """Order pockets so that the first few are small and all round the limit: the smallest of each range in turn."""
     ranges: dict[int, list[Pocket]] = {}
     for made in sorted(pockets, key=lambda p: p.foot_area_mm2):
         ratio = excess(made) / LIMIT_EXCESS_MM

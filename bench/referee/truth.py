@@ -18,11 +18,11 @@ class Truth:
 
     name: str
     row: dict[str, str]
-    gathered: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))  # by referee, one value per member
+    gathered: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))  # by referee, one per member
     heights: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
 
     def share(self, referee: str) -> float | None:
-        """Return the share of the members above the limit, or None without members; "both" takes those of both referees."""
+        """Return the share of the members above the limit, or None without members; "both" means those of both."""
         referees = self.gathered if referee == "both" else (referee,)
         members = [g for r in referees for g in self.gathered.get(r, [])]
         return float(np.mean([g > LIMIT_EXCESS_MM for g in members])) if members else None
@@ -57,6 +57,6 @@ def truths() -> list[Truth]:
 
 
 def extrapolated_excess(truth: Truth) -> float:
-    """Return the excess extrapolated to spacing 0, mm: the error of a chord net falls with the square of its spacing."""
+    """Return the excess extrapolated to spacing 0, mm: the error of a chord net falls with its spacing squared."""
     coarse, fine = truth.value("excess_mm"), truth.value("excess_half_spacing_mm")
     return fine + (fine - coarse) / 3
