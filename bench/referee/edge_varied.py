@@ -34,7 +34,7 @@ FIRM_MM, DEADLINE_S = 200.0, 300.0
 
 
 def kept_mm(found: FoundPocket, ply: PlyOnMold) -> float:
-    """Return the largest excess of a fibre, mm, that the default net keeps with a held rim or with friction along fibres."""
+    """Return the largest fibre excess that the default net keeps with a held rim or friction along the fibres, mm."""
     laid = lay_pocket(found, ply)
     net_, kept = laid.net, 0.0
     along = sheet.Sheet(

@@ -13,7 +13,7 @@ from truth import Truth, extrapolated_excess, ridge
 
 
 def ensembles(every: list[Truth]) -> list[str]:
-    """Return MuJoCo's members of each pocket beside the rule's ridge and our own nets; the nearest to the limit first."""
+    """Return MuJoCo's members of each pocket beside the rule's ridge and our own nets, nearest to the limit first."""
     judged = sorted(
         (t for t in every if t.gathered.get("mujoco")), key=lambda t: abs(extrapolated_excess(t) - LIMIT_EXCESS_MM)
     )

@@ -73,8 +73,8 @@ def images(calibration, bits, rng):
 
 
 def by_numpy(stacks, calibration, white):
-    """Do the same in a straightforward way: decode every exposure, choose the best, remap the phases and match "
-    "them row by row."""
+    """Do the same in a straightforward way: decode every exposure, choose the best, remap the phases and match
+    them row by row."""
     rectified = calibration.rectified
     phases = []
     for stack in stacks:

@@ -115,7 +115,7 @@ def _verdict(low_mm: float, high_mm: float, recipe: Recipe) -> str:
 
 
 def share(rows: list[Row], said: tuple[str, ...]) -> tuple[float, float]:
-    """Return the share of pockets with one of these verdicts and its standard error; the range's parts weigh the same."""
+    """Return the share of pockets with these verdicts and its standard error; all parts of the range weigh the same."""
     shares, errors = [], []
     for k in range(BINS):
         mine = [r.verdict in said for r in rows if _bin(r.truth_mm) == k]

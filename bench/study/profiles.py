@@ -129,7 +129,7 @@ def run(problem: Problem, method: str, deadline_s: float) -> Run:
 
 
 def all_runs(problems: list[Problem], methods: list[str], deadline_s: float) -> list[Run]:
-    """Run every method on every problem; Ipopt, which solves one at a time, runs on one thread with the fast methods."""
+    """Run every method on every problem: NLopt on one thread, the rest (Ipopt solves one at a time) on another."""
     slow = [[m for m in methods if m == "nlopt"], [m for m in methods if m != "nlopt"]]
     with ThreadPoolExecutor(2) as pool:
         found = pool.map(lambda names: [run(p, m, deadline_s) for p in problems for m in names], slow)
