@@ -1,4 +1,4 @@
-"""Pockets of virtual layups against the truth they were made from: areas, peaks, volumes. Writes accuracy.txt.
+"""Compare pockets of virtual layups with the truth they were made from: areas, peaks, volumes. Writes accuracy.txt.
 
 accuracy.py [--seeds 10-15] [--size 1280x960 5120x3840] [-v] [-o FILE]. The method was chosen on the seeds 0 to 3.
 

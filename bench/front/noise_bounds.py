@@ -84,7 +84,7 @@ def window_errors(layup, true, smooth_mm):
     free = np.abs(rho - cut_radius(true.bell.height_mm, cut - layup.truth.thickness_mm)) < 0.01  # not the ply's edge
     density, slope = noise_density(layup, at)[free], np.hypot(slope_x, slope_y)[free]
     shift = np.sum(density * 2.25 / window / slope**2 * length[free])
-    both = np.sum(density / 2 / slope * length[free])  # half of a window's noise at the outline lies inside
+    both = np.sum(density / 2 / slope * length[free])  # half of the noise of a window at the outline lies inside
     inside = np.mean(noise_density(layup, grid_inside(layup, true.bell))) * true.area_mm2
     volume = cut**2 * shift + 2 * cut * both + inside
     return {"area": 100 * np.sqrt(shift) / true.area_mm2, "volume": 100 * np.sqrt(volume) / true.volume_mm3}

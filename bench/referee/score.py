@@ -19,7 +19,7 @@ from tables import HERE
 from truth import Truth, extrapolated_excess, ridge, truths
 
 RMS_LIMIT_MM = 0.30
-MARGIN_MM = 0.02  # of the ridge height by excess within which the rule decides nothing
+MARGIN_MM = 0.02  # margin of the ridge height by excess within which the rule decides nothing
 SURE = 0.9  # share of creasing members above which a CEASE is false without doubt
 
 

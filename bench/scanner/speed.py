@@ -30,7 +30,7 @@ def cameras(width, height):
 
 
 def images(calibration, bits, rng):
-    """Return images, with noise, of a plane at 2.4 m whose reflectance falls over the range of three exposures."""
+    """Return images, with noise, of a plane at 2.4 m whose reflectance spans the range of three exposures."""
     width, height = calibration.pixels
     white, kind = (255, np.uint8) if bits == 8 else (4095, np.uint16)
     out = []

@@ -29,7 +29,7 @@ class Case:
     bump: float = 0.6  # height of the bump, in spacings
     mold: str = "plane"
     tilt_deg: float = 0.0
-    curvature: float = 0.0  # of a curved mold: 0 flat .. 1 the smallest radius (60 mm, or 1.2 times the pocket's)
+    curvature: float = 0.0  # of a curved mold: 0, flat, to 1, the smallest radius (60 mm, or 1.2 times the pocket's)
     edge: str = "held"
     angle_deg: float = 10.0  # of the fibres
     offset_mm: float = 0.0

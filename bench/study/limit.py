@@ -186,7 +186,7 @@ def table(rows: list[Row], layups: int) -> str:
 
 
 def picture(rows: list[Row], path: Path) -> None:
-    """Draw the measured over the true ridge, coloured by the verdict."""
+    """Draw the measured ridge over the true ridge, coloured by the verdict."""
     plt = pyplot()
     inspected = [r for r in rows if r.reading == INSPECTED and np.isfinite(r.height_mm)]
     limit = Recipe().verdict.max_ridge_mm

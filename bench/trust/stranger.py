@@ -1,4 +1,4 @@
-"""Layups of a stranger's make, inspected: python bench/trust/stranger.py [--scenes 300] [--seed 0] [--out FILE].
+"""Inspect layups of an independent make: python bench/trust/stranger.py [--scenes 300] [--seed 0] [--out FILE].
 
 Nothing here comes from `debulk.scenes`: the molds, pockets, outlines and scanners are others. The truth is a quadrature
 along straight fibres of the surfaces that the scene is made of, and the ridge is the closed form of docs/model.md. The
@@ -116,7 +116,7 @@ MOLDS = {
 }
 
 
-# --- what stands on the mold --------------------------------------------------------------------------------------
+# --- raised places of the ply -------------------------------------------------------------------------------------
 
 
 def _dome(x0: float, y0: float, a: float, b: float, high: float, turn: float = 0.0, flat: float = 0.0) -> Surface:
@@ -254,7 +254,7 @@ def _outline(kind: str, size: Floats) -> Floats:
     if kind == "ellipse":
         turn = np.linspace(0, 2 * np.pi, 120, endpoint=False)
         return np.stack([w * np.cos(turn), h * np.sin(turn)], axis=1)
-    if kind == "hole":  # cut out, reached through a slit
+    if kind == "hole":  # a hole cut out of the ply, joined to its outline by a slit
         turn = np.linspace(-0.5 * np.pi + 0.02, 1.5 * np.pi - 0.02, 80)
         hole = 25 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return np.array([(-w, -h), (-0.5, -h), *hole[::-1], (0.5, -h), (w, -h), (w, h), (-w, h)])
@@ -447,7 +447,7 @@ def runs(
 
 
 def drawn_together_mm(found: list[Run]) -> float:
-    """Return the largest excess of a row of pieces of one fibre with at most WAY_MM of laid ply between them in total."""
+    """Return the largest excess of a row of pieces of one fibre with at most WAY_MM of laid ply in all between them."""
     most = 0.0
     for k, first in enumerate(found):
         whole, flat, before = max(first.excess_mm, 0.0), 0.0, first
@@ -463,7 +463,7 @@ def drawn_together_mm(found: list[Run]) -> float:
     return most
 
 
-# --- what was said ------------------------------------------------------------------------------------------------
+# --- the outcome --------------------------------------------------------------------------------------------------
 
 
 @dataclass

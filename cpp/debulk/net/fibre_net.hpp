@@ -54,16 +54,16 @@ struct PocketNet {
   bool held_all_round() const { return std::count(net.kinds.begin(), net.kinds.end(), NodeKind::free) == 0; }
 };
 
-// Lays the pocket's net on the ply's surface (docs/model.md, section 2). Its nodes lie inside the perimeter or in the band up
-// to one spacing outside it (in XY), and not past the ply's edge; only nodes that are connected to the centre are kept.
+// Lays the pocket's net on the ply's surface (docs/model.md, section 2). Its nodes lie inside the perimeter or in the
+// band up to one spacing outside it (in XY), and not past the ply's edge; only nodes connected to the centre are kept.
 //  * A band node within mold_tol of the mold is a boundary node: free within edge_tol of the ply's edge, else fixed.
-//  * A node that lost a fibre neighbour to the ply's edge is the end of a fibre there. It is free, unless it is such a fixed
-//    node.
-//  * All other nodes are inner nodes, including band nodes higher than mold_tol. But a node that lost a fibre neighbour and lies
-//    within mold_tol of the mold is a boundary node, as if it lay in the band.
-//  * An inner node on a single segment (only a band node can be one) is a loose pendulum: pressure and gravity on it say
-//    nothing about the pocket. Such nodes are removed, repeatedly, until none is left. A fixed node on a single segment is a
-//    clamp at its fibre's end, and a free one is a fibre's end at the ply's edge: both stay.
+//  * A node that lost a fibre neighbour to the ply's edge is the end of a fibre there. It is free, unless it is such a
+//    fixed node.
+//  * All other nodes are inner nodes, including band nodes higher than mold_tol. But a node that lost a fibre neighbour
+//    and lies within mold_tol of the mold is a boundary node, as if it lay in the band.
+//  * An inner node on a single segment (only a band node can be one) is a loose pendulum: pressure and gravity on it
+//    say nothing about the pocket. Such nodes are removed, repeatedly, until none is left. A fixed node on a single
+//    segment is a clamp at its fibre's end, and a free one is a fibre's end at the ply's edge: both stay.
 PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options = {},
                     const Stop& stop = Stop());  // throws Stopped
 

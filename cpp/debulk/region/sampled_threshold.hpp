@@ -29,10 +29,10 @@ struct SampledThreshold {
   bool pinhole = false;            // false: the cloud is not a pinhole camera's, and the other members have no meaning
 };
 
-// Samples blocks of pixels, spread evenly over the image with a jitter: at least a twentieth of the image or a million
-// pixels, and all of an image of up to two million. The effect of a block's border is left out: the outermost points do
-// not count, and neither do flying points near the border, whose neighbours may lie outside; flying points farther in
-// are weighted to replace them. The sampler keeps its memory between runs.
+// Samples blocks of pixels, spread evenly over the image with a jitter: about a twentieth of the image or a million
+// pixels, whichever is more, and all of an image of up to two million. The effect of a block's border is left out: the
+// outermost points do not count, and neither do flying points near the border, whose neighbours may lie outside; flying
+// points farther in are weighted to replace them. The sampler keeps its memory between runs.
 class ThresholdSampler {
  public:
   // Throws Stopped.

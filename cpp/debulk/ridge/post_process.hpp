@@ -42,18 +42,19 @@ struct PostProcessed {
 };
 
 // Turns the coarse net at the minimum into the shape of the ply on the mold (paper, "Post-Processing the Results";
-// docs/model.md, section 5). The nodes are visited from the largest gap down (ties: the lower number first), by these rules:
+// docs/model.md, section 5). The nodes are visited from the largest gap down (ties: the lower number first):
 //  - A node below touch_gap(), one that an earlier ridge has claimed, or one on the flank of both its fibres is not a top.
 //  - Of the sections through a top, the one with the larger excess per length counts (ties: the first fibre). At the net's
 //    border a section has only one side, and the formula uses that side.
 //  - The peak gets ridge_height_of_excess(), if that is more than t / beta. Such a ridge is 2 t wide, less than a node
 //    spacing, so the nodes between the peak and the section's ends lie on the base beside it: they are claimed and moved to
 //    the mold. The ends are not claimed, because they may be tops across. Each node is adjusted once.
-//  - A top without a ridge, but with a fibre shorter than its mold (the ply bridges a hollow), cannot be pressed down: the
-//    nodes of that section keep their gap. (The crest of a ridge across a hollow is such a fibre too; the ridge comes first.)
-//  - An exception is a bridge that friction cannot hold (pull_of(); if the hold is not known, it holds), neither in this fibre
-//    nor in the other one if that is too short as well. Then the ply is drawn in and comes down. Its nodes are put on the mold,
-//    but are not counted in the RMS.
+//  - A top without a ridge, but with a fibre shorter than its mold (the ply bridges a hollow), cannot be pressed down:
+//    the nodes of that section keep their gap. (The crest of a ridge across a hollow is such a fibre too; there the
+//    ridge comes first.)
+//  - An exception is a bridge that friction cannot hold (pull_of(); if the hold is not known, it holds), neither in this
+//    fibre nor in the other one if that is too short as well. Then the ply is drawn in and comes down. Its nodes are put
+//    on the mold, but are not counted in the RMS.
 // Finally every node that is not a ridge is offset by t / beta.
 PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
                            const std::vector<std::uint8_t>& inside, const Surface& surface, const RidgeOptions& options = {},

@@ -7,8 +7,9 @@ namespace debulk {
 
 // Functions of the angle theta between two vectors u and v, written in q = |u x v|^2 and d = u . v, which are
 // polynomials in u and v. So the energy does not contain an acos of the coordinates, and straight fibres (theta = 0)
-// are an ordinary point. With n = sqrt(q), s = q + d^2 = |u|^2 |v|^2:  theta = atan2(n, d),  d theta = (d dn - n dd) /
-// s. The functions have no branches, so that a loop over corners runs in wide instructions (corner_batch.cpp).
+// are an ordinary point. With n = sqrt(q), s = q + d^2 = |u|^2 |v|^2:
+//   theta = atan2(n, d),  d theta = (d dn - n dd) / s.
+// The functions have no branches, so that a loop over corners runs in wide instructions (corner_batch.cpp).
 struct AngleLaw {
   double value, q, d, qq, qd, dd;  // the function and its derivatives by q and d
 };
