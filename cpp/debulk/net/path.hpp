@@ -16,7 +16,7 @@ enum class PathRule {
   vertical_plane,  // straight seen from above
 };
 
-// Tells whether a net may reach a point of the mold's XY plane.
+// Returns whether a net may contain a point of the mold's XY plane.
 using NetDomain = std::function<bool(const Eigen::Vector2d&)>;
 
 // Returns the unit vector in the tangent plane at xy whose projection along z has the direction `angle` (radians,

@@ -12,7 +12,7 @@
 
 namespace debulk {
 
-// From a scan to its pockets through regions of interest: a coarse pass (MeshPass) finds the elevations, and only
+// Finds the pockets of a scan through regions of interest: a coarse pass (MeshPass) finds the elevations, and only
 // windows round them are cleaned, gridded, filtered and segmented, with the same exact steps as the whole scan
 // (FrontEnd, segment, find_feet). The prepared data and the buffers are kept from scan to scan. The memory of results
 // that nobody holds any more when the next run begins is reused. A result that is still held is not changed.

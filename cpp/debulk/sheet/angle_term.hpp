@@ -13,8 +13,9 @@ struct Corner {
   int node, a, b;
 };
 
-// The stiffness times the sum over corners of a function of the angle between u = x_a - x_node and v = sign * (x_b -
-// x_node). With sign = -1 this angle is the turning angle of the line a - node - b instead of the corner's angle.
+// The stiffness times the sum over corners of a function of the angle between u = x_a - x_node and
+// v = sign * (x_b - x_node). With sign = -1 this angle is the turning angle of the line a - node - b instead of the
+// corner's angle.
 class AngleTerm : public Term {
  public:
   using Function = void (*)(CornerBatch&, int, double, Order);

@@ -27,8 +27,8 @@ class BlockMatrix {
 
   void set_zero();
   void set(const BlockMatrix& same_pattern) { values_ = same_pattern.values_; }
-  // Adds `block`, which belongs to the rows of node i and the columns of node j, at `slot`, where block (i, j) or (j,
-  // i) is stored. Does nothing if slot is -1.
+  // Adds `block`, which belongs to the rows of node i and the columns of node j, at `slot`, where block (i, j) or
+  // (j, i) is stored. Does nothing if slot is -1.
   template <class Block>
   void add(int slot, int i, int j, const Eigen::MatrixBase<Block>& block) {
     if (slot < 0) return;

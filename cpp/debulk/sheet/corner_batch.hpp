@@ -2,9 +2,9 @@
 
 namespace debulk {
 
-// A corner is a node with two of its neighbours; its energy is a function of the angle between u = x_a - x_node and v =
-// +-(x_b - x_node). A batch holds several corners, coordinate by coordinate, so that the compiler can vectorise over
-// them.
+// A corner is a node with two of its neighbours; its energy is a function of the angle between u = x_a - x_node and
+// v = +-(x_b - x_node). A batch holds several corners, coordinate by coordinate, so that the compiler can vectorise
+// over them.
 struct CornerBatch {
   static constexpr int capacity = 64;
   using Lane = double[capacity];

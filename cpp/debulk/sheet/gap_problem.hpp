@@ -8,9 +8,9 @@
 namespace debulk {
 
 // The sheet as a Problem in gap coordinates, (x, y, z - F(x, y)) / Delta of each movable node, in which contact with
-// the mold is a plain bound h >= 0. Energies are in units of force unit times Delta. The equality of a segment is (|x_i
-// - x_j|^2 / Delta^2 - 1) / 2, which is the strain if it is small. One object serves one solve at a time, because it
-// keeps buffers and the results at the last point.
+// the mold is a plain bound h >= 0. Energies are in units of force unit times Delta. The equality of a segment is
+// (|x_i - x_j|^2 / Delta^2 - 1) / 2, which is the strain if it is small. One object serves one solve at a time, because
+// it keeps buffers and the results at the last point.
 class GapProblem : public Problem {
  public:
   explicit GapProblem(const Sheet& sheet);

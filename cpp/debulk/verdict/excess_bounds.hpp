@@ -23,8 +23,8 @@ double ridge_by_formula(double excess_length, double thickness, double bulk_fact
 double natural_length(double modulus, double thickness, double pressure);
 
 // Returns the height of an elastic fold on a flat, frictionless floor under a dead load, in the limit of excess /
-// natural length going to 0: h / l = 1.3256 (dL / l)^(4/7). Exact values are lower (by 3 % at dL = l / 2, by 11 % at 2
-// l), so it is an upper bound.
+// natural length going to 0: h / l = 1.3256 (dL / l)^(4/7). Exact values are lower (by 3 % at dL = l / 2, by 11 % at
+// 2 l), so it is an upper bound.
 double elastic_fold_height(double excess_length, double natural_length);
 
 }  // namespace debulk

@@ -32,9 +32,10 @@ struct ExcessRidge {
 
 // Returns the ridge that the excess length makes. Chords miss a share of the excess that falls with the square of the
 // spacing, so it is determined from two spacings: e(half) + (e(half) - e(spacing)) / 3 (Richardson). White noise of
-// standard deviation s in the heights of nodes d apart adds s^2 / d per segment, that is, the fibre's length times s^2
-// / d^2; this is subtracted. If the two values differ by as much as the finer one itself, the range extends at least
-// from the one to the other. `margin`: the least uncertainty, mm. Throws InputError for arguments that are not valid.
+// standard deviation s in the heights of nodes d apart adds s^2 / d per segment, that is, the fibre's length times
+// s^2 / d^2; this is subtracted. If the two values differ by as much as the finer one itself, the range extends at
+// least from the one to the other. `margin`: the least uncertainty, mm. Throws InputError for arguments that are not
+// valid.
 ExcessRidge ridge_by_excess(const ExcessLengths& lengths, double thickness, double bulk_factor, double margin);
 
 }  // namespace debulk

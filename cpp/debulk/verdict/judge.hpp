@@ -12,7 +12,7 @@ namespace debulk {
 enum class Verdict {
   cease,      // the pocket closes within the criteria, and this is certified or proven
   undecided,  // the evidence lies on both sides of a limit, or is not certified
-  crease,     // a figure stays above a limit in every certified solution found
+  crease,     // a figure stays above a limit: the excess's ridge, or a figure in every certified solution found
   invalid,    // the pocket cannot be judged
 };
 const char* name(Verdict verdict);
