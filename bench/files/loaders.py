@@ -1,8 +1,8 @@
-"""How long clouds take to load, beside reading the same bytes: python bench/files/loaders.py [-o FILE].
+"""Time the loading of clouds against reading the same bytes: python bench/files/loaders.py [-o FILE].
 
-Each file is read from the page cache, raw (numpy.fromfile, bytes) and as a cloud in turn, and the best of several is
-kept; so is the least processor time (all threads), which tells more where others use the machine. The file is made in a
-temporary folder (--folder: another place) and removed again.
+Each file is read from the page cache, raw (numpy.fromfile, bytes) and as a cloud in turn, and the best time of several
+is kept. So is the least processor time (over all threads), which is more reliable if others use the machine. The file
+is made in a temporary folder (--folder: another place) and removed again.
 """
 
 import argparse
@@ -24,7 +24,7 @@ Writer = Callable[[Path, Cloud], None]
 
 
 def scene(width: int, height: int) -> Cloud:
-    """A mold seen from 2.4 m, with noise and with 3 % of its points missing."""
+    """Return the cloud of a mold seen from 2.4 m, with noise and with 3 % of its points missing."""
     rng = np.random.default_rng(0)
     u, v = np.meshgrid((np.arange(width) - width / 2) / (2.2 * width), (np.arange(height) - height / 2) / (2.2 * width))
     z = 2400 + 40 * np.cos(9 * u) + rng.normal(0, 0.05, u.shape)
@@ -56,7 +56,7 @@ def with_colour(cloud: Cloud) -> NDArray[np.void]:
 
 
 def runs_only(data: bytes) -> bytes:
-    """LZF without a back reference: what noise comes to."""
+    """Compress by LZF without back references, as noise would be."""
     out = np.full((len(data) // 32, 33), 31, dtype=np.uint8)
     out[:, 1:] = np.frombuffer(data, dtype=np.uint8)[: len(out) * 32].reshape(-1, 32)
     rest = data[len(out) * 32 :]
@@ -64,11 +64,14 @@ def runs_only(data: bytes) -> bytes:
 
 
 def repeats_too(data: bytes) -> bytes:
-    """LZF whose every second value is a back reference, as NaN and level ground give them; other values, same work."""
+    """Compress by LZF with every second value a back reference, as for NaN and level ground.
+
+    The values change, but unpacking takes the same work.
+    """
     values = np.frombuffer(data, dtype=np.uint8)[: len(data) // 8 * 8].reshape(-1, 8)
     out = np.empty((len(values), 7), dtype=np.uint8)
     out[:, 0], out[:, 1:5] = 3, values[:, :4]
-    out[:, 5:] = (2 << 5, 3)  # four bytes, from four bytes back
+    out[:, 5:] = (2 << 5, 3)  # repeat four bytes, from four bytes back
     return out.tobytes()
 
 
@@ -132,7 +135,7 @@ CASES: list[tuple[str, str, bool, Writer]] = [
 
 
 def measure(path: Path, repeats: int) -> list[tuple[float, float]]:
-    """Least time and least processor time of the raw reading and of the loading, ms; in turn, on the same machine."""
+    """Return the least wall time and processor time, ms, of raw reading and of loading, which are done in turn."""
     best = [(float("inf"), float("inf"))] * 2
     for _ in range(repeats):
         for k, read in enumerate((lambda: np.fromfile(path, dtype=np.uint8), lambda: files.load_cloud(path))):

@@ -1,4 +1,4 @@
-"""Pockets of virtual layups against the truth they were made from: areas, peaks, volumes. Writes accuracy.txt.
+"""Compare pockets of virtual layups with the truth they were made from: areas, peaks, volumes. Writes accuracy.txt.
 
 accuracy.py [--seeds 10-15] [--size 1280x960 5120x3840] [-v] [-o FILE]. The method was chosen on the seeds 0 to 3.
 
@@ -17,12 +17,12 @@ from noise_bounds import ideal_errors, window_errors
 import debulk
 
 CHOSEN_ON = range(4)
-GOALS = {"peak": 0.1, "volume": 0.3}  # mm, %: issue 5, where no drop-out touches the rim
+GOALS = {"peak": 0.1, "volume": 0.3}  # mm, %: from issue 5, for pockets whose rim no drop-out touches
 UNITS = {"area": "%", "peak": "mm", "volume": "%"}
 
 
 def gap_at_rim(layup, outline, mold_height):
-    """Whether a drop-out of more than single pixels lies on the outline."""
+    """Return whether a drop-out larger than single pixels lies on the outline."""
     f, cx, cy = layup.camera
     pose = layup.mold_from_scanner
     xyz = np.column_stack([outline, mold_height(outline) + layup.truth.cut_height_mm])
@@ -44,7 +44,7 @@ def middle(outline):
 
 
 def errors(layup, seed):
-    """One dict a pocket of the truth: its errors and bounds in the units above, whether it was found, its classes."""
+    """Return one dict per true pocket: whether it was found, its errors and bounds in UNITS, and its classes."""
     inspector = debulk.Inspector(
         None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner, camera=layup.camera
     )
@@ -82,7 +82,7 @@ def line(name, what, rows):
 
 
 def summary(title, rows):
-    """One block of text."""
+    """Return one block of text."""
     lost = [row["name"] for row in rows if not row["found"]]
     rows = [row for row in rows if row["found"]]
     clear = [row for row in rows if not row["gap"]]

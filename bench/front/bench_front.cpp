@@ -1,8 +1,8 @@
-// The front end, stage by stage, beside one reading of the cloud in the same run. Scenes: make_scene.py.
+// Times the front end stage by stage, and one reading of the cloud in the same run. make_scene.py makes the scenes.
 //   DEBULK_SCENES=build/scenes build/bench/bench/front/bench_front
-// Times are wall times of the best repetition; "reads" is the time in readings of the cloud, "memory" what the front end and
-// the segmentation keep, in clouds, "busy" the processors' time divided by the threads: what the wall clock would show on a
-// machine with nothing else to do, if all stages were wholly parallel.
+// Times are wall times of the best repetition. "reads" is the time in units of one reading of the cloud. "memory" is
+// the memory that the front end and the segmentation keep, in units of the cloud. "busy" is the processors' time
+// divided by the threads: the wall time on a machine with nothing else to do, if all stages were wholly parallel.
 
 #include <benchmark/benchmark.h>
 
@@ -42,7 +42,7 @@ double since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-// Memory as NumPy takes it for a large array: in huge pages where the system allows.
+// Memory allocated as NumPy does for a large array: in huge pages if the system allows them.
 class Points {
  public:
   explicit Points(std::size_t points = 0) : bytes_((3 * points * sizeof(float) + huge - 1) / huge * huge) {
@@ -64,7 +64,7 @@ class Points {
   float* data_ = nullptr;
 };
 
-// Of all threads.
+// Returns the CPU time of all threads, ms.
 double cpu_ms() {
   timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -76,7 +76,7 @@ struct Scene {
   Points scan;
   Polygon outline;
   Pinhole camera;
-  double before_mb = 0;  // taken by the process before the front end was made
+  double before_mb = 0;  // memory of the process before the front end was made
   std::unique_ptr<FrontEnd> front;
 
   CloudView cloud() const { return {scan.data(), width, height}; }
@@ -97,7 +97,7 @@ Points read_points(const std::string& path, std::size_t points) {
   return values;
 }
 
-// The scan and everything that a cell prepares before its first cycle. The options are the recipe's.
+// Loads the scan and does everything that a cell prepares before its first cycle. The options are the recipe's.
 std::unique_ptr<Scene> load(const std::string& stem, int width, int height) {
   auto scene = std::make_unique<Scene>();
   scene->width = width, scene->height = height;
@@ -130,10 +130,10 @@ std::unique_ptr<Scene> load(const std::string& stem, int width, int height) {
     grid_heights(below, heights, {}, threads);
   }
   const auto surface = std::make_shared<Reference>(fit_reference(heights, {}, threads));
-  scene->before_mb = resident_mb() - 12e-6 * static_cast<double>(points);  // the reference goes
+  scene->before_mb = resident_mb() - 12e-6 * static_cast<double>(points);  // without the reference's points, which are freed
   const Eigen::Vector2d far = Eigen::Vector2d::Constant(1e9);
   scene->front = std::make_unique<FrontEnd>(surface, -far, far, view, true, options, threads);
-  scene->front->run({reference.data(), width, height});  // the reference's own threshold is the first guess
+  scene->front->run({reference.data(), width, height});  // the reference's own threshold serves as the first guess
   return scene;
 }
 
@@ -149,7 +149,8 @@ double reading_ms(const Scene& scene) {
   return since(begin);
 }
 
-// Neighbours of the pixel window believed without a certificate: what that saves, and how many decisions it gets wrong.
+// Accepts the neighbours in the pixel window without a certificate, to measure the time saved and the number of wrong
+// decisions.
 void short_cut(benchmark::State& state, const Scene& scene) {
   double best[2] = {1e300, 1e300};
   std::vector<std::uint8_t> keep[2];
@@ -202,7 +203,7 @@ void cycle(benchmark::State& state, const std::string& stem, int width, int heig
             std::min(best.median, t.median)};
   }
   const double cloud_mb = 12e-6 * width * height;
-  state.counters["memory"] = (resident_mb() - scene->before_mb) / cloud_mb;  // in clouds
+  state.counters["memory"] = (resident_mb() - scene->before_mb) / cloud_mb;  // in units of the cloud
   state.counters["read_ms"] = read;
   state.counters["clean_ms"] = best.clean;
   state.counters["grid_ms"] = best.grid;

@@ -1,8 +1,8 @@
-"""The whole Python cycle on a virtual layup, stage by stage: cycle.py SCENES OUTPUT [WIDTH HEIGHT] [CYCLES].
+"""Time the whole Python cycle on a virtual layup, stage by stage: cycle.py SCENES OUTPUT [WIDTH HEIGHT] [CYCLES].
 
-Scenes are written by make_scene.py; one in SCENES/paper is at the paper's pitch, where the mold fills a part of the
-image only. Wall times are those of the best cycle; the processor time of a cycle, over all threads, tells what a quiet
-machine would take at least: that time over the threads. Writes cycle.txt and cycle.svg.
+The scenes are written by make_scene.py. The one in SCENES/paper has the paper's pitch; there the mold fills only part
+of the image. Wall times are those of the best cycle. The processor time of a cycle, over all threads, divided by the
+number of threads is the least time that a quiet machine would take. Writes cycle.txt and cycle.svg.
 """
 
 import sys
@@ -23,7 +23,7 @@ COLOURS = (
 
 
 def load(stem: str, width: int, height: int):
-    """Scan, reference, pose and outline of a scene."""
+    """Return the scan, reference, pose and outline of a scene."""
     scan, reference = (
         np.fromfile(f"{stem}.{kind}", np.float32).reshape(height, width, 3) for kind in ("scan", "reference")
     )
@@ -31,7 +31,7 @@ def load(stem: str, width: int, height: int):
 
 
 def cycles(inspector, scan, count: int):
-    """(wall ms, processor ms, report) of the first cycle, and of the best of the others by wall time."""
+    """Return (wall ms, processor ms, report) of the first cycle, and of the best of the others by wall time."""
     took = []
     for _ in range(count + 1):
         wall, processor = time.perf_counter(), time.process_time()
@@ -41,7 +41,7 @@ def cycles(inspector, scan, count: int):
 
 
 def reading_ms(scan) -> float:
-    """What memory allows: every byte of the cloud looked at once, by all threads; the best of ten."""
+    """Return the limit set by memory: the time in which all threads read every byte of the cloud once; best of ten."""
     threads = debulk._core.default_threads()
     words = np.array_split(scan.reshape(-1).view(np.uint64), 8 * threads)
     best = np.inf
@@ -54,7 +54,7 @@ def reading_ms(scan) -> float:
 
 
 def hashing_ms(scan) -> float:
-    """Processor time of the scan's SHA-256, which is computed beside the inspection; the best of five."""
+    """Return the processor time of the scan's SHA-256, which is computed during the inspection; the best of five."""
     best = np.inf
     for _ in range(5):
         began = time.process_time()
@@ -64,7 +64,7 @@ def hashing_ms(scan) -> float:
 
 
 def latencies(inspector, scan, wall_ms: float, cancel: bool) -> list[float]:
-    """Milliseconds from cancel() to the end of inspect(), or past a deadline, at moments all over a cycle."""
+    """Return the ms from cancel(), or from a deadline, to the end of inspect(), at moments spread over a cycle."""
     missed = []
     for share in np.linspace(0.05, 0.95, 10):
         after = 1e-3 * wall_ms * share
@@ -90,7 +90,7 @@ def latencies(inspector, scan, wall_ms: float, cancel: bool) -> list[float]:
 
 
 def bars(rows) -> str:
-    """One bar a row, of its stages, as SVG."""
+    """Return one bar per row, divided into its stages, as SVG."""
     scale = 600 / max(sum(stages.values()) for _, stages in rows)
     names = list(dict.fromkeys(name for _, stages in rows for name in stages))
     out, y = [], 20
@@ -116,7 +116,7 @@ def bars(rows) -> str:
 
 
 def difference(regions, whole) -> str:
-    """What the short cut changes in the answer."""
+    """Return by how much the use of regions changes the result."""
     if len(regions.pockets) != len(whole.pockets):
         return f"regions against the whole scan: {len(regions.pockets)} pockets instead of {len(whole.pockets)}"
     pairs = list(zip(regions.pockets, whole.pockets, strict=True))
@@ -133,7 +133,7 @@ FRONT = ("sample", "coarse", "clean", "fill", "grid", "spikes", "median")
 
 
 def case(title: str, stem: str, width: int, height: int, count: int):
-    """Lines and bars of one scene, with regions of interest and without."""
+    """Return lines and bars of one scene, with regions of interest and without."""
     scan, reference, pose, outline = load(stem, width, height)
     began = time.perf_counter()
     regions = debulk.Inspector(None, reference, outline, mold_from_scanner=pose)

@@ -1,6 +1,6 @@
 """Write virtual layups for bench_front and cycle.py: make_scene.py [--pitch MM] DIRECTORY [WIDTH HEIGHT]...
 
-Default: 5120 x 3840 pixels, the mold filling the image. The paper's scanner has a pitch of 0.55 mm.
+The default is 5120 x 3840 pixels, with the mold filling the image. The paper's scanner has a pitch of 0.55 mm.
 """
 
 import argparse

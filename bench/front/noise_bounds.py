@@ -1,4 +1,4 @@
-"""Standard errors that the noise of one scan gives a pocket's area, peak and volume. See accuracy.py."""
+"""Standard errors of a pocket's area, peak and volume that come from the noise of one scan. See accuracy.py."""
 
 from dataclasses import replace
 
@@ -7,12 +7,15 @@ import numpy as np
 from debulk.scenes.bump import cut_radius, measure
 from debulk.scenes.spoil import LEFT_NOISE
 
-CELL_MM = 1.0  # of the sums over a bell
-STEPS = {"x": 0.05, "y": 0.05, "long": 0.05, "short": 0.05, "angle": 0.2, "height": 0.01}  # of derivatives; mm, deg
+CELL_MM = 1.0  # cell of the sums over a bell
+STEPS = {"x": 0.05, "y": 0.05, "long": 0.05, "short": 0.05, "angle": 0.2, "height": 0.01}  # of the derivatives; mm, deg
 
 
 def noise_density(layup, xy):
-    """Variance of a height times the ground that a pixel covers, at (N, 2) mold XY: what sums over many pixels feel."""
+    """Return the variance of a height times the area that a pixel covers, at (N, 2) mold XY.
+
+    This density determines the noise of sums over many pixels.
+    """
     scanner = layup._scanner
     at = np.column_stack([xy, layup.truth.mold_height(xy) + layup.truth.cut_height_mm])
     pixel = scanner.camera.project(at)
@@ -23,7 +26,7 @@ def noise_density(layup, xy):
 
 
 def moved(bell, name, by):
-    """A bell with one of its six numbers changed."""
+    """Return a bell with one of its six numbers changed."""
     (x, y), (long, short) = bell.centre_mm, bell.radii_mm
     return {
         "x": lambda: replace(bell, centre_mm=(x + by, y)),
@@ -36,7 +39,7 @@ def moved(bell, name, by):
 
 
 def grid_inside(layup, bell):
-    """Centres of the cells within the bell's foot, on the ply."""
+    """Return the centres of the cells within the bell's foot that are on the ply."""
     foot = bell.foot(90)
     low, high = foot.min(axis=0), foot.max(axis=0)
     x, y = np.meshgrid(*(np.arange(low[k] + CELL_MM / 2, high[k], CELL_MM) for k in (0, 1)))
@@ -46,7 +49,7 @@ def grid_inside(layup, bell):
 
 
 def ideal_errors(layup, true):
-    """Cramér-Rao bounds for who knows that the pocket is such a bell: area and volume in %, peak in mm."""
+    """Return the Cramér-Rao bounds if it is known that the pocket is a bell: area and volume in %, peak in mm."""
     xy = grid_inside(layup, true.bell)
     slopes, changes = [], []
     for name, step in STEPS.items():
@@ -68,20 +71,20 @@ def ideal_errors(layup, true):
 
 
 def window_errors(layup, true, smooth_mm):
-    """Of area and volume, in %, for local quadratic fits in windows.
+    """Return the standard errors of area and volume, in %, for local quadratic fits in windows.
 
-    A quadratic's weights over a window w, (9 - 15 (2x/w)²) / 4w, have a sum of squares of 2.25 / w: that much of the
-    noise's density is left across the outline, and shifts it by itself over the slope.
+    A quadratic's weights over a window w, (9 - 15 (2x/w)²) / 4w, have a sum of squares of 2.25 / w. This share of the
+    noise's density remains across the outline and shifts it by the noise over the slope.
     """
     cut = layup.truth.cut_height_mm
     corner, ahead = true.outline_mm, np.roll(true.outline_mm, -1, axis=0)
     at, length = (corner + ahead) / 2, np.hypot(*(ahead - corner).T)
     window = min(smooth_mm, true.area_mm2 / length.sum())
     _, slope_x, slope_y, rho = true.bell.rise_and_slopes(*at.T)
-    free = np.abs(rho - cut_radius(true.bell.height_mm, cut - layup.truth.thickness_mm)) < 0.01  # else the ply's edge
+    free = np.abs(rho - cut_radius(true.bell.height_mm, cut - layup.truth.thickness_mm)) < 0.01  # not the ply's edge
     density, slope = noise_density(layup, at)[free], np.hypot(slope_x, slope_y)[free]
     shift = np.sum(density * 2.25 / window / slope**2 * length[free])
-    both = np.sum(density / 2 / slope * length[free])  # half of a window's noise at the outline lies inside
+    both = np.sum(density / 2 / slope * length[free])  # half of the noise of a window at the outline lies inside
     inside = np.mean(noise_density(layup, grid_inside(layup, true.bell))) * true.area_mm2
     volume = cut**2 * shift + 2 * cut * both + inside
     return {"area": 100 * np.sqrt(shift) / true.area_mm2, "volume": 100 * np.sqrt(volume) / true.volume_mm3}

@@ -1,4 +1,4 @@
-"""Open3D's outlier removal on a scan written by make_scene.py, as JSON; 20 million points take 30 s.
+"""Run Open3D's outlier removal on a scan written by make_scene.py and print JSON; 20 million points take 30 s.
 
 Needs the extra `view`.
 

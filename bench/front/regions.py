@@ -1,5 +1,5 @@
-"""Regions of interest against the whole scan on layups of 20 million points, and the error of other coarse passes over
-their time: regions.py [--seeds N...] [--pixels WIDTH HEIGHT] [-o FILE]. Writes regions.txt.
+"""Compare regions of interest with the whole scan on layups of 20 million points, and the errors and times of other
+coarse passes: regions.py [--seeds N...] [--pixels WIDTH HEIGHT] [-o FILE]. Writes regions.txt.
 """
 
 import argparse
@@ -17,12 +17,12 @@ MESHES = ((1, 16), (2, 32), (4, 64), None, (16, 256), (32, 512), (64, 1024), (12
 
 
 def centres(found):
-    """(area, centroid) of the pockets, largest first."""
+    """Return (area, centroid) of the pockets, largest first."""
     return [(one.pocket.area_mm2, one.pocket.centroid_mm) for one in found.pockets]
 
 
 def worst(found, whole):
-    """How many of the pockets are missing, and the largest relative difference in area of the others."""
+    """Return how many of the pockets are missing, and the largest relative difference in area of the others."""
     missing, most = 0, 0.0
     for area, centre in whole:
         near = [a for a, c in found if np.hypot(*(c - centre)) < 5]
@@ -32,8 +32,8 @@ def worst(found, whole):
 
 
 def study(inspector, scan, whole, cycles=5):
-    """A mesh at a time: its steps; mm between rows, mm² of an eye, shares read and worked on, ms of the coarse pass, ms
-    busy; (pockets missing, worst area) or (why refused,); whether it is the one in use.
+    """Yield for each mesh its steps; mm between rows, mm² of an eye, shares of the image read and processed, ms of the
+    coarse pass, ms busy; (pockets missing, worst area) or (why it was refused,); whether it is the mesh in use.
     """
     usual = inspector.find(scan).regions
     given = inspector.prepared, inspector.mold_from_scanner, inspector.ply_outline, inspector.recipe
@@ -48,7 +48,7 @@ def study(inspector, scan, whole, cycles=5):
             busy.append(1e3 * (time.process_time() - began) / _core.default_threads())
             coarse.append(found.times_ms.get("coarse", np.nan))
         used = found.regions
-        if used is None:  # processed whole
+        if used is None:  # the scan was processed as a whole
             yield mesh, (np.nan,) * 6, (found.left_out[0].why,), False
             continue
         figures = used.rows * used.pixel_mm, used.eye_mm2, used.read_share, used.image_share, min(coarse), min(busy)
@@ -104,7 +104,7 @@ def main() -> None:
 
 
 def centroid(outline):
-    """Of the area of an (M, 2) polygon."""
+    """Return the centroid of the area of an (M, 2) polygon."""
     x, y = (outline - outline[0]).T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
     return outline[0] + np.array([((v + np.roll(v, -1)) * cross).sum() for v in (x, y)]) / (3 * cross.sum())

@@ -1,6 +1,6 @@
-"""What errors of the input do to the pockets' figures and verdicts, on virtual layups.
+"""Measure the effect of errors in the input on the pockets' figures and verdicts, on virtual layups.
 
-python bench/front/registration.py [SEED ...]: prints the table of registration.txt.
+python bench/front/registration.py [SEED ...] prints the table of registration.txt.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def inspector_of(layup: Any, **changed: Any) -> debulk.Inspector:
 
 
 def moved_reference(inspector: debulk.Inspector, by_mm: Floats, tilt: float) -> Any:
-    """The prepared reference as if mold or scanner had moved since it was recorded; tilt: mm of height a mm along x."""
+    """Return the prepared reference as if mold or scanner had moved since then; tilt: mm of height per mm along x."""
     known = inspector.reference
     heights = known.heights_mm + by_mm[2]
     x = known.origin_mm[0] + known.spacing_mm * np.arange(heights.shape[1])
@@ -43,14 +43,14 @@ def moved_reference(inspector: debulk.Inspector, by_mm: Floats, tilt: float) -> 
 
 
 def grown(outline: Floats, by_mm: float) -> Floats:
-    """Every corner moved outwards from the middle."""
+    """Return the outline with every corner moved outwards from the middle."""
     middle = outline.mean(axis=0)
     way = outline - middle
     return middle + way * (1 + by_mm / np.linalg.norm(way, axis=1, keepdims=True))
 
 
 def cases(seed: int) -> Iterator[tuple[str, debulk.Report]]:
-    """What is wrong, and the report on it; first the layup with nothing wrong."""
+    """Yield each error's description and the report on it; the first is the layup with nothing wrong."""
     layup = debulk.scenes.layup(seed=seed, pixels=PIXELS)
     inspector = inspector_of(layup)
     yield "nothing", inspector.inspect(layup.scan)
@@ -85,7 +85,7 @@ def cases(seed: int) -> Iterator[tuple[str, debulk.Report]]:
 
 
 def same_pocket(pocket: PocketReport, report: debulk.Report) -> PocketReport | None:
-    """The pocket of another report whose outline has its middle near by."""
+    """Return the pocket of another report whose outline has its middle near by, if there is one."""
     middle = pocket.outline_mm.mean(axis=0)
     ways = [np.linalg.norm(p.outline_mm.mean(axis=0) - middle) for p in report.pockets]
     nearest = int(np.argmin(ways)) if ways else -1

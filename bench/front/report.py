@@ -1,4 +1,4 @@
-"""Text and picture of the front end's benchmark: report.py BENCH.json [OPEN3D.json]; writes front.txt and front.png."""
+"""Write front.txt and front.png from the front end's benchmark: report.py BENCH.json [OPEN3D.json]."""
 
 import json
 import sys

@@ -1,4 +1,7 @@
-"""Error of the height map's spacing against the front end's time, on one layup of 20 million points: spacing.txt."""
+"""Compare the error due to the height map's spacing with the front end's time, on one layup of 20 million points.
+
+Writes spacing.txt.
+"""
 
 import time
 from pathlib import Path

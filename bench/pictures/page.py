@@ -1,6 +1,6 @@
-"""Makes page.png, the README's picture: the top of the page of `debulk demo`, in few enough colours to be small.
+"""Make page.png, the README's picture: the top of the page of `debulk demo`, in so few colours that the file is small.
 
-Needs Chromium and Pillow (extra "bench"). The time on the page is that of this run: make it on a quiet machine.
+This needs Chromium and Pillow (extra "bench"). The time on the page is that of this run, so run it on a quiet machine.
 """
 
 import shutil

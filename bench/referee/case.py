@@ -1,4 +1,4 @@
-"""One case of the referee: a pocket, one of its perturbed starts or noisy members, and what the physics differs in."""
+"""A case of the referee (independent fine simulations): a pocket, a perturbed start or noisy member, and a variant."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pockets import Pocket, all_pockets, spread
 from tables import Table
 
-# What both engines can change, by the names of the recipe's material. The table's own case has no name.
+# The variants of the material that both engines can simulate, by the names of the recipe's material. The nominal case
+# has an empty name.
 MATERIAL: dict[str, dict[str, float]] = {
     "": {},
     "E x 0.5": {"young_mpa": 180.0},
@@ -21,24 +22,24 @@ MATERIAL: dict[str, dict[str, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What a row of own.csv or mujoco.csv is about."""
+    """The case that a row of own.csv or mujoco.csv describes."""
 
     pocket: Pocket
-    member: int  # seeds the perturbation or the noise; from 1
+    member: int  # number from 1, which seeds the perturbation or the noise
     variant: str = ""
 
     @property
     def key(self) -> tuple[str, int, str]:
-        """What tells its row apart."""
+        """Return the key that identifies its row."""
         return self.pocket.name, self.member, self.variant
 
     def __str__(self) -> str:
-        """For a line on the screen."""
+        """Return the case as text for a line on the screen."""
         return f"{self.pocket.name} {self.member} {self.variant}".rstrip()
 
 
 def complete(kept: Table, cases: Iterable[Case], run: Callable[[Case], dict[str, object]], good: str) -> None:
-    """Make the rows that are missing, and say what came of each; `good` is the column of 1 and 0."""
+    """Compute the missing rows and print each result; `good` names the column that is 1 for a good run, else 0."""
     for case in cases:
         if kept.has(*case.key):
             continue
@@ -53,7 +54,7 @@ def complete(kept: Table, cases: Iterable[Case], run: Callable[[Case], dict[str,
 
 
 def asked(about: str, members: int, most: int) -> list[Case]:
-    """Cases that the command line asks for: the first member of every pocket, then the second, and so on."""
+    """Return the cases that the command line asks for: the first member of every pocket, then the second, and so on."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--members", type=int, default=members, help="of each pocket")
     parser.add_argument("--most", type=int, default=most, help="pockets")

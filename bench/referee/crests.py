@@ -1,8 +1,8 @@
-"""The crest by the excess against the folds of converged simulations: python bench/referee/crests.py.
+"""Compare the crest by the excess with the folds of converged simulations: python bench/referee/crests.py.
 
-Lays the default net of every pocket inside the ply, and holds the place, direction and length of its crest against the
-worst folds of own.csv and of the accepted runs of mujoco.csv; so for the highest ridge that the net itself shows at a
-minimum. Writes crests.txt.
+Lays the default net of every pocket inside the ply, and compares the place, direction and length of its crest with the
+worst folds of own.csv and of the accepted runs of mujoco.csv. The same is done for the highest ridge of the net itself
+at a minimum. Writes crests.txt.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from debulk.recipe import Recipe
 
 @dataclass(frozen=True)
 class Compared:
-    """One fold, and the crest of its pocket, by its excess or as its net shows it."""
+    """One fold compared with the crest of its pocket, which comes from the excess or from the net's minimum."""
 
     engine: str
     crest: str
-    half: str  # of the pockets: "layup", or "synthetic"
-    off: float  # of the fold's highest point from the nearer line, in radii of the foot
-    turned_deg: float  # from the nearer line
-    length: float  # of the crest, over the fold's
-    single: bool  # no other fold stands higher than half as high
+    half: str  # half of the set of pockets: "layup", or "synthetic"
+    off: float  # distance of the fold's highest point from the nearer line, in radii of the foot
+    turned_deg: float  # angle of the fold to the nearer line
+    length: float  # length of the crest over that of the fold
+    single: bool  # no other fold is higher than half of this one
     mirrored: bool
 
 
 def compare() -> list[Compared]:
-    """Every fold of a pocket inside the ply."""
+    """Compare every fold of a pocket inside the ply."""
     folds = [("own", row) for row in own.table().rows() if row["certified"] == "1" and not row["variant"]]
     folds += [
         ("MuJoCo", row)
@@ -78,7 +78,7 @@ def compare() -> list[Compared]:
 
 
 def _of_net(laid: net.Net, pocket: Pocket) -> np.ndarray | None:
-    """(K, 2) the highest ridge of the minimum that a report draws."""
+    """Return (K, 2) the highest ridge of the minimum that a report draws."""
     recipe = Recipe()
     found = solve.minimise(sheet.Sheet.of_net(laid, pocket.reference, recipe), starts=2, first_start=1)
     if not found.certified:
@@ -97,7 +97,7 @@ def _of_net(laid: net.Net, pocket: Pocket) -> np.ndarray | None:
 
 
 def table(found: list[Compared]) -> str:
-    """What was found, as text: median and the value that nine in ten keep."""
+    """Return the results as text: the median, and the value that nine in ten do not exceed."""
     lines = [
         fill(
             "The crest that the excess of a default net's fibres makes, against the worst folds of converged "
@@ -138,7 +138,7 @@ def table(found: list[Compared]) -> str:
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     text = table(compare())
     (HERE / "crests.txt").write_text(text, encoding="utf-8")
     print(text)

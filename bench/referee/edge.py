@@ -1,9 +1,9 @@
-"""How friction is shared out at the ply's edge, and what that decides: python bench/referee/edge.py [--starts 2].
+"""How friction is distributed at the ply's edge, and its effect: python bench/referee/edge.py [--starts 2].
 
-A net's free nodes stand for the ply between them and its edge; a way of ply that holds each of them has to be chosen.
-Solved with five choices, each pocket of the table that the edge cuts shows how far its outcome hangs on that choice.
-With --laid names, MuJoCo runs of these pockets, in which the ply around them is laid out and each of its nodes rubs on
-the mold, have nothing to choose. Rows go to edge.csv, the ranges to edge.txt.
+A net's free nodes represent the ply between them and its edge, so the length of ply that holds each of them must be
+chosen. Each pocket of the table that the edge cuts is solved with five choices, which shows how much its outcome
+depends on the choice. With --laid names, MuJoCo simulates these pockets with the ply around them laid out and each of
+its nodes rubbing on the mold; then nothing has to be chosen. Rows go to edge.csv, the ranges to edge.txt.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from debulk import _core, net, sheet, solve
 from debulk.pocket import distance_to_outline
 from debulk.recipe import Recipe
 
-FIRM_MM = 200.0  # a way that no fibre's force can pull over: as good as pinned
-LAID_MM = 22.0  # of ply laid out round the foot: 17 to 21 mm hold an end force of a fold near the limit
+FIRM_MM = 200.0  # length of ply that no fibre's force can move: practically pinned
+LAID_MM = 22.0  # width of ply laid out round the foot: 17 to 21 mm hold the end force of a fold near the limit
 COLUMNS = ["pocket", "start", "sharing", "spacing_mm", "nodes", "free", "certified", "gathered_mm", "slip_mm", "build"]
 SHARINGS = ("none", "nearest", "mean", "along", "held")
 ABOUT = {
@@ -41,12 +41,12 @@ LAID = "laid"
 
 
 def table() -> Table:
-    """All solves so far."""
+    """Return the table of all solves so far."""
     return Table("edge.csv", COLUMNS, ["pocket", "start", "sharing"])
 
 
 def ways(pocket: Pocket, laid: net.Net, sharing: str) -> np.ndarray:
-    """(N,) way of ply that holds each node, mm."""
+    """Return (N,) length of ply that holds each node, mm."""
     nearest = distance_to_outline(pocket.ply_outline_mm, laid.nodes_mm[:, :2])
     if sharing == "none":
         return np.zeros_like(nearest)
@@ -60,7 +60,7 @@ def ways(pocket: Pocket, laid: net.Net, sharing: str) -> np.ndarray:
 
 
 def along_fibres(ply_outline_mm: np.ndarray, laid: net.Net) -> np.ndarray:
-    """(N,) way straight on from a fibre's end to the ply's edge, mm; of two fibres that end there the longer."""
+    """Return (N,) distance straight on from a fibre's end to the ply's edge, mm; the longer if two fibres end there."""
     xy, found = laid.nodes_mm[:, :2], np.zeros(len(laid.nodes_mm))
     for ahead, back in ((0, 1), (1, 0), (2, 3), (3, 2)):
         ends = np.flatnonzero((laid.neighbours[:, ahead] < 0) & (laid.neighbours[:, back] >= 0))
@@ -71,7 +71,7 @@ def along_fibres(ply_outline_mm: np.ndarray, laid: net.Net) -> np.ndarray:
 
 
 def _to_outline(start: np.ndarray, along: np.ndarray, outline: np.ndarray) -> float:
-    """Way from a point in a direction to the first side of a polygon, mm; 0 from outside."""
+    """Return the distance from a point in a direction to the first side of a polygon, mm; 0 from outside."""
     a, side = outline, np.roll(outline, -1, axis=0) - outline
     cross = along[0] * side[:, 1] - along[1] * side[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -82,7 +82,7 @@ def _to_outline(start: np.ndarray, along: np.ndarray, outline: np.ndarray) -> fl
 
 
 def run(pocket: Pocket, start: int, sharing: str) -> dict[str, object]:
-    """One solve: a row."""
+    """Solve once and return a row."""
     laid = pocket.lay(own.spacing_for(pocket))
     ply = sheet.Sheet(
         laid.nodes_mm,
@@ -99,7 +99,7 @@ def run(pocket: Pocket, start: int, sharing: str) -> dict[str, object]:
 
 
 def run_laid(pocket: Pocket, member: int) -> dict[str, object]:
-    """One run of MuJoCo with the ply around the pocket laid out, of a pocket on a flat mold: a row."""
+    """Run MuJoCo once on a pocket on a flat mold, with the ply around the pocket laid out, and return a row."""
     out = pocket.outline_mm - pocket.centre_mm
     laid = net.fibre_net(
         pocket.surface,
@@ -137,13 +137,13 @@ def _row(
 
 
 def _both_ends(pocket: Pocket) -> tuple[net.Net, net.Net]:
-    """The default net as an inspection settles it where it would cease: as it slips, and with its rim held."""
+    """Return the default nets that an inspection solves if a pocket would cease: slipping, and with its rim held."""
     laid = pocket.lay()
     return laid, net.from_core(_core.net.with_rim_held(laid._core))
 
 
 def text(pockets: list[Pocket]) -> str:
-    """The ranges."""
+    """Return the ranges as text."""
     rows = [row for row in table().rows() if row["certified"] == "1"]
     lines = [
         f"  {'pocket':<8} "
@@ -174,7 +174,7 @@ def text(pockets: list[Pocket]) -> str:
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--starts", type=int, default=2)
     parser.add_argument("--most", type=int, default=16, help="pockets, small ones first")

@@ -1,8 +1,8 @@
-"""Pockets of another make at the ply's edge, against fine nets: python bench/referee/edge_varied.py [--layups 14].
+"""Second-family pockets at the ply's edge, against fine nets: python bench/referee/edge_varied.py [--layups 14].
 
-Layups of the second family with pockets that the edge cuts. Of those that would cease as their rim slips and keep some
-length with more friction, fine nets are solved with three sharings of the friction, as in edge.py. Writes
-edge_varied.txt.
+The layups are of the second family, with pockets that the edge cuts. For those pockets that would cease with a slipping
+rim but keep some excess with more friction, fine nets are solved with three distributions of the friction, as in
+edge.py. Writes edge_varied.txt.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ FIRM_MM, DEADLINE_S = 200.0, 300.0
 
 
 def kept_mm(found: FoundPocket, ply: PlyOnMold) -> float:
-    """Largest excess of a fibre that the default net keeps with a held rim, or with friction along the fibres, mm."""
+    """Return the largest fibre excess that the default net keeps with a held rim or friction along the fibres, mm."""
     laid = lay_pocket(found, ply)
     net_, kept = laid.net, 0.0
     along = sheet.Sheet(
@@ -49,7 +49,7 @@ def kept_mm(found: FoundPocket, ply: PlyOnMold) -> float:
 
 
 def fine_ridges(found: FoundPocket, ply: PlyOnMold) -> dict[str, float]:
-    """Ridge of the worst fold of a certified fine net, mm, by each sharing."""
+    """Return the ridge of the worst fold of a certified fine net, mm, for each distribution of the friction."""
     spacing = next((d for d in own.SPACINGS_MM if found.foot.area_mm2 / d**2 < own.NODES), own.SPACINGS_MM[-1])
     nets = ply.recipe.net.model_copy(update={"spacing_mm": spacing})
     laid = lay_net(replace(found, net=None), replace(ply, recipe=ply.recipe.model_copy(update={"net": nets})))
@@ -73,7 +73,7 @@ def fine_ridges(found: FoundPocket, ply: PlyOnMold) -> dict[str, float]:
 
 
 def rows(seed: int) -> list[str]:
-    """One for each pocket of a layup."""
+    """Return one row for each pocket of a layup."""
     layup = scenes.varied_layup(
         seed, pockets=KINDS, severity="any", noise=(), holes_mm=0, clamp=False, borders=seed % 2
     )  # fmt: skip
@@ -101,7 +101,7 @@ def rows(seed: int) -> list[str]:
 
 
 def text(lines: list[str]) -> str:
-    """The table."""
+    """Return the table as text."""
     about = (
         "Pockets of the second family's layups that the ply's edge cuts, that would cease as their rim slips and keep "
         f"{KEPT_MM:g} mm of excess or more with a held rim or friction along the fibres: range of the default net's "
@@ -114,7 +114,7 @@ def text(lines: list[str]) -> str:
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--layups", type=int, default=14)
     seeds = range(FIRST, FIRST + parser.parse_args().layups)

@@ -1,4 +1,4 @@
-"""The excess of a laid net's fibres: of whole fibres held at both ends, or within a window that slides along them."""
+"""The excess of a laid net's fibres: of whole fibres held at both ends, or of pieces within a sliding window."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from debulk import net, surface
 
 
 def largest(laid: net.Net, reference: surface.Reference, window_mm: float | None = None, held: bool = True) -> float:
-    """Largest excess of a fibre, mm; 0 where no fibre is longer than its mold.
+    """Return the largest excess of a fibre, mm; 0 if no fibre is longer than its mold.
 
     Parameters
     ----------
@@ -18,9 +18,10 @@ def largest(laid: net.Net, reference: surface.Reference, window_mm: float | None
     reference
         The mold.
     window_mm
-        Count a piece of the fibre of at most this length only, wherever it gives most. None: the whole fibre.
+        Count only a piece of the fibre of at most this length, at the place where it gives the most; None means the
+        whole fibre.
     held
-        Only fibres with a fixed node at both ends.
+        Count only fibres with a fixed node at both ends.
     """
     feet, _ = mold_feet(laid.nodes_mm, reference)
     found = 0.0
@@ -43,7 +44,7 @@ def _base(feet: np.ndarray, line: np.ndarray, reference: surface.Reference) -> f
 def _windowed(
     feet: np.ndarray, line: np.ndarray, spacing: float, window_mm: float, reference: surface.Reference
 ) -> float:
-    """Excess of the best piece of one fibre, whole segments and the fractions of them that fill the window."""
+    """Return the largest excess of a piece of one fibre: whole segments and fractions of them that fill the window."""
     count = len(line) - 1
     over = np.array([spacing - _base(feet, line[k : k + 2], reference) for k in range(count)])
     summed = np.concatenate([[0.0], np.cumsum(over)])

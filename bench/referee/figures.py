@@ -1,8 +1,8 @@
-"""What each criterion knows of a pocket before, or by, the default net: python bench/referee/figures.py.
+"""The figures by which each criterion judges a pocket, from the default net: python bench/referee/figures.py.
 
-The excess of the laid net (whole fibres, sliding windows, at the default spacing and at half of it), and the paper's
-solve, with its lumping of the loads: RMS and ridge over the recipe's starts with the verdict. One row a pocket goes to
-figures.csv.
+They are the excess of the laid net (of whole fibres and in sliding windows, at the default spacing and at half of it)
+and the results of the paper's solve with its lumping of the loads: RMS and ridge over the recipe's starts, with the
+verdict. One row per pocket goes to figures.csv.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ COLUMNS = [
 
 
 def table() -> Table:
-    """All pockets so far."""
+    """Return the table of all pockets so far."""
     return Table("figures.csv", COLUMNS, ["pocket"])
 
 
 def elastic_height(excess_mm: float) -> float:
-    """Height of the elastic fold that holds an excess, under a dead load, mm."""
+    """Return the height of the elastic fold that holds an excess, under a dead load, mm."""
     if excess_mm <= 0.005:
         return 0.0
     found = section.fold(excess_mm, 50.0, pressure="vertical", segments=400)
@@ -39,7 +39,7 @@ def elastic_height(excess_mm: float) -> float:
 
 
 def settled(pocket: Pocket, laid: net.Net, recipe: Recipe) -> starts.Settled:
-    """What all starts that the recipe asks for come to."""
+    """Return the combined result of all starts that the recipe asks for."""
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         return ridge.post_process(
@@ -57,7 +57,7 @@ def settled(pocket: Pocket, laid: net.Net, recipe: Recipe) -> starts.Settled:
 
 
 def run(pocket: Pocket) -> dict[str, object]:
-    """One row."""
+    """Return one row."""
     recipe = Recipe(loads={"lumping": "paper"})
     laid = pocket.lay()
     half = pocket.lay(laid.spacing_mm / 2)
@@ -99,7 +99,7 @@ def run(pocket: Pocket) -> dict[str, object]:
 
 
 def main() -> None:
-    """Make the rows that are missing."""
+    """Compute the missing rows."""
     kept = table()
     for pocket in all_pockets():
         if not kept.has(pocket.name):

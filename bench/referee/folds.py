@@ -1,4 +1,4 @@
-"""What a fine simulation ends with: the worst fold, its place, direction and length, and the excess it has gathered."""
+"""The worst fold at the end of a fine simulation: its place, direction and length, and the excess it has gathered."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ _WEST, _EAST = (1, 3), (0, 2)  # columns of the neighbours back and ahead, by fi
 
 @dataclass(frozen=True)
 class Fold:
-    """The highest fold; all zero where the ply lies flat."""
+    """The highest fold; all zero if the ply lies flat."""
 
     height_mm: float = 0.0  # from the mold, along its normal
     x_mm: float = 0.0
     y_mm: float = 0.0
     direction_deg: float = 0.0  # of the crest, counter-clockwise from mold +x, 0 to 180
-    length_mm: float = 0.0  # of the crest, where it stands higher than half the height
+    length_mm: float = 0.0  # of the part of the crest that is higher than half the height
     gathered_mm: float = 0.0  # largest excess of a fibre's piece between the fold's two feet
-    folds: int = 0  # how many stand higher than half of it
+    folds: int = 0  # number of folds higher than half of this one
 
 
 def mold_feet(points: np.ndarray, reference: surface.Reference) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 2) nearest points of the mold, seen from above, and (N,) distances from it, negative below."""
+    """Return (N, 2) nearest points of the mold, seen from above, and (N,) distances from it, negative below."""
     xy = points[:, :2].copy()
-    for _ in range(12):  # contracts by height times curvature, below 0.1 here
+    for _ in range(12):  # each step contracts the error by height times curvature, which is below 0.1 here
         xy = points[:, :2] + (points[:, 2] - reference.height(xy))[:, None] * reference.gradient(xy)
     rise = points[:, 2] - reference.height(xy)
     slope = np.sum(reference.gradient(xy) ** 2, axis=1)
@@ -36,7 +36,7 @@ def mold_feet(points: np.ndarray, reference: surface.Reference) -> tuple[np.ndar
 
 
 def fibres(neighbours: np.ndarray, fibre: int) -> list[np.ndarray]:
-    """Numbers of the nodes of every fibre of one family, from end to end."""
+    """Return the numbers of the nodes of every fibre of one family, from end to end."""
     back, ahead = neighbours[:, _WEST[fibre]], neighbours[:, _EAST[fibre]]
     found = []
     for first in np.flatnonzero((back < 0) & (ahead >= 0)):
@@ -48,14 +48,14 @@ def fibres(neighbours: np.ndarray, fibre: int) -> list[np.ndarray]:
 
 
 def mold_length(a: np.ndarray, b: np.ndarray, chords: int, reference: surface.Reference) -> float:
-    """Length of the mold over the straight line from a to b, in as many chords as the fibre has."""
+    """Return the length of the mold over the straight line from a to b, in as many chords as the fibre has."""
     xy = a + (b - a) * np.linspace(0, 1, chords + 1)[:, None]
     line = np.column_stack([xy, reference.height(xy)])
     return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
 
 
 def worst_fold(nodes: np.ndarray, neighbours: np.ndarray, kinds: np.ndarray, reference: surface.Reference) -> Fold:
-    """Find the highest fold of a debulked net. Bridges, where the ply is too short for the mold, are not folds."""
+    """Find the highest fold of a debulked net; bridges, where the ply is too short for the mold, are not folds."""
     feet, gaps = mold_feet(nodes, reference)
     gathered = np.zeros(len(nodes))
     top = np.zeros(len(nodes), dtype=bool)
@@ -97,7 +97,7 @@ def worst_fold(nodes: np.ndarray, neighbours: np.ndarray, kinds: np.ndarray, ref
 
 
 def _foot(heights: np.ndarray, peak: int, step: int) -> int:
-    """Where the fold ends: on the mold, in the valley before the next, or at the net's border."""
+    """Return where the fold ends: on the mold, in the valley before the next fold, or at the net's border."""
     lowest = peak
     k = peak + step
     while 0 <= k < len(heights):
@@ -110,7 +110,7 @@ def _foot(heights: np.ndarray, peak: int, step: int) -> int:
 
 
 def _joined(start: int, of: np.ndarray, neighbours: np.ndarray) -> np.ndarray:
-    """Nodes joined to a node by segments within a set."""
+    """Return the nodes that are joined to a node by segments within a set."""
     found = np.zeros(len(of), dtype=bool)
     found[start] = True
     edge = np.array([start])

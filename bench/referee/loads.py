@@ -1,9 +1,9 @@
-"""What loads of the net's own areas change: python bench/referee/loads.py [--seconds 3.2]. Writes loads.txt.
+"""The effect of loads by the net's own areas: python bench/referee/loads.py [--seconds 3.2]. Writes loads.txt.
 
-The synthetic pockets whose fine nets took no more than so much CPU are solved again as own.py does now, and compared
-with their rows in own.csv, of a time when every node had a whole cell and every free node's friction the mean way to
-the ply's edge. Beside it stands what the default nets end with, by the paper's lumping and by the net's own areas: at
-the ply's edge these figures decide.
+The synthetic pockets whose fine nets took no more than this CPU time are solved again as own.py does now. They are
+compared with their rows in own.csv, which date from when every node had the load of a whole cell, and every free node
+friction over the mean distance to the ply's edge. Also listed are the results of the default nets, by the paper's
+lumping and by the net's own areas, because these figures decide at the ply's edge.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from debulk.recipe import Recipe
 
 
 def line(pocket: Pocket, row: dict[str, str]) -> str:
-    """One pocket."""
+    """Return the line of one pocket."""
     laid = pocket.lay(float(row["spacing_mm"]))
     start = int(row["start"])
     found = solve.minimise(own.fine_sheet(laid, pocket), starts=start + 1, first_start=start, seed=12)
@@ -41,7 +41,7 @@ def line(pocket: Pocket, row: dict[str, str]) -> str:
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=3.2, help="most CPU of a fine net that is solved again")
     most = parser.parse_args().seconds

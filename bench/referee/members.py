@@ -1,4 +1,4 @@
-"""The referee's members one by one: MuJoCo's ensembles, what was refused, and what a change of the physics moves."""
+"""The referee's single runs: MuJoCo's ensembles, the runs that were refused, and the effect of changed physics."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from truth import Truth, extrapolated_excess, ridge
 
 
 def ensembles(every: list[Truth]) -> list[str]:
-    """MuJoCo's members of each pocket beside the rule's ridge and the own nets, the nearest to the limit first."""
+    """Return MuJoCo's members of each pocket beside the rule's ridge and our own nets, nearest to the limit first."""
     judged = sorted(
         (t for t in every if t.gathered.get("mujoco")), key=lambda t: abs(extrapolated_excess(t) - LIMIT_EXCESS_MM)
     )
@@ -46,14 +46,14 @@ def ensembles(every: list[Truth]) -> list[str]:
 
 
 def span(values: list[float]) -> str:
-    """Least to most, or the only one."""
+    """Return the least and the greatest value as text, or the only one."""
     if not values:
         return ""
     return f"{min(values):.3f}" + (f" to {max(values):.3f}" if len(values) > 1 else "")
 
 
 def refusals() -> list[str]:
-    """How many runs do not count, and why."""
+    """Return as text how many runs do not count, and why."""
     lines = ["", "Runs refused:"]
     for name, rows, good in (
         ("own", own.table().rows(), "certified"),
@@ -81,7 +81,7 @@ def _why(row: dict[str, str]) -> str:
 
 
 def changes(every: list[Truth]) -> list[str]:
-    """How far each change moves the gathered excess and the height, and which pockets change sides."""
+    """Return how much each change affects the gathered excess and the height, and which pockets change sides."""
     lines = []
     known = {t.name: t for t in every}
     for referee, table in (("own", own.table()), ("mujoco", mujoco_runs.table())):

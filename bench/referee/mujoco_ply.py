@@ -1,14 +1,14 @@
-"""The referee that no one here wrote: a ply in MuJoCo, pressed on its mold with Coulomb friction, from noisy starts.
+"""The referee's external solver: a ply in MuJoCo, pressed on its mold with Coulomb friction, from noisy starts.
 
-Fibres are flexes of dimension 1 (one for each direction, bending as an elastic rod, lengths held by equality
+Fibres are flexes of dimension 1 (one for each direction, bending as an elastic rod, with lengths held by equality
 constraints); a flex of dimension 2 on the same bodies carries the shear. Every node is a body with three slides and a
-small sphere that touches the mold. Rim nodes are pinned; those at the ply's edge, or all of them with a margin, slide
-against the friction of the ply between them and the edge. Units: mm, N, s; the mass is none of the ply's, but one that
-lets it settle in some hundred steps (the state of rest does not depend on it).
+small sphere that touches the mold. Rim nodes are pinned; those at the ply's edge, or all of them if there is a margin,
+slide against the friction of the ply between them and the edge. Units are mm, N, s. The mass is not that of the ply but
+one with which it settles in some hundred steps (the state of rest does not depend on it).
 
-A run counts only if it ends with all strains up to 1e-3 and no node in motion. Where the dome snaps through, a few
-segments are strained more for some steps (the table says how much); runs at half the speed of the ramp show what that
-and the ramp change.
+A run counts only if it ends with all strains at most 1e-3 and no node in motion. When the dome snaps through, a few
+segments are strained more for some steps (the table says how much). Runs at half the speed of the ramp show the effect
+of that and of the ramp.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from debulk.pocket import distance_to_outline
 from debulk.recipe import Recipe
 
 MOST_STRAIN = 1e-3
-MOST_SPEED_MM = 2e-4  # a step, of any node; what is left then is the creep of MuJoCo's softened friction
-_FITTING_STEPS = 50  # in which the noisy start finds back to the fibres' lengths, under little pressure
+MOST_SPEED_MM = 2e-4  # per step, of any node; motion below this is the creep of MuJoCo's softened friction
+_FITTING_STEPS = 50  # steps in which the noisy start returns to the fibres' lengths, under little pressure
 _STEP_S = 2e-3
 _SPHERE_MM = 0.02
-_ROD_MM = 0.1  # radius of the fibres' rods; the modulus is chosen so that they bend like the ply
+_ROD_MM = 0.1  # radius of the fibres' rods, whose modulus is chosen so that they bend like the ply
 _IMPEDANCE = 0.9999
 
 
 @dataclass(frozen=True)
 class Physics:
-    """What the sensitivities vary."""
+    """The physical parameters that the sensitivity study varies."""
 
     young_mpa: float = 360.0
     friction: float = 0.4
     following: bool = False  # pressure along the ply's normal instead of -z
-    margin_mm: float = 0.0  # of ply round the pocket that friction alone holds; 0: the rim is pinned
+    margin_mm: float = 0.0  # width of ply round the pocket that friction alone holds; 0: the rim is pinned
     noise_mm: float = 0.05
     ramp_steps: int = 400
     mass: float = 4e-5  # of a node, N s^2 / mm, at a spacing of 1 mm; grows with the cell
@@ -48,19 +48,19 @@ class Physics:
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """A run's end."""
+    """The end state of a run."""
 
     nodes_mm: np.ndarray
     strain: float
-    most_strain: float  # on the way, once the noisy start has found back to the fibres' lengths
-    speed_mm: float  # largest of a node, in the last step
+    most_strain: float  # largest during the run, after the noisy start has returned to the fibres' lengths
+    speed_mm: float  # largest of any node in the last step
     steps: int
     cpu_s: float
     accepted: bool
 
 
 def simulate(pocket: Pocket, laid: net.Net, seed: int, physics: Physics, most_steps: int = 3000) -> Settled:
-    """Ramp the pressure up, wait until nothing moves."""
+    """Ramp the pressure up and wait until nothing moves."""
     recipe = Recipe()
     flat = float(np.ptp(pocket.mold_mm)) < 1e-9
     start = laid.nodes_mm.copy()
@@ -99,7 +99,7 @@ def simulate(pocket: Pocket, laid: net.Net, seed: int, physics: Physics, most_st
 
 
 def _strain(nodes: np.ndarray, laid: net.Net) -> float:
-    """Largest of any fibre's segment."""
+    """Return the largest strain of any fibre's segment."""
     a, b = nodes[laid.edges[:, 0]], nodes[laid.edges[:, 1]]
     return float(np.abs(np.linalg.norm(a - b, axis=1) / laid.spacing_mm - 1).max())
 
@@ -109,7 +109,7 @@ def _xml(pocket: Pocket, laid: net.Net, moves: np.ndarray, physics: Physics, fla
     material, pressure = recipe.material, recipe.loads.pressure_mpa
     spacing = laid.spacing_mm
     mass = physics.mass * spacing**2
-    # Friction of the ply between a sliding rim node and the ply's edge, shared by the two directions.
+    # Friction of the ply between a sliding rim node and the ply's edge, which acts in each of the two directions.
     loss = np.zeros(len(moves))
     rim = (laid.kinds != 0) & moves
     if physics.margin_mm:
@@ -119,7 +119,7 @@ def _xml(pocket: Pocket, laid: net.Net, moves: np.ndarray, physics: Physics, fla
         loss[free] = np.maximum(distance_to_outline(pocket.ply_outline_mm, laid.nodes_mm[free, :2]), spacing)
     loss *= physics.friction * pressure * spacing
     dim, grip = (3, f"{physics.friction} 0 0") if physics.friction > 0 else (1, "0 0 0")
-    # MuJoCo's default is softer than this: light nodes creep under any force, and the rim of a pocket gave way at once.
+    # MuJoCo's default friction is softer: light nodes creep under any force, and the rim of a pocket gave way at once.
     held = f'solreffriction="{2 * _STEP_S} 1" solimpfriction="{_IMPEDANCE} {_IMPEDANCE} 0.001"'
     bodies = []
     for i, (x, y, z) in enumerate(_relaxed(laid)):
@@ -176,15 +176,16 @@ def _xml(pocket: Pocket, laid: net.Net, moves: np.ndarray, physics: Physics, fla
 
 
 def _relaxed(laid: net.Net) -> np.ndarray:
-    """(N, 3) the ply without stress, flat, its fibres straight and at right angles.
+    """Return (N, 3) the ply without stress: flat, with straight fibres at right angles.
 
-    What MuJoCo bends and shears from. Rods whose bodies start on the draped surface instead never come to rest.
+    MuJoCo measures bending and shear from this state. If rods start on the draped surface instead, they never come to
+    rest.
     """
     return np.column_stack([laid.lattice * laid.spacing_mm, np.zeros(len(laid.lattice))])
 
 
 def _triangles(neighbours: np.ndarray) -> list[tuple[int, int, int]]:
-    """Two for every cell; the diagonals alternate, so that no direction is favoured."""
+    """Return two triangles for every cell; the diagonals alternate, so that no direction is favoured."""
     found = []
     for i, (east, _, north, _) in enumerate(neighbours):
         if east < 0 or north < 0 or neighbours[east, 2] < 0 or neighbours[east, 2] != neighbours[north, 0]:
@@ -198,7 +199,7 @@ def _triangles(neighbours: np.ndarray) -> list[tuple[int, int, int]]:
 
 
 def _set_lengths(model: mujoco.MjModel, laid: net.Net) -> None:
-    """All fibres have the spacing as their rest length, to the last digit."""
+    """Set the rest length of all segments to the spacing, to the last digit."""
     for flex in np.flatnonzero(model.flex_dim == 1):
         first, count = model.flex_edgeadr[flex], model.flex_edgenum[flex]
         model.flexedge_length0[first : first + count] = laid.spacing_mm
@@ -210,7 +211,7 @@ def _set_mold(model: mujoco.MjModel, pocket: Pocket) -> None:
 
 
 def _noise(xy: np.ndarray, seed: int, amplitude_mm: float) -> np.ndarray:
-    """(N,) a smooth random field of this root mean square, waves of 5 to 20 mm."""
+    """Return (N,) a smooth random field with this root mean square and waves of 5 to 20 mm."""
     rng = np.random.default_rng([7, seed])
     waves = 2 * np.pi / rng.uniform(5, 20, 24)
     turn, phase = rng.uniform(0, 2 * np.pi, (2, 24))
@@ -219,7 +220,7 @@ def _noise(xy: np.ndarray, seed: int, amplitude_mm: float) -> np.ndarray:
 
 
 def _normals(nodes: np.ndarray, laid: net.Net) -> np.ndarray:
-    """(N, 3) of the ply, upward."""
+    """Return (N, 3) upward normals of the ply."""
     e, w, n, s = (np.where(laid.neighbours[:, k] >= 0, laid.neighbours[:, k], np.arange(len(nodes))) for k in range(4))
     normal = np.cross(nodes[e] - nodes[w], nodes[n] - nodes[s])
     length = np.linalg.norm(normal, axis=1, keepdims=True)

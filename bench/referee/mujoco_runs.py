@@ -1,7 +1,7 @@
 """MuJoCo's ensembles: python bench/referee/mujoco_runs.py [--members 5] [--most 30] [--names A B ...].
 
-Five noisy members a pocket, small ones all round the limit first; rows go to mujoco.csv. sensitivities.py runs the
-variants.
+Each pocket has five noisy members; small pockets on both sides of the limit come first. Rows go to mujoco.csv.
+sensitivities.py runs the variants.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ COLUMNS = [
 
 
 def table() -> Table:
-    """All runs so far."""
+    """Return the table of all runs so far."""
     return Table("mujoco.csv", COLUMNS, ["pocket", "member", "variant"])
 
 
 def run(one: Case) -> dict[str, object]:
-    """One run: a row."""
+    """Run once and return a row."""
     pocket = one.pocket
     physics = replace(Physics(), **VARIANTS[one.variant])  # type: ignore[arg-type]
     laid = pocket.lay(SPACING_MM)
@@ -63,12 +63,12 @@ def run(one: Case) -> dict[str, object]:
 
 
 def complete(cases: Iterable[Case]) -> None:
-    """Make the rows that are missing."""
+    """Compute the missing rows."""
     case.complete(table(), cases, run, "accepted")
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     complete(case.asked(__doc__, members=5, most=30))
 
 

@@ -1,11 +1,11 @@
-"""Own nets, far finer than the default: python bench/referee/own.py [--members 3] [--names A B ...].
+"""Our own nets, far finer than the default: python bench/referee/own.py [--members 3] [--names A B ...].
 
-Spacing 1 mm, more for large pockets, never above 1.5 mm (the lattice pins folds between 1.5 and 3.5 mm). Loads and
-friction are those of the net's own areas, the recipe's default. Rows whose column `loads` says "P dx^2 a node" are from
-before that default: there every node had a whole cell, and every free node's friction the mean way to the ply's edge;
-at the edge, where that matters, they stand as a variant.
-Every start is perturbed: from the laid net itself a smooth, symmetric pocket keeps its symmetry, and ends with
-four equal folds of higher energy. A row a solve goes to own.csv; only certified ones count.
+The spacing is 1 mm, larger for large pockets, but never above 1.5 mm (the lattice pins folds between 1.5 and 3.5 mm).
+Loads and friction are those of the net's own areas, the recipe's default. Rows whose column `loads` says
+"P dx^2 a node" are older than that default: in them every node had the load of a whole cell, and every free node
+friction over the mean distance to the ply's edge. At the edge, where this matters, these rows are kept as a variant.
+Every start is perturbed: from the laid net itself, a smooth, symmetric pocket keeps its symmetry and ends with four
+equal folds of higher energy. Each solve adds a row to own.csv; only certified ones count.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from tables import Table, build
 from debulk import net, sheet, solve
 from debulk.recipe import Recipe
 
-NODES = 1700  # at most so many, while the spacing is below 1.5 mm
+NODES = 1700  # most nodes while the spacing is below 1.5 mm
 SPACINGS_MM = (1.0, 1.25, 1.5)
 DEADLINE_S = 600.0
-MEAN_WAY = "mean way"  # variant of the rows at the edge from before
+MEAN_WAY = "mean way"  # variant of the older rows at the edge
 COLUMNS = [
     "pocket", "spacing_mm", "start", "variant", "nodes", "status", "certified", "compliant", "kkt_error",
     "length_error", "energy_mj", *(f.name for f in fields(Fold)), "fibre_excess_mm", "iterations", "cpu_s", "loads",
@@ -36,22 +36,22 @@ COLUMNS = [
 
 
 def table() -> Table:
-    """All solves so far."""
+    """Return the table of all solves so far."""
     return Table("own.csv", COLUMNS, ["pocket", "start", "variant"])
 
 
 def spacing_for(pocket: Pocket) -> float:
-    """The finest that keeps the work in bounds."""
+    """Return the finest spacing that keeps the work within bounds."""
     return next((d for d in SPACINGS_MM if pocket.foot_area_mm2 / d**2 < NODES), SPACINGS_MM[-1])
 
 
 def fine_sheet(laid: net.Net, pocket: Pocket, variant: str = "") -> sheet.Sheet:
-    """The sheet."""
+    """Return the sheet of a fine net."""
     return sheet.Sheet.of_net(laid, pocket.reference, Recipe(material=MATERIAL[variant]))
 
 
 def run(one: Case) -> dict[str, object]:
-    """One solve: a row."""
+    """Solve once and return a row."""
     pocket, start = one.pocket, one.member
     spacing = spacing_for(pocket)
     laid = pocket.lay(spacing)
@@ -83,12 +83,12 @@ def run(one: Case) -> dict[str, object]:
 
 
 def complete(cases: Iterable[Case]) -> None:
-    """Make the rows that are missing."""
+    """Compute the missing rows."""
     case.complete(table(), cases, run, "certified")
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     complete(case.asked(__doc__, members=3, most=1000))
 
 

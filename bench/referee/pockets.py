@@ -1,9 +1,9 @@
 """The referee's pockets: 60 of virtual layups that nothing else uses, and 60 synthetic ones; the same on every machine.
 
-Of each half, 30 have a largest fibre excess within 40 % of the limit's (a ridge of 0.60 mm by h = dL/2 + 0.43 t), the
-others are farther from it. The excess meant here is that of the laid net at the recipe's default size. layups.txt names
-the layups' pockets, by seed and number, so that the set stays when the inspector finds one more or one less. Made once
-and kept in build/referee/pockets, a file a pocket.
+In each half, 30 pockets have a largest fibre excess within 40 % of the limit's (a ridge of 0.60 mm by
+h = dL/2 + 0.43 t); the others are farther from it. The excess is that of the laid net at the recipe's default size.
+layups.txt lists the layups' pockets by seed and number, so that the set does not change if the inspector finds one more
+or one less. The pockets are made once and kept in build/referee/pockets, one file per pocket.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _GRID_MM = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Pocket:
-    """One pocket: all that its nets are laid from, as in `debulk.inspection.laid_pocket.lay_net`."""
+    """One pocket: everything from which its nets are laid, as in `debulk.inspection.laid_pocket.lay_net`."""
 
     name: str
     family: str  # "layup", or the shape of a synthetic pocket
@@ -43,20 +43,20 @@ class Pocket:
     centre_mm: np.ndarray  # (2,)
     angles_deg: np.ndarray  # (2,)
     outline_mm: np.ndarray  # (K, 2) the foot
-    rms_outline_mm: np.ndarray  # (K, 2) the cut; of a synthetic pocket the foot
-    ply_outline_mm: np.ndarray  # (K, 2); (0, 2): unknown
+    rms_outline_mm: np.ndarray  # (K, 2) the outline at the cut; for a synthetic pocket that of the foot
+    ply_outline_mm: np.ndarray  # (K, 2); (0, 2) if it is unknown
     foot_area_mm2: float
     at_edge: bool
     mold_tol_mm: float
 
     @cached_property
     def reference(self) -> surface.Reference:
-        """The mold."""
+        """Return the mold."""
         return surface.Reference(self.mold_mm, self.origin_mm, self.grid_mm)
 
     @cached_property
     def surface(self) -> surface.Reference:
-        """The ply as it lies before the vacuum is drawn."""
+        """Return the ply as it lies before the vacuum is drawn."""
         return surface.Reference(self.ply_mm, self.origin_mm, self.grid_mm)
 
     def lay(self, spacing_mm: float | None = None, node_target: int = 100) -> net.Net:
@@ -75,7 +75,7 @@ class Pocket:
         )
 
     def save(self, folder: Path) -> None:
-        """Keep it; a file is there whole or not at all."""
+        """Save the pocket; a file is either complete or absent."""
         path = folder / f"{self.name}.npz"
         part = path.with_suffix(".part.npz")
         np.savez_compressed(part, **{f.name: getattr(self, f.name) for f in fields(self)})
@@ -83,20 +83,20 @@ class Pocket:
 
     @classmethod
     def load(cls, path: Path) -> Pocket:
-        """Read one back."""
+        """Read a saved pocket."""
         with np.load(path) as kept:
             values = {f.name: kept[f.name] for f in fields(cls)}
         return cls(**{k: v.item() if v.ndim == 0 else v for k, v in values.items()})
 
 
 def excess(made: Pocket) -> float:
-    """Largest excess of a fibre of the net at the default size, mm."""
+    """Return the largest excess of a fibre of the net at the default size, mm."""
     laid = made.lay()
     return ridge.largest_fibre_excess(laid.nodes_mm, laid.neighbours, made.reference)
 
 
 def all_pockets(folder: Path = FOLDER) -> list[Pocket]:
-    """The whole set, in a fixed order; made where it is not there yet."""
+    """Return the whole set in a fixed order; it is made if it does not exist yet."""
     index = folder / "index.txt"
     if not index.exists():
         folder.mkdir(parents=True, exist_ok=True)
@@ -110,7 +110,7 @@ def all_pockets(folder: Path = FOLDER) -> list[Pocket]:
 
 
 def spread(pockets: list[Pocket]) -> list[Pocket]:
-    """Order them so that the first few are small and lie all round the limit: the smallest of each range in turn."""
+    """Order pockets so that the first few are small and all round the limit: the smallest of each range in turn."""
     ranges: dict[int, list[Pocket]] = {}
     for made in sorted(pockets, key=lambda p: p.foot_area_mm2):
         ratio = excess(made) / LIMIT_EXCESS_MM
@@ -123,10 +123,10 @@ def spread(pockets: list[Pocket]) -> list[Pocket]:
 
 
 def layup_pockets() -> Iterator[Pocket]:
-    """Those of layups.txt, from seed 300 on.
+    """Yield the pockets of layups.txt, from seed 300 on.
 
-    They were taken in order, at most eight of a row of the layups' table far from the limit, and at most fourteen of
-    each fifth of the limit's excess near it, so that none crowds in.
+    They were taken in order: far from the limit at most eight of each row of the layups' table, and near it at most
+    fourteen of each fifth of the limit's excess, so that no kind dominates.
     """
     names = (HERE / "layups.txt").read_text(encoding="utf-8").split()
     for seed, wanted in groupby(names, key=lambda name: int(name[1:4])):
@@ -138,7 +138,10 @@ def layup_pockets() -> Iterator[Pocket]:
 
 
 def _of_layup(seed: int) -> Iterator[Pocket]:
-    """The cut height for which a layup sizes its pockets varies: smaller feet under the same peaks hold more excess."""
+    """Yield the pockets of one layup.
+
+    The cut height for which a layup sizes its pockets varies: smaller feet under the same peaks hold more excess.
+    """
     cut = float(np.random.default_rng(seed).uniform(1.2, 2.2))
     layup = scenes.layup(seed=seed, pixels=(1280, 960), cut_height_mm=cut)
     recipe = Recipe(segmentation={"regions": False})
@@ -172,7 +175,7 @@ def _of_layup(seed: int) -> Iterator[Pocket]:
 
 @dataclass(frozen=True)
 class Shape:
-    """A bell on a mold. The excess decides its height."""
+    """A bell on a mold, whose height follows from the excess."""
 
     name: str
     family: str
@@ -183,12 +186,12 @@ class Shape:
     excess_mm: float
     mold: str = "plane"
     mold_radius_mm: float = 400.0
-    bend_mm: float = 0.0  # radius to which the long axis is bent (kidney)
-    edge: float = 0.0  # ply edge this many radii from the centre, on the side of +x; 0: none
+    bend_mm: float = 0.0  # radius to which the long axis is bent (kidney shape)
+    edge: float = 0.0  # distance of the ply's edge from the centre on the +x side, in radii; 0: no edge
 
 
 def mold_height(shape: Shape, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Height of the mold, mm; curvatures as of a circle near its crest."""
+    """Return the height of the mold, mm, with curvatures like those of a circle near its crest."""
     square = {
         "plane": 0.0 * x,
         "cylinder": -(x**2),
@@ -200,12 +203,12 @@ def mold_height(shape: Shape, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def foot_distance(shape: Shape, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """0 in the middle, 1 on the foot."""
+    """Return the relative distance from the middle: 0 in the middle, 1 on the foot."""
     c, s = np.cos(np.radians(shape.turn_deg)), np.sin(np.radians(shape.turn_deg))
     u, v = c * x + s * y, c * y - s * x
     if shape.bend_mm == 0:
         return np.hypot(u / (shape.aspect * shape.radius_mm), v / shape.radius_mm)
-    # An arc of radius b about (0, -b), as long as the aspect says, and the distance to it.
+    # The distance to an arc of radius b about (0, -b), whose length follows from the aspect.
     half = (shape.aspect - 1) * shape.radius_mm / shape.bend_mm
     turn = np.clip(np.arctan2(u, v + shape.bend_mm), -half, half)
     near_u, near_v = shape.bend_mm * np.sin(turn), shape.bend_mm * (np.cos(turn) - 1)
@@ -213,7 +216,7 @@ def foot_distance(shape: Shape, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _outline(shape: Shape) -> np.ndarray:
-    """(240, 2) the foot, seen from its middle; all feet here are star-shaped from there."""
+    """Return (240, 2) the foot's outline, seen from its middle; all feet here are star-shaped from there."""
     t = np.linspace(0, 2 * np.pi, 240, endpoint=False)
     low, high = np.zeros_like(t), np.full_like(t, 3 * shape.aspect * shape.radius_mm)
     for _ in range(60):
@@ -224,7 +227,7 @@ def _outline(shape: Shape) -> np.ndarray:
 
 
 def synthetic_pocket(shape: Shape) -> Pocket:
-    """The pocket of a shape: its height is found such that the default net's largest excess is the shape's."""
+    """Return the pocket of a shape; its height is such that the default net's largest excess is the shape's."""
     outline = _outline(shape)
     ply_outline = np.empty((0, 2))
     if shape.edge:
@@ -252,7 +255,7 @@ def synthetic_pocket(shape: Shape) -> Pocket:
         at_edge=bool(shape.edge),
         mold_tol_mm=0.05,
     )
-    height = np.sqrt(8 * shape.radius_mm * shape.excess_mm) / np.pi  # of a shallow straight bell
+    height = np.sqrt(8 * shape.radius_mm * shape.excess_mm) / np.pi  # the height of a shallow straight bell
     for _ in range(6):  # the excess of a bell grows with the square of its height
         made = replace(made, ply_mm=mold + height * bell)
         height *= np.sqrt(shape.excess_mm / max(excess(made), 0.05 * shape.excess_mm))
@@ -260,7 +263,7 @@ def synthetic_pocket(shape: Shape) -> Pocket:
 
 
 def shapes() -> list[Shape]:
-    """60 shapes: ten of each family, half of each family near the limit."""
+    """Return 60 shapes: ten of each family, half of each family near the limit."""
     made = []
     for number, family in enumerate(("round", "elliptic", "long", "kidney", "edge", "curved")):
         for k in range(10):
@@ -277,7 +280,7 @@ def shapes() -> list[Shape]:
                 angles_deg=(first, first + 90.0),
                 excess_mm=float(ratio * LIMIT_EXCESS_MM),
             )
-            if family == "round" and k >= 7:  # wide: a fold may not gather all of the excess
+            if family == "round" and k >= 7:  # so wide that a fold may not gather all of the excess
                 base = replace(base, radius_mm=float(rng.uniform(32, 38)))
             if family in ("elliptic", "curved"):
                 base = replace(base, aspect=float(rng.uniform(1.2, 1.8)))
@@ -296,5 +299,5 @@ def shapes() -> list[Shape]:
 
 
 def synthetic_pockets() -> Iterator[Pocket]:
-    """All synthetic ones."""
+    """Yield all synthetic pockets."""
     return (synthetic_pocket(shape) for shape in shapes())

@@ -1,8 +1,8 @@
 """Score every criterion on the referee's table: python bench/referee/score.py. Writes referee.txt and referee.png.
 
-The truth about a pocket is a share: of the referee's members (perturbed starts of own fine nets, noisy runs of MuJoCo)
-whose worst fold has gathered more excess than a ridge of the limit holds. Right for an elastic sheet with the table's
-E; never right for a part.
+The truth about a pocket is a share: the share of the referee's members (perturbed starts of our own fine nets, noisy
+runs of MuJoCo) whose worst fold has gathered more excess than a ridge at the limit holds. This is right for an elastic
+sheet with the table's E, but never for a real part.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from tables import HERE
 from truth import Truth, extrapolated_excess, ridge, truths
 
 RMS_LIMIT_MM = 0.30
-MARGIN_MM = 0.02  # of the ridge height by excess within which the rule decides nothing
-SURE = 0.9  # a share of members above which a CEASE is false without doubt
+MARGIN_MM = 0.02  # margin of the ridge height by excess within which the rule decides nothing
+SURE = 0.9  # share of creasing members above which a CEASE is false without doubt
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """A figure, its limit and the margin round it within which it decides nothing."""
+    """A figure, its limit, and the margin round the limit within which the figure decides nothing."""
 
     name: str
     figure: Callable[[Truth], float]
@@ -33,7 +33,7 @@ class Criterion:
     margin: float
 
     def forecast(self, truth: Truth) -> float:
-        """1 CREASE, 0 CEASE, 0.5 UNDECIDED."""
+        """Return the verdict as a number: 1 for CREASE, 0 for CEASE, 0.5 for UNDECIDED."""
         value = self.figure(truth)
         return 1.0 if value > self.limit + self.margin else 0.0 if value <= self.limit - self.margin else 0.5
 
@@ -66,14 +66,14 @@ CRITERIA = (
 
 
 def auc(values: np.ndarray, shares: np.ndarray) -> float:
-    """Chance that a creasing pocket has a larger figure than a ceasing one; members count by their share."""
+    """Return the chance that a creasing pocket has a larger figure than a ceasing one, weighted by the shares."""
     above = (values[:, None] > values[None, :]) + 0.5 * (values[:, None] == values[None, :])
     weight = shares[:, None] * (1 - shares[None, :])
     return float((above * weight).sum() / weight.sum()) if weight.sum() > 0 else float("nan")
 
 
 def scores(title: str, chosen: list[Truth], referee: str) -> list[str]:
-    """The criteria's table on some pockets."""
+    """Return the criteria's table for some pockets."""
     judged = [(t, t.share(referee)) for t in chosen]
     pairs = [(t, s) for t, s in judged if s is not None]
     if not pairs:
@@ -100,7 +100,7 @@ def scores(title: str, chosen: list[Truth], referee: str) -> list[str]:
 
 
 def confusion(chosen: list[Truth], referee: str) -> list[str]:
-    """Verdicts against outcomes where all members agree."""
+    """Return the verdicts against the outcomes of those pockets whose members all agree."""
     lines = ["", f"Pockets on which all members agree ({referee}): CREASE, UNDECIDED, CEASE said of those that"]
     lines.append(f"  {'':<30} {'crease':>16} {'cease':>16}")
     for criterion in CRITERIA:
@@ -113,7 +113,7 @@ def confusion(chosen: list[Truth], referee: str) -> list[str]:
 
 
 def heights(chosen: list[Truth], referee: str) -> list[str]:
-    """The elastic fold of the whole excess against the members' heights."""
+    """Return the comparison of the elastic fold of the whole excess with the members' heights."""
     ratio, spread, error = [], [], []
     for t in chosen:
         members = t.heights.get(referee, [])
@@ -137,7 +137,7 @@ def heights(chosen: list[Truth], referee: str) -> list[str]:
 
 
 def shared(chosen: list[Truth], referee: str) -> list[str]:
-    """Which part of the largest excess one fold gathers."""
+    """Return the share of the largest excess that one fold gathers."""
     parts = [np.array(t.gathered[referee]) / extrapolated_excess(t) for t in chosen if t.gathered.get(referee)]
     parts = [p for p in parts if np.isfinite(p).all()]
     if not parts:
@@ -152,7 +152,7 @@ def shared(chosen: list[Truth], referee: str) -> list[str]:
 
 
 def agreement(chosen: list[Truth]) -> list[str]:
-    """Both referees on the same pockets."""
+    """Return the comparison of both referees on the same pockets."""
     both = [t for t in chosen if t.share("own") is not None and t.share("mujoco") is not None]
     if not both:
         return []
@@ -165,7 +165,7 @@ def agreement(chosen: list[Truth]) -> list[str]:
 
 
 def text(every: list[Truth]) -> str:
-    """The report."""
+    """Return the report as text."""
     inner, edge = [t for t in every if not t.at_edge], [t for t in every if t.at_edge]
     about = (
         "Truth: the share of the members whose worst fold gathers more excess than a ridge of 0.60 mm holds "
@@ -186,7 +186,7 @@ def text(every: list[Truth]) -> str:
 
 
 def picture(every: list[Truth]) -> None:
-    """Ridge by the rule against what the referee found, a mark a member."""
+    """Draw the ridge by the rule against the referee's result, with one mark per member."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -230,7 +230,7 @@ def picture(every: list[Truth]) -> None:
 
 
 def main() -> None:
-    """Write text and picture."""
+    """Write the text and the picture."""
     every = truths()
     report = text(every)
     (HERE / "referee.txt").write_text(report, encoding="utf-8")

@@ -1,7 +1,8 @@
-"""MuJoCo's ply against a closed form: python bench/referee/strip.py. Writes strip.txt.
+"""Compare MuJoCo's ply with a closed form: python bench/referee/strip.py. Writes strip.txt.
 
-One fibre of a strip, pinned at both ends on a flat mold without friction, longer than the mold by an excess; the exact
-height of its fold under a dead load stands in docs, from the elastica. The same code simulates the pockets.
+The case is one fibre of a strip, pinned at both ends on a flat mold without friction and longer than the mold by an
+excess. The exact height of its fold under a dead load, from the elastica, is given in docs. The same code simulates the
+pockets.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ SPAN_MM, BELL_MM = 40.0, 24.0
 def strip(
     spacing: float, excess_mm: float, span_mm: float = SPAN_MM, bell_mm: float = BELL_MM
 ) -> tuple[Pocket, net.Net]:
-    """A fibre laid over a bell of that excess on a flat mold, and the mold."""
+    """Return the flat mold, and a fibre laid on it over a bell of that excess."""
     count = round((span_mm + excess_mm) / spacing)
     length = count * spacing
     x = np.linspace(0, length - excess_mm, 20001)

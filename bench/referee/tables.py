@@ -1,4 +1,4 @@
-"""Tables that grow row by row: what is in them is not computed again."""
+"""Tables that grow row by row, so that existing rows are not computed again."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HERE = Path(__file__).parent
 
 
 class Table:
-    """A CSV file with one header; rows are told apart by their key columns."""
+    """A CSV file with one header, whose rows are identified by their key columns."""
 
     def __init__(self, name: str, columns: list[str], keys: list[str]) -> None:
         self.path = HERE / name
@@ -24,16 +24,16 @@ class Table:
         self.done = {tuple(row[k] for k in keys) for row in self.rows()}
 
     def rows(self) -> list[dict[str, str]]:
-        """All rows so far."""
+        """Return all rows so far."""
         with self.path.open(encoding="utf-8", newline="") as file:
             return list(csv.DictReader(file))
 
     def has(self, *key: object) -> bool:
-        """Whether there is a row of this key."""
+        """Return whether there is a row with this key."""
         return tuple(str(k) for k in key) in self.done
 
     def add(self, row: Mapping[str, object]) -> None:
-        """Append one; what is left of an interrupted run is whole rows."""
+        """Append one row; an interrupted run leaves only whole rows."""
         text = {k: f"{v:.6g}" if isinstance(v, float) else str(v) for k, v in row.items()}
         with self.path.open("a", encoding="utf-8", newline="") as file:
             csv.DictWriter(file, self.columns, lineterminator="\n").writerow(text)
@@ -41,7 +41,7 @@ class Table:
 
 
 def build() -> str:
-    """What computed a row: the package's version, and the last commit that changed its sources."""
+    """Return what computed a row: the package's version, and the last commit that changed its sources."""
     sources = [HERE.parents[1] / "cpp", HERE.parents[1] / "python"]
     commit = subprocess.run(
         ["git", "log", "-1", "--format=%h", "--", *sources], cwd=HERE, capture_output=True, text=True, check=False

@@ -1,4 +1,4 @@
-"""What is known of each pocket: the outcomes of both referees' members, and what the criteria know."""
+"""The data of each pocket: the outcomes of both referees' members, and the figures of the criteria."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from pockets import LIMIT_EXCESS_MM, THICKNESS_MM
 
 @dataclass
 class Truth:
-    """A pocket with what both referees found and what the criteria know."""
+    """A pocket with the results of both referees and the figures of the criteria."""
 
     name: str
     row: dict[str, str]
-    gathered: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))  # by referee, a member each
+    gathered: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))  # by referee, one per member
     heights: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
 
     def share(self, referee: str) -> float | None:
-        """Share of the members above the limit, or None without members; "both": of all members of either."""
+        """Return the share of the members above the limit, or None without members; "both" means those of both."""
         referees = self.gathered if referee == "both" else (referee,)
         members = [g for r in referees for g in self.gathered.get(r, [])]
         return float(np.mean([g > LIMIT_EXCESS_MM for g in members])) if members else None
 
     def value(self, column: str) -> float:
-        """A figure of the criteria."""
+        """Return a figure of the criteria."""
         return float(self.row[column])
 
     @property
     def at_edge(self) -> bool:
-        """Whether the ply's edge cuts the pocket."""
+        """Return whether the ply's edge cuts the pocket."""
         return self.row["at_edge"] == "1"
 
 
 def ridge(excess_mm: float) -> float:
-    """Height by the formula, mm."""
+    """Return the ridge height by the formula, mm."""
     return excess_mm / 2 + (2 - np.pi / 2) * THICKNESS_MM
 
 
 def truths() -> list[Truth]:
-    """All pockets that a referee has judged."""
+    """Return all pockets that a referee has judged."""
     found = {r["pocket"]: Truth(r["pocket"], r) for r in figures.table().rows()}
     for r in own.table().rows():
         if r["certified"] == "1" and r["variant"] == "" and r["pocket"] in found:
@@ -57,6 +57,6 @@ def truths() -> list[Truth]:
 
 
 def extrapolated_excess(truth: Truth) -> float:
-    """Excess of a net without spacing, mm: the error of a chord net falls with the square of its spacing."""
+    """Return the excess extrapolated to spacing 0, mm: the error of a chord net falls with its spacing squared."""
     coarse, fine = truth.value("excess_mm"), truth.value("excess_half_spacing_mm")
     return fine + (fine - coarse) / 3

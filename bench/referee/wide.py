@@ -1,7 +1,8 @@
 """From how far does a fold gather its excess? python bench/referee/wide.py. Rows go to wide.csv, a table to wide.txt.
 
-A fibre over a bell of some width, pinned on a flat mold at the bell's feet, simulated in MuJoCo with and without
-Coulomb friction from noisy starts: the share of its excess that the largest fold gathers, and how many folds there are.
+A fibre over a bell of some width, pinned on a flat mold at the bell's feet, is simulated in MuJoCo from noisy starts,
+with and without Coulomb friction. The results are the share of its excess that the largest fold gathers, and the number
+of folds.
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ COLUMNS = [
 
 
 def table() -> Table:
-    """All runs so far."""
+    """Return the table of all runs so far."""
     return Table("wide.csv", COLUMNS, ["width_mm", "excess_mm", "friction", "member"])
 
 
 def run(width: float, excess_mm: float, friction: float, member: int) -> dict[str, object]:
-    """One row."""
+    """Return one row."""
     mold, laid = strip(SPACING_MM, excess_mm, span_mm=width, bell_mm=width)
     end = mujoco_ply.simulate(mold, laid, member, mujoco_ply.Physics(friction=friction))
     fold = worst_fold(end.nodes_mm, laid.neighbours, laid.kinds, mold.reference)
@@ -53,7 +54,7 @@ def run(width: float, excess_mm: float, friction: float, member: int) -> dict[st
 
 
 def text(rows: list[dict[str, str]]) -> str:
-    """Mean share gathered by the largest fold, by width, excess and friction."""
+    """Return the mean share gathered by the largest fold, by width, excess and friction."""
     lines = [
         "SHARE OF A FIBRE'S EXCESS THAT ITS LARGEST FOLD GATHERS (least to most of the members; folds in the mean)",
         "",
@@ -76,7 +77,7 @@ def text(rows: list[dict[str, str]]) -> str:
 
 
 def main() -> None:
-    """Make the rows that are missing, and the table."""
+    """Compute the missing rows and write the table."""
     kept = table()
     for member in range(1, MEMBERS + 1):
         for width in WIDTHS_MM:

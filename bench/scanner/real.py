@@ -1,4 +1,4 @@
-"""The real captures of ../shared/data/two_frequency_fringes decoded and matched; real.txt and real.png.
+"""Decode and match the real captures of ../shared/data/two_frequency_fringes; writes real.txt and real.png.
 
 .venv/bin/python bench/scanner/real.py FOLDER
 """

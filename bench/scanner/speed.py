@@ -1,8 +1,9 @@
-"""Images in memory to cloud: time, memory, and how often the images are read, beside NumPy and OpenCV; speed.txt.
+"""Measure the way from images in memory to a cloud, and compare it with NumPy and OpenCV; writes speed.txt.
 
     .venv/bin/python bench/scanner/speed.py [--pixels 5120x3840] [--threads 2] [--no-numpy]
 
-The images are of one made-up plane, drawn row by row: 2 x 12 of three exposures, 8 bits and 12 in 16.
+It measures time, memory, and how often the images are read. The images show one synthetic plane, drawn row by row:
+2 x 12 images of three exposures, with 8 bits and with 12 bits in 16.
 """
 
 import argparse
@@ -29,13 +30,13 @@ def cameras(width, height):
 
 
 def images(calibration, bits, rng):
-    """A plane at 2.4 m with a reflectance that falls over three exposures; noise."""
+    """Return images, with noise, of a plane at 2.4 m whose reflectance spans the range of three exposures."""
     width, height = calibration.pixels
     white, kind = (255, np.uint8) if bits == 8 else (4095, np.uint16)
     out = []
     noise = rng.normal(0, white / 255, (height // 8, width)).astype(np.float32)
     for k in range(2):
-        # Every fourth pixel; OpenCV's resize takes them to stand in the middle of four.
+        # Every fourth pixel: OpenCV's resize takes each value to be in the middle of four pixels.
         column, row = np.meshgrid(np.arange(1.5, width, 4.0), np.arange(1.5, height, 4.0))
         at = np.stack([column.ravel(), row.ravel()], 1)[:, None]
         exact = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-10)
@@ -48,7 +49,7 @@ def images(calibration, bits, rng):
         depth = (2400 - origin[2]) / way[:, 2]
         points = origin + depth[:, None] * way
         u = ((points[:, 0] - 210) / 2800 + 0.5).reshape(column.shape).astype(np.float32)
-        u = cv2.resize(u, (width, height))  # linear: cubics of OpenCV bend what is straight
+        u = cv2.resize(u, (width, height))  # linear, because OpenCV's cubics bend straight lines
         v = points[:, 1].reshape(column.shape).astype(np.float32)
         bright = cv2.resize(
             0.04 + 0.6 * (0.5 + 0.5 * np.sin(v / 90 + points[:, 0].reshape(column.shape) / 130)) ** 4, (width, height)
@@ -72,13 +73,13 @@ def images(calibration, bits, rng):
 
 
 def by_numpy(stacks, calibration, white):
-    """The same in a straightforward way: every exposure decoded, the best chosen, phases remapped and matched "
-    "row by row."""
+    """Do the same in a straightforward way: decode every exposure, choose the best, remap the phases and match
+    them row by row."""
     rectified = calibration.rectified
     phases = []
     for stack in stacks:
         best = np.full(stack.shape[2:], np.nan, np.float32)
-        for exposure in stack:  # longer ones overwrite
+        for exposure in stack:  # a longer exposure overwrites a shorter one
             wrapped = []
             for p in range(2):
                 part = exposure[6 * p : 6 * p + 6].astype(np.float32)
@@ -107,7 +108,7 @@ def by_numpy(stacks, calibration, white):
 
 
 def held_mb():
-    """Memory that the process holds now."""
+    """Return the memory that the process holds now, MB."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize() / 1e6
 
@@ -125,7 +126,7 @@ def main():
     ]
     calibration = cameras(width, height)
     for bits in (8, 12):
-        instrument = scan = out = plane = other = apart = None  # what the other depth held
+        instrument = scan = out = plane = other = apart = None  # free the memory of the other bit depth
         left, right = images(calibration, bits, np.random.default_rng(0))
         before = held_mb()
         instrument = scanner.Scanner(calibration, PERIODS, STEPS, threads=given.threads)

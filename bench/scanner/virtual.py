@@ -1,4 +1,4 @@
-"""The virtual scanner against its truth, and the whole way from fringe images to verdicts; virtual.txt and virtual.png.
+"""Compare the virtual scanner with its truth, from fringe images to verdicts; writes virtual.txt and virtual.png.
 
 .venv/bin/python bench/scanner/virtual.py [--seeds 11 12 13 14 15] [--pixels 2560x1920]
 """
@@ -16,7 +16,7 @@ HERE = Path(__file__).resolve().parent
 
 
 def order_errors(phase, truth):
-    """Pixels whose phase is more than half a period off, pixels that have a phase, lit pixels."""
+    """Return the numbers of pixels whose phase is more than half a period off, that have a phase, and that are lit."""
     lit = np.isfinite(truth)
     off = phase.phase_rad - truth
     there = np.isfinite(off) & lit
@@ -24,7 +24,7 @@ def order_errors(phase, truth):
 
 
 def inspected(layup, reference, scan, pose, camera):
-    """The report, and the verdicts and ridges of the pockets found at each bump of the truth; pockets come first."""
+    """Return the report, and the verdicts and ridges of the pockets found at each true bump; pockets come first."""
     report = Inspector(None, reference, layup.ply_outline, (0, 90), mold_from_scanner=pose, camera=camera).inspect(scan)
     bumps = (*layup.truth.pockets, *layup.truth.decoys)
     found = [[] for _ in bumps]
@@ -50,7 +50,7 @@ def study(seed, pixels, lines, totals, keep):
     instrument = scanner.Scanner(ply.calibration, details=True)
     reference = instrument.scan(bare.left, bare.right).points_mm
     second = None
-    if keep:  # once is enough: it takes long
+    if keep:  # only once, because it takes long
         again = scenes.fringe_images(layup, pixels, repeat=1)
         second = instrument.scan(again.left, again.right)
     scan = instrument.scan(ply.left, ply.right)
@@ -128,7 +128,7 @@ def draw(ply, scan, instrument, along):
     parts.append(np.full_like(parts[0], 255))
     four = scanner.picture(scan, instrument.left, 1400)
     picture = np.vstack([np.hstack(parts[:2]), np.hstack(parts[2:]), four])
-    # Noise does not compress: fewer pixels, and sixteen levels of each colour.
+    # Noise does not compress well, so the picture has fewer pixels and sixteen levels of each colour.
     small = cv2.resize(picture, (900, 900 * picture.shape[0] // picture.shape[1]), interpolation=cv2.INTER_AREA)
     cv2.imwrite(str(HERE / "virtual.png"), small // 16 * 16 + 8)
 

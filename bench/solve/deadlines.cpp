@@ -1,6 +1,6 @@
-// How long a solve of about 1000 nodes still works once its stop is raised: its edge held, or half of it free and a
-// long way to go. In CPU
-// time, which other programs on the machine do not lengthen, and for stops in many places of it.
+// Measures for how long a solve of about 1000 nodes continues after its stop is raised, with its edge held, or with
+// half of the edge free and the minimum far away. It measures CPU time, which other programs on the machine do not
+// lengthen, for stops at many places in the solve.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ double cpu_ms() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-// A mold that raises the stop when it has been asked often enough, and notes when.
+// A mold that raises the stop after a given number of samples and records the time.
 struct Impatient : test::Quadric {
   explicit Impatient(long most) : Quadric(-1e-3, 0, 2e-3), left(most) {}
   SurfaceSample sample(const Eigen::Vector2d& p) const override {
@@ -46,7 +46,7 @@ Net large_net(bool half_free) {
   return net;
 }
 
-// Stops in 10 places of a whole solve, certificate included (or of its first samples, whatever is less).
+// Stops at 10 places of a whole solve, including the certificate, or of its first kMost samples if it takes more.
 void after_the_stop(benchmark::State& state) {
   constexpr long kMost = 100000, kStops = 10;
   std::vector<double> late_ms;

@@ -10,7 +10,7 @@ from debulk import _core, cloud, net, pocket, scenes, surface
 
 
 def nets(seed: int) -> Iterator[tuple[net.Net, surface.Reference]]:
-    """Each pocket's net, and the mold below it: the front end and the net of the pipeline."""
+    """Yield each pocket's net and the mold below it, as the pipeline's front end and net make them."""
     layup = scenes.layup(seed, (1280, 960))
     clouds = []
     for points in (layup.reference, layup.scan):
@@ -42,7 +42,7 @@ def nets(seed: int) -> Iterator[tuple[net.Net, surface.Reference]]:
 
 
 def crop(reference: surface.Reference, nodes: np.ndarray, margin: int = 20) -> tuple[np.ndarray, np.ndarray]:
-    """The heights around the nodes, and the position of the first."""
+    """Return the heights around the nodes, and the position of the first height."""
     first = np.floor((nodes[:, :2].min(0) - reference.origin_mm) / reference.spacing_mm).astype(int) - margin
     last = np.ceil((nodes[:, :2].max(0) - reference.origin_mm) / reference.spacing_mm).astype(int) + margin
     heights = reference.heights_mm
@@ -52,7 +52,7 @@ def crop(reference: surface.Reference, nodes: np.ndarray, margin: int = 20) -> t
 
 
 def main(path: Path) -> None:
-    """All of them into one text file: counts, nodes with neighbours and kind, heights."""
+    """Write all pockets into one text file: counts, nodes with neighbours and kind, heights."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w") as file:
         for n, reference in nets(seed=0):

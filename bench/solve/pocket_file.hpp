@@ -7,7 +7,7 @@
 
 namespace debulk::bench {
 
-// One pocket as export_pockets.py wrote it.
+// One pocket as written by export_pockets.py.
 struct Pocket {
   Net net;
   double area_mm2 = 0;
@@ -16,10 +16,11 @@ struct Pocket {
   Sheet sheet() const { return Sheet(net, area_mm2, PlyMaterial(), mold); }
 };
 
-// Those in the file; none where there is no such file.
+// Returns the pockets in the file; none if there is no such file.
 std::vector<Pocket> read_pockets(const std::string& path);
 
-// The layup's pockets, from the file that the environment variable DEBULK_POCKETS names, read once.
+// Returns the layup's pockets from the file named by the environment variable DEBULK_POCKETS (build/bench/pockets.txt
+// if it is not set), which is read once.
 const std::vector<Pocket>& pockets();
 
 }  // namespace debulk::bench

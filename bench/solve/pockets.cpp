@@ -1,5 +1,5 @@
-// The 14 pockets of the virtual layup, from net to certified minimum, cold: each pocket's best of the runs, and of these the
-// median and the worst; and all of them at once.
+// Solves the 14 pockets of the virtual layup, from net to certified minimum, without a warm start. Reports the median
+// and the worst of each pocket's best time over the runs, and the time for all pockets in parallel.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

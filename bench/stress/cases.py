@@ -17,7 +17,7 @@ EDGES = ("held", "half free", "all free")
 
 @dataclass(frozen=True)
 class Case:
-    """One row. The defaults are the middle of the range, the paper's ply."""
+    """One row of the table. The defaults are the middle of the range and the paper's ply."""
 
     pressure_mpa: float = 0.1
     young_mpa: float = 360.0
@@ -26,22 +26,22 @@ class Case:
     friction: float = 0.4
     spacing_mm: float = 8.0
     nodes: int = 100
-    bump: float = 0.6  # height in spacings
+    bump: float = 0.6  # height of the bump, in spacings
     mold: str = "plane"
     tilt_deg: float = 0.0
-    curvature: float = 0.0  # of a curved mold: 0 flat .. 1 the smallest radius (60 mm, or 1.2 times the pocket's)
+    curvature: float = 0.0  # of a curved mold: 0, flat, to 1, the smallest radius (60 mm, or 1.2 times the pocket's)
     edge: str = "held"
     angle_deg: float = 10.0  # of the fibres
     offset_mm: float = 0.0
-    movable: int = -1  # all but so many inner nodes fixed; -1: as laid
+    movable: int = -1  # number of inner nodes that are not fixed; -1: as laid
 
     @property
     def reach_mm(self) -> float:
-        """Radius, seen from above, of the pocket that `nodes` cover on the tilted mold."""
+        """Return the radius, seen from above, of the pocket that `nodes` cover on the tilted mold."""
         return self.spacing_mm * np.sqrt(self.nodes * np.cos(np.radians(self.tilt_deg)) / np.pi)
 
     def text(self) -> str:
-        """What differs from the default."""
+        """Return the differences from the default as text."""
         default = Case()
         changed = [f.name for f in fields(self) if getattr(self, f.name) != getattr(default, f.name)]
         return ", ".join(f"{name} {_short(getattr(self, name))}" for name in changed) or "the paper's ply"
@@ -52,19 +52,19 @@ def _short(value: object) -> str:
 
 
 def mold_height(case: Case, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Height of the mold, mm."""
+    """Return the height of the mold, mm."""
     tilt = np.tan(np.radians(case.tilt_deg))
     flat = tilt * (0.8 * x + 0.6 * y)
-    # Where the ply lies on a sphere of radius R out to r, its slope there is r / sqrt(R^2 - r^2): not above 60 degrees.
+    # A ply on a sphere of radius R out to r has the slope r / sqrt(R^2 - r^2) there, which must not exceed 60 degrees.
     radius = max(60.0, 1.2 * case.reach_mm) / max(case.curvature, 1e-6)
     if case.mold == "plane":
         return flat
-    if case.mold == "step":  # smooth, a spacing high, two wide
+    if case.mold == "step":  # smooth, one spacing high and two wide
         return flat + case.spacing_mm * np.tanh(x / (2 * case.spacing_mm))
     across = {"cylinder": x**2, "sphere": x**2 + y**2}.get(case.mold.removeprefix("concave "))
     if across is None:  # saddle
         return flat + (x**2 - y**2) / (2 * radius)
-    # A circle to 0.9 of its radius, a parabola from there: defined everywhere.
+    # A circle to 0.9 of its radius and a parabola from there on, so that it is defined everywhere.
     edge = 0.9 * radius
     inner = np.minimum(across, edge**2)
     drop = radius - np.sqrt(radius**2 - inner) + (across - inner) / (2 * np.sqrt(radius**2 - edge**2))
@@ -72,7 +72,7 @@ def mold_height(case: Case, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def build(case: Case) -> sheet.Sheet:
-    """The sheet of a case; raises InputError where it can be refused already."""
+    """Return the sheet of a case; raises InputError if the case is refused already here."""
     reach, step = case.reach_mm, case.spacing_mm / 4
     half = int(np.ceil((1.3 * reach + 4 * case.spacing_mm) / step))
     x = step * np.arange(-half, half + 1)
@@ -107,7 +107,7 @@ def build(case: Case) -> sheet.Sheet:
 
 
 def recipe(case: Case) -> SimpleNamespace:
-    """Material and loads beyond what a recipe allows."""
+    """Return material and loads in a wider range than a recipe allows."""
     material = SimpleNamespace(
         thickness_mm=case.thickness_mm,
         young_mpa=case.young_mpa,
@@ -120,7 +120,7 @@ def recipe(case: Case) -> SimpleNamespace:
 
 
 def one_at_a_time() -> Iterator[tuple[str, Case]]:
-    """Each parameter through its range, the others at their default."""
+    """Yield cases that vary each parameter through its range, with the others at their default."""
     paper = Case()
     decades = [0.0, *(10.0**k for k in range(-4, 5))]
     yield from (("pressure", replace(paper, pressure_mpa=p)) for p in (0, 1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.3, 1.0))
@@ -139,7 +139,7 @@ def one_at_a_time() -> Iterator[tuple[str, Case]]:
         yield from ((mold, replace(paper, mold=mold, curvature=k, spacing_mm=5.0)) for k in (0.1, 0.3, 0.6, 1.0))
     yield from (("movable", replace(paper, movable=k)) for k in (0, 1, 2, 3, 4, 5, 8))
     yield from (("offset", replace(paper, offset_mm=o)) for o in (0.0, 1e3, 1e5, 1e7))
-    # Fibres pinned at both ends, as long as their chord: a flat net.
+    # Fibres that are pinned at both ends and as long as their chord: a flat net.
     yield from (
         ("pinned at the chord", replace(paper, bump=0.0, angle_deg=a, edge=e)) for a in (0.0, 45.0) for e in EDGES
     )
@@ -148,7 +148,7 @@ def one_at_a_time() -> Iterator[tuple[str, Case]]:
 
 
 def latin_hypercube(count: int, seed: int = 0) -> list[Case]:
-    """Combinations over all the ranges: each parameter's range in `count` parts, each part once."""
+    """Return combinations over all ranges: each parameter's range has `count` parts, and each part occurs once."""
     rng = np.random.default_rng(seed)
 
     def column() -> np.ndarray:
@@ -157,7 +157,7 @@ def latin_hypercube(count: int, seed: int = 0) -> list[Case]:
     def log(u: np.ndarray, low: float, high: float) -> np.ndarray:
         return low * (high / low) ** u
 
-    def or_zero(u: np.ndarray, low: float, high: float) -> np.ndarray:  # one in twenty is 0
+    def or_zero(u: np.ndarray, low: float, high: float) -> np.ndarray:  # one value in twenty is 0
         return np.where(u < 0.05, 0.0, log((u - 0.05) / 0.95, low, high))
 
     columns = {
@@ -177,7 +177,7 @@ def latin_hypercube(count: int, seed: int = 0) -> list[Case]:
         "offset_mm": or_zero(column(), 1.0, 1e7),
     }
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*(c.tolist() for c in columns.values()), strict=True)]
-    # A plane alone goes up to 70 degrees: a curved mold comes on top of at most 20.
+    # Only a plane is tilted up to 70 degrees; a curved mold is tilted by at most 20.
     return [
         Case(**{**row, "tilt_deg": row["tilt_deg"] if row["mold"] == "plane" else 2 / 7 * row["tilt_deg"]})
         for row in rows

@@ -1,7 +1,8 @@
 """The stress table: python bench/stress/stress.py [--count 2000] [--method auto] [--out bench/stress].
 
-One parameter at a time, and Latin-hypercube combinations of all of them. Writes stress.txt, stress.csv and stress.png,
-and each case that is neither certified nor refused to build/stress, for `python -m debulk.inspection.replay`.
+It varies one parameter at a time, and takes Latin-hypercube combinations of all of them. Writes stress.txt, stress.csv
+and stress.png, and each case that is neither certified nor refused to build/stress, for
+`python -m debulk.inspection.replay`.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ REFUSALS = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "no net")
 
 @dataclass
 class Row:
-    """What became of a case."""
+    """The result of a case."""
 
     group: str
     case: Case
@@ -36,7 +37,7 @@ class Row:
     nodes: int = 0
     movable: int = 0
     kkt_error: float = np.nan
-    strict_kkt_error: float = np.nan  # in units of P A / N, or of a node's weight, for stiff plies too
+    strict_kkt_error: float = np.nan  # in units of P A / N, or of a node's weight, also for stiff plies
     length_error: float = np.nan
     penetration_mm: float = np.nan
     iterations: int = 0
@@ -45,7 +46,7 @@ class Row:
 
 
 def run(job: tuple[int, str, Case, str, str, float]) -> Row:
-    """One case."""
+    """Run one case."""
     number, group, case, method, dumps, deadline_s = job
     try:
         model = build(case)
@@ -58,7 +59,7 @@ def run(job: tuple[int, str, Case, str, str, float]) -> Row:
     ms = 1e3 * (time.process_time() - started)
     certificate = solution.certificate
     if solution.status in REFUSALS and solution.iterations == 0:
-        ending = "refused"  # up front; what slides off during the solve counts as failed
+        ending = "refused"  # before the solve; a ply that slides off during the solve counts as failed
     elif not solution.certified:
         ending = "failed"
     else:
@@ -79,7 +80,7 @@ def run(job: tuple[int, str, Case, str, str, float]) -> Row:
 
 
 def table(rows: list[Row], combinations: list[Row]) -> str:
-    """The table as text."""
+    """Return the table as text."""
     lines = [
         "Stress table of the solve. Times are CPU times of single runs, solve and certificate.",
         "",
@@ -120,7 +121,7 @@ def table(rows: list[Row], combinations: list[Row]) -> str:
 
 
 def picture(combinations: list[Row], path: Path) -> None:
-    """Each parameter against the solve's time, coloured by how it ended."""
+    """Draw the solve's time over each parameter, coloured by how the solve ended."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -146,7 +147,7 @@ def picture(combinations: list[Row], path: Path) -> None:
             threshold = 10 ** np.floor(np.log10(least))
             axis.set_xscale("symlog", linthresh=threshold)
             locator = SymmetricalLogLocator(base=10.0, linthresh=threshold)
-            locator.set_params(numticks=6)  # more lie on one another
+            locator.set_params(numticks=6)  # more labels would overlap
             axis.xaxis.set_major_locator(locator)
         axis.set_yscale("log")
         axis.set_xlabel(label)
@@ -160,7 +161,7 @@ def picture(combinations: list[Row], path: Path) -> None:
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=2000)
     parser.add_argument("--method", default="auto")
@@ -179,7 +180,7 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "stress.txt").write_text(text := table(single, combinations))
     with (options.out / "stress.csv").open("w", newline="") as file:
-        names = {"nodes": "net_nodes", "movable": "net_movable"}  # a case asks for such, too
+        names = {"nodes": "net_nodes", "movable": "net_movable"}  # a case has fields of these names, too
         results = [names.get(k, k) for k in asdict(rows[0]) if k != "case"]
         writer = csv.DictWriter(file, [*asdict(Case()), *results])
         writer.writeheader()

@@ -1,8 +1,8 @@
-"""What the criterion decides and costs: python bench/study/criteria.py [--layups 110 119]. Writes criteria.txt.
+"""Verdicts and costs of each criterion: python bench/study/criteria.py [--layups 110 119]. Writes criteria.txt.
 
-Every virtual layup is inspected by the excess, by the excess without the solves that it does not need, and as the paper
-does, with loads of the net's own areas and with the paper's. CPU time is that of all threads of the process, for the
-whole cycle.
+Every virtual layup is inspected by the excess, by the excess without the solves that it does not need, and by the
+paper's criterion, with loads of the net's own areas and with the paper's loads. CPU time is that of all threads of the
+process, for the whole cycle.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RULES = {
 
 
 def table(first: int, last: int) -> str:
-    """Inspect, and return what was found as text."""
+    """Inspect the layups and return the results as text."""
     counts: dict[str, Counter[tuple[bool, Verdict]]] = {rule: Counter() for rule in RULES}
     cpu_s, solved = Counter[str](), Counter[str]()
     for seed in range(first, last + 1):
@@ -53,7 +53,7 @@ def table(first: int, last: int) -> str:
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--layups", type=int, nargs=2, default=(110, 119), help="first and last seed")
     text = table(*parser.parse_args().layups)

@@ -1,8 +1,8 @@
 """Pockets whose true ridges lie uniformly round the limit: python bench/study/limit.py [--layups 120] [--first 5000].
 
-Virtual layups of the second family with white noise alone, each inspected whole. What counts are the pockets inside the
-ply that truly have a held excess for a ridge of 0.3 to 0.9 mm; each twelfth of that range weighs the same, however many
-pockets fall into it. Nets of other sizes are judged beside. Writes limit.txt, limit.csv and limit.png.
+The virtual layups are of the second family with white noise only, and each is inspected as a whole. Only pockets inside
+the ply count whose true held excess makes a ridge of 0.3 to 0.9 mm. Each twelfth of that range has the same weight,
+however many pockets fall into it. Nets of other sizes are judged as well. Writes limit.txt, limit.csv and limit.png.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ DECIDED = ("cease", "crease")
 
 @dataclass
 class Row:
-    """What was said of a pocket."""
+    """The judgement of a pocket by the inspection or by a net of another size."""
 
     layup: int
     kinds: str
@@ -46,13 +46,13 @@ class Row:
     verdict: str
     height_mm: float
     uncertainty_mm: float
-    cpu_ms: float  # to lay the nets; of the inspection none
+    cpu_ms: float  # to lay the nets; not measured for the inspection
     decided_by: str
     reason: str
 
 
 def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
-    """Inspect a layup, and lay other nets on its pockets."""
+    """Inspect a layup, lay other nets on its pockets, and yield the rows."""
     layup = scenes.varied_layup(
         seed, pixels, pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0
     )  # fmt: skip
@@ -115,7 +115,7 @@ def _verdict(low_mm: float, high_mm: float, recipe: Recipe) -> str:
 
 
 def share(rows: list[Row], said: tuple[str, ...]) -> tuple[float, float]:
-    """Share of the pockets of which one of these was said, with its standard error; each part of the range the same."""
+    """Return the share of pockets with these verdicts and its standard error; all parts of the range weigh the same."""
     shares, errors = [], []
     for k in range(BINS):
         mine = [r.verdict in said for r in rows if _bin(r.truth_mm) == k]
@@ -131,13 +131,13 @@ def _bin(truth_mm: float) -> int:
 
 
 def wrong(row: Row) -> bool:
-    """Decided, and the truth lies on the other side."""
+    """Return whether the pocket was decided but the truth lies on the other side of the limit."""
     limit = Recipe().verdict.max_ridge_mm
     return row.verdict == ("cease" if row.truth_mm > limit else "crease")
 
 
 def table(rows: list[Row], layups: int) -> str:
-    """Return what was found as text."""
+    """Return the results as text."""
     inspected = [r for r in rows if r.reading == INSPECTED]
     bins = [sum(_bin(r.truth_mm) == k for r in inspected) for k in range(BINS)]
     limit = Recipe().verdict.max_ridge_mm
@@ -186,7 +186,7 @@ def table(rows: list[Row], layups: int) -> str:
 
 
 def picture(rows: list[Row], path: Path) -> None:
-    """Draw the measured over the true ridge, coloured by the verdict."""
+    """Draw the measured ridge over the true ridge, coloured by the verdict."""
     plt = pyplot()
     inspected = [r for r in rows if r.reading == INSPECTED and np.isfinite(r.height_mm)]
     limit = Recipe().verdict.max_ridge_mm
@@ -228,7 +228,7 @@ def picture(rows: list[Row], path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--layups", type=int, default=120)
     parser.add_argument("--first", type=int, default=5000, help="seed of the first layup")

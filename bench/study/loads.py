@@ -1,7 +1,7 @@
 """Loads, friction and energies of one pocket over the spacing: python bench/study/loads.py. Writes loads.txt.
 
-A bell of 80 mm, 6 mm high, is laid at several spacings, in six turned and shifted nets of each. An energy that is
-consistent comes out the same whatever the net.
+A bell 80 mm wide and 6 mm high is laid at several spacings, with six turned and shifted nets at each. A consistent
+energy is the same for every net.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from debulk.recipe import Recipe
 
 RADIUS_MM, HEIGHT_MM, EDGE_MM = 40.0, 6.0, 50.0
 SPACINGS_MM = (10.0, 8.0, 5.0, 3.0, 2.0, 1.5, 1.0)
-SOLVED_FROM_MM = 3.0  # finer nets take minutes
+SOLVED_FROM_MM = 3.0  # least spacing that is solved: finer nets take minutes
 NETS = 6
 
 
 def pocket() -> tuple[surface.Reference, surface.Reference]:
-    """The mold and the ply on it."""
+    """Return the mold and the ply on it."""
     x = np.arange(-80.0, 81.0)
     r = np.hypot(*np.meshgrid(x, x))
     foot = RADIUS_MM + 2
@@ -30,7 +30,7 @@ def pocket() -> tuple[surface.Reference, surface.Reference]:
 
 
 def figures(spacing_mm: float, lumping: str) -> np.ndarray:
-    """(NETS, 4) nodes, vacuum's work and energy of a minimum in mJ, and the most that friction can hold in N."""
+    """Return (NETS, 4) nodes, work of the vacuum and energy of a minimum in mJ, largest friction force in N."""
     mold, ply = pocket()
     turn = np.linspace(0, 2 * np.pi, 100, endpoint=False)
     outline = RADIUS_MM * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -42,7 +42,7 @@ def figures(spacing_mm: float, lumping: str) -> np.ndarray:
         model = sheet.Sheet.of_net(laid, mold, Recipe(loads={"lumping": lumping}))
         down, aside = laid.nodes_mm.copy(), laid.nodes_mm.copy()
         down[:, 2] = 0.0
-        aside[:, 0] += 1.0  # a millimetre: friction's energy is its force
+        aside[:, 0] += 1.0  # moved by one millimetre, the energy of friction equals its force
         least = solve.minimise(model, starts=2, first_start=1) if spacing_mm >= SOLVED_FROM_MM else None
         energy = -least.energy_mj if least is not None and least.certified else np.nan
         out.append((len(laid.nodes_mm), model.terms(down)["vacuum"], energy, model.terms(aside)["friction"]))
@@ -50,7 +50,7 @@ def figures(spacing_mm: float, lumping: str) -> np.ndarray:
 
 
 def in_columns(cells: list[str]) -> str:
-    """Pairs of cells: own areas, paper."""
+    """Return pairs of cells in columns: own areas, paper."""
     return "".join(f"  {own:>14} {paper:>13}" for own, paper in zip(cells[::2], cells[1::2], strict=True))
 
 

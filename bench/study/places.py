@@ -1,9 +1,9 @@
 """How far ridges of other minima are from the reported one: python bench/study/places.py [--layups 10] [--starts 8].
 
 The pockets of virtual layups are solved from several perturbed starts. The place of a start is the peak of the highest
-section of its minimum; its distance from the reported ridge (from the nearer line, where a mirrored one is as likely)
-is in radii of a disc of the foot's area. Of half of the layups comes the share that holds nine in ten; of the others
-how many it holds. Writes places.txt.
+section of its minimum. Its distance from the reported ridge (from the nearer line, if a mirrored one is as likely) is
+measured in radii of a disc of the foot's area. From half of the layups comes the distance within which nine in ten
+places lie; the other half shows how many places lie within it there. Writes places.txt.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ COVERED = 0.9
 
 @dataclass(frozen=True)
 class Place:
-    """Of one start."""
+    """The place of one start."""
 
     layup: int
     pocket: int
-    held: bool  # by the excess; else at the ply's edge
-    off: float  # radii of the foot
+    held: bool  # judged by the excess; else the pocket is at the ply's edge
+    off: float  # distance from the reported ridge, in radii of the foot
 
 
 def places_of(layup: int, pixels: tuple[int, int], count: int) -> list[Place]:
@@ -67,7 +67,7 @@ def _reported(laid: LaidPocket, minimum: solve.Solution, foot: Foot) -> tuple[Ri
 
 
 def _off(laid: LaidPocket, minimum: solve.Solution, reported: tuple[RidgeGeometry, ...]) -> float | None:
-    """Distance of a start's highest ridge, mm; None where either has none."""
+    """Return the distance of a start's highest ridge from the reported one, mm; None if either has no ridge."""
     found = laid.post_process(minimum).sections if minimum.certified else ()
     if not found or not reported:
         return None
@@ -76,7 +76,7 @@ def _off(laid: LaidPocket, minimum: solve.Solution, reported: tuple[RidgeGeometr
 
 
 def table(places: list[Place], layups: int, count: int) -> str:
-    """What was found, as text."""
+    """Return the results as text."""
     lines = [
         fill(
             f"{layups} virtual layups, {count} perturbed starts of each pocket. Off: distance of the highest ridge of "
@@ -111,7 +111,7 @@ def table(places: list[Place], layups: int, count: int) -> str:
 
 
 def main() -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--layups", type=int, default=10)
     parser.add_argument("--first", type=int, default=200, help="seed of the first layup")

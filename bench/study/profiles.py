@@ -31,13 +31,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stress"))
 from cases import build, latin_hypercube
 
 MOST_NODES = 300
-NEAR = 0.05  # of the energy's fall: as good as the best that any method found
-TOLERANCES = {"nlopt": 1e-4}  # first derivatives get no further; the others take the default
+NEAR = 0.05  # share of the energy's fall within which a result is as good as the best that any method found
+TOLERANCES = {"nlopt": 1e-4}  # first derivatives do not reach a smaller one; the other methods take the default
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What every method is given."""
+    """A problem that every method is given."""
 
     group: str
     name: str
@@ -46,7 +46,7 @@ class Problem:
 
 @dataclass
 class Run:
-    """What a method made of a problem."""
+    """The result of a method on a problem."""
 
     group: str
     problem: str
@@ -59,11 +59,11 @@ class Run:
     iterations: int
     cpu_ms: float
     energy_mj: float
-    energy_gap: float = np.nan  # share of the fall to the best that any method found
+    energy_gap: float = np.nan  # to the best that any method found, as a share of the fall to it
 
 
 def pockets(count: int, pixels: tuple[int, int]) -> Iterator[Problem]:
-    """Of the first virtual layup."""
+    """Yield the pockets of the first virtual layup."""
     from debulk.study.cases import cases
 
     recipe = Recipe()
@@ -72,7 +72,7 @@ def pockets(count: int, pixels: tuple[int, int]) -> Iterator[Problem]:
 
 
 def stress_cases(count: int) -> Iterator[Problem]:
-    """Of so many combinations those that are not refused up front, whatever the method, and not too large."""
+    """Yield those of `count` combinations that are not too large and that are not refused before any method runs."""
     for k, case in enumerate(latin_hypercube(count)):
         if case.nodes > MOST_NODES:
             continue
@@ -87,7 +87,7 @@ def stress_cases(count: int) -> Iterator[Problem]:
 
 @contextmanager
 def cpu_deadline(seconds: float) -> Iterator[_core.Stop]:
-    """A stop that is cancelled once this thread has had so much time of a CPU: other programs take none of it."""
+    """Give a stop that is cancelled after this much CPU time of this thread, which other programs do not use up."""
     stop, over = _core.Stop(), threading.Event()
     clock = time.pthread_getcpuclockid(threading.get_ident())
     end = time.clock_gettime(clock) + seconds
@@ -107,7 +107,7 @@ def cpu_deadline(seconds: float) -> Iterator[_core.Stop]:
 
 
 def run(problem: Problem, method: str, deadline_s: float) -> Run:
-    """One start. The time is the solving thread's on a CPU, retries and certificate included."""
+    """Run one start. The time is the CPU time of the solving thread, including retries and certificate."""
     tolerance = TOLERANCES.get(method, Recipe().solve.tolerance)
     with cpu_deadline(deadline_s) as stop:
         began = time.thread_time()
@@ -129,7 +129,7 @@ def run(problem: Problem, method: str, deadline_s: float) -> Run:
 
 
 def all_runs(problems: list[Problem], methods: list[str], deadline_s: float) -> list[Run]:
-    """Every method on every problem; Ipopt, which solves one at a time, on one thread with what is fast."""
+    """Run every method on every problem: NLopt on one thread, the rest (Ipopt solves one at a time) on another."""
     slow = [[m for m in methods if m == "nlopt"], [m for m in methods if m != "nlopt"]]
     with ThreadPoolExecutor(2) as pool:
         found = pool.map(lambda names: [run(p, m, deadline_s) for p in problems for m in names], slow)
@@ -145,12 +145,12 @@ def all_runs(problems: list[Problem], methods: list[str], deadline_s: float) -> 
 
 
 def solved(run: Run, most_gap: float) -> bool:
-    """Whether it counts."""
+    """Return whether a run counts as solved."""
     return run.certified and not run.energy_gap > most_gap
 
 
 def profiles(runs: list[Run], methods: list[str], most_gap: float) -> dict[str, list[float]]:
-    """Ratios of the times to the fastest method's, infinite for failures."""
+    """Return the ratios of the times to that of the fastest method; infinite for failures."""
     times: dict[str, dict[str, float]] = {}
     for r in runs:
         times.setdefault(r.problem, {})[r.method] = r.cpu_ms if solved(r, most_gap) else np.inf
@@ -158,12 +158,12 @@ def profiles(runs: list[Run], methods: list[str], most_gap: float) -> dict[str, 
 
 
 def groups(runs: list[Run]) -> dict[str, list[Run]]:
-    """The runs by kind of problem, and all."""
+    """Return the runs by kind of problem, and all of them."""
     return {**{g: [r for r in runs if r.group == g] for g in dict.fromkeys(r.group for r in runs)}, "all": runs}
 
 
 def table(runs: list[Run], methods: list[str], count: int, deadline_s: float, load: float) -> str:
-    """Return what was found as text."""
+    """Return the results as text."""
     explained = (
         f"Every method solves the pockets of virtual layup 0 and the stress cases once, from the net as laid, within "
         f"{deadline_s:g} s of a CPU. Stress cases: of {count} random combinations of bench/stress those of up to "
@@ -207,7 +207,7 @@ def table(runs: list[Run], methods: list[str], count: int, deadline_s: float, lo
 
 
 def picture(runs: list[Run], methods: list[str], path: Path) -> None:
-    """Draw profiles: a column a group, a row a criterion."""
+    """Draw the profiles, with one column per group and one row per criterion."""
     plt = pyplot()
     with plt.rc_context(STYLE):
         parts = groups(runs)
@@ -232,7 +232,7 @@ def picture(runs: list[Run], methods: list[str], path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=120, help="combinations of which the stress cases are taken")
     parser.add_argument("--pockets", type=int, default=14, help="of the layup, largest first")

@@ -1,7 +1,7 @@
-"""What a second scan changes: python bench/study/scans.py [--layups 110 119] [--repeats 3] [--out bench/study].
+"""The effect of a second scan: python bench/study/scans.py [--layups 110 119] [--repeats 3] [--out bench/study].
 
 Each virtual layup is scanned several times: the same ply before the same scanner, with other noise, flying points and
-drop-outs. A verdict is worth no more than two scans agree on it. Writes scans.txt and scans.csv.
+drop-outs. A verdict is only as reliable as two scans agree on it. Writes scans.txt and scans.csv.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ RULES: dict[str, dict[str, dict[str, Any]]] = {
     "paper, 1 start": {"solve": {"starts": 1, "most_starts": 1}, "verdict": PAPER},
 }
 DECIDED = ("cease", "crease")
-NEAR_MM = 40.0  # the ply's edge cuts up to half of a bump off, which moves the middle of its outline
+NEAR_MM = 40.0  # the ply's edge cuts off up to half of a bump, which moves the middle of its outline
 NOWHERE = -1
 
 
@@ -40,13 +40,13 @@ class Seen:
     rule: str
     layup: int
     repeat: int
-    pocket: int  # the true bump that is nearest: numbers by area may swap from scan to scan
+    pocket: int  # number of the nearest true bump, because numbers by area may swap from scan to scan
     verdict: str
     rms_mm: float
     ridge_mm: float
     starts: int
     seconds: float  # of the whole inspection
-    excess_mm: float = np.nan  # the ridge by the excess, of a pocket inside the ply
+    excess_mm: float = np.nan  # the ridge by the excess; only for a pocket inside the ply
 
 
 def scan_all(layups: range, repeats: int, pixels: tuple[int, int]) -> list[Seen]:
@@ -76,14 +76,14 @@ def scan_all(layups: range, repeats: int, pixels: tuple[int, int]) -> list[Seen]
 
 
 def _bump(layup: scenes.Layup, p: PocketReport) -> int:
-    """Number of the true bump, of pockets and decoys, whose top is nearest to the middle of a pocket's outline."""
+    """Return the number of the true bump, pocket or decoy, whose top is nearest to the middle of a pocket's outline."""
     tops = np.array([bump.centre_mm for bump in (*layup.truth.pockets, *layup.truth.decoys)])
     away_mm = np.hypot(*(tops - p.outline_mm.mean(axis=0)).T)
     return int(np.argmin(away_mm)) if away_mm.min() < NEAR_MM else NOWHERE
 
 
 def table(seen: list[Seen], layups: int, repeats: int) -> str:
-    """Return what was found as text."""
+    """Return the results as text."""
     about = (
         f"{layups} virtual layups, {repeats} scans of each: the same ply and scanner, other noise, flying points and "
         "drop-outs. Pairs: of scans of one pocket. Opposite: CEASE in one, CREASE in the other. Differ: any other "
@@ -126,7 +126,7 @@ def table(seen: list[Seen], layups: int, repeats: int) -> str:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--layups", type=int, nargs=2, default=(110, 119), help="first and last seed")
     parser.add_argument("--repeats", type=int, default=3, help="scans of each")

@@ -1,8 +1,8 @@
-"""What a coarser net costs the excess rule, and what it saves: python bench/study/spacings.py [--layups 110 119].
+"""Error and time of the excess rule on coarser nets: python bench/study/spacings.py [--layups 110 119].
 
-The nets of the pockets inside the ply are laid at many spacings, and the ridge that their excess makes is held against
-that of the finest: by the net alone, by the net at half the spacing alone, and extrapolated from both, as an inspection
-does. Times are CPU times of the thread that lays them. Writes spacings.txt, spacings.csv and spacings.png.
+The nets of the pockets inside the ply are laid at many spacings, and the ridge that their excess makes is compared with
+that of the finest net: from the net alone, from the net at half the spacing alone, and extrapolated from both, as in an
+inspection. Times are CPU times of the thread that lays the nets. Writes spacings.txt, spacings.csv and spacings.png.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from first_family import held_excess_mm
 
 SPACINGS_MM = (12.0, 10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5)
 NODES = (25, 50, 75, 100, 150, 200, 400)
-FINEST_MM = (1.0, 1.5, 2.0, 3.0)  # the first at which a pocket has at most MOST nodes
+FINEST_MM = (1.0, 1.5, 2.0, 3.0)  # the finest net has the first of these at which a pocket has at most MOST nodes
 MOST = 50000
-COARSER = 1.4  # a net counts where it is coarser than the finest by this factor at least
+COARSER = 1.4  # a net counts if it is coarser than the finest by at least this factor
 READINGS = {
     "one": "the net alone",
     "half": "the net at half the spacing alone",
@@ -62,17 +62,17 @@ class Row:
     both_ms: float
 
     def error_mm(self, reading: str) -> float:
-        """Of the ridge's height, which is half the excess and 0.43 of the thickness."""
+        """Return the error of the ridge's height, which is half the excess plus 0.43 of the thickness."""
         return abs(getattr(self, f"{reading}_mm") - self.reference_mm) / 2
 
     def ms(self, reading: str) -> float:
-        """To lay what a reading needs."""
+        """Return the time to lay the nets that a reading needs."""
         return self.one_ms if reading == "one" else self.both_ms
 
 
 @dataclass(frozen=True)
 class Nets:
-    """A pocket's net and that at half its spacing, and what they say."""
+    """A pocket's net, the net at half its spacing, and their excess lengths."""
 
     spacing_mm: float
     nodes: int
@@ -86,9 +86,9 @@ class Nets:
 def lay(
     found: FoundPocket, ply: PlyOnMold, spacing_mm: float | None, node_target: int = 100, timed: bool = True
 ) -> Nets | None:
-    """Lay both nets, and where it is `timed` the first by itself.
+    """Lay both nets, and the first also by itself if it is `timed`.
 
-    None where the ply's edge lets the rim go, or one of them cannot be laid.
+    Returns None if the rim is free at the ply's edge, or if one of the nets cannot be laid.
     """
     chosen = options.lay_pocket(ply.recipe)
     chosen.net.spacing_mm, chosen.net.node_target = spacing_mm, node_target
@@ -117,7 +117,7 @@ def lay(
 
 
 def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
-    """Lay the nets of a virtual layup's pockets."""
+    """Lay the nets of a virtual layup's pockets and yield the rows."""
     layup = scenes.layup(seed, pixels)
     recipe = Recipe(segmentation={"regions": False})
     inspector = Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
@@ -139,18 +139,18 @@ def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
 
 
 def _nearest(layup: scenes.Layup, found: FoundPocket) -> int:
-    """Number of the true pocket."""
+    """Return the number of the nearest true pocket."""
     tops = np.array([bump.centre_mm for bump in layup.truth.pockets])
     return int(np.argmin(np.hypot(*(tops - found.pocket.centroid_mm).T)))
 
 
 def _against_truth_mm(rows: list[Row]) -> list[float]:
-    """Error of the ridge by the finest nets against the true surfaces, mm, of each pocket."""
+    """Return for each pocket the error of the ridge by the finest net against the true surfaces, mm."""
     return [abs(r.reference_mm - r.truth_mm) / 2 for r in {(r.layup, r.pocket): r for r in rows}.values()]
 
 
 def table(rows: list[Row], layups: int, margin_mm: float) -> str:
-    """Return what was found as text."""
+    """Return the results as text."""
     pockets = {(r.layup, r.pocket) for r in rows}
     per_pocket = {(r.layup, r.pocket): r for r in rows}.values()
     noise_mm = np.array(_against_truth_mm(rows))
@@ -192,7 +192,7 @@ def table(rows: list[Row], layups: int, margin_mm: float) -> str:
 
 
 def picture(rows: list[Row], margin_mm: float, path: Path) -> None:
-    """Draw error over time: of the median pocket, and what nine of ten keep."""
+    """Draw the error over the time: that of the median pocket, and the value that nine of ten do not exceed."""
     plt = pyplot()
     swept = [r for r in rows if r.sweep == "spacing"]
     with plt.rc_context(STYLE):
@@ -243,7 +243,7 @@ def _plain(axis: Any) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Command line."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--layups", type=int, nargs=2, default=(110, 119), help="first and last seed")
     parser.add_argument("--pixels", type=int, nargs=2, default=(1280, 960))

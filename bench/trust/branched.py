@@ -1,7 +1,8 @@
 """Bent and branched bumps below or above the tolerances: python bench/trust/branched.py [--scenes 60] [--out FILE].
 
-S, Y, T, X, C, combs and needles of ply, and low bumps with a narrow one on them, on plates and domes, seen by a pinhole
-camera. Half of them are scaled to crease, half not. The truth is the longest straight fibre that is held at both ends.
+The bumps are S, Y, T, X and C shapes, combs and needles, and low bumps with a narrow one on them, on plates and domes,
+seen by a pinhole camera. Half of them are scaled to crease, half not. The truth is the straight fibre with the largest
+excess that is held at both ends.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ STEP_MM = 0.4
 
 
 def ridge_mm(excess_mm: float) -> float:
-    """Closed form, docs/model.md (5.1)."""
+    """Return the ridge height of an excess by the closed form, docs/model.md (5.1)."""
     return 0.5 * excess_mm + 0.43 * THICK_MM
 
 
 def tube(lines: Sequence[Floats], half_mm: float) -> Surface:
-    """A squared cosine round polylines."""
+    """Return a squared cosine of the distance from polylines."""
     low, high = (end(np.concatenate(lines), axis=0) for end in (np.min, np.max))
 
     def height(x: Floats, y: Floats) -> Floats:
@@ -56,7 +57,7 @@ def tube(lines: Sequence[Floats], half_mm: float) -> Surface:
 
 
 def dome(middle: Floats, half_mm: float) -> Surface:
-    """(1 - r²)² of a disc."""
+    """Return (1 - r²)² on a disc."""
     return lambda x, y: (1 - np.clip(np.hypot(x - middle[0], y - middle[1]) / half_mm, 0, 1) ** 2) ** 2
 
 
@@ -83,7 +84,7 @@ KINDS = ("S", "C", "Y", "T", "X", "comb", "needle", "low rider")
 
 
 def worst_mm(mold: Surface, gap: Surface, angle_deg: float) -> float:
-    """Largest excess of a straight fibre over one piece of ply that stands off the mold, held at both ends."""
+    """Return the largest excess of a straight fibre, held at both ends, over one piece of ply off the mold."""
     reach, most = 0.5 * float(np.hypot(*SIZE_MM)), 0.0
     s, across = np.arange(-reach, reach, STEP_MM), np.arange(-reach, reach, 1.5)[:, None]
     margin = round(HELD_MM / STEP_MM)
@@ -101,7 +102,7 @@ def worst_mm(mold: Surface, gap: Surface, angle_deg: float) -> float:
 
 
 def scan_of(surface: Surface, away_mm: float, noise_mm: float, rng: np.random.Generator) -> NDArray[np.float32]:
-    """Image of a camera that looks straight down, its frame's z along the view."""
+    """Return the image of a camera that looks straight down, with its frame's z along the view."""
     (nx, ny), f = PIXELS, away_mm / PITCH_MM
     u, v = np.meshgrid((np.arange(nx) - 0.5 * (nx - 1)) / f, (np.arange(ny) - 0.5 * (ny - 1)) / f)
     far = np.full(u.shape, away_mm)
@@ -112,7 +113,7 @@ def scan_of(surface: Surface, away_mm: float, noise_mm: float, rng: np.random.Ge
 
 
 def drawn(rng: np.random.Generator, kind: str, creases: bool, mold: Surface, angle_deg: float) -> Surface:
-    """Draw a shape, and scale it to a ridge."""
+    """Draw a shape at random and scale it so that it makes a given ridge."""
     middle, turn = rng.uniform(-35, 35, 2), rng.uniform(0, 6.3)
     wanted = rng.uniform(0.66, 0.9) if creases else rng.uniform(0.3, 0.5)
     if kind == "low rider":
@@ -136,7 +137,7 @@ def _over(low: Surface, high_mm: float, narrow: Surface, times: float) -> Surfac
 
 
 def main() -> None:
-    """Inspect all, print the text, and write it where it is wanted."""
+    """Inspect all scenes, print the text, and write it to a file if asked to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)

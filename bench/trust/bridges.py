@@ -1,14 +1,14 @@
 """Bridges by sections of the true ply, against the verdicts: python bench/trust/bridges.py [CASE ...] [--out FILE].
 
-Layups of the trust bench, by default those of its seed 0 without any held excess near the limit, where nothing but a
-bridge of its net puts a pocket above it. Along every fibre of such a pocket that is too short for the mold below it,
-the ply is a string under the tension T and the vacuum P: it lies on the mold or stands off it in arcs of the radius
-T/P, the one at which its length is what it has. Friction holds T up to μ P d, d being the way to the ply's edge
-(docs/model.md, section 5); where T is more it slips until the radius is μ d, and stands as high as that leaves it, or
-is drawn in.
+The layups are those of the trust bench, by default those of its seed 0 that have no held excess near the limit, so that
+only a bridge of its net puts a pocket above the limit. Along every fibre of such a pocket that is too short for the
+mold below it, the ply is a string under the tension T and the vacuum P. It lies on the mold or spans it in arcs of the
+radius T/P, which is such that the string has the fibre's length. Friction holds T up to μ P d, where d is the distance
+to the ply's edge (docs/model.md, section 5). If T is more, the fibre slips until the radius is μ d. It then stands at
+the height that this radius gives, or is drawn in.
 
-The package weighs such sections too, on what the scan shows. This is a check from outside: its own code, on the true
-mold and the true ply, without noise or filters.
+The package judges such sections too, from the scan. This is an independent check with its own code, on the true mold
+and the true ply, without noise or filters.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from debulk.scenes import VariedLayup
 Floats = NDArray[np.float64]
 
 CASES = (59, 65, 72, 107, 157, 220, 314, 849)
-STEP_MM, APART_MM = 0.5, 4.0  # along a fibre, and from one to the next
-AROUND_MM = 40.0  # of laid ply round a pocket, over which it may come off the mold as well
-LAID_MM = 0.03  # lower is on the mold
-SHORT_MM = 0.005  # a fibre that lacks less is not too short
+STEP_MM, APART_MM = 0.5, 4.0  # step along a fibre, and distance from one fibre to the next
+AROUND_MM = 40.0  # width of laid ply round a pocket that may come off the mold as well
+LAID_MM = 0.03  # ply lower than this lies on the mold
+SHORT_MM = 0.005  # a fibre counts as too short if it is shorter than the mold by more than this
 RADII_MM = (1.0, 1e5)
 FAR_MM = 1500.0
 WHAT = ("above the limit", "lower", "drawn in", "not short")
@@ -41,21 +41,21 @@ WHAT = ("above the limit", "lower", "drawn in", "not short")
 
 @dataclass(frozen=True)
 class Section:
-    """A fibre that is too short: what it lacks, and the string of that length over the mold."""
+    """A fibre that is too short: by how much, and the string of its length over the mold."""
 
     short_mm: float
     radius_mm: float  # T/P; inf: even the straightest string is too long
-    held_mm: float  # μ d, the radius up to which friction holds it
-    bridge_mm: float  # of the ply's upper side, at the lesser of these radii; 0: it lies down
+    held_mm: float  # μ d, the largest radius that friction holds
+    bridge_mm: float  # height of the ply's upper side at the smaller of these radii; 0: it lies down
 
     @property
     def held(self) -> bool:
-        """Whether friction holds it as it was laid; else it slips."""
+        """Return whether friction holds the fibre as it was laid; if not, it slips."""
         return self.radius_mm < self.held_mm
 
 
 def string(s: Floats, z: Floats, radius_mm: float) -> Floats:
-    """Heights of a string over a section of the mold, pressed on it: its upper hull by arcs of a radius."""
+    """Return the heights of a string pressed on a section of the mold: the section's upper hull by arcs of a radius."""
     flat = z - s * s / (2 * radius_mm)
     on: list[int] = []
     for k in range(len(s)):
@@ -69,12 +69,12 @@ def string(s: Floats, z: Floats, radius_mm: float) -> Floats:
 
 
 def length(s: Floats, z: Floats) -> float:
-    """Length of a section."""
+    """Return the length of a section."""
     return float(np.hypot(np.diff(s), np.diff(z)).sum())
 
 
 def solved(s: Floats, z: Floats, short_mm: float) -> float:
-    """Radius at which the string is so much shorter than the mold."""
+    """Return the radius at which the string is shorter than the mold by `short_mm`."""
     low, high = RADII_MM
     whole = length(s, z)
     if whole - length(s, string(s, z, high)) < short_mm:
@@ -89,7 +89,7 @@ def solved(s: Floats, z: Floats, short_mm: float) -> float:
 
 
 def sections(layup: VariedLayup, found: PocketReport, recipe: Recipe) -> list[Section]:
-    """All fibres over a pocket that are too short."""
+    """Return all fibres over a pocket that are too short."""
     foot = found.foot_outline_mm
     centre = 0.5 * (foot.min(axis=0) + foot.max(axis=0))
     reach = 0.5 * float(np.hypot(*np.ptp(foot, axis=0))) + AROUND_MM
@@ -115,13 +115,13 @@ def sections(layup: VariedLayup, found: PocketReport, recipe: Recipe) -> list[Se
 
 
 def _stands(s: Floats, mold: Floats, radius_mm: float, recipe: Recipe) -> float:
-    """Height of a string with the consolidated ply on it, which a bridge of the net has as well."""
+    """Return the height of a string plus the consolidated ply, which a bridge of the net includes as well."""
     gap_mm = float((string(s, mold, radius_mm) - mold).max()) if radius_mm > 0 else 0.0
     return gap_mm + recipe.material.thickness_mm / recipe.material.bulk_factor if gap_mm > LAID_MM else 0.0
 
 
 def _over(up: NDArray[np.bool_], foot: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Those pieces of a fibre that stand up and reach over the foot."""
+    """Return those pieces of a fibre that stand off the mold and reach over the foot."""
     pieces = np.cumsum(np.diff(up, prepend=False))
     return up & np.isin(pieces, pieces[up & foot])
 
@@ -133,7 +133,7 @@ def _way_to_edge(layup: VariedLayup, start: Floats, along: Floats) -> float:
 
 
 def line(found: PocketReport, short: list[Section], limit_mm: float) -> tuple[str, str]:
-    """What becomes of a pocket, and a line of the table."""
+    """Return what becomes of a pocket, and its line of the table."""
     known = found.bridge_section
     own = "-" if known is None else f"{known.range_mm[0]:.2f}-{known.range_mm[1]:.2f}"
     row = f"{found.id:6}  {found.verdict.value:10}{found.bridge_height_mm or 0:6.2f}  {own:>9}"
@@ -148,7 +148,7 @@ def line(found: PocketReport, short: list[Section], limit_mm: float) -> tuple[st
 
 
 def main() -> None:
-    """Look at all cases, print the table, and write it where it is wanted."""
+    """Run all cases, print the table, and write it to a file if asked to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("cases", type=int, nargs="*", default=CASES, help="of the trust bench, without a mistake")
     parser.add_argument(
@@ -177,7 +177,7 @@ def main() -> None:
         true = max((s.ridge_mm for s in truly(case, layup)), default=0.0)
         head = f"{number:5}  {layup.truth.mold_kind:8}{report.verdict.value:10}{true:6.2f}"
         for found in report.pockets:
-            if found.bridge_section is not None or found.reason.startswith("bridge"):  # nothing else makes it CREASE
+            if found.bridge_section is not None or found.reason.startswith("bridge"):  # only these make it CREASE
                 what, row = line(found, sections(layup, found, recipe), limit)
                 of_layups.setdefault(number, []).append(what)
                 verdicts.append((what, found.verdict.value))

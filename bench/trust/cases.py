@@ -1,4 +1,4 @@
-"""Random cases: a layup of either family, half of them with a mistake, and what became of one in the inspection."""
+"""Random cases: layups of both families, half of them with a mistake, and the outcome of their inspection."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from debulk.scenes.varied import Given, Mistake, given_right
 from debulk.scenes.varied.polygons import inside
 
 MARGIN_MM = 0.1
-"""A true ridge this far above the limit must not pass: the excess alone decides, whatever the net makes of it."""
+"""A true ridge this far above the limit must not pass: the true excess alone decides, whatever the net gives."""
 LOOSE_SHARE = 0.2
-"""A ply of which more than this stands off the mold, beside its pockets, is not laid: that it says so is right."""
-LAYUPS_OF_FIRST = 40  # the first family differs by seed only in places; a few seeds show all it has
+"""A ply with more than this share off the mold, besides its pockets, is not laid, and it is right to refuse it."""
+LAYUPS_OF_FIRST = 40  # layups of the first family differ by seed only in places, so a few seeds show all kinds
 
 
 @dataclass(frozen=True)
 class Case:
-    """One scene, by number: the same number and seed, the same scene."""
+    """One scene, by number: the same number and seed give the same scene."""
 
     number: int
     seed: int
@@ -33,7 +33,7 @@ class Case:
 
 
 def draw(number: int, seed: int) -> Case:
-    """Draw a case: seven of ten from the second family, every second one spoiled."""
+    """Draw a case at random: seven of ten from the second family, every second one with a mistake."""
     rng = np.random.default_rng([seed, number])
     family = "varied" if rng.random() < 0.7 else "first"
     layup_seed = int(rng.integers(LAYUPS_OF_FIRST if family == "first" else 1_000_000))
@@ -43,7 +43,7 @@ def draw(number: int, seed: int) -> Case:
 
 
 def make(case: Case, pixels: tuple[int, int]) -> tuple[Any, Given]:
-    """Make the layup and what the inspector is given."""
+    """Make the layup and the data that the inspector is given."""
     make_layup = scenes.varied_layup if case.family == "varied" else scenes.layup
     layup: Any = make_layup(case.layup_seed, pixels)
     return layup, given_right(layup) if case.mistake is None else case.mistake.apply(layup, case.number)
@@ -51,7 +51,7 @@ def make(case: Case, pixels: tuple[int, int]) -> tuple[Any, Given]:
 
 @dataclass(frozen=True)
 class Standing:
-    """A place where a ply stands up, and the ridge that its held excess length makes."""
+    """A place where the ply stands off the mold, and the ridge that its held excess length makes."""
 
     centre_mm: tuple[float, float]
     ridge_mm: float
@@ -59,7 +59,7 @@ class Standing:
 
 
 def truly(case: Case, layup: Any) -> list[Standing]:
-    """Return what stands up, of the first family by the second's quadrature of its public surfaces."""
+    """Return the raised places; for the first family by the second's quadrature over its public surfaces."""
     truth = layup.truth
     if case.family == "varied":
         return [Standing(p.centre_mm, p.ridge_mm, "+".join(p.kinds)) for p in (*truth.pockets, *truth.decoys)]
@@ -72,7 +72,7 @@ def truly(case: Case, layup: Any) -> list[Standing]:
 
 @dataclass
 class Outcome:
-    """What was said of a case, and what is so."""
+    """The verdict on a case, and the truth about it."""
 
     number: int
     family: str
@@ -84,46 +84,46 @@ class Outcome:
     reason: str
     passed: bool
     true_ridge_mm: float
-    true_kinds: str  # of the pocket with that ridge
-    good: bool  # nothing wrong with the layup, all of it seen, and the ply laid on the mold
-    blind: bool  # a mistake with which nothing may pass
-    missed: int  # creasing pockets that no pocket of the report, other than closing ones, covers
+    true_kinds: str  # kinds of the pocket with that ridge
+    good: bool  # nothing is wrong with the layup, all of it was seen, and the ply is laid on the mold
+    blind: bool  # the case has a mistake with which nothing may pass
+    missed: int  # number of creasing pockets that no pocket of the report, other than closing ones, covers
     pockets: int
     seconds: float  # CPU time of the inspection
 
     @property
     def creases(self) -> bool:
-        """Whether a pocket's true ridge exceeds the limit by the margin."""
+        """Return whether a pocket's true ridge exceeds the limit by the margin."""
         return self.true_ridge_mm > Recipe().verdict.max_ridge_mm + MARGIN_MM
 
     @property
     def false_cease(self) -> bool:
-        """Passed, though a pocket creases."""
+        """Return whether the case passed although a pocket creases."""
         return (self.said == "cease" or self.passed) and self.creases
 
     @property
     def blind_cease(self) -> bool:
-        """Passed without having seen anything of worth, though nothing happened to crease."""
+        """Return whether the case passed by chance, without usable data, because no pocket creases."""
         return (self.said == "cease" or self.passed) and self.blind and not self.creases
 
     @property
     def false_alarm(self) -> bool:
-        """Refused, though nothing was wrong."""
+        """Return whether the case was refused although nothing was wrong."""
         return self.good and self.said in ("invalid", "InputError")
 
     @property
     def closes(self) -> bool:
-        """Whether nothing is wrong and every held excess stays clear of the limit."""
+        """Return whether nothing is wrong and every held excess stays clear of the limit."""
         return self.good and self.true_ridge_mm < Recipe().verdict.max_ridge_mm - MARGIN_MM
 
     @property
     def false_crease(self) -> bool:
-        """Said to crease, though it closes."""
+        """Return whether the verdict was crease although it closes."""
         return self.closes and self.said == "crease"
 
 
 def run(case: Case, pixels: tuple[int, int]) -> Outcome:
-    """Make a case, inspect it, hold the report against the truth."""
+    """Make a case, inspect it, and compare the report with the truth."""
     layup, given = make(case, pixels)
     standing = truly(case, layup)
     nothing = Standing((0.0, 0.0), 0.43 * layup.truth.thickness_mm, "")
@@ -173,7 +173,7 @@ def run(case: Case, pixels: tuple[int, int]) -> Outcome:
 
 
 def _all_seen(layup: Any) -> bool:
-    """Whether nothing of the layup can excuse a refusal."""
+    """Return whether so much of the layup was seen that a refusal cannot be excused."""
     truth = layup.truth
     pockets_seen = all(
         p.unseen_share < 0.1 and p.reference_unseen_share < 0.1 and p.rim_unseen_share < 0.1 for p in truth.pockets
@@ -182,7 +182,7 @@ def _all_seen(layup: Any) -> bool:
 
 
 def _loose_share(layup: Any) -> float:
-    """Share of the ply that its loose borders lift by more than a tenth of a millimetre."""
+    """Return the share of the ply that its loose borders lift by more than the recipe's tolerance `level.tol_mm`."""
     low, high = layup.ply_outline.min(axis=0), layup.ply_outline.max(axis=0)
     x, y = np.meshgrid(*(np.arange(a, b, 4.0) for a, b in zip(low, high, strict=True)))
     on = inside(layup.ply_outline, x, y)
@@ -191,7 +191,7 @@ def _loose_share(layup: Any) -> float:
 
 
 def _missed(standing: list[Standing], report: Any) -> int:
-    """Creasing pockets whose highest point lies in no pocket of the report that is not said to close."""
+    """Return the number of creasing pockets whose top lies in no pocket of the report, apart from closing ones."""
     limit = Recipe().verdict.max_ridge_mm + MARGIN_MM
     open_ones = [p for p in report.pockets if p.verdict.value != "cease"]
     feet = [p.foot_outline_mm if len(p.foot_outline_mm) else p.outline_mm for p in open_ones]

@@ -1,7 +1,8 @@
 """Plies too short for a dish of the mold, against closed forms: python bench/trust/dishes.py [--out FILE].
 
-A ply lies on a plane with a dish of radius R and half width a, flatter than it by a factor. Pressed down, fibres are
-strings of the radius T/P, which friction holds up to μ d: the one over the middle stands a²/2 (1/R - P/T) off the dish.
+A ply lies on a plane with a dish of radius R and half width a, and is flatter than the dish by a factor. When it is
+pressed down, its fibres are strings of the radius T/P, which friction holds up to μ d. The string over the middle
+stands a²/2 (1/R - P/T) off the dish.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def clouds(radius_mm: float, half_width_mm: float, flatter: float) -> tuple[Floa
 
 
 def bridge_mm(radius_mm: float, half_width_mm: float, flatter: float) -> float:
-    """Height of the bridge that stays, with the ply; 0: it is drawn in."""
+    """Return the height of the remaining bridge, including the ply; 0 if it is drawn in."""
     material = debulk.Recipe().material
     held_mm = material.friction * (HALF_PLY_MM - half_width_mm)
     gap_mm = half_width_mm**2 / 2 * (1 / radius_mm - 1 / min(flatter * radius_mm, held_mm))
@@ -44,7 +45,7 @@ def bridge_mm(radius_mm: float, half_width_mm: float, flatter: float) -> float:
 
 
 def line(radius_mm: float, half_width_mm: float, flatter: float) -> str:
-    """One row of the table."""
+    """Return one row of the table."""
     mold, ply = clouds(radius_mm, half_width_mm, flatter)
     report = debulk.Inspector(None, mold, OUTLINE).inspect(ply)
     section = next((p.bridge_section for p in report.pockets if p.bridge_section), None)

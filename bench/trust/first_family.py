@@ -9,11 +9,11 @@ from debulk import scenes
 from debulk.scenes.varied.fibres import excess
 from debulk.scenes.varied.regions import label_regions
 
-_DRAWN_IN = 2e-3  # of the way to the middle: about a millimetre
+_DRAWN_IN = 2e-3  # share of the distance to the middle: about a millimetre
 
 
 def held_excess_mm(layup: scenes.Layup) -> list[float]:
-    """Of every bump, pockets before decoys, along straight fibres of 0 and 90 degrees."""
+    """Return the held excess of every bump, pockets before decoys, along straight fibres of 0 and 90 degrees."""
     truth = layup.truth
 
     def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -22,8 +22,8 @@ def held_excess_mm(layup: scenes.Layup) -> list[float]:
     def mold(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return truth.mold_height(np.stack([x, y], axis=-1))
 
-    # Of its outline of a thousand corners some forty are enough: it moves by 0.3 mm, and is drawn in by more than that,
-    # for a line along the edge that leaves the ply and comes back would have the steps down and up in its length.
+    # Some forty of the thousand corners of the outline are enough: this moves it by 0.3 mm. It is then drawn in by more
+    # than that, because a line along the edge that left the ply and came back would include the steps down and up.
     outline = cv2.approxPolyDP(layup.ply_outline.astype(np.float32)[:, None], 0.3, True)[:, 0].astype(float)
     outline += _DRAWN_IN * (outline.mean(axis=0) - outline)
     feet = label_regions(height, outline, truth.thickness_mm + 3e-3, 2.0)

@@ -1,7 +1,7 @@
 """Holes over pockets that crease: python bench/trust/holes.py [--holes 420] [--out FILE].
 
-Six layups of the second family with one pocket each, which creases, and holes of 16 to 90 mm of random shape at random
-places over it and its rim, in the scan. None may pass.
+There are six layups of the second family with one creasing pocket each, and holes in the scan, 16 to 90 mm wide, of
+random shape and at random places over the pocket and its rim. None may pass.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from debulk.scenes.varied.given import given_right
 
 KINDS = ("lobes", "gaussians", "wrinkle", "crescent", "ring", "superposed")
 WIDTHS_MM = (16.0, 90.0)
-RIM_MM = (30.0, 40.0)  # every fourth hole: a drop-out across the rim, as wide as this
+RIM_MM = (30.0, 40.0)  # width of every fourth hole, which is a drop-out across the rim
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def hole(rng: np.random.Generator, xy: Floats, centre: Floats, width_mm: float) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Tell which (H, W, 2) places lie in a hole: round, long, cornered or with lobes, turned at random."""
+    """Return which (H, W, 2) places lie in a hole, which is round, long, cornered or lobed, and turned at random."""
     turn, slender = rng.uniform(0, np.pi), rng.choice([1.0, 0.6, 0.35])
     c, s = np.cos(turn), np.sin(turn)
     x, y = xy[..., 0] - centre[0], xy[..., 1] - centre[1]
@@ -36,7 +36,7 @@ def hole(rng: np.random.Generator, xy: Floats, centre: Floats, width_mm: float) 
 
 
 def tried(kind: str, seed: int, count: int, pixels: tuple[int, int]) -> tuple[str, Counter[str], list[str]]:
-    """Inspect one layup without a hole, then with each of `count`."""
+    """Inspect one layup without a hole, then with each of `count` holes."""
     layup = scenes.varied_layup(
         seed, pixels, mold="saddle", pockets=[kind], severity="one", noise=[], holes_mm=[], clamp=False, borders=0
     )
@@ -72,7 +72,7 @@ def tried(kind: str, seed: int, count: int, pixels: tuple[int, int]) -> tuple[st
 
 
 def main() -> None:
-    """Try all, print what was said, and write it where it is wanted."""
+    """Run all, print the verdicts, and write them to a file if asked to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--holes", type=int, default=420)
     parser.add_argument("--pixels", default="640x480")

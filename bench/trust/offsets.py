@@ -1,6 +1,6 @@
-"""What is said to scans too high, too low, tilted, bowed or warped: python bench/trust/offsets.py [--out FILE].
+"""Verdicts on scans that are too high, too low, tilted, bowed or warped: python bench/trust/offsets.py [--out FILE].
 
-One layup of the first family and two of the second, of which one has pockets that close only.
+The layups are one of the first family and two of the second, one of which has only pockets that close.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ BENDS_MM = (0.25, 0.5, 1, 2)
 
 
 def faults(given: Given) -> Iterator[tuple[str, Given]]:
-    """Every fault with its size in words, nothing wrong first."""
+    """Yield every fault with its size in words; the first is the scan with nothing wrong."""
     yield "nothing wrong", given
     for size in OFFSETS_MM:
         for sign in (1, -1):
@@ -45,7 +45,7 @@ def _moved(given: Given, motion: Floats) -> Given:
 
 
 def main() -> None:
-    """Print the table, and write it where it is wanted."""
+    """Print the table, and write it to a file if asked to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path)
     parser.add_argument("--pixels", default="1280x960")

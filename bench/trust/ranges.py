@@ -1,8 +1,8 @@
 """How often the true ridge lies within the stated range: python bench/trust/ranges.py [--layups 20] [--seed 91000].
 
-Layups of the second family with nothing wrong. Of every pocket inside the ply that has an excess, the highest true
-ridge that stands in its foot is held against the range by the excess, and its verdict against the limit.
-`--out FILE` writes the text there as well.
+The layups are of the second family with nothing wrong. For every pocket inside the ply that has an excess, the highest
+true ridge in its foot is compared with the range by the excess, and its verdict with the limit. `--out FILE` also
+writes the text to a file.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from debulk.scenes.varied.given import given_right
 from debulk.scenes.varied.polygons import inside
 
 VERDICTS = (Verdict.CEASE, Verdict.UNDECIDED, Verdict.CREASE, Verdict.INVALID)
-ROUNDED_MM = 5e-4  # what the text shows as equal is equal
+ROUNDED_MM = 5e-4  # values that the text shows as equal count as equal
 
 
 @dataclass(frozen=True)
 class Held:
-    """A pocket's range against the truth."""
+    """A pocket's range and its true ridge."""
 
     seed: int
     kinds: str
@@ -37,17 +37,17 @@ class Held:
 
     @property
     def above(self) -> bool:
-        """Whether the truth lies above the upper end."""
+        """Return whether the truth lies above the upper end of the range."""
         return self.true_mm > self.high_mm + ROUNDED_MM
 
     @property
     def below(self) -> bool:
-        """Whether the truth lies below the lower end."""
+        """Return whether the truth lies below the lower end of the range."""
         return self.true_mm < self.low_mm - ROUNDED_MM
 
     @property
     def text(self) -> str:
-        """One line of the table."""
+        """Return one line of the table."""
         return (
             f"{self.seed:6}  {self.kinds:24}{self.true_mm:7.3f}   {self.low_mm:.3f} to {self.high_mm:.3f}  "
             f"{self.verdict.value}"
@@ -87,7 +87,7 @@ def looked_at(seed: int, pixels: tuple[int, int]) -> tuple[Layup, list[Held]]:
 
 
 def against(limit_mm: float, of: list[Any]) -> list[str]:
-    """Verdicts, of those whose true ridge is above the limit and of the others."""
+    """Return the counts of verdicts, for those whose true ridge is above the limit and for the others."""
     rows = (("above", [o for o in of if o.true_mm > limit_mm]), ("at most", [o for o in of if o.true_mm <= limit_mm]))
     lines = ["true ridge        " + "".join(f"{v.value:>11}" for v in VERDICTS)]
     for name, some in rows:
@@ -97,7 +97,7 @@ def against(limit_mm: float, of: list[Any]) -> list[str]:
 
 
 def text(layups: list[Layup], held: list[Held], pixels: str) -> str:
-    """Counts first, then the pockets outside of their range."""
+    """Return the text: counts first, then the pockets whose truth is outside their range."""
     limit = Recipe().verdict.max_ridge_mm
     above, below = [h for h in held if h.above], [h for h in held if h.below]
     head = "  seed  kind                     true mm  range mm        verdict"
@@ -134,7 +134,7 @@ def text(layups: list[Layup], held: list[Held], pixels: str) -> str:
 
 
 def main() -> None:
-    """Inspect all, print the text, and write it where it is wanted."""
+    """Inspect all layups, print the text, and write it to a file if asked to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--layups", type=int, default=20)
     parser.add_argument("--seed", type=int, default=91000, help="of the first layup")

@@ -1,7 +1,8 @@
 """Narrow bumps that ride on a wide pocket: python bench/trust/riders.py [--bells 60] [--seed 0] [--out FILE].
 
-One bell 6 to 12 mm wide and 1.5 to 3 mm high a scan, at a random place on a pocket that alone would cease. Each must be
-found, and no layup may pass. In as many scans without a bell, but with flying pixels, nothing may be found.
+Each scan has one bell 6 to 12 mm wide and 1.5 to 3 mm high at a random place on a pocket that would cease without it.
+Each bell must be found, and no layup may pass. In the same number of scans without a bell, but with flying pixels,
+nothing may be found.
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ Cloud = NDArray[np.float32]
 Shape = Callable[[Floats, Floats], Floats]  # height above the laid ply from x and y, mold frame, mm
 
 THICKNESS_MM = 0.3
-POCKET_MM = (260.0, 6.5)  # wide and high
+POCKET_MM = (260.0, 6.5)  # width and height
 BELL_WIDE_MM, BELL_HIGH_MM = (6.0, 12.0), (1.5, 3.0)
-ON_MM = 1.0  # a place where the wide pocket stands so high is on it
+ON_MM = 1.0  # a place where the wide pocket is at least this high is on the pocket
 NOISE_MM = 0.02
 FLYING_SHARE, FLYING_MM = 2e-3, (0.5, 5.0)
 
 
 def bell(x0: float, y0: float, wide_mm: float, high_mm: float) -> Shape:
-    """Squares of cosines along x and y."""
+    """Return a product of squared cosines along x and y."""
 
     def height(x: Floats, y: Floats) -> Floats:
         u, v = (np.clip((w - w0) / wide_mm, -0.5, 0.5) for w, w0 in ((x, x0), (y, y0)))
@@ -44,7 +45,7 @@ def bell(x0: float, y0: float, wide_mm: float, high_mm: float) -> Shape:
 
 @dataclass(frozen=True)
 class Bell:
-    """A bell by its figures."""
+    """A bell, given by its place and size."""
 
     x: float
     y: float
@@ -53,7 +54,7 @@ class Bell:
 
     @property
     def shape(self) -> Shape:
-        """Its height over the pocket."""
+        """Return the bell's height over the pocket."""
         return bell(self.x, self.y, self.wide_mm, self.high_mm)
 
 
@@ -72,14 +73,14 @@ class Ply:
         self._raise(np.flatnonzero(pocket.inside(self.layup.ply_outline, self._at[:, :2])), self._at, self.wide)
 
     def _raise(self, which: NDArray[np.int64], at: Floats, gap: Shape) -> None:
-        """Move points along their rays to where the ply is."""
+        """Move points along their rays to the surface of the ply."""
         for _ in range(12):
             x, y = at[which, 0], at[which, 1]
             off = self.layup.truth.mold_height(at[which, :2]) + THICKNESS_MM + gap(x, y) - at[which, 2]
             at[which] += self._rays[which] * (off / self._rays[which, 2])[:, None]
 
     def scan(self, rng: np.random.Generator, rider: Bell | None = None) -> Cloud:
-        """Scan the ply, with a bell on the pocket or without."""
+        """Scan the ply, with or without a bell on the pocket."""
         at = self._at.copy()
         if rider is not None:
             near = np.abs(at[:, :2] - (rider.x, rider.y)).max(axis=1) < rider.wide_mm + rider.high_mm
@@ -90,7 +91,7 @@ class Ply:
         return cloud
 
     def true_ridge_mm(self, rider: Bell) -> float:
-        """Ridge by the longest straight fibre near the bell's top, docs/model.md, eq. (5.1)."""
+        """Return the ridge by the straight fibre with most excess near the bell's top, docs/model.md, eq. (5.1)."""
         s = np.arange(-0.5 * POCKET_MM[0], 0.5 * POCKET_MM[0], 0.05)
         most = 0.0
         for across in np.arange(-2.0, 2.5, 0.5):
@@ -103,14 +104,14 @@ class Ply:
 
 
 def riders_in(scan: Cloud, ply: Ply, inspector: Inspector) -> Iterator[Rider]:
-    """All that ride on any pocket of a scan."""
+    """Yield all bumps that ride on any pocket of a scan."""
     raw = RawPoints(scan, None, ply.layup.mold_from_scanner, inspector.grid_spacing_mm, inspector.prepared.image)
     for found in inspector.find(scan).pockets:
         yield from riders_on(found, raw, inspector.ply)
 
 
 def drawn(rng: np.random.Generator, wide: Shape, wide_mm: tuple[float, float]) -> Bell:
-    """Draw a bell that lies on the pocket."""
+    """Draw at random a bell that lies on the pocket."""
     while True:
         x, y = rng.uniform(-0.5 * POCKET_MM[0], 0.5 * POCKET_MM[0], 2)
         if wide(x, y) > ON_MM:
@@ -118,7 +119,7 @@ def drawn(rng: np.random.Generator, wide: Shape, wide_mm: tuple[float, float]) -
 
 
 def main() -> None:
-    """Scan and inspect all, print the text, and write it where it is wanted."""
+    """Scan and inspect all, print the text, and write it to a file if asked to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bells", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)

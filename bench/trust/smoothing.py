@@ -1,8 +1,8 @@
-"""What is said to a scan that was smoothed: python bench/trust/smoothing.py [--bumps 30] [--layups 60] [--out FILE].
+"""Verdicts on scans that were smoothed: python bench/trust/smoothing.py [--bumps 30] [--layups 60] [--out FILE].
 
-Bells of random width, length and height, a little to well above the limit by the arc of their profile, on the mold of a
-virtual layup of the first family, put through the filters that scanners' software offers; and how far layups of both
-families, as they are and filtered, spread the ply's edge.
+Bells of random width, length and height lie on the mold of a virtual layup of the first family; by the arc of their
+profile they are slightly to well above the limit. Their scans are put through the filters that scanners' software
+offers. Also measured is by how much layups of both families, unfiltered and filtered, spread the ply's edge.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SAID = ("cease", "undecided", "crease", "invalid")
 
 
 def main() -> None:
-    """Inspect, and write the table."""
+    """Inspect the scans and write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bumps", type=int, default=30)
     parser.add_argument("--layups", type=int, default=60)
@@ -70,7 +70,7 @@ def main() -> None:
 
 
 def edges(number: int, seed: int, pixels: tuple[int, int]) -> list[str]:
-    """Say how far layups spread the ply's edge, two of three of the second family."""
+    """Return as text by how much layups spread the ply's edge; two of three are of the second family."""
     spreads: dict[str, list[float]] = {name: [] for name in ("none", *SPREAD)}
     for k in range(number):
         make = scenes.layup if k % 3 == 0 else scenes.varied_layup
@@ -111,7 +111,7 @@ def bell(layup: scenes.Layup, rng: np.random.Generator) -> Floats:
 
 
 def height_of(wide_mm: float, excess_mm: float) -> float:
-    """Height at which the arc over the profile is longer than its chord by so much."""
+    """Return the height at which the arc over the profile is longer than its chord by `excess_mm`."""
     s = np.linspace(-0.5, 0.5, 2001) * wide_mm
     low, high = 0.0, wide_mm
     for _ in range(50):
@@ -124,7 +124,7 @@ def height_of(wide_mm: float, excess_mm: float) -> float:
 def laid(
     layup: scenes.Layup, inspector: debulk.Inspector, bump: Floats, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Move each point of the reference along its ray to where the ply is: a thickness and the bell above the mold."""
+    """Move each point of the reference along its ray to the ply: one thickness plus the bell above the mold."""
     pose = layup.mold_from_scanner
     points = layup.reference.reshape(-1, 3).astype(np.float64) @ pose[:3, :3].T + pose[:3, 3]
     seen = np.isfinite(points).all(axis=1)

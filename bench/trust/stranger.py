@@ -1,8 +1,8 @@
-"""Layups of a stranger's make, inspected: python bench/trust/stranger.py [--scenes 300] [--seed 0] [--out FILE].
+"""Inspect layups of an independent make: python bench/trust/stranger.py [--scenes 300] [--seed 0] [--out FILE].
 
-Nothing here comes from `debulk.scenes`: other molds, pockets, outlines and scanners. The truth is a quadrature along
-straight fibres of the surfaces that the scene is made of, and the ridge is the closed form of docs/model.md. The scenes
-are kept in a CSV under build/trust as they come; `--case N` does one and prints what became of it.
+Nothing here comes from `debulk.scenes`: the molds, pockets, outlines and scanners are others. The truth is a quadrature
+along straight fibres of the surfaces that the scene is made of, and the ridge is the closed form of docs/model.md. The
+outcomes are kept in a CSV under build/trust as they are computed; `--case N` runs one scene and prints its outcome.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ Floats = NDArray[np.float64]
 Surface = Callable[[Floats, Floats], Floats]
 
 THICK_MM, LIMIT_MM = 0.3, 0.6
-NEAR_MM = 0.1  # to the limit
-LAID_MM = 0.03  # lower is on the mold
-EDGE_MM = 40.0  # a fibre that runs on so far over laid ply is held by friction, whatever the edge does
-WAY_MM = 25.0  # of laid ply, over which one fold may draw (21 mm by docs/model.md), with some to spare
+NEAR_MM = 0.1  # distance from the limit that counts as near
+LAID_MM = 0.03  # ply lower than this lies on the mold
+EDGE_MM = 40.0  # a fibre that continues this far over laid ply is held by friction, even if the edge slips
+WAY_MM = 25.0  # length of laid ply over which one fold may draw excess (21 mm by docs/model.md), with a margin
 
 
 def ridge_mm(excess_mm: float) -> float:
-    """Closed form, docs/model.md (5.1)."""
+    """Return the ridge height of an excess by the closed form, docs/model.md (5.1)."""
     return 0.5 * excess_mm + 0.43 * THICK_MM
 
 
@@ -57,7 +57,7 @@ def _cone(rng: np.random.Generator) -> Surface:
 
 
 def _plies_dropped(rng: np.random.Generator) -> Surface:
-    """Edges of plies below, a few tenths of a millimetre each, as resin rounds them."""
+    """Return the rounded edges of plies below, each a few tenths of a millimetre high, as resin rounds them."""
     edges = [
         (rng.uniform(0, 6.3), rng.uniform(-180, 180), rng.uniform(0.25, 1.2), rng.uniform(6, 20)) for _ in range(4)
     ]
@@ -77,7 +77,7 @@ def _joggle(rng: np.random.Generator) -> Surface:
 
 
 def _sandwich(rng: np.random.Generator) -> Surface:
-    """A core with a chamfer all round, its edges rounded."""
+    """Return a core with a chamfer all round and rounded edges."""
     half, deep, slope, soft = rng.uniform(60, 120, 2), rng.uniform(6, 15), rng.uniform(0.2, 0.45), rng.uniform(8, 20)
 
     def height(x: Floats, y: Floats) -> Floats:
@@ -89,7 +89,7 @@ def _sandwich(rng: np.random.Generator) -> Surface:
 
 
 def _spline(rng: np.random.Generator) -> Surface:
-    """A uniform cubic B-spline through a net of random control heights."""
+    """Return a uniform cubic B-spline on a net of random control heights."""
     control, step = rng.uniform(-25, 25, (12, 12)), rng.uniform(200, 300)
 
     def height(x: Floats, y: Floats) -> Floats:
@@ -116,11 +116,11 @@ MOLDS = {
 }
 
 
-# --- what stands on the mold --------------------------------------------------------------------------------------
+# --- raised places of the ply -------------------------------------------------------------------------------------
 
 
 def _dome(x0: float, y0: float, a: float, b: float, high: float, turn: float = 0.0, flat: float = 0.0) -> Surface:
-    """Wendland's function of an ellipse with half axes a and b; a `flat` share of it is a plateau."""
+    """Return Wendland's function on an ellipse with half axes a and b; a `flat` share of it is a plateau."""
 
     def gap(x: Floats, y: Floats) -> Floats:
         u, v = x - x0, y - y0
@@ -157,7 +157,7 @@ def _cluster(rng: np.random.Generator, size: Floats, along: float) -> Surface:
 
 
 def _ripple(rng: np.random.Generator, size: Floats, along: float) -> Surface:
-    """Several waves across a fibre, as of a ply pushed together: all of them crests, troughs on the mold."""
+    """Return several waves across a fibre, as in a ply pushed together: crests whose troughs lie on the mold."""
     (x0, y0), long, wide = _at(rng, size, 0.15), rng.uniform(18, 45), rng.uniform(20, 70)
     half = 0.5 * long * rng.integers(2, 6)
     sharp = rng.choice([1, 2])
@@ -186,7 +186,7 @@ def _chain(rng: np.random.Generator, size: Floats, along: float) -> Surface:
 
 
 def _pair_of_bumps(rng: np.random.Generator, size: Floats, along: float) -> Surface:
-    """Two or three bumps in a row along a fibre, each hardly above the cut."""
+    """Return two or three bumps in a row along a fibre, each just above the cut."""
     (x0, y0), a, apart = _at(rng, size), rng.uniform(10, 18), rng.uniform(0, 12)
     count = int(rng.integers(2, 4))
     return _sum(
@@ -254,7 +254,7 @@ def _outline(kind: str, size: Floats) -> Floats:
     if kind == "ellipse":
         turn = np.linspace(0, 2 * np.pi, 120, endpoint=False)
         return np.stack([w * np.cos(turn), h * np.sin(turn)], axis=1)
-    if kind == "hole":  # cut out, reached through a slit
+    if kind == "hole":  # a hole cut out of the ply, joined to its outline by a slit
         turn = np.linspace(-0.5 * np.pi + 0.02, 1.5 * np.pi - 0.02, 80)
         hole = 25 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return np.array([(-w, -h), (-0.5, -h), *hole[::-1], (0.5, -h), (w, -h), (w, h), (-w, h)])
@@ -262,7 +262,7 @@ def _outline(kind: str, size: Floats) -> Floats:
 
 
 class _Plane:
-    """A polygon as pixels of a quarter of a millimetre."""
+    """A polygon, drawn in pixels of a quarter of a millimetre."""
 
     def __init__(self, polygon: Floats) -> None:
         self.low = polygon.min(axis=0) - 2
@@ -284,7 +284,7 @@ class _Plane:
 
 @dataclass
 class Scene:
-    """What is there, what the inspection is given, and what is true."""
+    """A scene: its surfaces, the data that the inspection is given, and the kinds of its parts."""
 
     mold_kind: str
     ply_kinds: str
@@ -301,7 +301,7 @@ class Scene:
 
 
 def make(number: int, seed: int) -> Scene:
-    """Make a scene; the same number and seed make the same."""
+    """Make a scene; the same number and seed make the same scene."""
     rng = np.random.default_rng([77, seed, number])
     kinds = list(MOLDS)
     mold_kind = kinds[rng.integers(len(kinds))]
@@ -330,7 +330,7 @@ def make(number: int, seed: int) -> Scene:
 
 
 def _scaled(shape: Surface, target_mm: float, mold: Surface, on: _Plane, size: Floats, angle_deg: float) -> Surface:
-    """Scale a shape so that the worst fibre over it makes a ridge of this height; 7 mm high at most."""
+    """Scale a shape so that the worst fibre over it makes a ridge of this height; the shape is at most 7 mm high."""
     low, high = 0.0, 7.0
     for _ in range(9):
         middle = 0.5 * (low + high)
@@ -409,8 +409,8 @@ def _turned(by: Floats) -> Floats:
 class Run:
     """A piece of a straight fibre that stands off the mold."""
 
-    excess_mm: float  # longer than the mold below
-    held: bool  # at both ends, far from the edge of the ply
+    excess_mm: float  # by how much it is longer than the mold below
+    held: bool  # true: it is held at both ends, far from the edge of the ply
     high_mm: float
     at_mm: tuple[float, float]
     line: int
@@ -420,7 +420,7 @@ class Run:
 def runs(
     mold: Surface, gap: Surface, on: _Plane, size: Floats, angle_deg: float, apart_mm: float = 2.0
 ) -> Iterator[Run]:
-    """All pieces of fibres that stand off the mold, of both directions."""
+    """Yield all pieces of fibres of both directions that stand off the mold."""
     reach, step = 0.5 * float(np.hypot(*size)) + 5, 0.5
     s = np.arange(-reach, reach, step)
     for direction, a in enumerate(np.radians((angle_deg, angle_deg + 90))):
@@ -447,7 +447,7 @@ def runs(
 
 
 def drawn_together_mm(found: list[Run]) -> float:
-    """Largest excess in a row of pieces of one fibre with no more laid ply between them than one fold draws over."""
+    """Return the largest excess of a row of pieces of one fibre with at most WAY_MM of laid ply in all between them."""
     most = 0.0
     for k, first in enumerate(found):
         whole, flat, before = max(first.excess_mm, 0.0), 0.0, first
@@ -463,12 +463,12 @@ def drawn_together_mm(found: list[Run]) -> float:
     return most
 
 
-# --- what was said ------------------------------------------------------------------------------------------------
+# --- the outcome --------------------------------------------------------------------------------------------------
 
 
 @dataclass
 class Outcome:
-    """What was said of a scene, and what is so."""
+    """The verdict on a scene, and the truth about it."""
 
     number: int
     mold: str
@@ -477,8 +477,8 @@ class Outcome:
     scanner: str
     said: str
     held_mm: float  # ridge of the worst piece that is held
-    together_mm: float  # of the worst row of pieces, held or not
-    short_mm: float  # largest lack of length of a piece
+    together_mm: float  # ridge of the worst row of pieces, held or not
+    short_mm: float  # largest length by which a piece is too short
     loose: float  # share of the ply that stands more than 0.1 mm off the mold
     where: str
     reason: str
@@ -486,32 +486,32 @@ class Outcome:
 
     @property
     def false_cease(self) -> bool:
-        """Passed, though a fibre that is held has too much to spare."""
+        """Return whether the scene passed although a held fibre has too much excess."""
         return self.said == "cease" and self.held_mm > LIMIT_MM
 
     @property
     def shared_cease(self) -> bool:
-        """Passed, though a row of pieces together has too much to spare."""
+        """Return whether the scene passed although a row of pieces together has too much excess."""
         return self.said == "cease" and self.together_mm > LIMIT_MM + 0.02 and not self.false_cease
 
     @property
     def error(self) -> bool:
-        """Whether there is no verdict."""
+        """Return whether there is no verdict."""
         return self.said not in ("cease", "crease", "undecided", "invalid")
 
     @property
     def good(self) -> bool:
-        """Whether nothing comes near the limit, and most of the ply is laid."""
+        """Return whether nothing comes near the limit, and most of the ply is laid."""
         return self.together_mm < LIMIT_MM - NEAR_MM and self.loose < 0.2
 
     @property
     def false_alarm(self) -> bool:
-        """Good, and said to crease or refused."""
+        """Return whether the scene is good but was said to crease or was refused."""
         return self.good and self.said not in ("cease", "undecided")
 
 
 def look(number: int, seed: int) -> Outcome:
-    """Make a scene, inspect it, and hold the verdict against the truth."""
+    """Make a scene, inspect it, and compare the verdict with the truth."""
     scene = make(number, seed)
     size = np.ptp(scene.outline, axis=0)
     found = list(runs(scene.mold, scene.gap, scene.on, size, scene.angle_deg))
@@ -551,7 +551,7 @@ def look(number: int, seed: int) -> Outcome:
 
 
 def text(outcomes: list[Outcome], seed: int) -> str:
-    """Counts first, then every scene that should not be."""
+    """Return the text: counts first, then every scene with a wrong outcome."""
     good, creasing = [o for o in outcomes if o.good], [o for o in outcomes if o.held_mm > LIMIT_MM]
     head = (
         f"{len(outcomes)} scenes of a stranger's make (seed {seed}, debulk {debulk.__version__}); creasing is a true "
@@ -584,7 +584,7 @@ def text(outcomes: list[Outcome], seed: int) -> str:
 
 
 def main() -> None:
-    """Run the scenes, print the text, and write it where it is wanted."""
+    """Run the scenes, print the text, and write it to a file if asked to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)

@@ -16,12 +16,12 @@ COLOURS = ("#00775a", "#efb32c", "#d55e00", "#8b3f75", "#4a6fa5", "#8a3b12", "#0
 
 
 def said(outcome: Outcome) -> str:
-    """Outcome by its class: every exception but InputError is one."""
+    """Return the class of an outcome; all exceptions except InputError form one class."""
     return outcome.said if outcome.said in SAID else "other error"
 
 
 def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
-    """Counts first, then every mistake, then every case that should not be."""
+    """Return the text: counts first, then every mistake, then every case with a wrong outcome."""
     spoiled = [o for o in outcomes if o.mistake]
     good = [o for o in outcomes if o.good]
     unspoiled = [o for o in outcomes if not o.mistake]
@@ -76,7 +76,7 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
 
 
 def table(outcomes: list[Outcome]) -> dict[str, Counter[str]]:
-    """Counts of what was said, of right layups first, then of each mistake."""
+    """Return the counts of the verdicts, for right layups first, then for each mistake."""
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     for o in sorted(outcomes, key=lambda o: (o.mistake != "", o.mistake)):
         counts[o.mistake or ("right, all seen" if o.good else "right, not all seen")][said(o)] += 1
@@ -84,7 +84,7 @@ def table(outcomes: list[Outcome]) -> dict[str, Counter[str]]:
 
 
 def picture(outcomes: list[Outcome], path: Path) -> None:
-    """Left: what was said of each mistake. Right: the true ridge against the verdict, passed wrongly in red."""
+    """Draw the verdicts on each mistake (left) and the verdict over the true ridge, wrong passes in red (right)."""
     import matplotlib
 
     matplotlib.use("Agg")

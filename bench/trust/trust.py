@@ -1,9 +1,9 @@
 """How far a verdict can be trusted: python bench/trust/trust.py [--scenes 2000] [--seed 0] [--jobs 1] [--out FOLDER].
 
-Random scenes of both families of virtual layups, every second one spoiled by a random mistake, each inspected in a
-process of its own with limits on time and memory. Cases are added to a CSV under build/trust, named after the package's
-contents, so that a run that was ended goes on where it was, and never mixes two states of the code. trust.txt and
-trust.png are made from it at the end. `--case N` does one case and prints what became of it.
+The scenes are random virtual layups of both families, every second one spoiled by a random mistake. Each is inspected
+in a process of its own with limits on time and memory. The outcomes are added to a CSV under build/trust whose name
+depends on the package's contents, so that an interrupted run continues where it ended and never mixes two states of the
+code. trust.txt and trust.png are made from it at the end. `--case N` runs one case and prints its outcome.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from cases import Case, Outcome, draw, run
 
 import debulk
 
-CPU_LIMIT_S = 30  # making the layup and its truth takes 3 to 5 s of it, a right inspection 1 to 3
-WALL_LIMIT_S = 900  # a machine that others use may be slow, but not that slow
+CPU_LIMIT_S = 30  # making the layup and its truth takes 3 to 5 s of this, a right inspection 1 to 3
+WALL_LIMIT_S = 900  # even a machine that others use is not slower than this
 MEMORY_LIMIT = 8 << 30
 
 
 def work(number: int, seed: int, pixels: tuple[int, int], answer: Connection) -> None:
-    """Run a case within limits of time and memory; past that of CPU time the kernel ends this process."""
+    """Run a case within limits of time and memory; past the limit of CPU time the kernel ends this process."""
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_LIMIT_S, CPU_LIMIT_S + 5))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -48,7 +48,7 @@ def in_process(case: Case, pixels: tuple[int, int]) -> Outcome:
             return here.recv()
         process.kill()
         return _lost(case, "hang", f"more than {WALL_LIMIT_S} s")
-    except EOFError:  # it ended without an answer
+    except EOFError:  # the process ended without an answer
         process.join()
         if process.exitcode in (-signal.SIGXCPU, -signal.SIGKILL):
             return _lost(case, "hang", f"more than {CPU_LIMIT_S} s of CPU time")
@@ -82,7 +82,7 @@ def _lost(case: Case, said: str, reason: str) -> Outcome:
 
 
 def fingerprint() -> str:
-    """Eight digits that change with any file of the package."""
+    """Return eight digits that change with any file of the package."""
     folder = Path(debulk.__file__).parent
     digest = hashlib.sha256()
     for file in sorted(p for p in folder.rglob("*") if p.suffix in (".py", ".so")):
@@ -91,7 +91,7 @@ def fingerprint() -> str:
 
 
 def read(path: Path) -> list[Outcome]:
-    """Outcomes of a CSV that `write` began."""
+    """Return the outcomes in the CSV of an earlier run; none if there is no such file."""
     if not path.exists():
         return []
     kinds = {f.name: f.type for f in fields(Outcome)}

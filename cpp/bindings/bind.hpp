@@ -4,7 +4,7 @@
 
 namespace debulk {
 
-// One per room. module.cpp calls each with its submodule, in the order of the rooms.
+// One function per room (folder of cpp/debulk). module.cpp calls each with its submodule, in the order of the rooms.
 void bind_build(pybind11::module_ m);
 void bind_scanner(pybind11::module_ m);
 void bind_cloud(pybind11::module_ m);

@@ -37,7 +37,7 @@ std::map<std::string, std::string> versions() {
           {"compiler options", DEBULK_COMPILER_OPTIONS}};
 }
 
-// What the wide loops may choose from; the package itself asks for no more than x86-64-v2.
+// Returns the widest instruction set that the wide loops may use; the package itself requires no more than x86-64-v2.
 std::string instruction_set() {
 #if defined(__x86_64__)
   __builtin_cpu_init();

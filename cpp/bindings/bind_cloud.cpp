@@ -111,7 +111,7 @@ void bind_cloud(py::module_ m) {
       .def_property_readonly("step_mm", [](const QuietLimits& limits) { return limits.rounding.step; })
       .def_readonly("scatter_mm", &QuietLimits::scatter);
 
-  // Limits along each of (A, 3) axes, from squares by number.
+  // Limits along each of the (A, 3) axes.
   m.def(
       "quiet_limits",
       [](const CloudArray& scan, int step, const Array<int>& squares, const Array<float>& axes, int threads, const Stop& stop) {

@@ -12,11 +12,11 @@
 #include "debulk/files/point_summary.hpp"
 #include "debulk/files/text_points.hpp"
 
-// What debulk.formats needs: fast readers of points. Memory is taken by NumPy, which asks for large pages.
+// The fast readers of points that debulk.formats needs. NumPy allocates the memory, because it asks for large pages.
 namespace debulk {
 namespace {
 
-// Runs without the GIL; a FileFault becomes Python's, with the arguments (byte, problem).
+// Runs body without the GIL. A FileFault is rethrown as Python's exception `fault`, with the arguments (byte, problem).
 template <class Body>
 auto reading(const py::handle& fault, const Body& body) {
   try {
@@ -102,7 +102,7 @@ void bind_files(py::module_ m) {
         const TextLayout layout{columns, xyz, separator[0], comments};
         const TextPoints text = reading(fault, [&] { return TextPoints(file, begin, end, first_line, layout, threads); });
         const long rows = most_rows < 0 ? text.rows() : std::min(most_rows, text.rows());
-        if (most_rows > rows) return py::make_tuple(text.rows(), py::none(), py::none());  // nothing is read of too few
+        if (most_rows > rows) return py::make_tuple(text.rows(), py::none(), py::none());  // too few rows: nothing is read
         py::array_t<float> out = new_points(rows);
         float* const points = out.mutable_data();
         const PointSummary summary = reading(fault, [&] { return text.read(rows, factor, points); });

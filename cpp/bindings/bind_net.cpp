@@ -22,7 +22,7 @@ using Outline = std::vector<Eigen::Vector2d>;
 Outline outline_of(const std::optional<Array<double>>& corners, const char* argument) {
   if (!corners) return {};
   Outline out = points<2>(*corners, argument);
-  require(!out.empty(), argument, "at least 3 corners", "none");  // the core reads an empty outline as none given
+  require(!out.empty(), argument, "at least 3 corners", "none");  // because the core takes an empty outline to mean that none is given
   return out;
 }
 

@@ -28,7 +28,7 @@ py::array_t<double> rows(const Box& box) {
   return to_array<2>({box.low, box.high});
 }
 
-// A read-only view of a grid's values; `owner` keeps them alive.
+// Returns a read-only view of a grid's values; `owner` keeps them alive.
 template <class T>
 py::array_t<T> view(const Grid<T>& grid, const py::object& owner) {
   py::array_t<T> out({static_cast<py::ssize_t>(grid.ny), static_cast<py::ssize_t>(grid.nx)}, grid.values.data(), owner);
@@ -197,7 +197,7 @@ void bind_pocket(py::module_ m) {
   m.def("segment", &segment_arrays, py::arg("heights"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"),
         py::arg("measured").none(true), py::arg("before_median").none(true), py::arg("threads"), py::arg("stop"));
 
-  // Of the front end's last scan.
+  // Works on the front end's last scan.
   m.def(
       "find_unseen", [](const FrontEnd& front, const UnseenOptions& options) { return find_unseen(front.overview(), options); },
       py::arg("front"), py::arg("options"), py::call_guard<py::gil_scoped_release>());

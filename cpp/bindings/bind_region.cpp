@@ -22,7 +22,7 @@ const std::uint8_t* mask_of(const std::optional<Array<std::uint8_t>>& mask, cons
   return mask->data();
 }
 
-// Binds a search of the raw scan that ends with what `listed` makes of its findings, and whether it gave up.
+// Binds a search of the raw scan. Its result is `listed` applied to the findings, and whether the search gave up.
 template <class Found, class Options, class Listed>
 void def_search(py::class_<WrinkleFinder>& finder, const char* name,
                 Found (WrinkleFinder::*search)(const CloudView&, const std::uint8_t*, double, const Options&, const Stop&) const,
@@ -80,7 +80,8 @@ void bind_region(py::module_ m) {
             return front.run(cloud, masked, stop);
           },
           py::arg("scan"), py::arg("mask").none(true), py::arg("stop"))
-      // The regions' segmentations and feet. Their memory is used again by the first run that begins when nobody holds them.
+      // The regions' segmentations and feet. Their memory is reused by the first run that begins when nobody holds them
+      // any more.
       .def("regions",
            [](const RegionFront& front) {
              py::list out;
@@ -91,7 +92,7 @@ void bind_region(py::module_ m) {
              }
              return out;
            })
-      // Heights at a glance, as (values, origin, spacing), and what was not seen.
+      // The overview: heights as (values, origin, spacing), and the areas that were not seen.
       .def(
           "overview",
           [](const RegionFront& front, const UnseenOptions& options) {
@@ -152,19 +153,19 @@ void bind_region(py::module_ m) {
                return std::make_unique<WrinkleFinder>(std::move(reference), *fitted_to, motion, outline, threads);
              }),
              py::arg("reference"), py::arg("seen"), py::arg("mold_from_scanner"), py::arg("ply_outline"), py::arg("threads"));
-  // Each wrinkle's crest with its height and its width; and whether the search gave up.
+  // Returns each wrinkle's crest with its height and width, and whether the search gave up.
   def_search(finder, "find", &WrinkleFinder::find, [](const StandingWrinkles& found) {
     py::list wrinkles;
     for (const StandingWrinkle& one : found.wrinkles) wrinkles.append(py::make_tuple(to_array(one.along), one.height, one.width));
     return wrinkles;
   });
-  // Each bump's x, y, height, width and length; and whether the search gave up.
+  // Returns each bump's x, y, height, width and length, and whether the search gave up.
   def_search(finder, "find_bumps", &WrinkleFinder::find_bumps, [](const NarrowBumps& found) {
     std::vector<std::array<double, 5>> bumps;
     for (const NarrowBump& one : found.bumps) bumps.push_back({one.top.x(), one.top.y(), one.height, one.width, one.length});
     return bumps;
   });
-  // Each one's x, y, height and width.
+  // Returns each rider's x, y, height and width.
   m.def(
       "riders",
       [](const CloudArray& points, double pitch_mm, const FootMap& feet, const Foot& foot, const Surface& reference, const Stop& stop) {

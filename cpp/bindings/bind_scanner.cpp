@@ -16,7 +16,8 @@ namespace {
 
 using Plane = py::array_t<float, py::array::c_style>;
 
-// Where a map is to be written, or null for None. Nothing is converted: the caller's own memory is meant.
+// Returns the memory into which a map is to be written, or null for None. The array is not converted, because the map
+// must go into the caller's own memory.
 template <class T>
 T* target(const py::object& a, const std::vector<py::ssize_t>& shape, const char* name) {
   if (a.is_none()) return nullptr;
@@ -31,7 +32,7 @@ const float* source(const py::object& a, int height, int width, const char* name
   return target<float>(a, {height, width}, name);
 }
 
-// The images of one camera, in one list; their memory belongs to Python.
+// The images of one camera in one list; their memory belongs to Python.
 template <class T>
 struct Images {
   ImageStack<T> stack;
@@ -50,7 +51,8 @@ struct Images {
   }
 };
 
-// Of 2 (SSE4), 3 (AVX2) and 4 (AVX-512) the widest allowed and present: tests hold them against each other.
+// Returns the widest instruction set that is both allowed and present: 2 (SSE4), 3 (AVX2) or 4 (AVX-512). Tests compare
+// their results.
 Isa widest_isa(int widest) {
   return std::min(best_isa(), widest <= 2 ? Isa::base : widest == 3 ? Isa::v3 : Isa::v4);
 }
@@ -91,7 +93,7 @@ py::dict decode_into(const std::vector<py::array>& images, int exposures, const 
   return result;
 }
 
-// (phase, noise or None, map_x or None, map_y or None)
+// parts: (phase, noise or None, map_x or None, map_y or None)
 PhaseView view_of(const py::tuple& parts, const char* name) {
   require(parts.size() == 4, name, "phase, noise, map_x and map_y", parts.size());
   PhaseView view;

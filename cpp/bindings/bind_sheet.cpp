@@ -71,7 +71,7 @@ void bind_minimiser(py::module_ m) {
 
   py::class_<Minimiser>(m, "Minimiser")
       .def(py::init([](std::shared_ptr<Sheet> sheet) {
-             // Only here: a call_guard would leave pybind11 without the GIL while it registers the new instance.
+             // The GIL is released only here: with a call_guard, pybind11 would register the instance without it.
              const py::gil_scoped_release release;
              return std::make_unique<Minimiser>(std::move(sheet));
            }),

@@ -26,7 +26,7 @@ py::array_t<double> pair(const Eigen::Vector2d& v) {
   return py::array_t<double>(2, v.data());
 }
 
-// Samples at (M, 2) points; one that is not inside is refused by name.
+// Samples the surface at (M, 2) points; throws InputError for a point that is not inside.
 std::vector<SurfaceSample> samples(const Reference& surface, const Array<double>& xy) {
   const std::vector<Eigen::Vector2d> at = points<2>(xy, "xy");
   py::gil_scoped_release release;
@@ -47,7 +47,7 @@ std::vector<SurfaceSample> samples(const Reference& surface, const Array<double>
   return out;
 }
 
-// `count` numbers of each sample as an array (M, ...).
+// Returns `count` numbers per sample as an array (M, ...).
 template <class Write>
 py::array_t<double> collect(const std::vector<SurfaceSample>& all, std::size_t count, std::vector<py::ssize_t> item, const Write& write) {
   std::vector<double> values(all.size() * count);
@@ -64,7 +64,7 @@ HeightMapOptions options(double spacing, double hole_diameter, double jump_ratio
   return out;
 }
 
-// A height map against either kind of reference, as (heights, measured, origin, spacing).
+// Returns a height map relative to either kind of reference, as (heights, measured, origin, spacing).
 template <class Base>
 py::tuple map_heights(const CloudArray& scan, const Base& reference, const HeightMapOptions& opts, int threads, const Stop& stop) {
   const CloudView cloud = cloud_view(scan, "scan");
@@ -78,7 +78,7 @@ py::tuple map_heights(const CloudArray& scan, const Base& reference, const Heigh
   return py::make_tuple(grid_values(std::move(map.heights)), grid_values(std::move(map.measured)), pair(origin), spacing);
 }
 
-// A read-only view into an object that lives on.
+// Returns a read-only view of values in an object; `owner` keeps it alive.
 template <class T>
 py::array_t<T> view_of(const T* values, int rows, int columns, const py::object& owner) {
   py::array_t<T> out({static_cast<py::ssize_t>(rows), static_cast<py::ssize_t>(columns)}, values, owner);
@@ -86,7 +86,7 @@ py::array_t<T> view_of(const T* values, int rows, int columns, const py::object&
   return out;
 }
 
-// The rectangle of the grid under a measured surface.
+// Returns the rectangle of the grid under a measured surface.
 py::array_t<double> extent(const Reference& surface) {
   const Grid<double>& g = surface.heights();
   const double x = g.nx - 1, y = g.ny - 1;
@@ -307,7 +307,7 @@ void bind_surface(py::module_ m) {
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("threads"), py::arg("stop"));
 
-  // The heights with those that are marked replaced by a plate; none where the others do not determine one.
+  // Returns the heights with the marked ones replaced by those of a bent plate; None if the others do not determine it.
   m.def(
       "bridged",
       [](const Array<float>& values, const Array<std::uint8_t>& unknown, double levelling, const Stop& stop) -> py::object {

@@ -10,14 +10,14 @@
 
 namespace debulk {
 
-// A cloud from Python: C-contiguous float32, so that nothing is copied.
+// A cloud from Python. A C-contiguous float32 array is used without a copy.
 using CloudArray = Array<float>;
 
 inline std::vector<py::ssize_t> shape(const py::array& a) {
   return {a.shape(), a.shape() + a.ndim()};
 }
 
-// (H, W, 3) is organised, (N, 3) is not.
+// An (H, W, 3) array is an organised cloud, an (N, 3) array is not.
 inline CloudView cloud_view(const CloudArray& a, const char* name) {
   const bool fits = (a.ndim() == 3 && a.shape(2) == 3) || (a.ndim() == 2 && a.shape(1) == 3);
   require(fits, name, "an (H, W, 3) or (N, 3) array of points", shape_of(a));
@@ -26,7 +26,7 @@ inline CloudView cloud_view(const CloudArray& a, const char* name) {
   return {a.data(), static_cast<int>(organised ? a.shape(1) : a.shape(0)), organised ? static_cast<int>(a.shape(0)) : 1};
 }
 
-// A rigid motion, x_mold = T x_scanner.
+// Reads a rigid motion, x_mold = T x_scanner.
 inline Eigen::Matrix4d pose_of(const Array<double>& a) {
   require(a.ndim() == 2 && a.shape(0) == 4 && a.shape(1) == 4, "mold_from_scanner", "a (4, 4) array", shape_of(a));
   return Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(a.data());

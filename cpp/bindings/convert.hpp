@@ -13,7 +13,8 @@
 #include "debulk/core/error.hpp"
 #include "debulk/core/grid.hpp"
 
-// Between NumPy arrays and the core's types. Shapes are checked here, once, with the argument's name in the message.
+// Conversions between NumPy arrays and the core's types. Shapes are checked here, once, with the argument's name in the
+// message.
 namespace debulk {
 
 namespace py = pybind11;
@@ -27,7 +28,7 @@ inline std::string shape_of(const py::array& a) {
   return "shape " + text + (a.ndim() == 1 ? ",)" : ")");
 }
 
-// Rows of an (N, K) array as fixed-size Eigen vectors: points<3>(nodes, "nodes_mm").
+// Returns the rows of an (N, K) array as fixed-size Eigen vectors, as in points<3>(nodes, "nodes_mm").
 template <int K>
 std::vector<Eigen::Matrix<double, K, 1>> points(const Array<double>& a, const char* name) {
   const std::string expected = "an (N, " + std::to_string(K) + ") array";
@@ -44,7 +45,7 @@ py::array_t<double> to_array(const std::vector<Eigen::Matrix<double, K, 1>>& row
   return out;
 }
 
-// Takes the vector over: no copy.
+// Takes over the vector's memory without a copy.
 template <class T>
 py::array_t<T> to_array(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
   auto owned = std::make_unique<std::vector<T>>(std::move(values));

@@ -8,7 +8,7 @@
 
 namespace debulk {
 
-// Heights that a reference was fitted to: values, origin, spacing.
+// The heights to which a reference was fitted: values, origin, spacing.
 using SeenArray = std::tuple<Array<float>, std::array<double, 2>, double>;
 
 inline std::optional<Grid<float>> seen_grid(const std::optional<SeenArray>& seen) {

@@ -18,8 +18,8 @@ struct Rows {
   double y(int j) const { return low + (j + 0.5) * height; }
 };
 
-// Where each row crosses the polygon's sides, ascending: inside between the first and second, ... Every side is looked at once, for
-// the few rows that it may cross.
+// Returns the x at which each row crosses the polygon's sides, ascending: a point is inside between the first and the
+// second, the third and the fourth, and so on. Every side is visited once, for the few rows that it may cross.
 std::vector<std::vector<double>> crossings(const Polygon& polygon, const Rows& rows) {
   std::vector<std::vector<double>> x(static_cast<std::size_t>(rows.count));
   const auto row_near = [&](double y) { return static_cast<int>(std::clamp((y - rows.low) / rows.height, -2.0, rows.count + 2.0)); };
@@ -51,13 +51,14 @@ double surface_area(const Surface& surface, const Polygon& outline, const Polygo
   const Polygon polygon = checked_polygon(outline, "outline_mm");
   const Box box = bounding_box(polygon);
   Polygon ply = ply_outline.empty() ? Polygon() : checked_polygon(ply_outline, "ply_outline");
-  if (!may_cut(ply, box) && inside(ply, box.low)) ply.clear();  // every point is on it
+  if (!may_cut(ply, box) && inside(ply, box.low)) ply.clear();  // every point of the box is on the ply
   const double projected = polygon_area(polygon);
   const double pitch = std::sqrt(projected / kPoints);
   const int count = std::max(1, static_cast<int>(std::ceil((box.high.y() - box.low.y()) / pitch)));
   const Rows rows{box.low.y(), (box.high.y() - box.low.y()) / count, count};
   const std::vector<std::vector<double>> sides = crossings(polygon, rows), edges = crossings(ply, rows);
-  // The mean stretch over the points times the projected area: the outline's own discretisation drops out.
+  // The result is the mean stretch over the points times the projected area, so that the outline's own discretisation
+  // cancels.
   double stretched = 0, seen = 0;
   std::vector<double> at, widths;
   for (int j = 0; j < count; ++j) {
@@ -69,7 +70,8 @@ double surface_area(const Surface& surface, const Polygon& outline, const Polygo
       seen += cells * width;
       for (int i = 0; i < cells; ++i) {
         const double p = x[k] + (i + 0.5) * width;
-        const bool on_ply = (edge.end() - std::upper_bound(edge.begin(), edge.end(), p)) % 2 == 1;  // that many lie beyond it
+        const bool on_ply =
+            (edge.end() - std::upper_bound(edge.begin(), edge.end(), p)) % 2 == 1;  // an odd number of the ply's sides lies beyond p
         if (ply.empty() || on_ply) at.push_back(p), widths.push_back(width);
       }
     }

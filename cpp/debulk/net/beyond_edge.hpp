@@ -10,7 +10,7 @@ namespace debulk {
 // cliff down shear all cells that are laid from them, and some cannot be laid at all.
 class BeyondEdge : public Surface {
  public:
-  // Both are kept by reference.
+  // Both arguments are kept by reference.
   BeyondEdge(const Surface& surface, const OutlineSearch& ply_edge) : surface_(surface), edge_(ply_edge) {}
 
   SurfaceSample sample(const Eigen::Vector2d& xy) const override {

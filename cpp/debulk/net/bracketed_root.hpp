@@ -5,13 +5,13 @@
 
 namespace debulk {
 
-// A root of f in [a, b], where fa = f(a) and fb = f(b) have opposite signs (or one is 0): false position with the Illinois
-// rule, every eighth step a bisection. Ends when |f| <= tolerance or when the bracket cannot shrink; returns the point with
-// the smallest |f| seen.
+// Finds a root of f in [a, b], where fa = f(a) and fb = f(b) have opposite signs (or one is 0), by false position with
+// the Illinois rule; every eighth step is a bisection. It ends when |f| <= tolerance or when the bracket cannot shrink,
+// and returns the point with the smallest |f| seen.
 template <class Function>
 double bracketed_root(const Function& f, double a, double fa, double b, double fb, double tolerance) {
   if (fa == 0) return a;
-  double kept = 0;  // the end that stayed: -1 = a, +1 = b
+  double kept = 0;  // the end that the last step kept: -1 = a, +1 = b
   double best = std::abs(fa) < std::abs(fb) ? a : b, best_value = std::min(std::abs(fa), std::abs(fb));
   for (int step = 0; step < 100 && best_value > tolerance; ++step) {
     double x = (a * fb - b * fa) / (fb - fa);

@@ -23,7 +23,7 @@ Drape::Drape(const Surface& surface, const Vector2d& seed, const FibreAngles& an
           "(" + std::to_string(seed.x()) + ", " + std::to_string(seed.y()) + ")");
   const Lattice lattice = lay_net(surface, seed, angles, spacing, fibre_parallelogram(ply, seed, angles, 2 * spacing), options);
 
-  // A cell's corner may lie a diagonal, at most two segments, from the points in it.
+  // A cell's corner may lie as far as a diagonal, at most two segments, from the points in the cell.
   const auto covers = [&](const Vector2d& p) {
     if (((p - box.low).array() < -2 * spacing).any() || ((p - box.high).array() > 2 * spacing).any()) return false;
     return inside(ply, p) || distance_to_outline(ply, p) <= 2 * spacing;
@@ -65,7 +65,8 @@ std::optional<FibreAngles> Drape::fibre_angles(const Vector2d& xy) const {
 }
 
 std::optional<FibreAngles> Drape::angles_in(const Cell& cell, const Vector2d& xy) const {
-  // The cell seen from above is p + u a + v b + u v d. Newton from its middle for (u, v): a convex cell has one solution.
+  // The cell seen from above is p + u a + v b + u v d. Solve for (u, v) by Newton's method from its middle; a convex
+  // cell has one solution.
   const Vector2d p = net_.nodes[cell[0]].head<2>();
   const Vector2d a = net_.nodes[cell[1]].head<2>() - p, b = net_.nodes[cell[2]].head<2>() - p;
   const Vector2d d = net_.nodes[cell[3]].head<2>() - p - a - b;
@@ -82,7 +83,7 @@ std::optional<FibreAngles> Drape::angles_in(const Cell& cell, const Vector2d& xy
     v += dv;
     if (std::max(std::abs(du), std::abs(dv)) < 1e-13) break;
   }
-  constexpr double slack = 1e-9;  // a point on a side belongs to the cells on both
+  constexpr double slack = 1e-9;  // a point on a side belongs to the cells on both sides of it
   if (!(u >= -slack && u <= 1 + slack && v >= -slack && v <= 1 + slack)) return std::nullopt;
   first = a + v * d;
   second = b + u * d;

@@ -33,23 +33,23 @@ bool lies_on(const Surface& mold, const Eigen::Vector3d& node, double tol) {
   return std::abs(node.z() - mold.height(node.head<2>())) <= tol;
 }
 
-// What trimming knows about one lattice place.
+// The trimming's record of one lattice place.
 struct Place {
   bool kept = false;
   bool past_edge = false;  // outside the ply
-  bool inside = false;     // the perimeter
+  bool inside = false;     // inside the perimeter
 };
 
-// The same of the place (i, j).
+// The record of the place (i, j).
 struct Found {
   int i, j;
   Place place;
 };
 
-// Which places of an endless lattice were seen, from its middle on.
+// Marks of the places that were seen on an unbounded lattice; its memory grows from the middle outwards.
 class Marks {
  public:
-  // Whether it was not yet.
+  // Marks a place; returns whether it was not marked yet.
   bool add(int i, int j) {
     while (std::max(std::abs(i), std::abs(j)) > reach_) widen();
     std::uint8_t& mark = marks_[index(i, j, reach_)];
@@ -77,7 +77,7 @@ class Marks {
 // Lays and trims one pocket's net at any spacing.
 class PocketMesher {
  public:
-  // spacing: an estimate of those at which nets will be laid.
+  // spacing: an estimate of the spacings at which nets will be laid.
   PocketMesher(const Surface& ply, const Surface& mold, const PocketShape& shape, const FibreNetOptions& options, double spacing)
       : ply_(ply),
         mold_(mold),
@@ -137,7 +137,8 @@ class PocketMesher {
     return place;
   }
 
-  // The nodes that are kept and connected to the centre, and their neighbours: nothing else is laid but what those hang on.
+  // Lays and returns the kept nodes that are connected to the centre, and their neighbours. Besides these, only the
+  // nodes from which they are laid are laid.
   std::vector<Found> spread(NetLayer& layer, double spacing) const {
     std::vector<Found> found{{0, 0, place_of(shape_.centre, spacing)}};
     Marks seen;
@@ -153,8 +154,8 @@ class PocketMesher {
     return found;
   }
 
-  // Whether the fibre through (i, j) ends at the ply's edge: its next node lies past it or, where none could be laid, the
-  // edge is within a segment's reach.
+  // Whether a fibre through (i, j) ends at the ply's edge: its next node lies past the edge or, if no next node could
+  // be laid, the edge is within one segment's length.
   bool ends_at_edge(const Lattice& lattice, const std::vector<Place>& places, int i, int j) const {
     bool unlaid = false;
     for (const auto& step : kSteps) {
@@ -195,7 +196,8 @@ class PocketMesher {
     }
   }
 
-  // A thin skirt of the foot may be narrower than a cell: there the net ends inside the perimeter, on the mold all the same.
+  // The thin margin of a foot may be narrower than a cell. There the net ends inside the perimeter, but still on the
+  // mold.
   void fix_ends_on_mold(const Lattice& lattice, const std::vector<Place>& places, std::vector<NodeKind>& kinds) const {
     for_kept(lattice, places, [&](int i, int j, std::size_t k) {
       if (kinds[k] != NodeKind::inner) return;
@@ -232,16 +234,17 @@ class PocketMesher {
   FibreRays rays_;
 };
 
-// Spacing at which outline and band (area A + L d + pi d^2) hold `count` cells of d^2 sin(crossing).
+// Returns the spacing d at which outline and band (area A + L d + pi d^2) hold `count` cells of d^2 sin(crossing).
 double estimated_spacing(double area, double perimeter, double crossing_sine, double count) {
   const double pi = std::acos(-1.0);
   const double a = std::max(count * crossing_sine - pi, 0.25 * count * crossing_sine);
   return (perimeter + std::sqrt(perimeter * perimeter + 4 * a * area)) / (2 * a);
 }
 
-// The number of nodes falls with the spacing, but in steps and not always. So: scale the estimate until the count is within
-// 3 % of the target (the spacing then follows the outline's size smoothly, whatever the noise on it); once both sides of the
-// target are known, bisect between them; in the end take the best seen.
+// Lays a net of about `target` nodes. The number of nodes falls with the spacing, but in steps and not always. So the
+// estimate is scaled until the count is within 3 % of the target; the spacing then follows the outline's size smoothly,
+// whatever the noise on it. Once spacings on both sides of the target are known, the search bisects between them. The
+// best net seen is returned.
 PocketNet net_with_about(PocketMesher& mesher, double target, double estimate, const Stop& stop) {
   const double near_enough = std::max(1.0, 0.03 * target);
   double too_fine = 0, too_coarse = std::numeric_limits<double>::infinity(), spacing = estimate;
@@ -257,7 +260,7 @@ PocketNet net_with_about(PocketMesher& mesher, double target, double estimate, c
       best = std::move(net);
     }
     if (best_error <= near_enough || too_coarse <= too_fine * (1 + 1e-6)) break;
-    // Nodes go with the spacing to the power of -2 (wide) to -1 (narrow).
+    // The number of nodes varies as the spacing to the power of -2 (wide outline) to -1 (narrow outline).
     const double scaled = spacing * std::clamp(std::pow(count / target, 0.6), 0.5, 2.0);
     const bool bracketed = too_fine > 0 && std::isfinite(too_coarse);
     spacing = bracketed && !(scaled > too_fine && scaled < too_coarse && trial < 6) ? std::sqrt(too_fine * too_coarse) : scaled;
@@ -265,8 +268,9 @@ PocketNet net_with_about(PocketMesher& mesher, double target, double estimate, c
   return best;
 }
 
-// A foot may be many times as large as what stands above the cut: then the target leaves a node or two inside the outline that
-// decides. So: finer, until there are enough, as long as the net does not grow beyond most_growth times the target.
+// A foot may be many times as large as the area above the cut; then the target leaves only a node or two inside the
+// outline that decides. So the net is laid finer until there are enough nodes inside, as long as it does not grow
+// beyond most_growth times the target.
 PocketNet with_enough_inside(PocketMesher& mesher, PocketNet net, double target, const Stop& stop) {
   constexpr double most_growth = 3;
   for (int trial = 0; trial < 8; ++trial) {
@@ -279,12 +283,12 @@ PocketNet with_enough_inside(PocketMesher& mesher, PocketNet net, double target,
   return net;
 }
 
-// At half the spacing, where that closes the rim; else empty.
+// Returns the net at half the spacing if its rim closes and no node is free; else an empty net.
 Net finer_net(PocketMesher& mesher, double spacing, const Stop& stop) {
   try {
     PocketNet finer = mesher.net(spacing / 2, stop);
     if (finer.open_ends.empty() && finer.held_all_round()) return std::move(finer.net);
-  } catch (const InputError&) {  // none can be laid at that spacing: the one at hand is what there is
+  } catch (const InputError&) {  // no net can be laid at that spacing, so there is no finer net
   }
   return {};
 }

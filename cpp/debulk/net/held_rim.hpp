@@ -4,9 +4,10 @@
 
 namespace debulk {
 
-// The net as most friction would have it at the ply's edge: a free node on the mold, past which a fibre goes on for more than a
-// spacing, is fixed, and each other one grips over that way, where it is longer than the nearest. Only where the ply itself ends with
-// the net does it slip. The net as laid is the other end of the range (docs/model.md, section 3).
+// Returns the net with the most friction that is possible at the ply's edge. A free node on the mold is fixed if a
+// fibre continues past it for more than a spacing. Any other free node grips over the distance along that fibre to the
+// edge, where this is longer than its nearest distance to the edge. So the ply slips only where it ends together with
+// the net. The net as laid is the other end of the range (docs/model.md, section 3).
 PocketNet with_rim_held(const PocketNet& laid);
 
 }  // namespace debulk

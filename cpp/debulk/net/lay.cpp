@@ -18,8 +18,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
-constexpr double kLeastCrossing = 10 * kDegree;  // of the two fibres at the centre
-constexpr double kLeastOpening = 2 * kDegree;    // of a cell: nearer to closing the net is locked
+constexpr double kLeastCrossing = 10 * kDegree;  // least angle between the two fibres at the centre
+constexpr double kLeastOpening = 2 * kDegree;    // of a cell: one that is closer to closing is locked
 
 double cross(const Vector3d& u, const Vector3d& v) {
   return u.x() * v.y() - u.y() * v.x();
@@ -47,9 +47,10 @@ void LayOptions::check() const {
 }
 
 std::optional<Vector3d> fourth_node(const Surface& surface, const Vector3d& common, const Vector3d& a, const Vector3d& b, double spacing) {
-  // Points at the distance from both lie on a circle about the chord's middle, and `common` is one of them. At angle phi from
-  // the point opposite to it (the parallelogram's), upwards positive, look for the nearest place where the circle meets the
-  // surface. One unknown in place of (x, y), with the lengths exact by construction.
+  // The points at distance `spacing` from both a and b lie on a circle about the chord's middle, and `common` is one of
+  // them. Let phi be the angle on the circle, upwards positive, from the point opposite to `common`, which would
+  // complete a parallelogram. We look for the point nearest to phi = 0 where the circle meets the surface. This has one
+  // unknown instead of (x, y), and the lengths are exact by construction.
   const Vector3d chord = b - a;
   const double opening = 2 * std::asin(std::min(1.0, chord.norm() / (2 * spacing)));
   if (!(opening >= kLeastOpening && opening <= 180 * kDegree - kLeastOpening)) return std::nullopt;
@@ -63,7 +64,7 @@ std::optional<Vector3d> fourth_node(const Surface& surface, const Vector3d& comm
   struct {
     double phi, height;
     Vector3d point;
-  } last;  // where the gap was taken last
+  } last;  // the point at which the gap was last evaluated
   const auto gap = [&](double phi) {
     const Vector3d p = on_circle(phi);
     last = {phi, surface.height(p.head<2>()), p};
@@ -109,7 +110,7 @@ NetLayer::NetLayer(const Surface& surface, FibreRays& rays, const FibreAngles& a
   states_.push_back(State::laid);
 }
 
-// Twice as much at least each time.
+// Extends the lattice to hold (i, j), each time at least to twice its size.
 void NetLayer::make_room(int i, int j) {
   if (within(i, j)) return;
   Lattice wider = lattice_;
@@ -139,9 +140,9 @@ const Vector3d* NetLayer::on_path(int i, int j) {
   return paths_[j == 0 ? (i > 0 ? east : west) : (j > 0 ? north : south)].node(number);
 }
 
-// The node is unknown, and what it needs is not.
+// Lays a node whose state is unknown; the nodes that it needs have been laid.
 void NetLayer::lay(int i, int j) {
-  const bool along_fibre = i == 0 || j == 0;  // which takes a hundred times as long
+  const bool along_fibre = i == 0 || j == 0;  // a node on an initial path takes a hundred times as long
   if ((along_fibre || ++laid_ % 64 == 0) && options_.stop.now()) throw Stopped("the laying of a net was stopped");
   State& state = states_[lattice_.index(i, j)];
   state = State::none;
@@ -228,7 +229,7 @@ NetDomain fibre_parallelogram(const std::vector<Vector2d>& outline, const Vector
   Eigen::Matrix2d along;
   along << std::cos(angles[0]), std::cos(angles[1]), std::sin(angles[0]), std::sin(angles[1]);
   const Eigen::Matrix2d to_fibres = along.inverse();
-  Vector2d low = Vector2d::Zero(), high = Vector2d::Zero();  // the centre belongs to it
+  Vector2d low = Vector2d::Zero(), high = Vector2d::Zero();  // the centre belongs to the parallelogram
   for (const Vector2d& p : outline) {
     const Vector2d q = to_fibres * (p - centre);
     low = low.cwiseMin(q);

@@ -14,11 +14,12 @@
 
 namespace debulk {
 
-// Directions of the two fibres, radians, counter-clockwise from the mold's +x, projected along z into the tangent plane.
+// Directions of the two fibres as seen along z, radians, counter-clockwise from the mold's +x. The fibres lie in the
+// tangent plane.
 using FibreAngles = std::array<double, 2>;
 
-// A net as it is laid: nodes on the lattice of steps (i, j) along the first and second fibre, west <= i <= east and
-// south <= j <= north; (0, 0) is the centre. A node that could not be laid is NaN.
+// A net as it is laid: nodes on the lattice of steps (i, j) along the first and second fibre, with west <= i <= east
+// and south <= j <= north; (0, 0) is the centre. A node that could not be laid is NaN.
 struct Lattice {
   int west = 0, east = 0, south = 0, north = 0;
   double spacing = 0.0;                // mm
@@ -33,27 +34,28 @@ struct Lattice {
 
 struct LayOptions {
   PathRule paths = PathRule::geodesic;
-  // A spacing that needs more is refused.
+  // A spacing that needs more than these numbers is refused with InputError.
   long longest_path = 20000;  // nodes, from the centre
   long most_nodes = 4000000;  // lattice places
-  Stop stop;                  // raised: Stopped is thrown
+  Stop stop;                  // Stopped is thrown when it is raised
 
   void check() const;
 };
 
-// The four initial paths from a centre, by Direction; `step` as of FibreRay.
+// The four initial paths from a centre, indexed by Direction; `step` as in FibreRay.
 using FibreRays = std::array<FibreRay, 4>;
 FibreRays fibre_rays(const Surface& surface, const Eigen::Vector2d& centre, const FibreAngles& angles, double step, PathRule rule);
 
-// Lays the nodes of a net as they are asked for, each from its two neighbours towards the initial paths, as lay_net() says: which
-// others were asked for before makes no difference.
+// Lays the nodes of a net as they are asked for, each from its two neighbours towards the initial paths, by the rules
+// of lay_net(). A node does not depend on which other nodes were asked for before.
 class NetLayer {
  public:
-  // The rays are those of this centre and these angles; they, the surface and the region are kept by reference.
+  // The rays must start from the net's centre, at these angles. The rays, the surface and the region are kept by
+  // reference.
   NetLayer(const Surface& surface, FibreRays& rays, const FibreAngles& angles, double spacing, const NetDomain& region,
            const LayOptions& options);
 
-  const Eigen::Vector3d* at(int i, int j);  // none where no node can be laid; valid until the next call
+  const Eigen::Vector3d* at(int i, int j);  // null where no node can be laid; valid until the next call
   // All nodes laid so far.
   Lattice lattice() const;
 
@@ -69,7 +71,7 @@ class NetLayer {
   const Surface& surface_;
   const NetDomain& region_;
   LayOptions options_;
-  double turn_;  // its sign: which way round the two fibres cross, seen from above
+  double turn_;  // its sign shows in which sense the two fibres cross, seen from above
   std::array<RayNodes, 4> paths_;
   Lattice lattice_;
   std::vector<State> states_;
@@ -77,26 +79,29 @@ class NetLayer {
   long laid_ = 0;
 };
 
-// Lays a net from `centre`: the two initial paths, then each quadrant's nodes from their two neighbours towards the paths.
-// A path ends at the region's border; a cell whose last node is outside the region, or that shears beyond what a pin-jointed
-// net can (2 degrees from closing) or would fold over, does not exist, and neither do the cells that would continue it.
-// Every segment is `spacing` long (to about 1e-13 of it), every node on the surface.
+// Lays a net from `centre`: first the two initial paths, then each quadrant's nodes from their two neighbours towards
+// the paths. A path ends at the region's border. A cell is left out if its last node is outside the region, if it
+// shears beyond what a pin-jointed net can (2 degrees from closing) or if it would fold over; so are the cells that
+// would continue it. Every segment is `spacing` long (to about 1e-13 of it), and every node is on the surface. Throws
+// InputError and Stopped.
 Lattice lay_net(const Surface& surface, const Eigen::Vector2d& centre, const FibreAngles& angles, double spacing, const NetDomain& region,
                 const LayOptions& options = {});
 
-// The point of the surface at distance `spacing` from a and b that is not `common`, itself at that distance from both:
-// the fourth corner of the cell common - a - x - b. Nothing where the cell is locked or the surface is not met.
+// Returns the fourth corner x of the cell common - a - x - b: the point of the surface at distance `spacing` from a and
+// b other than `common`, which is also at that distance from both. Returns nullopt if the cell is locked or no such
+// point of the surface is found.
 std::optional<Eigen::Vector3d> fourth_node(const Surface& surface, const Eigen::Vector3d& common, const Eigen::Vector3d& a,
                                            const Eigen::Vector3d& b, double spacing);
 
-// The smallest parallelogram along the fibres (seen from above) about the outline, wider by `margin` on each side and by a
-// quarter of its extent, because fibres on a curved surface do not stay parallel. A net laid in it covers the outline: a
-// node needs every node between itself and the paths, inside the outline or not.
+// Returns the smallest parallelogram along the fibres (seen from above) that contains the outline, enlarged by `margin`
+// on each side and by a quarter of its extent, because fibres on a curved surface do not stay parallel. A net laid in
+// it covers the outline: a node needs every node between itself and the paths, whether inside the outline or not.
 NetDomain fibre_parallelogram(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector2d& centre, const FibreAngles& angles,
                               double margin);
 
-// The kept nodes of a lattice as a net with its segments (kinds inner, no node inside), numbered row by row along one fibre:
-// the first or the second, whichever gives the smaller bandwidth (a tie: the first). keep: one per lattice place.
+// Returns the kept nodes of a lattice as a net with its segments (all kinds are inner, no node is marked inside). The
+// nodes are numbered row by row along the first or the second fibre, whichever gives the smaller bandwidth (the first
+// if they are equal). keep: one value per lattice place.
 Net number_nodes(const Lattice& lattice, const std::vector<std::uint8_t>& keep);
 
 }  // namespace debulk

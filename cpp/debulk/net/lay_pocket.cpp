@@ -14,26 +14,28 @@
 namespace debulk {
 namespace {
 
-// The net reaches one spacing past the perimeter. At the ply's edge what stands up there goes on this much further, mm.
+// The net reaches one spacing past the perimeter. At the ply's edge the patch continues this much further, mm.
 constexpr double kMarginBeyondNet = 10.0;
 
-// Points of 0 round what stands up: the spline through it forgets by a factor of 4 per grid spacing, and ends below 1e-9 of it.
+// Width in grid points of the border of zeros round the bump: the spline's response decays by a factor of 4 per grid
+// spacing, to below 1e-9 of the bump at the border's end.
 constexpr int kBorder = 16;
 
 // The foot contour lies where the ply is mold_tol above the mold. The spline through the patch may stand a little higher
 // there, and a band node on it must still count as lying on the mold.
 constexpr double kMoldTolAtFoot = 1.25;
 
-// An upper estimate, mm, of the spacing at which a net over `area` mm2 has `count` nodes: N cells of spacing² cover the area,
-// and the factor of 2 leaves room for the nodes in the band outside it, which a small net has as many of as inside.
+// Returns an upper estimate, mm, of the spacing at which a net over `area` mm2 has `count` nodes. N cells of spacing²
+// cover the area, and the factor of 2 allows for the nodes in the band outside it, of which a small net has as many as
+// inside.
 double largest_spacing(double area, int count) {
   return 2 * std::sqrt(area / count);
 }
 
-// Where a net begins: at the centroid, unless that lies outside the pocket or near its rim, as a crescent's does; then at the
-// point that is deepest inside.
+// Returns the point at which a net begins: the centroid, unless it lies outside the pocket or near its rim, as a
+// crescent's does; then the point that is deepest inside.
 Eigen::Vector2d net_centre(const Polygon& outline, const Eigen::Vector2d& centroid) {
-  constexpr double kNearRim = 0.05;  // of the square root of the area
+  constexpr double kNearRim = 0.05;  // as a share of the square root of the area
   const bool deep = distance_to_outline(outline, centroid) > kNearRim * std::sqrt(std::abs(polygon_area(outline)));
   return deep && inside(outline, centroid) ? centroid : deepest_point(outline);
 }
@@ -71,7 +73,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   check();
 
   PocketShape shape;
-  // On a foot that others share, most of which is theirs, from where its own ply stands up.
+  // If other pockets share the foot, most of it may be theirs: the net then begins inside this pocket's own outline.
   const std::int32_t label = feet.feet[index].label;
   const auto sharing = std::count_if(feet.feet.begin(), feet.feet.end(), [&](const Foot& foot) { return foot.label == label; });
   shape.centre = net_centre(sharing > 1 ? pocket.outline : outline, pocket.centroid);
@@ -81,7 +83,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   shape.rms_outline = pocket.outline;
   FibreNetOptions net = options.net;
   net.mold_tol = kMoldTolAtFoot * feet.mold_tol_mm;
-  // Geodesics would stray on the step at which the paper's patch is glued to the mold.
+  // Geodesics would go astray on the step at which the paper's patch is joined to the mold.
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
   PocketNet out = fibre_net(surface, reference, shape, net, stop);
   if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
@@ -89,7 +91,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
     try {
       PocketNet other = fibre_net(surface, reference, shape, net, stop);
       if (other.open_ends.size() < out.open_ends.size()) out = std::move(other);
-    } catch (const InputError&) {  // none can be laid so: the one at hand is what there is
+    } catch (const InputError&) {  // no net can be laid this way: the present one is kept
     }
   }
   out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);

@@ -8,13 +8,14 @@ namespace debulk {
 
 struct LayPocketOptions {
   PatchMode mode = PatchMode::foot;
-  FibreNetOptions net;  // its mold_tol follows from the foot contours' and is not used; in mode paper its paths are vertical planes
+  FibreNetOptions net;  // mold_tol is not used (the foot contours' applies); in mode paper, paths is always vertical_plane
 
   void check() const { net.check(); }
 };
 
-// One pocket's net from its segmentation: the patch (patch_excess), the smooth surface through it, and the net on that
-// (fibre_net), from the pocket's centroid; the RMS counts inside the pocket's outline at the cut. Throws Stopped.
+// Lays one pocket's net from its segmentation: the patch (patch_excess), the smooth surface through it, and the net on
+// that surface (fibre_net), from the pocket's centroid or, if that is near the rim or outside, from the deepest point
+// inside. The RMS counts nodes inside the pocket's outline at the cut. Throws InputError and Stopped.
 PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int id, const Surface& reference, const FibreAngles& angles,
                      const Polygon& ply_outline, const LayPocketOptions& options, const Stop& stop = Stop());
 

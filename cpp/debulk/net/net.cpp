@@ -34,7 +34,7 @@ std::vector<double> shear_angles(const Net& net) {
       for (const Direction second : {north, south}) {
         const int a = net.neighbours[i][first], b = net.neighbours[i][second];
         if (a < 0 || b < 0) continue;
-        // The angle between opposite directions of the two fibres is the supplement: as far from 90 degrees.
+        // Reversing one fibre's direction gives the supplementary angle, which is equally far from 90 degrees.
         const Eigen::Vector3d u = net.nodes[a] - net.nodes[i], v = net.nodes[b] - net.nodes[i];
         sum += std::abs(right_angle - std::atan2(u.cross(v).norm(), u.dot(v)));
         ++pairs;

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// A path whose chord does not reach the spacing within this many segments of arc curls up and ends.
+// A path ends if its chord does not reach the spacing within this many segments of arc, because it curls up.
 constexpr int kLongestArc = 8;
 
 }  // namespace
@@ -24,7 +24,7 @@ Vector3d fibre_direction(const Surface& surface, const Vector2d& xy, double angl
 FibreRay::FibreRay(const Surface& surface, const Vector2d& start, double angle, double step, PathRule rule)
     : surface_(surface), step_(step), rule_(rule), points_{on_surface(start, {std::cos(angle), std::sin(angle)})} {}
 
-// Geodesic of z = F(x, y): x'' = -(x' . H x') grad F / (1 + |grad F|^2), primes by arc length.
+// Geodesic of z = F(x, y): x'' = -(x' . H x') grad F / (1 + |grad F|^2), where primes are derivatives by arc length.
 FibreRay::Point FibreRay::on_surface(const Vector2d& xy, const Vector2d& velocity) const {
   const SurfaceSample s = surface_.sample(xy);
   const double rise = s.gradient.dot(velocity);
@@ -39,7 +39,8 @@ Vector2d FibreRay::turn(const Vector2d& xy, const Vector2d& velocity) const {
 }
 
 FibreRay::Point FibreRay::beyond(const Point& p, double h) const {
-  // A vertical plane's curve is straight seen from above, so a step of any length stays on it: only its arc length is approximate.
+  // The curve of a vertical plane is straight seen from above, so a step of any length stays on it; only its arc length
+  // is approximate.
   if (rule_ == PathRule::vertical_plane) return on_surface(p.xy + h * p.velocity, p.velocity);
   const Vector2d v2 = p.velocity + h / 2 * p.turn, a2 = turn(p.xy + h / 2 * p.velocity, v2);
   const Vector2d v3 = p.velocity + h / 2 * a2, a3 = turn(p.xy + h / 2 * v2, v3);
@@ -81,7 +82,7 @@ bool RayNodes::lay_next() {
   const double part = bracketed_root(excess_after, 0.0, before, width, after, 1e-14 * spacing_);
   here_ = ray_.beyond(from, part);
   arc_ = from_arc + part;
-  // Turned back, it would lay a second net over the first.
+  // A path that turned back would lay a second net over the first.
   ended_ = !region_(here_.xy) || here_.velocity.dot(ray_.at(0).velocity) <= 0;
   if (!ended_) nodes_.push_back(here_.position());
   return !ended_;

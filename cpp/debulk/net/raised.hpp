@@ -8,7 +8,8 @@
 
 namespace debulk {
 
-// A surface with a bump on it: the spline through heights above it that are 0 along their grid's border, and 0 outside.
+// A surface with a bump on it: added to it is the spline through a grid of heights that are 0 along the grid's border;
+// outside the grid nothing is added.
 class Raised : public Surface {
  public:
   Raised(const Surface& below, Grid<double> heights_above) : below_(below), above_(std::move(heights_above)) {}

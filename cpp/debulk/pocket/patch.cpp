@@ -150,19 +150,23 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
   Grid<std::uint8_t> marked(right - left + 1, top - bottom + 1, within.position(left, bottom), spacing);
   auto above = marked.like<double>();
   bool all_known = true;
-  for (int j = std::max(bottom, -window.j0); j <= std::min(top, window.feet.heights.ny - 1 - window.j0); ++j) {
-    const std::uint8_t *in = &within.at(0, j), *on_ply = window.segmentation.ply.row(j + window.j0);
-    const float* height = &window.feet.heights.at(0, j + window.j0);
-    std::uint8_t* mark = &marked.at(0, j - bottom);
-    double* to = &above.at(0, j - bottom);
-    for (int i = left; i <= right; ++i) {
-      if (!in[i]) continue;  // points off the map are not within, either
-      const bool known = !std::isnan(height[i + window.i0]) && (!on_ply || on_ply[i + window.i0]);
-      mark[i - left] = known && !window.at_edge(i, j);
-      all_known = all_known && known;
-      if (mark[i - left]) to[i - left] = std::max(height[i + window.i0] - t, 0.0);
+  const auto mark_known = [&](bool edge_too) {
+    for (int j = std::max(bottom, -window.j0); j <= std::min(top, window.feet.heights.ny - 1 - window.j0); ++j) {
+      const std::uint8_t *in = &within.at(0, j), *on_ply = window.segmentation.ply.row(j + window.j0);
+      const float* height = &window.feet.heights.at(0, j + window.j0);
+      for (int i = left; i <= right; ++i) {
+        if (!in[i]) continue;  // points off the map are not within, either
+        const bool known = !std::isnan(height[i + window.i0]) && (!on_ply || on_ply[i + window.i0]);
+        all_known = all_known && known;
+        if (!known || (!edge_too && window.at_edge(i, j))) continue;
+        marked.at(i - left, j - bottom) = 1;
+        above.at(i - left, j - bottom) = std::max(height[i + window.i0] - t, 0.0);
+      }
     }
-  }
+  };
+  mark_known(false);
+  const bool strip = std::find(marked.values.begin(), marked.values.end(), 1) == marked.values.end();
+  if (strip) mark_known(true);  // along the edge, and no wider than the points beside it
   const int farthest = all_known ? reach : Offset::kNone;
   const std::vector<std::vector<Span>> unmarked = unmarked_within(marked, farthest);
   const Grid<Offset> nearest = nearest_marked(marked, unmarked, farthest);

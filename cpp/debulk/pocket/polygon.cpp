@@ -17,20 +17,14 @@ void for_sides(const Polygon& polygon, const Body& body) {
   for (std::size_t k = 0; k < polygon.size(); ++k) body(polygon[k], polygon[k + 1 == polygon.size() ? 0 : k + 1]);
 }
 
-struct Nearest {
-  Eigen::Vector2d at = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
-  double squared = std::numeric_limits<double>::infinity();
-};
-
-// The point of an outline that is nearest to a point.
-Nearest nearest(const Polygon& polygon, const Eigen::Vector2d& point) {
-  Nearest best;
+// The squared distance from a point to the nearest point of an outline.
+double nearest_squared(const Polygon& polygon, const Eigen::Vector2d& point) {
+  double best = std::numeric_limits<double>::infinity();
   for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     const Eigen::Vector2d side = b - a;
     const double length2 = side.squaredNorm();
     const double t = length2 > 0 ? std::clamp((point - a).dot(side) / length2, 0.0, 1.0) : 0.0;
-    const Eigen::Vector2d at = a + t * side;
-    if (const double squared = (at - point).squaredNorm(); squared < best.squared) best = {at, squared};
+    best = std::min(best, (a + t * side - point).squaredNorm());
   });
   return best;
 }
@@ -74,12 +68,8 @@ bool inside(const Polygon& polygon, const Eigen::Vector2d& point) {
   return odd;
 }
 
-Eigen::Vector2d nearest_on_outline(const Polygon& polygon, const Eigen::Vector2d& point) {
-  return nearest(polygon, point).at;
-}
-
 double distance_to_outline(const Polygon& polygon, const Eigen::Vector2d& point) {
-  return std::sqrt(nearest(polygon, point).squared);
+  return std::sqrt(nearest_squared(polygon, point));
 }
 
 Box bounding_box(const Polygon& polygon) {

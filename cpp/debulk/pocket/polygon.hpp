@@ -20,9 +20,6 @@ double polygon_perimeter(const Polygon& polygon);
 // Even-odd rule. A point exactly on the outline may count as inside or outside.
 bool inside(const Polygon& polygon, const Eigen::Vector2d& point);
 
-// The point of the outline that is nearest; infinitely far away for an empty polygon.
-Eigen::Vector2d nearest_on_outline(const Polygon& polygon, const Eigen::Vector2d& point);
-
 // Distance to the nearest point of the outline, from inside and outside alike; infinite for an empty polygon.
 double distance_to_outline(const Polygon& polygon, const Eigen::Vector2d& point);
 

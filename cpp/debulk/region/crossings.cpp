@@ -14,10 +14,10 @@ namespace {
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr int shift = 2;  // pixels, between the two lines of a pair
 
-// Heights of the points of both lines of every pair, up to a constant: pair by pair, line by line.
+// Returns the heights, up to a constant, of the points on both lines of every pair: pair by pair, line by line.
 std::unique_ptr<float[]> read_heights(const Lines& lines, int pairs, const CrossingOptions& options, int threads, const Stop& stop) {
   const auto length = static_cast<std::size_t>(lines.length());
-  std::unique_ptr<float[]> out(new float[2 * static_cast<std::size_t>(pairs) * length]);  // all are written below
+  std::unique_ptr<float[]> out(new float[2 * static_cast<std::size_t>(pairs) * length]);  // all values are written below
   const auto read = [&](int line, int at) {
     const std::size_t pixel = lines.pixel(line, at);
     return lines.masked && lines.masked[pixel] ? nan : lines.cloud.point(pixel)[2] * options.up_per_depth;
@@ -30,7 +30,7 @@ std::unique_ptr<float[]> read_heights(const Lines& lines, int pairs, const Cross
           for (int at = 0; at < lines.length(); ++at) to[at] = read(pair * options.step + k, at);
         }
     });
-  } else {  // row by row of the image, as it lies in memory, into as many places of a line as share a line of the cache
+  } else {  // read row by row of the image, as it lies in memory; each block writes as many places as share a cache line
     constexpr int together = 16;
     const auto count = 2 * static_cast<std::size_t>(pairs);
     parallel_for(lines.length(), 4 * together, threads, stop, [&](long begin, long end) {
@@ -50,13 +50,13 @@ std::unique_ptr<float[]> read_heights(const Lines& lines, int pairs, const Cross
   return out;
 }
 
-constexpr std::size_t block = 64;  // places that are passed over at once where nothing stands
+constexpr std::size_t block = 64;  // places that are skipped at once where no point stands out
 
-// What stands out in one line: its places begin `side` pixels after the line's.
+// The points of one line that stand out. Place 0 is the line's pixel number `side`.
 struct Profile {
   std::vector<float> height;
-  std::vector<std::uint8_t> stands, near;  // there, and there or up to `shift` pixels away
-  std::vector<std::uint8_t> any;           // in each block, near
+  std::vector<std::uint8_t> stands, near;  // whether the place itself stands out, and whether one up to `shift` pixels away does
+  std::vector<std::uint8_t> any;           // per block: whether `near` is set anywhere in it
 
   void take(const float* z, std::size_t places, const CrossingOptions& options) {
     height.resize(places), stands.assign(places, 0), near.assign(places, 0), any.assign(places / block + 1, 0);
@@ -66,7 +66,7 @@ struct Profile {
     for (std::size_t begin = 0; begin < places; begin += block) {
       const std::size_t end = std::min(places, begin + block);
       int found = 0;
-      for (std::size_t k = begin; k < end; ++k) {  // the middle of both sides, or the one that was seen
+      for (std::size_t k = begin; k < end; ++k) {  // the mean of both sides, or the side that was seen
         const float l = left[k] == left[k] ? left[k] : right[k], r = right[k] == right[k] ? right[k] : left[k];
         const float out = middle[k] - 0.5f * (l + r);
         height[k] = out;
@@ -105,7 +105,7 @@ void add_crossings(const Profile& a, const Profile& b, int pair, int side, std::
   }
 }
 
-// Crossings by pair, and the way from one to the next.
+// Finds chains of crossings, from pair to pair.
 class Linker {
  public:
   Linker(const std::vector<Crossing>& crossings, const ChainOptions& options) : all_(crossings), options_(options) {
@@ -115,7 +115,7 @@ class Linker {
     for (std::size_t k = 1; k < first_.size(); ++k) first_[k] += first_[k - 1];
   }
 
-  // The longest chain that begins with this crossing.
+  // Returns the longest chain that begins with this crossing.
   std::vector<int> longest_from(int index) const {
     std::vector<int> best, chain;
     const Crossing& here = all_[static_cast<std::size_t>(index)];
@@ -132,13 +132,13 @@ class Linker {
   }
 
  private:
-  // Calls body with each crossing of a pair that is at most `reach` pixels from a place, in their order.
+  // Calls body, in order of place, with each crossing of a pair that is at most `reach` pixels from `at`.
   template <class Body>
   void for_near(int pair, double at, double reach, const Body& body) const {
     if (static_cast<std::size_t>(pair) + 1 >= first_.size()) return;
     const auto begin = all_.begin() + first_[static_cast<std::size_t>(pair)],
                end = all_.begin() + first_[static_cast<std::size_t>(pair) + 1];
-    const double left = at - reach - 1;  // the exact bound is the one below
+    const double left = at - reach - 1;  // the exact bound is tested below
     auto c = std::lower_bound(begin, end, left, [](const Crossing& one, double place) { return one.at < place; });
     for (; c != end && c->at <= at + reach; ++c)
       if (std::abs(c->at - at) <= reach) body(static_cast<int>(c - all_.begin()));
@@ -149,7 +149,8 @@ class Linker {
     return std::max(one, other) <= options_.alike * std::min(one, other);
   }
 
-  // The crossing nearest to where the chain points, if near enough and about as high; -1: none.
+  // Returns the crossing nearest to where the chain points, if it is near enough and about as high; -1 if there is
+  // none.
   int following(const std::vector<int>& chain) const {
     const int end = chain.back();
     const Crossing &last = all_[static_cast<std::size_t>(end)], &before = all_[static_cast<std::size_t>(chain[chain.size() - 2])];
@@ -169,7 +170,7 @@ class Linker {
 
   const std::vector<Crossing>& all_;
   const ChainOptions& options_;
-  std::vector<std::ptrdiff_t> first_;  // of each pair
+  std::vector<std::ptrdiff_t> first_;  // index of each pair's first crossing
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
-// The loop of mesh_pass.cpp: included there once for each Isa (see core/simd_dispatch.inl).
+// The inner loop of mesh_pass.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
-// One row of the mesh; `b` has room for 16 values before and behind the row.
+// Processes one row of the mesh; `b` has room for 16 values before and behind the row.
 void run(const MeshRow& in, MeshBuffers& b, MeshRowSums& out) {
   constexpr int margin = 16;
   const int padded = (in.width + lanes - 1) / lanes * lanes;
@@ -26,7 +26,7 @@ void run(const MeshRow& in, MeshBuffers& b, MeshRowSums& out) {
     }
     store(x + k, vx), store(y + k, vy), store(z + k, vz);
   }
-  x[padded] = nan;  // a longer row may have been here
+  x[padded] = nan;  // an earlier, longer row may have left a value here
   const float inverse = 1 / static_cast<float>(in.base_step);
   for (int k = 0; k < padded; k += in.base_step) {
     const int i = std::min(k / in.base_step, in.base_nx - 2);

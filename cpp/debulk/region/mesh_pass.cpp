@@ -12,10 +12,10 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr double row_mm = 2.5;           // largest distance of rows
-constexpr int widest = 256, least = 16;  // columns
-constexpr int ahead = 8;                 // rows that a column is fetched before it is read: its pixels are far apart in memory
-constexpr int around = 2;                // pixels that are looked at round a high one, each way
+constexpr double row_mm = 2.5;           // largest distance between rows of the mesh
+constexpr int widest = 256, least = 16;  // largest and smallest column step, pixels
+constexpr int ahead = 8;                 // a column's pixels are far apart in memory: each is fetched this many rows early
+constexpr int around = 2;                // the pixels round a high one are examined up to this distance each way
 constexpr int high_share = 8, of = 25;
 
 struct MeshRow {
@@ -43,7 +43,7 @@ void read_row(Isa isa, const MeshRow& row, MeshBuffers& buffers, MeshRowSums& ou
   return DEBULK_ON(isa, run(row, buffers, out));
 }
 
-// Single pixels.
+// Heights of single pixels.
 struct Pixels {
   const CloudView& scan;
   const std::uint8_t* masked;
@@ -65,7 +65,7 @@ struct Pixels {
     };
     return (p[2] - between(base.depth)) * between(base.gain);
   }
-  // Whether what stands here is no single wild pixel.
+  // Whether enough neighbours of a high pixel are high too, so that it is not a single flying pixel.
   bool stands(int column, int row, float high) const {
     int there = 0, above = 0;
     for (int j = std::max(0, row - around); j <= std::min(scan.height - 1, row + around); ++j)
@@ -204,7 +204,7 @@ void MeshPass::run(const CloudView& scan, const std::uint8_t* masked, const View
       }
     }
   });
-  // A last, short row of cells may end before its mesh row.
+  // A short last row of cells may end before its row of the mesh: it takes the values of the row before.
   if (cells_y_ > 1 && height % step != 0 && height % step <= step / 2)
     std::copy(cell_height_.end() - 2 * cell_pitch_, cell_height_.end() - cell_pitch_, cell_height_.end() - cell_pitch_);
   strays_ = seen_ = read_ = 0, across_ = 0;

@@ -14,8 +14,8 @@ namespace debulk {
 namespace {
 
 constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
-constexpr int block = 64;            // places that are passed over at once where nothing stands
-constexpr float lone_share = 0.75f;  // of its height, by which a lone point stands above those beside it
+constexpr int block = 64;            // places that are skipped at once where no point stands out
+constexpr float lone_share = 0.75f;  // a point is alone if it is above both neighbours by this share of its height
 constexpr double pi = 3.14159265358979323846;
 
 int steps(double wanted) {
@@ -28,7 +28,7 @@ double middle_of(std::vector<double> values) {
   return *half;
 }
 
-// How far a point stands above the middle of those on both sides, or the one that was seen.
+// Returns how far a point stands above the mean of the points on both sides, or above the one that was seen.
 inline float out_of(float left, float here, float right) {
   const float l = left == left ? left : right, r = right == right ? right : left;
   return here - 0.5f * (l + r);
@@ -38,12 +38,12 @@ struct Pixel {
   int row = 0, column = 0;
 };
 
-// Samples that belong together, as indices of a window.
+// Connected samples, as indices into a window.
 using Patch = std::vector<int>;
 
 }  // namespace
 
-// One scan.
+// The search for narrow bumps in one scan.
 struct WrinkleFinder::BumpSearch {
   const WrinkleFinder& finder;
   const Lines image;
@@ -61,7 +61,7 @@ struct WrinkleFinder::BumpSearch {
     return finder.moved(image.cloud.point(pixel));
   }
 
-  // Whether a point that stands out so far is on the ply, and does not stand on something wide.
+  // Whether a point that stands out by `out` is on the ply, and does not stand on a wide elevation.
   bool may_be_top(Pixel pixel, double out) const {
     const Eigen::Vector3d seen = point(pixel);
     if (finder.known(seen) != 2) return false;
@@ -69,13 +69,13 @@ struct WrinkleFinder::BumpSearch {
     return height > options.stands_out_mm && out > 0.5 * height;
   }
 
-  // Points of the ply that stand out from their row, or across the rows; only depths are read to find them.
+  // Returns the points of the ply that stand out along their row or across the rows. Only depths are read to find them.
   std::vector<Pixel> seeds(const Stop& stop) const {
     const int rows = (image.cloud.height - 1) / row_step + 1, columns = (image.cloud.width - 1) / step + 1;
     const int across = steps(options.side_mm / (row_step * pitch)), along = steps(options.side_mm / sample);
     const auto up = static_cast<float>(finder.pose_(2, 2));
     const auto width = static_cast<std::size_t>(columns);
-    const std::unique_ptr<float[]> z(new float[static_cast<std::size_t>(rows) * width]);  // all are written below
+    const std::unique_ptr<float[]> z(new float[static_cast<std::size_t>(rows) * width]);  // all values are written below
     parallel_for(rows, 16, finder.threads_, stop, [&](long begin, long end) {
       for (int r = static_cast<int>(begin); r < end; ++r)
         for (int c = 0; c < columns; ++c) {
@@ -96,8 +96,8 @@ struct WrinkleFinder::BumpSearch {
           const float in_row = a < most ? a : 0.0f, in_column = b < most ? b : 0.0f;
           return in_row > in_column ? in_row : in_column;
         };
-        // The highest of its row there, and not alone: a bell as narrow as 5 mm stands 0.65 of its height 1 mm beside its top,
-        // where a flying point has none of it.
+        // The point must be the highest of its row there, and not alone. 1 mm beside its top, a bell-shaped bump only 5
+        // mm wide still has 0.65 of its height, whereas a flying point has none.
         const auto is_top = [&](int c) {
           const float left = here[c - 1], right = here[c + 1], least_there = here[c] - lone_share * out(c);
           return !(left > here[c]) && !(right > here[c]) && (left > least_there || right > least_there);
@@ -117,7 +117,7 @@ struct WrinkleFinder::BumpSearch {
     return out;
   }
 
-  // Heights above the reference around a pixel, each worked out when it is first asked for.
+  // The heights above the reference around a pixel; each is computed when it is first asked for.
   struct Window {
     const BumpSearch& search;
     Pixel middle;
@@ -136,7 +136,7 @@ struct WrinkleFinder::BumpSearch {
     }
     bool on_border(int k) const { return row(k) == 0 || column(k) == 0 || row(k) == search.side - 1 || column(k) == search.side - 1; }
 
-    // Takes, of the samples around one, those above a level that are not taken yet.
+    // Takes those neighbours of sample k that lie above a level and are not taken yet.
     void take_around(int k, double level, std::vector<std::uint8_t>& taken, Patch& out) {
       for (int dj = -1; dj <= 1; ++dj)
         for (int di = -1; di <= 1; ++di) {
@@ -146,9 +146,9 @@ struct WrinkleFinder::BumpSearch {
         }
     }
 
-    // Whether the samples above a level that hang together with the one in the middle reach the border, or are twice as many as
-    // of the widest bump that is as long as the window. The last taken is followed first: on a pocket's flank, where most points
-    // that stand out lie, that goes straight to the border.
+    // Whether the samples above a level that are connected to the middle one reach the border, or are twice as many as
+    // those of the widest bump as long as the window. The sample taken last is followed first: on a pocket's flank,
+    // where most points that stand out lie, this order leads straight to the border.
     bool runs_out(double level) {
       std::vector<std::uint8_t> taken(values.size(), 0);
       Patch open{search.half * search.side + search.half};
@@ -161,7 +161,7 @@ struct WrinkleFinder::BumpSearch {
       return false;
     }
 
-    // The samples above a level that hang together with the one in the middle; none where they run out.
+    // Returns the samples above a level that are connected to the middle one; none if they run out (runs_out()).
     Patch above(double level) {
       if (runs_out(level)) return {};
       std::vector<std::uint8_t> taken(values.size(), 0);
@@ -171,14 +171,14 @@ struct WrinkleFinder::BumpSearch {
       return out;
     }
 
-    // The highest but one: a flying pixel that hangs together with them is alone.
+    // Returns the second highest sample, because a single flying pixel may be connected to the patch.
     int top(const Patch& patch) {
       Patch ordered = patch;
       std::partial_sort(ordered.begin(), ordered.begin() + 2, ordered.end(), [&](int a, int b) { return at(a) > at(b); });
       return ordered[1];
     }
 
-    // Middle height of what is around the patch; NaN where too little was seen.
+    // Returns the median height of the samples around the patch; NaN if too few were seen.
     double around(const Patch& patch) {
       std::vector<std::uint8_t> in(values.size(), 0);
       for (const int k : patch) in[static_cast<std::size_t>(k)] = 1;
@@ -189,7 +189,7 @@ struct WrinkleFinder::BumpSearch {
     }
   };
 
-  // Whether what is near the patch is neither torn by holes nor wild, as depths in a highlight are.
+  // Whether the samples near the patch are free of the many holes and erratic depths of a highlight.
   bool calm(Window& window, const Patch& patch, double base, double height) const {
     int first_row = side, last_row = 0, first_column = side, last_column = 0;
     for (const int k : patch) {
@@ -225,7 +225,8 @@ struct WrinkleFinder::BumpSearch {
       for (const int b : patch) longest = std::max(longest, std::hypot(window.row(a) - window.row(b), window.column(a) - window.column(b)));
     out.length = (longest + 1) * sample;
     out.width = 4 / pi * static_cast<double>(patch.size()) * sample * sample / out.length;
-    // The crest lies between samples: so high is a bell, half as wide at half its height, that shows this much on average.
+    // The crest lies between samples, so the sampled height is too low on average: corrected here for a bell-shaped
+    // bump.
     const double off = std::min(0.25, 0.6 * sample / (2 * out.width));
     out.height /= std::pow(std::cos(pi * off), 2);
     out.top = point(window.pixel(half * side + half)).head<2>();
@@ -250,7 +251,7 @@ NarrowBumps WrinkleFinder::find_bumps(const CloudView& scan, const std::uint8_t*
   for (const std::optional<NarrowBump>& one : found)
     if (one) all.push_back(*one);
   std::stable_sort(all.begin(), all.end(), [](const NarrowBump& a, const NarrowBump& b) { return a.height > b.height; });
-  for (const NarrowBump& one : all) {  // each of its points that stood out has found it
+  for (const NarrowBump& one : all) {  // several points that stood out may have found the same bump
     const auto same = [&](const NarrowBump& other) { return (one.top - other.top).norm() < std::max(options.side_mm, other.length); };
     if (std::none_of(out.bumps.begin(), out.bumps.end(), same)) out.bumps.push_back(one);
   }

@@ -1,4 +1,4 @@
-// RegionFront: heights of the windows.
+// RegionFront: the exact heights of the windows.
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +11,13 @@ namespace debulk {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr double above_mm = 2.0;      // what a window's image part leaves for heights below 0 and above the top
-constexpr double depth_slack = 60.0;  // mm above the reference, for the image part of a window
+constexpr double above_mm = 2.0;      // a window's image part covers heights from this far below 0 to this far above its top
+constexpr double depth_slack = 60.0;  // mm; points may be this much nearer to the camera when the image part is chosen
 
 }  // namespace
 
-// Every pixel that the window's points may be looked up at, and the margin of the exact outlier decisions.
+// Returns the part of the image with every pixel at which the window's points may be looked up, and the margin that
+// exact outlier decisions need.
 CloudPart RegionFront::image_part(const Window& window, double threshold) const {
   const Eigen::Matrix3d to_scanner = view_.rotation().transpose();
   double left = view_.width, right = 0, top = view_.height, bottom = 0, nearest = std::numeric_limits<double>::infinity();
@@ -41,7 +42,7 @@ CloudPart RegionFront::image_part(const Window& window, double threshold) const 
   const double reach = 4 * threshold * view_.camera.f * stretch / std::max(1.0, nearest - depth_slack) + 1;  // pixels
   const int margin = static_cast<int>(std::ceil(std::min(reach, 1e5))) + 3;
   CloudPart part;
-  const auto down = [](int pixel) { return pixel / 16 * 16; };  // the tiles, where heights are first looked up, are the whole image's
+  const auto down = [](int pixel) { return pixel / 16 * 16; };  // so that the tiles of the part are tiles of the whole image
   part.column = down(std::clamp(static_cast<int>(std::floor(left)) - margin, 0, view_.width - 1));
   part.row = down(std::clamp(static_cast<int>(std::floor(top)) - margin, 0, view_.height - 1));
   part.width = std::clamp(static_cast<int>(std::ceil(right)) + margin + 1, part.column + 1, view_.width) - part.column;
@@ -52,7 +53,8 @@ CloudPart RegionFront::image_part(const Window& window, double threshold) const 
   return part;
 }
 
-// The smallest spare memory that is large enough, or the largest; not that of a result that somebody still holds.
+// Returns the smallest spare memory that is large enough, or the largest; never the memory of a result that is still
+// held.
 std::unique_ptr<RegionFront::Work> RegionFront::fresh_work(const Window& window) {
   const auto held = [](const std::unique_ptr<Work>& work) { return work->region.use_count() > 1; };
   spare_works_.erase(std::remove_if(spare_works_.begin(), spare_works_.end(), held), spare_works_.end());
@@ -80,7 +82,7 @@ void RegionFront::segment(Work& work, int threads, const Stop& stop) {
   work.region->segmentation = scratch->segmenter.take();
 }
 
-// The window's heights as the coarse pass has them.
+// Fills the window with the heights of the coarse pass.
 void RegionFront::lay_coarse(Work& work) const {
   const Window& w = work.window();
   Grid<float>& heights = work.map.heights;
@@ -101,7 +103,7 @@ void RegionFront::lay_coarse(Work& work) const {
   }
 }
 
-// Exact heights of the windows that this one replaces stay; the rest of its rectangles is to be made.
+// Copies the exact heights of the windows that this one replaces; the rest of its rectangles is still to be made.
 void RegionFront::take_over(Work& work, double margin) const {
   if (earlier_.empty()) {
     work.to_make = work.exact;
@@ -130,7 +132,7 @@ void RegionFront::take_over(Work& work, double margin) const {
     for (const Window& window : missing.rectangles(strip, margin)) work.to_make.push_back(window);
 }
 
-// False: not the camera's.
+// Returns false if the image part is not the pinhole camera's.
 bool RegionFront::make_exact(const Window& strip, Work& work, const CloudView& scan, const std::uint8_t* masked, int threads,
                              const Stop& stop) {
   if (stop.now()) throw Stopped("a region's height map was stopped");

@@ -16,8 +16,8 @@
 namespace debulk {
 namespace {
 
-constexpr double smallest_mm = 10.0;  // a scan; else its unit is in doubt, and the whole is looked at
-constexpr int rounds = 5;             // of windows growing
+constexpr double smallest_mm = 10.0;  // extent of a scan; below it the unit is in doubt, and the whole scan is processed
+constexpr int rounds = 5;             // most rounds in which windows grow
 
 }  // namespace
 
@@ -36,7 +36,7 @@ RegionFront::RegionFront(std::shared_ptr<const Reference> reference, const Eigen
                          const View& view, const RegionOptions& options, int threads, const Grid<float>* seen)
     : reference_(std::move(reference)), view_(view), options_(options), threads_(threads) {
   options.check();
-  transform(CloudView{}, view.mold_from_scanner);  // is it rigid?
+  transform(CloudView{}, view.mold_from_scanner);  // throws if the pose is not rigid
   require(view.width > 1 && view.height > 1, "shape", "an image of at least 2 by 2 pixels",
           std::to_string(view.height) + " by " + std::to_string(view.width));
   const Grid<double>& domain = reference_->heights();
@@ -64,8 +64,8 @@ bool RegionFront::refuse(const char* why) {
   return false;
 }
 
-// Blocks in which something of a pocket or its foot, or of what else stands up, lies on heights of the coarse pass, or at a side of the
-// window behind which the frame goes on.
+// Returns the blocks in which part of a pocket, of its foot or of another elevation lies on heights of the coarse pass,
+// or at a side of the window beyond which the frame continues.
 std::vector<Window> RegionFront::blocks_to_refine(const Work& work, const Blocks& blocks) const {
   constexpr int side = Blocks::side;
   const Window& w = work.window();
@@ -101,7 +101,7 @@ std::vector<Window> RegionFront::blocks_to_refine(const Work& work, const Blocks
   return out;
 }
 
-// Such blocks, and those round them, are to be exact, and the window is to hold them.
+// Marks the blocks to refine, and those round them, as to be exact, and enlarges the window to hold them.
 void RegionFront::grow(Window& window, const std::vector<Window>& to_refine, Blocks& blocks) const {
   for (const Window& block : to_refine) {
     const Window ring = grown(block, 2 * Blocks::side, frame_.nx, frame_.ny);
@@ -111,7 +111,8 @@ void RegionFront::grow(Window& window, const std::vector<Window>& to_refine, Blo
   }
 }
 
-// Each item by one thread, the largest first; one that is larger than a thread's share by all of them.
+// Processes each item by one thread, the largest first; an item larger than a thread's share is processed by all
+// threads.
 template <class Item, class Body>
 void RegionFront::largest_first(std::vector<Item>& items, const Body& body) const {
   std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.size() > b.size(); });
@@ -127,7 +128,8 @@ void RegionFront::largest_first(std::vector<Item>& items, const Body& body) cons
                [&](long begin, long) { body(items[alone + static_cast<std::size_t>(begin)], 1); });
 }
 
-// Finds out what stands up: threshold_, pass_, and windows and blocks round it. False: refused.
+// Finds the elevations: sets threshold_ and pass_, and lays windows and blocks round them. Returns false if the scan is
+// refused.
 bool RegionFront::run_coarse_pass(const CloudView& scan, const std::uint8_t* masked, Blocks& blocks, std::vector<Window>& windows,
                                   const Stop& stop) {
   Clock laps;
@@ -150,7 +152,7 @@ bool RegionFront::run_coarse_pass(const CloudView& scan, const std::uint8_t* mas
   return true;
 }
 
-// Puts works_ in the windows' order. What is there already stays, but where `again` says otherwise.
+// Puts works_ in the windows' order. A work that exists already is kept, unless `again` is set for it.
 void RegionFront::lay_out(const std::vector<Window>& windows, const std::vector<std::uint8_t>& again) {
   std::vector<std::unique_ptr<Work>> old = std::move(works_);
   works_.clear();
@@ -168,7 +170,7 @@ void RegionFront::retire(std::vector<std::unique_ptr<Work>>& works) {
   works.clear();
 }
 
-// From the scan to the pockets and feet of the windows that are not done. False: refused.
+// Processes the windows that are not done, from the scan to pockets and feet. Returns false if the scan is refused.
 bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, const Blocks& blocks, FootOptions& feet, const Stop& stop) {
   struct Part {
     Window window;
@@ -179,7 +181,7 @@ bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, con
     Work* work;
     long size() const { return work->window().size(); }
   };
-  const double margin = (4 * threshold_.value + 11 * mesh_.pixel_mm) / frame_.spacing;  // about that of image_part
+  const double margin = (4 * threshold_.value + 11 * mesh_.pixel_mm) / frame_.spacing;  // about the margin of image_part()
   std::vector<Part> parts;
   std::vector<Job> jobs;
   image_share_ = 0;
@@ -210,7 +212,7 @@ bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, con
   times_.filter += laps.lap();
   largest_first(jobs, [&](Job& job, int threads) { segment(*job.work, threads, stop); });
   times_.segment += laps.lap();
-  if (!feet.noise_mm) {  // once: windows that grow tell nothing new
+  if (!feet.noise_mm) {  // estimated only once: windows that grow add no new information
     std::vector<GridPart> exact;
     for (const Part& p : parts) {
       const Window &w = p.work->window(), &e = p.window;

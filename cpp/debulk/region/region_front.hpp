@@ -12,42 +12,44 @@
 
 namespace debulk {
 
-// From a scan to its pockets through regions of interest: a coarse pass (MeshPass) finds what stands up, and only windows
-// round that are cleaned, gridded, filtered and segmented, with the same exact steps as the whole scan (FrontEnd, segment,
-// find_feet). What is prepared, and the buffers, stay from scan to scan. So does the memory of results that are held by nobody any
-// more when the next run begins. A result that is still held stays as it is.
+// Finds the pockets of a scan through regions of interest: a coarse pass (MeshPass) finds the elevations, and only
+// windows round them are cleaned, gridded, filtered and segmented, with the same exact steps as the whole scan
+// (FrontEnd, segment, find_feet). The prepared data and the buffers are kept from scan to scan. The memory of results
+// that nobody holds any more when the next run begins is reused. A result that is still held is not changed.
 //
-// Near a pocket, out to its foot and a margin beyond, a window holds what the whole scan's height map holds there, but for the outlier
-// threshold, which is estimated from a sample (SampledThreshold). Outlier decisions in a window are exact for that threshold T: its image
-// part reaches at least 4 T beyond what is used, so a point with one of its true nearest four outside has that one at 4 T or more, a mean
-// of T or more, and goes with or without it. A pocket or a foot that reaches beyond the exact heights makes them grow.
+// Near a pocket, out to its foot and a margin beyond, a window holds the same heights as the whole scan's height map,
+// except that the outlier threshold is estimated from a sample (SampledThreshold). Outlier decisions in a window are
+// exact for that threshold T: its image part reaches at least 4 T beyond the part that is used. So if one of a point's
+// true nearest four neighbours lies outside, it is at least 4 T away and the mean distance is at least T: the point is
+// removed whether that neighbour is seen or not. If a pocket or a foot reaches beyond the exact heights, the exact area
+// grows.
 //
-// What is missed: nothing that covers AreaTol, unless along every cord of the mesh that it crosses less than 8 of 25 pixels
-// round each of its pixels stand higher than half the cut (narrower than 2 pixels: the filters of the whole scan leave
-// nothing of that), see Mesh and MeshPass.
+// No elevation that covers AreaTol is missed, unless along every cord of the mesh that it crosses fewer than 8 of the
+// 25 pixels round each of its pixels are higher than half the cut. Such an elevation is narrower than 2 pixels, and the
+// filters of the whole scan remove it too; see Mesh and MeshPass.
 class RegionFront {
  public:
-  // seen: what the reference was fitted to; null: it is known everywhere.
+  // seen: the heights that the reference was fitted to; null means that the reference is known everywhere.
   RegionFront(std::shared_ptr<const Reference> reference, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const View& view,
               const RegionOptions& options, int threads = 0, const Grid<float>* seen = nullptr);
 
-  // Whether scans can be taken at all; if not, reason() says why.
+  // Whether any scan can be processed this way; if not, reason() says why.
   bool usable() const { return usable_; }
-  // False: the scan is to be processed whole; reason() says why. `masked`, if given, is nonzero where a pixel is not to be
-  // used. Throws Stopped.
+  // Returns false if the scan must be processed as a whole; reason() then says why. `masked`, if given, is nonzero
+  // where a pixel is not to be used. Throws Stopped.
   bool run(const CloudView& scan, const std::uint8_t* masked, const Stop& stop = Stop());
 
   const std::string& reason() const { return reason_; }
-  // Of the last run; each is its holders' to keep.
+  // The regions of the last run; a caller that holds one may keep it.
   const std::vector<std::shared_ptr<const Region>>& regions() const { return regions_; }
   const SampledThreshold& threshold() const { return threshold_; }
   const Mesh& mesh() const { return mesh_; }
   double flag_mm() const { return options_.flag_mm.value_or(options_.segment.cut_height_mm / 2); }
-  double image_share() const { return image_share_; }  // of the pixels, in windows
-  double read_share() const { return read_share_; }    // of the pixels, read by the coarse pass and the sample
-  // Every `step`-th grid point: exact in the windows, cell means of the coarse pass elsewhere.
+  double image_share() const { return image_share_; }  // share of the pixels that lie in windows
+  double read_share() const { return read_share_; }    // share of the pixels that the coarse pass and the sample read
+  // The heights at every `step`-th grid point: exact in the windows, cell means of the coarse pass elsewhere.
   Overview overview() const;
-  const Grid<float>& frame() const { return frame_; }  // without values
+  const Grid<float>& frame() const { return frame_; }  // origin, spacing and size of the height map, without values
   struct Times {
     double sample = 0, coarse = 0, windows = 0, filter = 0, segment = 0, feet = 0;  // ms
   };
@@ -86,20 +88,20 @@ class RegionFront {
   RayBase base_;
   std::optional<ImageGridding> gridding_;
   Mesh mesh_;
-  Grid<std::uint8_t> on_ply_, near_ply_;  // coarse: the ply, and a little round it
+  Grid<std::uint8_t> on_ply_, near_ply_;  // coarse grids that mark the ply, and the ply with a margin round it
   std::vector<std::uint8_t> tile_near_;
-  std::vector<TileSpan> spans_;  // of the tiles that are near the ply
+  std::vector<TileSpan> spans_;  // the tiles near the ply, one span per row of tiles
   int overview_step_ = 1;
-  Grid<std::int32_t> overview_cell_;  // of the coarse pass; -1: out of the camera's view, or no reference is known there
+  Grid<std::int32_t> overview_cell_;  // index of the coarse pass's cell; -1: out of the camera's view, or no reference there
   Grid<std::uint8_t> overview_reference_;
 
   MeshPass pass_;
   ThresholdSampler sampler_;
   SampledThreshold threshold_;
   std::vector<std::shared_ptr<const Region>> regions_;
-  std::vector<std::unique_ptr<Work>> works_;        // of the regions
-  std::vector<std::unique_ptr<Work>> earlier_;      // that larger ones have just replaced
-  std::vector<std::unique_ptr<Work>> spare_works_;  // whose memory may be used
+  std::vector<std::unique_ptr<Work>> works_;        // the works of the regions
+  std::vector<std::unique_ptr<Work>> earlier_;      // works that larger ones have just replaced
+  std::vector<std::unique_ptr<Work>> spare_works_;  // works whose memory may be reused
   Pool<Scratch> scratch_;
   bool usable_ = false;
   std::string reason_;

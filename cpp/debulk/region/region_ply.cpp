@@ -1,4 +1,4 @@
-// RegionFront: the ply in the camera's view, and the whole of it at a glance.
+// RegionFront: the ply in the camera's view, and the overview of the whole height map.
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,8 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr double ply_cell_mm = 2.0;
-constexpr double beside_mm = 6.0;   // a high point so far off the ply still matters
-constexpr double stands_mm = 30.0;  // and what stands up so far off, at least a hole's diameter
+constexpr double beside_mm = 6.0;   // a high point up to this far off the ply still matters
+constexpr double stands_mm = 30.0;  // a raised tile up to this far off the ply matters; at least a hole's diameter
 
 bool marked_at(const Grid<std::uint8_t>& grid, const Eigen::Vector2d& xy) {
   if (!xy.allFinite()) return false;
@@ -23,7 +23,7 @@ bool marked_at(const Grid<std::uint8_t>& grid, const Eigen::Vector2d& xy) {
   return grid.contains(i, j) && grid.at(i, j) != 0;
 }
 
-// The reference under a pixel, mold XY; NaN outside it.
+// Returns the point of the reference under a pixel, mold XY; NaN outside the reference.
 Eigen::Vector2d under(const RayBase& base, const View& view, double column, double row) {
   const double u = std::clamp(column / base.step, 0.0, base.nx - 1.001), v = std::clamp(row / base.step, 0.0, base.ny - 1.001);
   const int i = static_cast<int>(u), j = static_cast<int>(v);
@@ -87,8 +87,9 @@ void RegionFront::prepare_overview() {
     }
 }
 
-// A cell of the coarse pass that stands above the cut where nothing else in its window does: two flying pixels, mostly, which exact heights
-// leave out. Asked for only after the feet were found, they would cost the window a second round.
+// Asks for exact heights round each cell of the coarse pass that is above the cut in a block that is not yet to be
+// exact. Most such cells hold two flying pixels, which exact heights leave out. If these heights were asked for only
+// after the feet were found, they would cost the window a second round.
 void RegionFront::look_closer(const std::vector<Window>& windows, Blocks& blocks) const {
   const Blocks before = blocks;
   const std::vector<float>& cells = pass_.cell_height();

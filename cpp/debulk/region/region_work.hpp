@@ -4,7 +4,7 @@
 
 namespace debulk {
 
-// What a thread needs for one window.
+// The buffers that a thread needs to process one window.
 struct RegionFront::Scratch {
   CloudPart part;
   PinholeOutliers image;
@@ -17,11 +17,11 @@ struct RegionFront::Scratch {
 struct RegionFront::Work {
   HeightMap map;
   std::shared_ptr<Region> region = std::make_shared<Region>();
-  std::vector<Window> exact;      // rectangles in which the heights are
-  std::vector<Window> to_make;    // those of them that no earlier window had
-  Grid<float> unfiltered;         // heights, for a larger window to take over
-  bool done = false;              // segmented, with feet
-  std::vector<Window> to_refine;  // blocks that are not exact and should be
+  std::vector<Window> exact;      // rectangles in which the heights are exact
+  std::vector<Window> to_make;    // the part of them that no earlier window had
+  Grid<float> unfiltered;         // heights before filtering, for a larger window to take over
+  bool done = false;              // true: the window is segmented and its feet are found
+  std::vector<Window> to_refine;  // blocks whose heights are not exact but should be
 
   const Window& window() const { return region->window; }
 };

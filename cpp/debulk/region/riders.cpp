@@ -12,13 +12,13 @@
 namespace debulk {
 namespace {
 
-// A point over the foot: its height above the reference, and by how much it stands out of the filtered heights.
+// A point over the foot, its height above the reference, and its height above the filtered heights.
 struct Standing {
   Eigen::Vector2d xy;
   double height, out;
 };
 
-constexpr std::size_t kBetweenLooks = 4096;  // points, from one look at the stop to the next
+constexpr std::size_t kBetweenLooks = 4096;  // points from one test of the stop to the next
 
 void look_at(const Stop& stop) {
   if (stop.now()) throw Stopped("the search for bumps on pockets was stopped");
@@ -33,12 +33,12 @@ std::vector<Standing> over_foot(const CloudView& points, const FootHeights& heig
     const Eigen::Vector2d xy(p[0], p[1]);
     if (!points.seen(k) || !heights.on_foot(xy)) continue;
     const double height = p[2] - reference.height(xy), by = height - heights.at(xy);
-    if (std::abs(by) < highest) out.push_back({xy, height, by});  // not where the heights are not known
+    if (std::abs(by) < highest) out.push_back({xy, height, by});  // false for NaN, where the heights are not known
   }
   return out;
 }
 
-// Standard deviation by the median size, which no bump shifts.
+// Returns the standard deviation, estimated from the median absolute value, which a bump hardly shifts.
 double noise_of(const std::vector<Standing>& points) {
   std::vector<double> sizes;
   for (const Standing& p : points) sizes.push_back(std::abs(p.out));
@@ -47,7 +47,7 @@ double noise_of(const std::vector<Standing>& points) {
   return 1.4826 * *middle;
 }
 
-// How many points lie at a top, and near it; and of each how many stand out, or lie as deep below.
+// Numbers of points close to a top and near it, and how many of them stand out or lie as deep below.
 struct Around {
   int close = 0, close_out = 0;
   int near = 0, out = 0, sunk = 0;
@@ -64,7 +64,8 @@ Around around(const std::vector<Standing>& points, const Eigen::Vector2d& top, d
   return a;
 }
 
-// The paraboloid through the points in a ring round a top: the ply without the bump, of which the filtered heights have kept a part.
+// The paraboloid through the points in a ring round a top: the ply without the bump. The filtered heights do not serve
+// for this, since they still contain part of the bump.
 class Without {
  public:
   Without(const std::vector<Standing>& points, const Eigen::Vector2d& top, double inner, double outer) : top_(top), scale_(outer) {
@@ -78,7 +79,7 @@ class Without {
     }
     factors_ = normal.ldlt().solve(right);
   }
-  bool known() const { return count_ >= 24; }  // four times as many as factors
+  bool known() const { return count_ >= 24; }  // four times the number of factors
   double at(const Eigen::Vector2d& xy) const { return factors_.dot(terms(xy)); }
 
  private:
@@ -117,8 +118,8 @@ std::vector<Rider> riders(const CloudView& points, double pitch_mm, const FootMa
       if ((p.xy - top).norm() < options.ring_mm) stands.push_back(ply.known() ? p.height - ply.at(p.xy) : p.out);
     if (stands.size() < 2) continue;
     std::nth_element(stands.begin(), stands.begin() + 1, stands.end(), std::greater<>());
-    const double height = stands[1];  // the highest may be a flying one
-    // What stands half as high, a disc.
+    const double height = stands[1];  // the highest may be a flying point
+    // The width is the diameter of a disc, from the area of the points above half the height.
     const auto half = std::count_if(stands.begin(), stands.end(), [&](double one) { return one > 0.5 * height; });
     const double wide = 2 * std::sqrt(4 / std::acos(-1.0) * static_cast<double>(half)) * pitch_mm;
     if (wide >= options.wide_mm) found.push_back({top, height, wide});

@@ -12,9 +12,9 @@ namespace debulk {
 namespace {
 
 constexpr int block_width = 256, block_height = 192;  // pixels
-constexpr int border = 24;                            // pixels in which open points do not count
+constexpr int border = 24;                            // pixels along a block's edge in which open points do not count
 constexpr double share = 0.05;
-constexpr std::size_t small = std::size_t{1} << 21;  // pixels; of such an image every point is looked at
+constexpr std::size_t small = std::size_t{1} << 21;  // pixels; every point of an image up to this size is sampled
 
 struct Sums {
   double n = 0, sum = 0, squares = 0;
@@ -27,7 +27,8 @@ double threshold_of(const Sums& s, const OutlierOptions& options, double* mean =
   return std::max(m + options.std_ratio * d, options.least_ratio * m);
 }
 
-// The points of the outermost pixels that the pixel window decided, from their five neighbours: as the window pass does.
+// Sums over those outermost points that the pixel window decided, from their up to five neighbours, as the window pass
+// does.
 Sums rim_of(const CloudView& part, const PinholeOutliers& outliers) {
   std::vector<std::uint8_t> open(part.size(), 0);
   for (long k = 0; k < outliers.open(); ++k) open[outliers.open_pixel(k)] = 1;
@@ -81,7 +82,7 @@ SampledThreshold ThresholdSampler::run(const CloudView& cloud, const std::uint8_
     PinholeOutliers& outliers = whole->outliers;
     part.column = part.row = 0, part.width = cloud.width, part.height = cloud.height;
     outliers.fixed = 0;
-    part.copy(cloud, masked);  // its owner may write into it meanwhile
+    part.copy(cloud, masked);  // a copy, because the cloud's owner may write into it meanwhile
     out.pinhole = outliers.run(part.view(), camera, options, nullptr, threads, stop);
     const Outliers& found = outliers.summary();
     out.mean = found.mean, out.deviation = found.deviation, out.value = found.threshold, out.points = found.seen;
@@ -101,10 +102,10 @@ SampledThreshold ThresholdSampler::run(const CloudView& cloud, const std::uint8_
     const std::shared_ptr<Block> mine = blocks_.borrow();
     CloudPart& part = mine->part;
     PinholeOutliers& outliers = mine->outliers;
-    outliers.fixed = 1;  // one pass: only its figures are wanted
+    outliers.fixed = 1;  // one pass, because only its statistics are needed
     for (long b = begin; b < end; ++b) {
       if (stop.now()) throw Stopped("the sample of the outlier threshold was stopped");
-      // Somewhere in the b-th of equal fields.
+      // Place the block at a jittered position in the b-th of equal fields.
       const double golden = 0.6180339887498949 * static_cast<double>(b + 1);
       const double place_x = golden - std::floor(golden), place_y = 2 * golden - std::floor(2 * golden);
       const auto at = [&](int k, double place, int fields, int size, int block) {
@@ -125,7 +126,8 @@ SampledThreshold ThresholdSampler::run(const CloudView& cloud, const std::uint8_
       for (long o = 0; o < outliers.open(); ++o) alone += !std::isfinite(outliers.open_distance(o));
       const double n = static_cast<double>(found.seen - alone);
       Sums s{n, n * found.mean, (n - 1) * found.deviation * found.deviation + n * found.mean * found.mean};
-      // Open points near the border may miss their neighbours outside: those farther in stand for them.
+      // Open points near the border may have neighbours outside the block: those farther in are weighted to replace
+      // them.
       Sums open, inner;
       for (long o = 0; o < outliers.open(); ++o) {
         const double d = outliers.open_distance(o);

@@ -9,8 +9,8 @@
 
 namespace debulk {
 
-// Part of an organised cloud, copied, what the mask hides (nonzero) made missing: an image of its own, whose camera looks
-// through another principal point. Rows are padded to a multiple of 16 pixels with missing ones.
+// A copy of part of an organised cloud, in which the pixels that the mask hides (nonzero) are missing. It is an image
+// of its own, whose camera has another principal point. Rows are padded with missing pixels to a multiple of 16.
 struct CloudPart {
   int column = 0, row = 0, width = 0, height = 0;  // pixels; column a multiple of 16
   std::vector<float> points;
@@ -24,14 +24,15 @@ struct CloudPart {
 struct SampledThreshold {
   double mean = 0, deviation = 0;  // mm, of the points' mean distances to their four neighbours
   double value = 0;                // mm
-  double error = 0;                // mm, standard error, from how much the parts differ (jackknife)
-  long points = 0;                 // in the sample
-  bool pinhole = false;            // false: the cloud is not a pinhole camera's, and nothing is known
+  double error = 0;                // mm, standard error, from the differences between the parts (jackknife)
+  long points = 0;                 // number of points in the sample
+  bool pinhole = false;            // false: the cloud is not a pinhole camera's, and the other members have no meaning
 };
 
-// Samples blocks of pixels, spread evenly over the image with a jitter: a twentieth of it or a million at least; all of an
-// image of up to two million. What a block's border does is left out: its outermost points do not count, nor flying ones
-// near it, whose neighbours may be outside; those farther in stand for them. Keeps its memory.
+// Samples blocks of pixels, spread evenly over the image with a jitter: about a twentieth of the image or a million
+// pixels, whichever is more, and all of an image of up to two million. The effect of a block's border is left out: the
+// outermost points do not count, and neither do flying points near the border, whose neighbours may lie outside; flying
+// points farther in are weighted to replace them. The sampler keeps its memory between runs.
 class ThresholdSampler {
  public:
   // Throws Stopped.

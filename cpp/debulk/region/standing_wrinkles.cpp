@@ -24,14 +24,14 @@ int pixels(double wanted) {
   return static_cast<int>(std::nearbyint(std::clamp(wanted, 2.0, 1e6)));
 }
 
-// A pixel of the image in its lines.
+// A pixel of the image, by its line and its position along the line.
 struct Place {
   int line = 0, at = 0;
 };
 
 }  // namespace
 
-// One direction of one scan.
+// The search along one direction, rows or columns, of one scan.
 struct WrinkleFinder::Search {
   const WrinkleFinder& finder;
   const Lines lines;
@@ -47,7 +47,7 @@ struct WrinkleFinder::Search {
   }
   double above(int line, int at) const { return finder.above(point(line, at)); }
 
-  // The highest point at a crossing, in either line of the pair.
+  // Returns the highest point at a crossing, on either line of the pair.
   Place top(const Crossing& c) const {
     Place best{c.pair * step, c.at - 2};
     double highest = -std::numeric_limits<double>::infinity();
@@ -57,7 +57,7 @@ struct WrinkleFinder::Search {
     return best;
   }
 
-  // Pixels in a row, through a place, that stand higher than half its height.
+  // Returns the number of consecutive pixels through a place that are higher than half its height.
   int run_through(const Place& place, double height) const {
     const auto stands = [&](int off) { return above(place.line, place.at + off) > 0.5 * height; };
     int begin = 0, end = 0;
@@ -66,15 +66,15 @@ struct WrinkleFinder::Search {
     return end - begin + 1;
   }
 
-  // How high a place stands above the middle of those on both sides; where one of them was not seen, above the other.
+  // Returns the height of a place above the mean of the two points beside it; if one was not seen, above the other.
   double rise(int line, int at, double height) const {
     const double left = above(line, at - side), right = above(line, at + side);
     if (std::isnan(left) && std::isnan(right)) return height;
     return height - (std::isnan(left) ? right : std::isnan(right) ? left : 0.5 * (left + right));
   }
 
-  // Whether something stands out on the way in most of the lines between the first and the last place: by itself, for a pocket
-  // below it lifts all of the way.
+  // Whether in most of the lines between the first and the last place a point near the crest stands out. It must stand
+  // out from the points beside it, because a pocket below lifts the whole way.
   bool solid(const std::vector<Place>& good) const {
     std::vector<double> rises;
     for (const Place& place : good) rises.push_back(rise(place.line, place.at, above(place.line, place.at)));
@@ -120,12 +120,12 @@ struct WrinkleFinder::Search {
     Eigen::Vector2d low = out.along.front(), high = low;
     for (const Eigen::Vector2d& p : out.along) low = low.cwiseMin(p), high = high.cwiseMax(p);
     const double across = (high - low).norm() / std::max(1.0, (good.back().line - good.front().line) * pitch);
-    out.width = median(widths) * pitch / std::max(1.0, across);  // lines cross it askew
+    out.width = median(widths) * pitch / std::max(1.0, across);  // because the lines cross the wrinkle at an angle
     if (out.width > options.widest_mm || !solid(good)) return std::nullopt;
     return out;
   }
 
-  // False: there are too many crossings.
+  // Returns false if there are too many crossings.
   bool add_to(std::vector<StandingWrinkle>& out, const Stop& stop) const {
     CrossingOptions crossing;
     crossing.step = step, crossing.side = side;

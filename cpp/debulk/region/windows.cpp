@@ -9,11 +9,11 @@ namespace debulk {
 namespace {
 
 constexpr int side = MeshPass::tile_side;
-constexpr long largest = 24 * 24;  // blocks of a rectangle: there is work for each thread, and a stop is soon seen
-constexpr int snap = 16;           // points: the stretches of ImageGridding
+constexpr long largest = 24 * 24;  // most blocks of a rectangle, so that each thread has work and a stop is seen soon
+constexpr int snap = 16;           // points; the length of the stretches of ImageGridding
 constexpr float highest = 100.0F;  // mm
 
-// The mold's XY under a corner of the image, for a point so high above the base; false outside the base.
+// Sets xy to the mold's XY at a pixel corner, for a point `height` mm above the base; returns false outside the base.
 bool place(const RayBase& base, const View& view, int column, int row, double height, Eigen::Vector2d& xy) {
   const std::size_t at = static_cast<std::size_t>(std::min(row / base.step, base.ny - 1)) * static_cast<std::size_t>(base.nx) +
                          static_cast<std::size_t>(std::min(column / base.step, base.nx - 1));
@@ -24,7 +24,7 @@ bool place(const RayBase& base, const View& view, int column, int row, double he
   return true;
 }
 
-// The highest cell of a tile, mm; a run of flying pixels counts too.
+// Returns the height of the highest cell of a tile, mm; a run of flying pixels counts too.
 double top_of(const MeshPass& pass, int ti, int tj, int row_step) {
   constexpr int across = side / MeshPass::cell_columns;
   float top = 0;
@@ -82,7 +82,7 @@ std::vector<Window> Blocks::rectangles(const Window& window, double margin) cons
     const Window w = open.back();
     open.pop_back();
     const Window none{w.i1, w.j1, w.i0, w.j0, -1};
-    // What is wanted in each column and row.
+    // The bounds of the wanted blocks in each column and row.
     std::vector<Window> columns(static_cast<std::size_t>(w.i1 - w.i0), none), rows(static_cast<std::size_t>(w.j1 - w.j0), none);
     for (int j = w.j0; j < w.j1; ++j)
       for (int i = w.i0; i < w.i1; ++i) {
@@ -93,7 +93,7 @@ std::vector<Window> Blocks::rectangles(const Window& window, double margin) cons
       }
     const Window whole = std::accumulate(rows.begin(), rows.end(), none, join);
     if (whole.top < 0) continue;
-    // The cut that saves most; of what is too large, one near its middle.
+    // Make the cut that saves most; a rectangle that is too large is cut near its middle.
     const bool too_large = whole.size() > largest;
     double best = too_large ? std::numeric_limits<double>::infinity() : cost(whole);
     Window first = none, second = none;

@@ -8,8 +8,8 @@
 namespace debulk {
 namespace {
 
-// How wide a strip of ply a fibre stands for at one of its nodes, mm: on each side half the way to the next fibre, where the net has
-// one. A spacing where it is alone.
+// Returns the width of the strip of ply that a fibre represents at one of its nodes, mm: on each side half the distance
+// to the next fibre, if the net has one there; one spacing if it has none on either side.
 double width_at(const Net& net, int node, int fibre) {
   const Neighbours& around = net.neighbours[static_cast<std::size_t>(node)];
   const auto to = [&](int neighbour) -> Eigen::Vector3d {
@@ -30,7 +30,7 @@ double width_at(const Net& net, int node, int fibre) {
   return width > 0 ? width : net.spacing;
 }
 
-// By how much a section turns from its first segment to its last.
+// Returns the angle by which a section turns from its first segment to its last, radians.
 double turning(const std::vector<Eigen::Vector3d>& points, const std::vector<int>& nodes) {
   const Eigen::Vector3d first = points[static_cast<std::size_t>(nodes[1])] - points[static_cast<std::size_t>(nodes[0])];
   const Eigen::Vector3d last = points[static_cast<std::size_t>(nodes.back())] - points[static_cast<std::size_t>(nodes[nodes.size() - 2])];

@@ -15,20 +15,21 @@ namespace {
 constexpr double kApart = 4.0;      // mm, from line to line
 constexpr double kStep = 1.0;       // mm, along a line
 constexpr double kAround = 40.0;    // mm of laid ply beyond each end, over which the string may come off the mold as well
-constexpr double kLaid = 0.03;      // mm; lower is on the mold
-constexpr double kTail = 20.0;      // mm beyond the foot, within which the ply comes down from the mold tolerance
-constexpr double kEnds = 10.0;      // mm, within which the place is known where the ply comes down, and friction begins to hold
-constexpr double kStraight = 1e5;   // mm, radius of a string that is as good as straight
-constexpr double kWavelength = 20;  // mm, over which errors of smoothed heights are alike (docs/verdicts.md)
-constexpr int kBend = 4;            // steps to either side, over which the ply's curvature is taken: the filters' window
-constexpr int kEnough = 30;         // heights of laid ply, whose scatter is that of all
+constexpr double kLaid = 0.03;      // mm; ply lower than this lies on the mold
+constexpr double kTail = 20.0;      // mm beyond the foot within which the ply comes down from the mold tolerance
+constexpr double kEnds = 10.0;      // mm, uncertainty of the place where the ply comes down and friction begins to hold
+constexpr double kStraight = 1e5;   // mm, radius of a string that is practically straight
+constexpr double kWavelength = 20;  // mm, length over which errors of smoothed heights are alike (docs/verdicts.md)
+constexpr int kBend = 4;            // steps to either side over which the ply's curvature is computed: the filters' window
+constexpr int kEnough = 30;         // number of heights of laid ply that suffices to estimate their scatter
 
-// One line, from kAround before the ply comes off the mold to kAround after it has come down, or to the edge of what is known.
+// One line, from kAround before the ply comes off the mold to kAround after it has come down, or to the edge of the
+// known mold or of the ply.
 struct Line {
   MoldSection mold;
-  double lacks = 0;   // mm
+  double lacks = 0;   // mm, by which the ply is shorter than the mold
   double bends = 0;   // 1/mm, integral of the ply's squared curvature
-  double radius = 0;  // mm, up to which friction holds it
+  double radius = 0;  // mm, largest radius of an arc that friction holds
 };
 
 class Lines {
@@ -36,7 +37,7 @@ class Lines {
   Lines(const FootMap& feet, const Foot& foot, const Surface& mold, const BridgeSectionOptions& options)
       : ply_(feet, foot), feet_(feet), mold_(mold), options_(options), outline_(options.ply) {}
 
-  // False where the mold below it is not known.
+  // Measures one line; returns false if the mold below it is not known.
   bool measure(const Eigen::Vector2d& origin, const Eigen::Vector2d& along, int reach) {
     const auto at = [&](int k) -> Eigen::Vector2d { return origin + k * kStep * along; };
     int first = -reach, last = reach;
@@ -65,10 +66,11 @@ class Lines {
     return true;
   }
 
-  // Root mean square of the heights of the ply that lies on the mold round the pocket; the mold tolerance where there are too few.
+  // Returns the root mean square of the heights of the ply that lies on the mold round the pocket; the mold tolerance
+  // if there are too few.
   double scatter() const { return laid_ < kEnough ? feet_.mold_tol_mm : std::sqrt(squares_ / laid_); }
 
-  std::vector<Line> lines;  // those that are too short
+  std::vector<Line> lines;  // the lines that are too short
 
  private:
   template <class At>
@@ -76,13 +78,14 @@ class Lines {
     std::vector<double> gaps;
     for (int k = first; k <= last; ++k) {
       const double gap = lower_side(at(k));
-      // A height that is not known: a step down to the mold and up again would be length that the ply does not have.
+      // A height that is not known repeats the one before: a step down to the mold and up again would add length that
+      // the ply does not have.
       gaps.push_back(std::isnan(gap) ? (gaps.empty() ? 0.0 : gaps.back()) : std::max(gap, 0.0));
     }
     return gaps;
   }
 
-  // From the foot outwards until the ply lies, or rises again.
+  // Returns the heights from the foot outwards, until the ply lies on the mold or rises again.
   template <class At>
   std::vector<double> tail(const At& at, int end, int on, double gap) const {
     std::vector<double> out;
@@ -94,14 +97,15 @@ class Lines {
     return out;
   }
 
-  // Steps of ply that are taken to lie beyond an end, up to the edge; their heights tell the scatter.
+  // Returns the number of steps beyond an end, up to the edge, over which the ply is taken to lie on the mold. Their
+  // heights serve to estimate the scatter.
   template <class At>
   int laid_beyond(const At& at, int end, int on, double way) {
     int count = 0;
     while ((count + 1) * kStep <= std::min(kAround, way) && known(at(end + on * (count + 1)))) {
       ++count;
       const double height = lower_side(at(end + on * count));
-      if (!(std::abs(height) <= feet_.mold_tol_mm)) continue;  // another pocket, or not known
+      if (!(std::abs(height) <= feet_.mold_tol_mm)) continue;  // part of another pocket, or not known
       squares_ += height * height;
       ++laid_;
     }
@@ -142,8 +146,9 @@ class Lines {
 
 }  // namespace
 
-// A height that is off by d where the ply turns by an angle a makes it longer by a d. Errors that are alike over a wavelength
-// add up to sqrt(wavelength * integral of squared curvature) of one. Its standard deviation is seen where the ply lies.
+// A height error d where the ply turns by an angle a makes it longer by a d. Errors that are alike over a wavelength
+// add up to sqrt(wavelength * integral of squared curvature) times a single error. The standard deviation of the errors
+// is estimated where the ply lies on the mold.
 std::optional<BridgeSection> bridge_section(const FootMap& feet, const Foot& foot, const Surface& mold, const FibreAngles& angles,
                                             const BridgeSectionOptions& options, const Stop& stop) {
   if (options.ply.empty() || foot.outline.empty()) return std::nullopt;
@@ -165,7 +170,8 @@ std::optional<BridgeSection> bridge_section(const FootMap& feet, const Foot& foo
     const double error = std::max(options.least_error, 2 * all.scatter() * std::sqrt(kWavelength * line.bends));
     const double ends = options.friction * kEnds;
     const auto gap = [&line](double lacks, double more) { return taut_string_lacking(line.mold, lacks, line.radius + more).gap; };
-    // The gap grows with what it lacks: none is higher than that of the straightest string that friction holds.
+    // The gap grows with the missing length, so no gap is higher than that of the straightest string that friction
+    // holds.
     const double highest = gap(kStraight, 0);
     if (chosen != nullptr && highest <= out.least_gap && (highest > 0 || line.lacks <= out.lacks)) continue;
     const double least = gap(line.lacks - error, -ends), nominal = gap(line.lacks, 0);

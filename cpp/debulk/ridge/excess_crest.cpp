@@ -14,18 +14,20 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kStep = 0.5;  // of the curve, in node spacings
-// The curve ends where the fold is half as high: an elastic fold is as high as its excess to the power of 4/7.
+// The curve ends where the fold is half as high; the height of an elastic fold varies as its excess to the power of
+// 4/7.
 constexpr double kEndPower = -7.0 / 4;
-// Below this correlation of the fibres' coordinates over the pocket it is as long along either diagonal of its fibres,
-// and folds along either; the referee's 45 pockets above it all fold along the longer one (bench/referee/crests.txt).
+// Below this correlation of the fibres' coordinates over the pocket, the pocket is equally long along both diagonals of
+// its fibres and may fold along either. The 45 pockets of the referee (the independent solver) above it all fold along
+// the longer one (bench/referee/crests.txt).
 constexpr double kDiagonal = 0.15;
 
-// What fibres of one direction have to spare, mm, by their place in the lattice, from the first on.
+// The excess of the fibres of one direction, mm, by their place in the lattice, from the first on.
 struct Held {
   int first = 0;
   std::vector<double> excess;
 
-  // Between the fibres, and 0 beyond them.
+  // Interpolates between the fibres; 0 beyond them.
   double at(double place) const {
     const double from = place - first, k = std::floor(from);
     const auto of = [this](double i) {
@@ -37,7 +39,7 @@ struct Held {
 
 struct HeldFibres {
   std::array<Held, 2> by_direction;
-  std::vector<int> worst;  // nodes of the fibre with the most to spare; empty: none has any
+  std::vector<int> worst;  // nodes of the fibre with the largest excess; empty if none has any
 };
 
 HeldFibres held_fibres(const Net& laid, const Surface& mold) {
@@ -65,7 +67,8 @@ HeldFibres held_fibres(const Net& laid, const Surface& mold) {
   return out;
 }
 
-// Correlation of the fibres' coordinates over the air below the ply: 1 for a pocket along their first diagonal.
+// Returns the correlation of the fibres' coordinates, weighted by the gap below the ply: 1 for a pocket along their
+// first diagonal.
 double lean(const Net& laid, const std::vector<double>& gaps) {
   double sum = 0, xx = 0, xy = 0, yy = 0;
   Vector2d mean = Vector2d::Zero();
@@ -91,7 +94,7 @@ class Places {
     for (std::size_t n = 0; n < laid.lattice.size(); ++n) numbers_[laid.lattice[n]] = n;
   }
 
-  // Interpolates in the cell of four nodes; none outside the net.
+  // Interpolates in the cell of four nodes; returns nullopt outside the net.
   std::optional<Vector2d> at(const Vector2d& place) const {
     const Vector2d low = place.array().floor(), part = place - low;
     Vector2d out = Vector2d::Zero();
@@ -111,7 +114,8 @@ class Places {
   std::map<std::array<int, 2>, std::size_t> numbers_;
 };
 
-// Follows the crest both ways to where the fold is half as high, or the net ends. sign: on which side of the first fibre its normal lies.
+// Follows the crest both ways to where the fold is half as high or the net ends. sign: the side of the first fibre on
+// which the crest's normal lies.
 std::vector<Vector2d> curve(const std::array<Held, 2>& held, const Places& places, const Vector2d& start, double sign) {
   const auto whole = [&](const Vector2d& at) { return std::hypot(held[0].at(at.y()), held[1].at(at.x())); };
   const auto along = [&](const Vector2d& at) -> Vector2d {

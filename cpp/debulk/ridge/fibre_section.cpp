@@ -5,12 +5,13 @@
 namespace debulk {
 namespace {
 
-// Nodes from `peak` (left out) down along `direction`; false when a higher node comes before the foot or valley.
+// Collects the nodes from `peak` (excluded) down along `direction`; returns false if a node higher than `peak` comes
+// before the foot or valley.
 bool descend(const DebulkedNet& net, int peak, Direction direction, double touch, std::vector<int>& path) {
   double lowest = net.gaps[peak];
   std::size_t kept = 0;
   for (int n = net.neighbours[peak][direction]; n >= 0 && n != peak; n = net.neighbours[n][direction]) {
-    if (net.gaps[n] > lowest + touch && !path.empty()) break;  // the fibre rises again: the valley lies behind us
+    if (net.gaps[n] > lowest + touch && !path.empty()) break;  // the fibre rises again, so the valley has been passed
     if (net.gaps[n] > net.gaps[peak]) return false;
     path.push_back(n);
     if (net.gaps[n] <= lowest) {

@@ -8,7 +8,8 @@
 namespace debulk {
 namespace {
 
-// A node that is higher by d lengthens the polyline by d times the change of its segments' slopes there, to first order.
+// To first order, a node that is higher by d lengthens the polyline by d times the change of its segments' slopes
+// there.
 double noise_gain(const std::vector<Eigen::Vector3d>& ply) {
   double squares = 0;
   for (std::size_t i = 1; i + 1 < ply.size(); ++i) {
@@ -18,11 +19,11 @@ double noise_gain(const std::vector<Eigen::Vector3d>& ply) {
   return std::sqrt(squares);
 }
 
-// Largest height of the upper convex hull of the points (way along the chord, height) above them.
+// Returns the largest height of the upper convex hull above its points (distance along the chord, height).
 double taut_string_gap(const std::vector<Eigen::Vector2d>& profile) {
   std::vector<Eigen::Vector2d> hull;
   const auto below = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
-    return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x() >= 0;  // b on or below the line from a to c
+    return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x() >= 0;  // true if b is on or below the line from a to c
   };
   for (const Eigen::Vector2d& p : profile) {
     while (hull.size() > 1 && below(hull[hull.size() - 2], hull.back(), p)) hull.pop_back();
@@ -38,7 +39,7 @@ double taut_string_gap(const std::vector<Eigen::Vector2d>& profile) {
   return gap;
 }
 
-// Of the mold from under one end of a fibre to under the other.
+// Does the same for the mold below a fibre, from one end to the other.
 double taut_string_gap(const std::vector<Eigen::Vector3d>& ply, const Surface& mold) {
   const Eigen::Vector2d a = ply.front().head<2>(), b = ply.back().head<2>();
   std::vector<Eigen::Vector2d> profile;

@@ -12,7 +12,8 @@ namespace debulk {
 Eigen::Vector3d closest_point(const Surface& surface, const Eigen::Vector3d& point) {
   Eigen::Vector2d u = point.head<2>();
   for (int iteration = 0; iteration < 50; ++iteration) {
-    // Newton on half the squared distance of (u, F(u)); Gauss-Newton where the surface curves too sharply for it.
+    // Newton's method on half the squared distance to (u, F(u)); Gauss-Newton where the surface curves too sharply for
+    // that.
     const SurfaceSample s = surface.sample(u);
     const double above = point.z() - s.height;
     const Eigen::Vector2d descent = point.head<2>() - u + above * s.gradient;

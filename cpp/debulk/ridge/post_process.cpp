@@ -12,8 +12,8 @@
 namespace debulk {
 namespace {
 
-// A section that is shorter than its mold by more than this, relative to its length, cannot be pressed onto it. It is the
-// strain that a certificate allows.
+// A section that is shorter than its mold by more than this, relative to its length, cannot be pressed onto it. The
+// value is the strain that a certificate allows.
 constexpr double kTautStrain = 1e-4;
 
 void check_input(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Neighbours>& neighbours,
@@ -24,7 +24,7 @@ void check_input(const std::vector<Eigen::Vector3d>& nodes, const std::vector<Ne
           "at least one node inside the perimeter", "none of " + std::to_string(inside.size()));
 }
 
-// Nodes that stand clear of the mold, from the highest down; ties by number.
+// Returns the nodes that do not touch the mold, from the highest down; ties by number.
 std::vector<int> from_the_highest(const std::vector<double>& gaps, double touch) {
   std::vector<int> order;
   for (std::size_t i = 0; i < gaps.size(); ++i)
@@ -33,7 +33,8 @@ std::vector<int> from_the_highest(const std::vector<double>& gaps, double touch)
   return order;
 }
 
-// The sections through a node along both fibres, that of the larger excess per length first; none on the flank of both.
+// Returns the sections through a node along its fibres, the one with the larger excess per length first; none if the
+// node is on the flank of both fibres.
 std::vector<FibreSection> sections_at(const DebulkedNet& net, int peak, double touch) {
   std::vector<FibreSection> sections;
   for (const int fibre : {0, 1})
@@ -42,7 +43,8 @@ std::vector<FibreSection> sections_at(const DebulkedNet& net, int peak, double t
   return sections;
 }
 
-// Marks the peak and the nodes between the ends, as far as no earlier section has; returns those that it marked.
+// Marks the peak and the nodes between the ends, except those that an earlier section has marked; returns the nodes it
+// marked.
 std::vector<int> claim(const FibreSection& section, std::vector<std::uint8_t>& claimed) {
   std::vector<int> marked;
   for (const int n : section.nodes) {
@@ -54,8 +56,8 @@ std::vector<int> claim(const FibreSection& section, std::vector<std::uint8_t>& c
   return marked;
 }
 
-// Over the nodes inside that are not `without`. Relative to `scale`, so that gaps that are all equal to it give it back to the
-// bit; `scale` itself where there are none.
+// Returns the RMS over the nodes that are `inside` and not `without`. It is computed relative to `scale`, so that gaps
+// that all equal `scale` give exactly `scale`; it is also `scale` if there are no such nodes.
 double rms_inside(const std::vector<double>& gaps, const std::vector<std::uint8_t>& inside, const std::vector<std::uint8_t>& without,
                   double scale) {
   double sum = 0;
@@ -68,7 +70,7 @@ double rms_inside(const std::vector<double>& gaps, const std::vector<std::uint8_
   return count > 0 ? scale * std::sqrt(sum / static_cast<double>(count)) : scale;
 }
 
-// The section that bridges: the tautest, or one that holds. None where no fibre is too short.
+// The section that bridges: the tautest, or else one that friction holds. It is null if no fibre is too short.
 struct Bridge {
   const FibreSection* section = nullptr;
   Pull pull;
@@ -140,7 +142,7 @@ PostProcessed post_process(const std::vector<Eigen::Vector3d>& nodes, const std:
         out.gaps[n] = gaps[n] + base;
         out.bridge_height = std::max(out.bridge_height, out.gaps[n]);
       }
-    }  // else it closes, and claims nothing: its other nodes may be tops across
+    }  // otherwise the top closes and claims nothing, because its other nodes may be tops across
   }
 
   out.ridge_length = measure_ridge_lines(net, out.sections);

@@ -9,12 +9,12 @@
 namespace debulk {
 namespace {
 
-constexpr double kApart = 2.0;      // mm; what the filters leave is 8 mm wide
-constexpr double kStep = 1.0;       // mm, at least: a step of 1.5 takes 4 % from a bump 18 mm wide, and this 2 %
-constexpr double kEdgeCells = 2.0;  // beside the ply's edge whose heights are not known
+constexpr double kApart = 2.0;      // mm; a bump that the filters leave is 8 mm wide
+constexpr double kStep = 1.0;       // mm, least step: a step of 1.5 takes 4 % from a bump 18 mm wide, this one 2 %
+constexpr double kEdgeCells = 2.0;  // width, in grid cells, of the border of the ply in which heights may not be known
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// Of the steps whose ends both are known.
+// Returns the excess of the steps whose two ends are known.
 double excess_of(const StraightFibre& line, double step) {
   double excess = 0;
   for (std::size_t k = 1; k < line.gaps.size(); ++k) {
@@ -24,7 +24,8 @@ double excess_of(const StraightFibre& line, double step) {
   return excess;
 }
 
-// Half way there, and there: an outline between two of the places is missed.
+// Whether the ply continues for held.over beyond both ends. It is tested at a tenth of this distance, at half of it and
+// at the whole; a gap in the ply between two of these places is missed.
 bool goes_on(const StraightFibre& line, const Eigen::Vector2d& way, const LinesHeld& held) {
   if (held.over <= 0 || held.ply.empty()) return true;
   for (const double share : {0.1, 0.5, 1.0}) {
@@ -41,21 +42,22 @@ struct Frame {
   Eigen::Vector2d at(int k, double aside) const { return origin + k * step * along + aside * Eigen::Vector2d(-along.y(), along.x()); }
 };
 
-// Unknown: on the mold.
+// Returns the height of the ply's lower side; where the height is not known, the ply is taken to lie on the mold.
 double lower_side(double height, double thickness) {
   return std::isnan(height) ? 0.0 : std::max(height - thickness, 0.0);
 }
 
-// Where the filters know no height beside the ply's edge it does not step down to the mold.
+// Whether a place without a height is so near the ply's edge that the line ends there instead of stepping down to the
+// mold.
 bool ends_before(const Eigen::Vector2d& xy, const LinesHeld& held, double spacing) {
   return !held.ply.empty() && distance_to_outline(held.ply, xy) <= kEdgeCells * spacing;
 }
 
-// All of it, from its first point on the foot to its last.
+// Returns the whole line, from its first point on the foot to its last.
 StraightFibre line_over(const FootHeights& ply, const FootMap& feet, const Surface& mold, const LinesHeld& held, const Frame& frame,
                         int reach, double aside) {
   StraightFibre line;
-  int last = -1;  // of its points on the foot, counted from the first
+  int last = -1;  // index of its last point on the foot
   for (int k = -reach; k <= reach; ++k) {
     const Eigen::Vector2d xy = frame.at(k, aside);
     bool on = ply.on_foot(xy);
@@ -79,7 +81,8 @@ StraightFibre part_of(const StraightFibre& line, int first, int end) {
   return part;
 }
 
-// Parted in the middle of what lies on the mold for longer than `apart`, off the foot or on it: a ring's foot is the whole disc.
+// Divides the line in the middle of each stretch that lies on the mold for longer than `apart`, off the foot or on it:
+// the foot of a ring-shaped pocket is the whole disc.
 std::vector<StraightFibre> parted(StraightFibre line, double tolerance, double step, double apart) {
   std::vector<StraightFibre> parts;
   const int count = static_cast<int>(line.gaps.size());
@@ -110,7 +113,7 @@ std::vector<StraightFibre> straight_fibres(const FootMap& feet, const Foot& foot
   const int reach = static_cast<int>(half / step) + 1, aside = static_cast<int>(half / kApart) + 1;
   for (std::size_t k = 0; k < angles.size(); ++k) {
     const Frame frame{0.5 * (box.low + box.high), {std::cos(angles[k]), std::sin(angles[k])}, step};
-    double best = 0;  // aside
+    double best = 0;  // offset of the best line so far, mm
     const auto try_line = [&](double at) {
       if (stop.now()) throw Stopped("straight lines along the fibres were not all measured");
       StraightFibre whole = line_over(ply, feet, mold, held, frame, reach, at);
@@ -118,7 +121,7 @@ std::vector<StraightFibre> straight_fibres(const FootMap& feet, const Foot& foot
         if (line.excess > out[k].excess && goes_on(line, frame.along, held)) out[k] = std::move(line), best = at;
     };
     for (int n = -aside; n <= aside; ++n) try_line(n * kApart);
-    for (double closer = kApart / 2; closer > kApart / 8; closer /= 2)  // to the top of a narrow bump
+    for (double closer = kApart / 2; closer > kApart / 8; closer /= 2)  // approach the top of a narrow bump
       for (const double side : {best - closer, best + closer}) try_line(side);
   }
   return out;

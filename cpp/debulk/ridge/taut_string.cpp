@@ -6,12 +6,13 @@
 namespace debulk {
 namespace {
 
-constexpr double kLeastRadius = 1.0;  // mm; a ply three tenths thick is no string over less
-constexpr int kHalvings = 12;         // of the radius' logarithm: to 0.3 % of it at most
+constexpr double kLeastRadius = 1.0;  // mm; over a smaller radius a ply 0.3 mm thick does not act as a string
+constexpr int kHalvings = 12;         // bisections of the logarithm of the radius, which is then exact to 0.3 % or better
 
 }  // namespace
 
-// Less s^2 / 2 R an arc of radius R is a straight line, and the string the upper hull of the points.
+// When s^2 / 2 R is subtracted from all heights, an arc of radius R becomes a straight line, and the string is the
+// upper convex hull of the mold's points.
 TautString taut_string(const MoldSection& mold, double radius) {
   TautString out;
   out.radius = radius;
@@ -31,7 +32,7 @@ TautString taut_string(const MoldSection& mold, double radius) {
   }
   for (std::size_t n = 1; n < on.size(); ++n) {
     const int a = on[n - 1], b = on[n];
-    if (b == a + 1) continue;  // lies on the mold
+    if (b == a + 1) continue;  // the string lies on the mold
     const double at_a = z(a) - arc(a), slope = (z(b) - arc(b) - at_a) / (b - a);
     double before = z(a);
     for (int k = a + 1; k <= b; ++k) {

@@ -11,11 +11,11 @@
 namespace debulk {
 namespace {
 
-constexpr double kLifted = 1e-6;              // gap of a node that is lifted; the interior point leaves less at a contact
+constexpr double kLifted = 1e-6;              // a node with a larger gap is lifted; the solver leaves a smaller one at a contact
 constexpr double kPushing = 1e-6;             // contacts with more force than this hold their node
 constexpr double kHeld = 1e10, kStiff = 1e8;  // stiffness of such contacts, and of lengths
 
-// Curvature of the gap along the ply: of the ply by its turn less that of the mold.
+// Returns the curvature of the gap along the ply: the ply's curvature, from its turning angle, less that of the mold.
 double gap_curvature(const SectionProblem& problem, const Eigen::Matrix2Xd& line, int i) {
   const Eigen::Vector2d d1 = line.col(i) - line.col(i - 1), d2 = line.col(i + 1) - line.col(i);
   const SectionProfile::Sample mold = problem.mold().at(line(0, i));
@@ -23,9 +23,9 @@ double gap_curvature(const SectionProblem& problem, const Eigen::Matrix2Xd& line
   return std::atan2(d1.x() * d2.y() - d1.y() * d2.x(), d1.dot(d2)) / problem.energy().node_length(i) - of_mold;
 }
 
-// Where the ply leaves the mold, on one side of the crown. Moment and gap curvature are zero there and grow linearly behind;
-// extrapolated from the first two free nodes they are exact for the reaction of the last touching nodes, so that the foot does
-// not jump from node to node.
+// Returns the x at which the ply leaves the mold on one side of the crown. The moment and the gap's curvature are zero
+// there and grow linearly towards the crown. Extrapolating the curvature from the first two free nodes is exact for the
+// reaction of the last touching nodes, so that the foot does not jump from node to node.
 double foot(const SectionProblem& problem, const Eigen::Matrix2Xd& line, const Eigen::VectorXd& y, int outward) {
   int touching = problem.crown() + outward;
   while (problem.place(touching, 1) >= 0 && y[problem.place(touching, 1)] > kLifted) touching += outward;
@@ -79,7 +79,7 @@ SectionBalance balance_section(const SectionProblem& problem, const Eigen::Vecto
   out.certificate.length_error = c.head(problem.segments()).lpNorm<Eigen::Infinity>();
   out.certificate.compliant = out.certificate.length_error > Certificate::length_limit;
 
-  // A Cholesky factorisation of the Hessian, stiffened along lengths and pushing contacts, says whether this is a minimum.
+  // The point is a minimum if the Hessian, stiffened along lengths and pushing contacts, has a Cholesky factorisation.
   NewtonSystem system(problem, Stop());
   system.differentiate(y);
   system.assemble(y, -multipliers);

@@ -5,14 +5,15 @@
 namespace debulk {
 namespace {
 
-// A corner: the turn from segment d1 to segment d2, the difference of their headings, and its derivatives.
+// A corner of the polyline: the turn from segment d1 to segment d2, which is the difference of their headings, and its
+// derivatives.
 struct Corner {
   Eigen::Vector2d d1, d2;
 
   Corner(const Eigen::Matrix2Xd& x, long i) : d1(x.col(i) - x.col(i - 1)), d2(x.col(i + 1) - x.col(i)) {}
 
   double turn() const { return std::atan2(d1.x() * d2.y() - d1.y() * d2.x(), d1.dot(d2)); }
-  // Of the turn by the nodes before, at and behind the corner.
+  // The derivatives of the turn by the nodes before, at and behind the corner.
   std::array<Eigen::Vector2d, 3> gradient() const {
     const Eigen::Vector2d q1 = heading_gradient(d1), q2 = heading_gradient(d2);
     return {q1, -q1 - q2, q2};

@@ -7,19 +7,21 @@
 
 namespace debulk {
 
-// Second derivatives of an energy of a polyline: [i][k] by node i (rows) and node i + k (columns).
+// Second derivatives of an energy of a polyline: block [i][k] is by node i (rows) and node i + k (columns).
 using SectionBlocks = std::vector<std::array<Eigen::Matrix2d, 3>>;
 
-// Energy of the ply's cross-section, a polyline of nodes (x, z), per unit of width, over the pressure P (docs/model.md, section 6):
-//   bending   (l^3 / 2) sum of theta_i^2 / s_i over the inner nodes, l^3 = c / P, theta_i the turning angle, s_i a node's length;
-//   pressure  p times the area between the line and z = 0 (it follows the ply: normal to it, p the share of the full pressure;
-//             with the ends pinned the area is its potential), or p sum s_i (up . x_i) (a dead load along -up).
+// Energy of the ply's cross-section, a polyline of nodes (x, z), per unit of width, divided by the pressure P
+// (docs/model.md, section 6). With p the share of the full pressure, it is the sum of
+//   bending   (l^3 / 2) sum of theta_i^2 / s_i over the inner nodes, l^3 = c / P, theta_i the turning angle, s_i a node's
+//             length;
+//   pressure  p times the area between the line and z = 0 (following: the pressure is normal to the ply, and the area is
+//             its potential because the ends are pinned), or p sum s_i (up . x_i) (vertical: a dead load along -up).
 // The ends carry no moment.
 class SectionEnergy {
  public:
   enum class Pressure { following, vertical };
 
-  // Lengths in any one unit, that of the positions.
+  // Lengths may be in any unit, the same as that of the positions.
   SectionEnergy(const Eigen::VectorXd& segment_lengths, double natural_length, Pressure kind, const Eigen::Vector2d& up);
 
   void set_pressure(double share) { share_ = share; }
@@ -32,7 +34,7 @@ class SectionEnergy {
   void add_hessian(const Eigen::Matrix2Xd& x, double weight, SectionBlocks& out) const;
 
  private:
-  Eigen::VectorXd node_lengths_;  // half of the segments at either side
+  Eigen::VectorXd node_lengths_;  // half the sum of the segments on both sides
   double natural_length_, stiffness_;
   Pressure kind_;
   Eigen::Vector2d up_;

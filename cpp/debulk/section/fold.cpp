@@ -22,12 +22,13 @@ constexpr double kLeastExcess = 1e-3;               // in natural lengths
 constexpr double kShortest = 0.0075, kInFold = 10;  // shortest segment, in natural lengths; least number of segments in a fold
 constexpr double kTouching_mm = Certificate::penetration_limit_mm;
 
-// Arc length of a small fold, mm (docs/model.md, section 6).
+// Returns the arc length of a small fold, mm (docs/model.md, section 6).
 double lifted_length(double excess, double natural) {
   return 4.844 * natural * std::pow(excess / natural, 1.0 / 7);
 }
 
-// Between the height of a small fold, which goes with the power 4/7 of its excess, and the natural length of a large one.
+// Returns a unit of length between the height of a small fold, which varies as the power 4/7 of its excess, and the
+// natural length of a large one.
 double unit_of_length(double excess, double natural) {
   return natural * std::pow(std::min(1.0, excess / natural), 0.4);
 }
@@ -41,7 +42,8 @@ void check_lengths(double excess, double span, double natural) {
   require(excess >= kLeastExcess * natural, "excess_length_mm", least.str().c_str(), excess);
 }
 
-// Segments long enough for their forces not to drown in rounding, and short enough to bend into the fold. In mm.
+// Requires segments long enough for their forces to exceed the rounding errors, and short enough to bend into the fold.
+// Lengths are in mm.
 void check_resolution(const Eigen::VectorXd& lengths, double lifted, double natural, int segments) {
   const double shortest = kShortest * natural, longest = lifted / kInFold;
   std::ostringstream expected;
@@ -50,7 +52,7 @@ void check_resolution(const Eigen::VectorXd& lengths, double lifted, double natu
   require(lengths.minCoeff() >= shortest && lengths.maxCoeff() <= longest, "segments", expected.str().c_str(), segments);
 }
 
-// One fold under rising pressure.
+// Solves one fold under rising pressure.
 class LoadPath {
  public:
   LoadPath(SectionProblem problem, const SectionFrame& frame, double pressure, const SectionOptions& options)
@@ -59,7 +61,7 @@ class LoadPath {
     fold_.natural_length = frame.unit * problem_.energy().natural_length();
   }
 
-  // Solves at a share of the pressure; false where that did not give a certified single fold.
+  // Solves at a share of the pressure; returns false if that did not give a certified single fold.
   bool step(double share, const Eigen::VectorXd& start) {
     problem_.set_pressure(share);
     const Outcome outcome = minimise_with_interior_point(problem_, start, solve_);
@@ -100,7 +102,7 @@ class LoadPath {
  private:
   SectionProblem problem_;
   SectionFrame frame_;
-  double pressure_;  // MPa, the full one
+  double pressure_;  // MPa, the full pressure
   SolveOptions solve_;
   Eigen::VectorXd y_;
   SectionStep step_;
@@ -157,7 +159,8 @@ SectionFold fold_section(double excess, double span, const SectionPly& ply, cons
   for (int k = 1; k <= options.steps && standing; ++k) {
     const double share = static_cast<double>(k) / options.steps;
     standing = path.step(share, k == 1 ? path.problem().start() : path.last());
-    // Where the last step's fold leads elsewhere (a dead load on a wide arch presses its crown in), a bump made for this load.
+    // The last step's fold may not lead to a single fold (a dead load on a wide arch presses its crown in). Then try
+    // again from a bump made for this load.
     if (!standing && k > 1 && !path.stopped()) standing = path.step(share, path.problem().from_line(bump_under(share).line));
     path.end_step();
   }

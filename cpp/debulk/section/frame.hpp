@@ -8,10 +8,11 @@
 
 namespace debulk {
 
-// The section's own frame: origin in the middle of the chord between the pins, x along it, z off the mold, lengths in a unit of the
-// order of the fold's height. A tilted mold is a level one in it, with a tilted "up".
+// The section's own frame: its origin is the middle of the chord between the pins, x points along the chord and z away
+// from the mold. Lengths are in a unit of the order of the fold's height. A tilted mold is level in this frame, with a
+// tilted "up".
 struct SectionFrame {
-  Eigen::Vector2d origin{0, 0}, along{1, 0};  // of the chord; origin in mm
+  Eigen::Vector2d origin{0, 0}, along{1, 0};  // middle of the chord, mm, and its direction
   double half_span = 0;                       // half the chord, in the unit
   double unit = 1;                            // mm
 
@@ -25,11 +26,11 @@ struct SectionFrame {
   }
 };
 
-// Of pins at x = -span / 2 and span / 2 on the mold through `profile` (flat without points), mm. Throws InputError for points
-// that are not finite, do not grow in x, or do not reach the pins.
+// Returns the frame for pins at x = -span / 2 and span / 2 on the mold through `profile` (flat without points), mm.
+// Throws InputError for points that are not finite, do not increase in x, or do not reach the pins.
 SectionFrame section_frame(double span, double unit, const std::vector<Eigen::Vector2d>& profile);
 
-// The mold in the frame. Throws InputError where it overhangs the chord.
+// Returns the mold in the frame. Throws InputError if the mold overhangs the chord.
 SectionProfile section_mold(const SectionFrame& frame, const std::vector<Eigen::Vector2d>& profile);
 
 }  // namespace debulk

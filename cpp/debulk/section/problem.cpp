@@ -10,12 +10,13 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kCrown = 0.1;  // natural lengths; nearer to the crown than this flanks cannot meet, as no ply bends so sharply
-// Load of a segment at full pressure in the unit of force. The interior point's first barrier, 0.1, then lifts a touching node by
-// a hundredth of the unit of length: not so far that the fold is lost, nor so little that contacts are slow to change.
+// Load of a segment at full pressure, in the unit of force. With it the interior point's first barrier, 0.1, lifts a
+// touching node by a hundredth of the unit of length. If it lifted nodes farther, the fold could be lost; if less,
+// contacts would be slow to change.
 constexpr double kForces = 10.0;
 
-// Calls what(slot, entry of the block, variable) for the lower triangle, in one fixed order: of block (i, i + k) the columns'
-// variables stand behind the rows', so that its transpose is below the diagonal.
+// Calls what(slot, entry of the block, variable) for the lower triangle, in a fixed order. In block (i, i + k) the
+// variables of the columns come after those of the rows, so that the transpose of the block is below the diagonal.
 template <class What>
 void for_each_entry(const SectionProblem& problem, const What& what) {
   for (int i = 0; i < problem.nodes(); ++i)
@@ -43,12 +44,14 @@ int SectionProblem::place(int node, int a) const {
   return 2 * (node - 1) + a - (node >= crown() ? 1 : 0);
 }
 
-// A coordinate is wrong in its last bit, angles by that over s, the forces of their moments by that over s^3.
+// A coordinate has an error in its last bit, an angle has this error over s, and the forces of its moment this error
+// over s^3.
 double SectionProblem::rounding() const {
   return 0.2 * std::numeric_limits<double>::epsilon() * scale_ * std::pow(energy_.natural_length() / lengths_.minCoeff(), 3);
 }
 
-// A flank's distance from x = 0 where they touch; towards the crown that of a semicircular cap, the tightest a thick ply makes.
+// The bound of u is a flank's distance from x = 0 when the flanks touch. Towards the crown it is that of a semicircular
+// cap, the tightest that a thick ply makes.
 Eigen::VectorXd SectionProblem::lower() const {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(variables());
   const double half = flank_distance_.value_or(0.0) / 2;
@@ -136,7 +139,8 @@ std::vector<Problem::Entry> SectionProblem::hessian_pattern() const {
   return pattern;
 }
 
-// By the chain rule: the blocks between the frames of their nodes and, on a node's u, the slope along z times F''.
+// By the chain rule, the Hessian consists of the blocks between the frames of their nodes plus, in a node's u, the
+// slope along z times F''.
 void SectionProblem::hessian(const Eigen::VectorXd& y, double weight_of_f, const Eigen::VectorXd& lambda,
                              Eigen::Ref<Eigen::VectorXd> values) const {
   const Eigen::Matrix2Xd line = to_line(y);

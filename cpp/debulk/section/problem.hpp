@@ -11,16 +11,19 @@
 
 namespace debulk {
 
-// One fold of the ply's cross-section on the mold, as a Problem. Nodes 0 to n, n even; 0 and n are pinned on the mold. The node
-// in the middle, the crown, stays on the line x = 0, upright: its neighbours are level. The others have the coordinates
+// One fold of the ply's cross-section on the mold, as a Problem. There are nodes 0 to n, with n even; 0 and n are
+// pinned on the mold. The node in the middle, the crown, stays on the line x = 0 and upright: its two neighbours are at
+// the same height. The other nodes have the coordinates
 //   u = distance from that line, on the node's own side,   h = z - F(x), the gap to the mold,
-// so that contact with the mold is h >= 0, and contact of the two flanks, which are mirror images on a symmetric mold, u >= half
-// their distance. Without the crown's guide the fold could slide along the mold at no cost.
-// Equalities: the strains (|d|^2 / s^2 - 1) / 2 of the segments, whose multipliers are tensions times s, and the level at the crown.
+// so that contact with the mold is h >= 0, and contact of the two flanks, which are mirror images on a symmetric mold,
+// is u >= half their distance. Without the guide at the crown, the fold could slide along the mold at no cost. The
+// equalities are the strains (|d|^2 / s^2 - 1) / 2 of the segments, whose multipliers are tensions times s, and the
+// equal heights at the crown.
 class SectionProblem : public Problem {
  public:
-  // All lengths in one unit, of the order of the fold's height: a minimiser's longest step and first distance from contacts are
-  // fixed in it. `start`: (x, z) of the nodes, whose first and last stay pinned. `flank_distance`: none lets the flanks pass.
+  // All lengths are in one unit, which must be of the order of the fold's height, because a minimiser's longest step
+  // and first distance from contacts are fixed in this unit. `start`: (x, z) of the nodes; the first and the last stay
+  // pinned. `flank_distance`: without a value, the flanks may pass through each other.
   SectionProblem(SectionProfile mold, Eigen::VectorXd segment_lengths, Eigen::Matrix2Xd start, SectionEnergy energy,
                  std::optional<double> flank_distance);
 
@@ -41,10 +44,10 @@ class SectionProblem : public Problem {
   int nodes() const { return segments() + 1; }
   int crown() const { return segments() / 2; }
   const Eigen::VectorXd& lengths() const { return lengths_; }
-  double scale() const { return scale_; }  // of the energy in f
-  double rounding() const;                 // what rounding leaves of the gradient of f
+  double scale() const { return scale_; }  // factor of the energy in f
+  double rounding() const;                 // rounding error of the gradient of f
   const SectionProfile& mold() const { return mold_; }
-  // Where coordinate a (0: u, 1: h) of a node stands among the variables; -1 where it does not.
+  // The index of coordinate a (0: u, 1: h) of a node among the variables; -1 if it is not a variable.
   int place(int node, int a) const;
   Eigen::Matrix2Xd to_line(const Eigen::VectorXd& y) const;  // (x, z) of the nodes
   Eigen::VectorXd from_line(const Eigen::Matrix2Xd& line) const;
@@ -54,7 +57,7 @@ class SectionProblem : public Problem {
 
  private:
   double side(int node) const { return node < crown() ? -1.0 : 1.0; }
-  // Derivative of a node's position by its (u, h).
+  // Returns the derivative of a node's position by its (u, h).
   Eigen::Matrix2d frame(int node, const Eigen::Matrix2Xd& line) const;
 
   SectionEnergy energy_;

@@ -6,7 +6,7 @@
 namespace debulk {
 
 SectionProfile::SectionProfile(std::vector<Eigen::Vector2d> points) : points_(std::move(points)), second_(points_.size(), 0.0) {
-  // The tridiagonal system of the second derivatives, with F'' = 0 at both ends.
+  // Solve the tridiagonal system of the second derivatives, with F'' = 0 at both ends.
   const std::size_t n = points_.size();
   std::vector<double> ratio(n, 0.0);
   const auto width = [&](std::size_t i) { return points_[i + 1].x() - points_[i].x(); };

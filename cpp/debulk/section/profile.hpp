@@ -6,8 +6,8 @@
 
 namespace debulk {
 
-// The mold's cross-section z = F(x): a natural cubic spline through its points, which goes on straight beyond its ends, so
-// that it is twice continuously differentiable everywhere. Without points it is flat, z = 0.
+// The mold's cross-section z = F(x): a natural cubic spline through its points that continues straight beyond its ends,
+// so that it is twice continuously differentiable everywhere. Without points it is flat, z = 0.
 class SectionProfile {
  public:
   struct Sample {
@@ -15,11 +15,11 @@ class SectionProfile {
   };
 
   SectionProfile() = default;
-  // (x, z), x strictly increasing, at least two.
+  // points: at least two (x, z), with x strictly increasing.
   explicit SectionProfile(std::vector<Eigen::Vector2d> points);
 
   Sample at(double x) const;
-  // Points on the curve at equal steps of x from `from` to `to`, both included.
+  // Returns points on the curve at equal steps of x from `from` to `to`, both included.
   Eigen::Matrix2Xd line(double from, double to, int segments) const;
 
  private:
@@ -27,7 +27,7 @@ class SectionProfile {
   std::vector<double> second_;  // F'' at the points
 };
 
-// Running length of a polyline: 0 at its first point, its whole length at the last.
+// Returns the running length of a polyline at its points: 0 at the first, the whole length at the last.
 Eigen::VectorXd running_length(const Eigen::Matrix2Xd& line);
 
 }  // namespace debulk

@@ -8,15 +8,16 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Point of a line at the running length `at`.
+// Returns the point of a line at the running length `at`.
 Eigen::Vector2d point_at(const Eigen::Matrix2Xd& line, const Eigen::VectorXd& running, double at) {
   const double* after = std::upper_bound(running.data() + 1, running.data() + running.size() - 1, at);
   const long i = after - running.data() - 1;
   return line.col(i) + (at - running[i]) / (running[i + 1] - running[i]) * (line.col(i + 1) - line.col(i));
 }
 
-// Half a bump from its crown, (distance, height) of `count` + 1 nodes: the slope angle is steepest sin(pi a / arc) at the arc
-// length a, as in the buckling of a beam, and steepest such that the whole is `excess` shorter than its arc.
+// Returns half a bump from its crown as (distance, height) of `count` + 1 nodes. The slope angle at the arc length a is
+// steepest sin(pi a / arc), as in the buckling of a beam; `steepest` is such that the half bump is `excess` shorter
+// than its arc.
 Eigen::Matrix2Xd half_bump(int count, double length, double excess) {
   const auto angle = [&](int k, double steepest) { return steepest * std::sin(kPi * (k + 0.5) / count); };
   double low = 0, high = 2.4;
@@ -49,7 +50,7 @@ SectionStart section_start(const SectionProfile& mold, double half_span, double 
       const Eigen::Vector2d foot = point_at(below, running, on_bump ? raised(0, k) : k * length - excess / 2);
       out.line.col(half + side * k) = foot + Eigen::Vector2d(0, on_bump ? raised(1, k) : 0.0);
     }
-    out.line(1, half) += raised(1, 0) / 2;  // the sides' crowns differ a little on a mold that is not its own mirror image
+    out.line(1, half) += raised(1, 0) / 2;  // the two sides' crown heights differ a little on a mold that is not symmetric
   }
   out.line(1, half) += mold.at(0).height;
   return out;

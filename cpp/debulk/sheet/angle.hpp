@@ -5,17 +5,18 @@
 
 namespace debulk {
 
-// Functions of the angle theta between two vectors u and v, through q = |u x v|^2 and d = u . v, which are polynomials
-// in u and v: no acos stands between the coordinates and the energy, so that straight fibres (theta = 0) are an ordinary
-// point. With n = sqrt(q), s = q + d^2 = |u|^2 |v|^2:  theta = atan2(n, d),  d theta = (d dn - n dd) / s.
-// Written without branches, so that a loop over corners runs in wide instructions (corner_batch.cpp).
+// Functions of the angle theta between two vectors u and v, written in q = |u x v|^2 and d = u . v, which are
+// polynomials in u and v. So the energy does not contain an acos of the coordinates, and straight fibres (theta = 0)
+// are an ordinary point. With n = sqrt(q), s = q + d^2 = |u|^2 |v|^2:
+//   theta = atan2(n, d),  d theta = (d dn - n dd) / s.
+// The functions have no branches, so that a loop over corners runs in wide instructions (corner_batch.cpp).
 struct AngleLaw {
   double value, q, d, qq, qd, dd;  // the function and its derivatives by q and d
 };
 
 #define DEBULK_INLINE inline __attribute__((always_inline))
 
-// atan(x) / x for |x| <= tan(pi / 8), from z = x^2: the Chebyshev fit of 12 terms, off by 1.3e-18.
+// Returns atan(x) / x for |x| <= tan(pi / 8), from z = x^2, by a Chebyshev fit of 12 terms with an error of 1.3e-18.
 DEBULK_INLINE double atan_over_x(double z) {
   double p = -0.017803896394812563;
   p = p * z + 0.037963903161110833;
@@ -33,11 +34,11 @@ DEBULK_INLINE double atan_over_x(double z) {
 
 // theta^2, smooth at theta = 0: with r = theta / n,
 //   d/dq = r d / s,  d/dd = -2 r q / s,  dr/dq = (d / s - r) / (2 q),  dr/dd = -1 / s.
-// r comes without dividing by n, by halving the angle three times: theta = 2 atan(n / (|u||v| + d)), atan(x) = 2 atan(x /
-// (1 + sqrt(1 + x^2))).
+// r is computed without dividing by n, by halving the angle three times: theta = 2 atan(n / (|u||v| + d)),
+// atan(x) = 2 atan(x / (1 + sqrt(1 + x^2))).
 DEBULK_INLINE AngleLaw turning_squared(double q_exact, double d) {
   const double s = q_exact + d * d, l = std::sqrt(s);
-  const double q = std::max(q_exact, 1e-24 * s);  // a fibre folded back on itself: finite, but no longer smooth
+  const double q = std::max(q_exact, 1e-24 * s);  // for a fibre folded back on itself: finite, but no longer smooth
   const double n = std::sqrt(q);
   const double one = d > 0 ? l + d : q / (l - d);  // (l + d) (l - d) = q
   const double t1 = n / one, two = 1 + std::sqrt(1 + t1 * t1);
@@ -46,7 +47,8 @@ DEBULK_INLINE AngleLaw turning_squared(double q_exact, double d) {
   const double r = 8 * atan_over_x(t3 * t3) / (one * two * three);
 
   const double inverse_s = 1 / s, d_s = d * inverse_s;
-  // dr/dq loses its digits as q -> 0; there atan(y) / y = 1 - y^2/3 + y^4/5 - ..., y^2 = z = q / d^2, differentiated.
+  // The direct formula for dr/dq loses its digits as q -> 0. There we differentiate the series
+  // atan(y) / y = 1 - y^2/3 + y^4/5 - ..., y^2 = z = q / d^2.
   const double d2 = d * d, z = q_exact / d2;
   const double slope =
       -1.0 / 3 + z * (2.0 / 5 + z * (-3.0 / 7 + z * (4.0 / 9 + z * (-5.0 / 11 + z * (6.0 / 13 + z * (-7.0 / 15 + z * 8.0 / 17))))));
@@ -63,7 +65,7 @@ DEBULK_INLINE AngleLaw turning_squared(double q_exact, double d) {
   return law;
 }
 
-// (pi/2 - theta)^2, smooth but where u and v are parallel (a locked net).
+// (pi/2 - theta)^2, smooth except where u and v are parallel (a locked net).
 DEBULK_INLINE AngleLaw shear_squared(double q_exact, double d) {
   const double s = q_exact + d * d, l = std::sqrt(s);
   const double n = std::sqrt(std::max(q_exact, 1e-24 * s));

@@ -6,7 +6,7 @@
 namespace debulk {
 namespace {
 
-constexpr int kPlaces = 6;  // blocks a corner adds to: (a, a), (b, b), (a, b), (a, node), (b, node), (node, node)
+constexpr int kPlaces = 6;  // a corner adds to six blocks: (a, a), (b, b), (a, b), (a, node), (b, node), (node, node)
 
 Eigen::Matrix3d symmetric(const CornerBatch::Lane* lanes, int k) {
   Eigen::Matrix3d m;

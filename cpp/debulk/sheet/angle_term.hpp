@@ -13,8 +13,9 @@ struct Corner {
   int node, a, b;
 };
 
-// stiffness * the sum over corners of a function of the angle between u = x_a - x_node and v = sign * (x_b - x_node);
-// sign = -1 turns the corner's angle into the turning angle of the line a - node - b.
+// The stiffness times the sum over corners of a function of the angle between u = x_a - x_node and
+// v = sign * (x_b - x_node). With sign = -1 this angle is the turning angle of the line a - node - b instead of the
+// corner's angle.
 class AngleTerm : public Term {
  public:
   using Function = void (*)(CornerBatch&, int, double, Order);
@@ -30,7 +31,7 @@ class AngleTerm : public Term {
   Places places(const BlockMatrix& pattern) const override;
 
  private:
-  // Fills a batch from corner `first` on and evaluates it; returns how many it holds.
+  // Fills a batch from corner `first` on and evaluates it; returns the number of corners in it.
   int load(const Points& x, std::size_t first, Order order, CornerBatch& batch) const;
 
   Function function_;

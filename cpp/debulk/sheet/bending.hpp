@@ -5,8 +5,9 @@
 
 namespace debulk {
 
-// Paper eq. (2), summed over nodes: c/2 [(2 Psi_1)^2 + (2 Psi_2)^2], c = E t^3 / 12, where 2 Psi is the turning angle of a
-// fibre at the node: the full angle in space, wherever the fibre goes on at both sides, fixed nodes included (a clamp).
+// Paper eq. (2), summed over nodes: c/2 [(2 Psi_1)^2 + (2 Psi_2)^2], c = E t^3 / 12, where 2 Psi is the turning angle
+// of a fibre at the node. It is the full angle in space and is counted wherever the fibre continues on both sides of
+// the node, also at fixed nodes (which makes a clamp).
 class Bending : public AngleTerm {
  public:
   Bending(double c_mj, const std::vector<Neighbours>& neighbours) : AngleTerm(turning_batch, -1.0, c_mj / 2, corners(neighbours)) {}

@@ -6,7 +6,7 @@ namespace debulk {
 
 BlockMatrix::BlockMatrix(int nodes, const std::vector<std::array<int, 3>>& groups, const std::vector<char>& held) : nodes_(nodes) {
   const auto moves = [&](int i) { return held.empty() || !held[static_cast<std::size_t>(i)]; };
-  std::vector<std::vector<int>> columns(static_cast<std::size_t>(nodes));  // of each row: few, so that they are kept sorted
+  std::vector<std::vector<int>> columns(static_cast<std::size_t>(nodes));  // per row; they are few and are kept sorted
   const auto insert = [&](int row, int column) {
     std::vector<int>& in = columns[static_cast<std::size_t>(row)];
     const auto at = std::lower_bound(in.begin(), in.end(), column);

@@ -24,7 +24,8 @@ struct Contact {
   Eigen::Vector3d normal;  // of z - F, upward, not normalised
 };
 
-// Movable coordinates, their constraints' gradients and what belongs to them, all in forces over the force unit.
+// The first-order conditions at a configuration: movable coordinates, gradients of their constraints, and multipliers.
+// All forces are divided by the force unit.
 class Stationarity {
  public:
   Stationarity(const Sheet& sheet, const Points& x) : sheet_(sheet), x_(x), place_(x.size(), -1) {
@@ -50,7 +51,7 @@ class Stationarity {
   int lengths() const { return static_cast<int>(segments_.size()); }
   int contacts() const { return static_cast<int>(contacts_.size()); }
 
-  // Columns: gradients of the lengths, then of the gaps of the touching nodes.
+  // Returns a matrix whose columns are the gradients of the lengths, then those of the gaps of the touching nodes.
   Sparse columns(bool with_lengths) const {
     Triplets entries;
     const int first = with_lengths ? lengths() : 0;
@@ -67,7 +68,7 @@ class Stationarity {
     return out;
   }
 
-  // Fits the multipliers; with a compliance those of the lengths are -stiffness * strain.
+  // Fits the multipliers. With a compliance, those of the lengths are not fitted but are -stiffness * strain.
   Multipliers fit(bool compliant, double stiffness, const Stop& stop) const {
     std::vector<int> pushing(static_cast<std::size_t>(contacts()));
     const int first = compliant ? 0 : lengths();
@@ -89,14 +90,14 @@ class Stationarity {
     return fit;
   }
 
-  // Of all segments, N: the energy falls by its tension where a segment is let out.
+  // Returns the tension of every segment, N: the rate at which the energy falls as the segment is made longer.
   std::vector<double> tensions_n(const Eigen::VectorXd& multipliers) const {
     std::vector<double> out(sheet_.segments().size(), 0.0);
     for (int k = 0; k < lengths(); ++k) out[numbers_[static_cast<std::size_t>(k)]] = -sheet_.force_unit_n() * multipliers[k];
     return out;
   }
 
-  // Hessian of the Lagrangian over movable coordinates, times Delta over the force unit.
+  // Returns the Hessian of the Lagrangian over the movable coordinates, times Delta over the force unit.
   Sparse hessian(const Eigen::VectorXd& multipliers) const {
     BlockMatrix blocks = sheet_.movable_hessian();
     sheet_.add_movable_hessian(x_, blocks);
@@ -146,18 +147,19 @@ class Stationarity {
   const Sheet& sheet_;
   const Points& x_;
   std::vector<int> place_;
-  std::vector<std::array<int, 2>> segments_;  // with a movable end
-  std::vector<std::size_t> numbers_;          // of those in Sheet::segments()
+  std::vector<std::array<int, 2>> segments_;  // the segments with a movable end
+  std::vector<std::size_t> numbers_;          // their indices in Sheet::segments()
   std::vector<Contact> contacts_;
   Eigen::VectorXd gradient_;
 };
 
 struct Curvature {
   double smallest = 0.0;
-  Eigen::VectorXd direction;  // unit length, within the active constraints; empty where none is negative
+  Eigen::VectorXd direction;  // unit length, within the active constraints; empty if no curvature is negative
 };
 
-// H + rho A A^T + shift, and its factor: with the nodes numbered along the net's fibres it has a narrow skyline.
+// The matrix H + rho A A^T + shift and its factor. It has a narrow skyline, because the nodes are numbered along the
+// net's fibres.
 class Penalised {
  public:
   Penalised(const Sparse& hessian, const Sparse& active) : hessian_(hessian), active_(active) {
@@ -168,7 +170,7 @@ class Penalised {
     factors_ = Skyline(static_cast<int>(hessian.rows()), lower);
   }
 
-  // False where it is not positive definite.
+  // Returns false if the matrix is not positive definite.
   bool factor(double rho, double shift) {
     std::fill(factors_.values().begin(), factors_.values().end(), 0.0);
     const auto at = [this](int row, int column) -> double& { return factors_.values()[factors_.place(row, column)]; };
@@ -198,8 +200,9 @@ class Penalised {
   Skyline factors_;
 };
 
-// Is the Hessian positive on the null space of `active`? It is where H + rho A A^T has a Cholesky factorisation; where it
-// has none, inverse iteration finds the direction to blame, which is then projected into the null space and measured.
+// Tests whether the Hessian is positive on the null space of `active`. It is if H + rho A A^T has a Cholesky
+// factorisation. If not, inverse iteration finds the direction of negative curvature, which is then projected into the
+// null space, where its curvature is measured.
 Curvature smallest_curvature(const Sparse& hessian, const Sparse& active, const Stop& stop) {
   const double largest = std::max(1.0, hessian.coeffs().size() ? hessian.coeffs().abs().maxCoeff() : 0.0);
   Penalised penalised(hessian, active);
@@ -217,7 +220,7 @@ Curvature smallest_curvature(const Sparse& hessian, const Sparse& active, const 
       done = factor();
     }
     if (!done) continue;
-    Eigen::VectorXd v(hessian.rows()), next;  // a start with every component in it, the same every time
+    Eigen::VectorXd v(hessian.rows()), next;  // the start has a share of every component and is always the same
     for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
     for (int step = 0; step < 60; ++step) {
       next = v;
@@ -234,13 +237,15 @@ Curvature smallest_curvature(const Sparse& hessian, const Sparse& active, const 
     if (curvature < out.smallest) out = {curvature, inside / size};
     if (out.smallest < Certificate::curvature_limit) return out;
   }
-  // No factor, and no direction to blame for it: not known, which certifies nothing.
+  // There is no factor, but no direction of negative curvature was found either: the curvature is not known, so that
+  // the point is not certified.
   if (out.smallest == 0) out.smallest = std::numeric_limits<double>::quiet_NaN();
   return out;
 }
 
-// A node that touches without pushing only holds against going down. The active set is the pushing nodes; a direction of
-// negative curvature that would press such a node into the mold, with either sign, has that node held, and is sought again.
+// A node that touches the mold without pushing is held only against moving down. So the active set starts with the
+// pushing nodes. If a direction of negative curvature would press a touching node into the mold with either sign, that
+// node is added to the active set and the search is repeated.
 Curvature curvature_within_contacts(const Stationarity& at, const Eigen::VectorXd& multipliers, const Stop& stop) {
   constexpr double kPushing = 1e-6;  // in force units
   const Sparse hessian = at.hessian(multipliers), columns = at.columns(true);
@@ -274,7 +279,7 @@ Curvature curvature_within_contacts(const Stationarity& at, const Eigen::VectorX
   }
 }
 
-// Residual, curvature, and a direction of descent.
+// Computes the residual, the curvature, and a direction of descent.
 void judge_derivatives(const Sheet& sheet, const Points& x, double stiffness, const Stop& stop, Judged& judged) {
   Certificate& certificate = judged.certificate;
   if (stop.now()) throw Stopped("before the derivatives");
@@ -283,7 +288,7 @@ void judge_derivatives(const Sheet& sheet, const Points& x, double stiffness, co
   judged.tensions_n = at.tensions_n(fit.x);
   certificate.kkt_error = fit.residual.lpNorm<Eigen::Infinity>();
   certificate.strict_kkt_error = certificate.kkt_error * (sheet.force_unit_n() / sheet.strict_force_n());
-  if (!(certificate.kkt_error <= Certificate::kkt_limit)) return;  // curvature means nothing where a slope is left
+  if (!(certificate.kkt_error <= Certificate::kkt_limit)) return;  // curvature means nothing if the slope is not zero
 
   const Curvature curvature = curvature_within_contacts(at, fit.x, stop);
   certificate.curvature = curvature.smallest;
@@ -306,7 +311,7 @@ Judged certify(const Sheet& sheet, const Points& x, double stiffness, const Stop
   for (const int node : sheet.movable())
     certificate.penetration_mm = std::max(certificate.penetration_mm, -gaps[static_cast<std::size_t>(node)]);
   certificate.compliant = certificate.length_error > Certificate::length_limit;
-  // Rounding of a sum of many terms is no rise, nor is what a barrier leaves.
+  // A rise within the rounding error of a sum of many terms, or within the remainder of a barrier, does not count.
   const double start = sheet.energy(sheet.start()), now = sheet.energy(x);
   const double scale = std::abs(start) + static_cast<double>(x.size()) * sheet.force_unit_n() * sheet.net().spacing;
   certificate.energy_gain_mj = now - start > 1e-8 * scale ? now - start : 0.0;

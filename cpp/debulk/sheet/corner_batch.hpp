@@ -3,7 +3,8 @@
 namespace debulk {
 
 // A corner is a node with two of its neighbours; its energy is a function of the angle between u = x_a - x_node and
-// v = +-(x_b - x_node). A batch holds some, coordinate by coordinate, so that the compiler can work on several at once.
+// v = +-(x_b - x_node). A batch holds several corners, coordinate by coordinate, so that the compiler can vectorise
+// over them.
 struct CornerBatch {
   static constexpr int capacity = 64;
   using Lane = double[capacity];
@@ -17,9 +18,9 @@ struct CornerBatch {
 
 enum class Order { value, gradient, hessian };
 
-// stiffness * theta^2 and stiffness * (pi/2 - theta)^2 with derivatives up to `order`, for the first `count` corners.
-// Compiled for several instruction sets and chosen at run time; all do the same operations in the same order, without
-// fused multiply-add, so that the bits are the same on each.
+// Compute stiffness * theta^2 and stiffness * (pi/2 - theta)^2, with derivatives up to `order`, for the first `count`
+// corners. The functions are compiled for several instruction sets, and one version is chosen at run time. All versions
+// do the same operations in the same order, without fused multiply-add, so that their results agree in every bit.
 void turning_batch(CornerBatch& batch, int count, double stiffness, Order order);
 void shear_batch(CornerBatch& batch, int count, double stiffness, Order order);
 

@@ -7,11 +7,12 @@
 
 namespace debulk {
 
-// Paper eq. (7) on free boundary nodes: mu P a times the distance moved, a the area that grips there (lumping.hpp), rounded at the
-// start so that it has derivatives there: sqrt(delta^2 + eps^2) - eps with eps = 1e-3 Delta (docs/model.md, section 3).
+// Paper eq. (7) on free boundary nodes: mu P a times the distance moved, where a is the area that grips at the node
+// (lumping.hpp). The distance is rounded at the start so that it has derivatives there: sqrt(delta^2 + eps^2) - eps
+// with eps = 1e-3 Delta (docs/model.md, section 3).
 class Friction : public Term {
  public:
-  // forces_n: of each of the nodes.
+  // forces_n: friction force mu P a of each of the nodes, N.
   Friction(std::vector<double> forces_n, double spacing_mm, std::vector<int> nodes, const Points& start)
       : forces_(std::move(forces_n)), rounding_(1e-3 * spacing_mm), nodes_(std::move(nodes)), start_(start) {}
 

@@ -5,13 +5,13 @@
 namespace debulk {
 namespace {
 
-// T^T v, where T, the derivative of a node's position by its gap coordinates over Delta, is the identity with the mold's
-// slope in row z.
+// Returns T^T v. T is the derivative of a node's position by its gap coordinates, over Delta: the identity with the
+// mold's slope in row z.
 Eigen::Vector3d pulled_back(const SurfaceSample& mold, const Eigen::Vector3d& v) {
   return {v.x() + mold.gradient.x() * v.z(), v.y() + mold.gradient.y() * v.z(), v.z()};
 }
 
-// T_i^T B T_j.
+// Returns T_i^T B T_j.
 Eigen::Matrix3d pulled_back(const SurfaceSample& at_i, const Eigen::Matrix3d& b, const SurfaceSample& at_j) {
   Eigen::Matrix3d out = b;
   for (int a = 0; a < 3; ++a) {
@@ -86,7 +86,8 @@ Eigen::VectorXd GapProblem::lower() const {
   return out;
 }
 
-// A line search asks for few values whose gradient it does not want next, so both are found together.
+// Value and gradient are computed together, because a line search asks for few values without then asking for the
+// gradient.
 double GapProblem::value(const Eigen::VectorXd& y) const {
   return differentiated_at(y).energy / energy_;
 }
@@ -139,12 +140,12 @@ std::vector<Problem::Entry> GapProblem::hessian_pattern() const {
   return pattern;
 }
 
-// By the chain rule, T^T H T and, on a node's x and y, the slope along z times F''. `lambda` enters as it comes, the energy
-// with its weight over the unit of energy; the blocks are gathered in mJ/mm^2.
+// By the chain rule, the Hessian is T^T H T plus, in a node's x and y, the slope along z times F''. The constraints
+// enter with `lambda`, the energy with its weight over the unit of energy; the blocks are summed in mJ/mm^2.
 void GapProblem::hessian(const Eigen::VectorXd& y, double weight_of_f, const Eigen::VectorXd& lambda,
                          Eigen::Ref<Eigen::VectorXd> values) const {
   State& state = differentiated_at(y);
-  if (weight_of_f != 0 && !state.curved) {  // asked for with other tensions, too, at the same point
+  if (weight_of_f != 0 && !state.curved) {  // kept, because it is asked for again at the same point with other tensions
     state.curvature.set_zero();
     sheet_.add_movable_hessian(state.x, state.curvature);
     state.curved = true;

@@ -7,10 +7,10 @@
 
 namespace debulk {
 
-// The sheet as a Problem in gap coordinates, (x, y, z - F(x, y)) / Delta of each movable node, in which the contact with
-// the mold is a plain bound h >= 0. Energies are in units of force unit times Delta; the equality of a segment is
-// (|x_i - x_j|^2 / Delta^2 - 1) / 2, its strain for small ones.
-// One object serves one solve at a time: it keeps its buffers, and what it found at the last point.
+// The sheet as a Problem in gap coordinates, (x, y, z - F(x, y)) / Delta of each movable node, in which contact with
+// the mold is a plain bound h >= 0. Energies are in units of force unit times Delta. The equality of a segment is
+// (|x_i - x_j|^2 / Delta^2 - 1) / 2, which is the strain if it is small. One object serves one solve at a time, because
+// it keeps buffers and the results at the last point.
 class GapProblem : public Problem {
  public:
   explicit GapProblem(const Sheet& sheet);
@@ -36,10 +36,10 @@ class GapProblem : public Problem {
  private:
   struct Segment {
     int i, j;                       // nodes
-    int place_i, place_j;           // among the movable ones; -1: fixed
-    int slot_ii, slot_ij, slot_jj;  // of its blocks; -1: fixed
+    int place_i, place_j;           // index among the movable nodes; -1: fixed
+    int slot_ii, slot_ij, slot_jj;  // slots of its blocks; -1: fixed
   };
-  // What belongs to one y: nodes, the mold below the movable ones, and, once asked for, energy, gradient and Hessian there.
+  // The values at one y: nodes, the mold below the movable nodes and, once asked for, energy, gradient and Hessian.
   struct State {
     Eigen::VectorXd y;
     Points x, gradient;
@@ -52,9 +52,9 @@ class GapProblem : public Problem {
   State& differentiated_at(const Eigen::VectorXd& y) const;
 
   const Sheet& sheet_;
-  double length_, energy_;            // units: Delta (mm), force unit times Delta (mJ)
-  double reach_;                      // twice the net's size: further, it has slid off
-  std::vector<int> place_;            // of a node among the movable ones; -1: fixed
+  double length_, energy_;            // units of length, Delta (mm), and of energy, force unit times Delta (mJ)
+  double reach_;                      // twice the net's size; farther away, the net has slid off
+  std::vector<int> place_;            // index of a node among the movable nodes; -1: fixed
   std::vector<Segment> constrained_;  // segments with a movable end
   mutable State state_;
   mutable BlockMatrix blocks_;

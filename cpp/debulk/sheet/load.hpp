@@ -6,9 +6,10 @@
 
 namespace debulk {
 
-// Potential of vertical dead loads: minus their work through the nodes' downward movement from the start, paper eqs. (5) and
-// (6), gravity with a t rho g and vacuum with P a, a the area that a node stands for (lumping.hpp). The work counts movement
-// positive downward, or the vacuum would lift the ply (docs/model.md, section 3).
+// Potential of vertical dead loads, paper eqs. (5) and (6): minus their work through the nodes' downward movement from
+// the start. The load of a node is a t rho g for gravity and P a for vacuum, where a is the area that the node
+// represents (lumping.hpp). Downward movement counts as positive work; otherwise the vacuum would lift the ply
+// (docs/model.md, section 3).
 class Load : public Term {
  public:
   Load(std::vector<double> forces_n, const Points& start) : forces_(std::move(forces_n)), start_(start) {}

@@ -15,13 +15,15 @@
 namespace debulk {
 namespace {
 
-// The last retries of a start are made with fibres a factor softer each, down to the softest.
+// In each of the last kSofterRetries retries of a start, the fibres' stiffness is multiplied by kSofter, but not below
+// kSoftest.
 constexpr int kSofterRetries = 2;
 constexpr double kSofter = 0.1, kSoftest = 1e6;
 
-constexpr double kLevel = 1e-9;  // slope
+constexpr double kLevel = 1e-9;  // a slope up to this counts as level
 
-// SplitMix64 (Steele, Lea, Flood 2014): the same sequence on every machine, unlike the standard library's distributions.
+// SplitMix64 (Steele, Lea, Flood 2014). It gives the same sequence on every machine, unlike the standard library's
+// distributions.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -37,7 +39,7 @@ class Random {
   std::uint64_t state_;
 };
 
-// Moves the movable nodes by up to `amplitude` spacings along each gap coordinate, not below the mold.
+// Moves the movable nodes by up to `amplitude` spacings along each gap coordinate, but not below the mold.
 Eigen::VectorXd perturbed(Eigen::VectorXd y, double amplitude, Random& random) {
   for (long k = 0; k < y.size(); ++k) {
     y[k] += amplitude * random.between_minus_one_and_one();
@@ -48,9 +50,9 @@ Eigen::VectorXd perturbed(Eigen::VectorXd y, double amplitude, Random& random) {
 
 constexpr double kRetryPerturbation = 0.02;  // spacings
 
-// One start: solve, judge, and where the point is a saddle go on from beside it, where the solve failed from a perturbed
-// start, at last with softer fibres (a compliance, for constraints that depend on each other). Keeps the certified point, or
-// the last one.
+// Runs one start: solves and judges. If the point is a saddle, it continues from a point beside the saddle; if the
+// solve failed, from a perturbed start; in the last retries with softer fibres (a compliance, for constraints that
+// depend on each other). Returns the certified point, or else the last one.
 Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions& options, const Eigen::VectorXd& start, Random& random) {
   const Method method_to_use = method(options.method);
   const double spacing = sheet.net().spacing;
@@ -70,7 +72,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
     minimum.certificate = judged.certificate;
     minimum.tensions_n = judged.tensions_n;
     minimum.energy_mj = sheet.energy(minimum.nodes);
-    // A compliance lets a method converge where the fibres are too short for what is asked of them.
+    // A compliance lets a method converge even where the fibres are too short to meet the constraints.
     const bool feasible = minimum.certificate.length_error <= Certificate::compliant_length_limit &&
                           minimum.certificate.penetration_mm <= Certificate::penetration_limit_mm;
     if (minimum.status == SolveStatus::converged && !feasible) minimum.status = SolveStatus::infeasible;
@@ -87,9 +89,10 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
   return minimum;
 }
 
-// Whether something holds the ply as a whole. Fixed nodes do. Without any, it slides as it lies, all nodes moved by the same
-// (x, y) on the mold: load times the mean descent, against the grip of the free nodes times the way. It is held
-// where it lies, or comes to rest within its own size (Newton's method with steps of at most a spacing), or slides off.
+// Whether something holds the ply as a whole. Fixed nodes do. A net without any is tested as a rigid ply that slides,
+// with all nodes moved by the same (x, y) on the mold: the load times the mean descent, against the grip of the free
+// nodes times the distance moved. It is held where it lies, or it comes to rest within its own size (found by Newton's
+// method with steps of at most a spacing), or it slides off.
 bool held(const Sheet& sheet) {
   const Points& nodes = sheet.start();
   if (sheet.movable().size() < nodes.size()) return true;
@@ -121,7 +124,7 @@ bool held(const Sheet& sheet) {
   return false;
 }
 
-// What cannot be solved, known before trying.
+// Returns why the sheet cannot be solved, if that is known before trying; else `converged`.
 SolveStatus refusal(const Sheet& sheet) {
   const Net& net = sheet.net();
   if (sheet.movable().empty()) return SolveStatus::nothing_moves;
@@ -134,7 +137,8 @@ SolveStatus refusal(const Sheet& sheet) {
   return held(sheet) ? SolveStatus::converged : SolveStatus::no_minimum;
 }
 
-// Whether no solve was tried, or a solve showed that there is no minimum: then every other start would end the same way.
+// Whether no solve was tried, or a solve showed that there is no minimum. Then every other start would end in the same
+// way.
 bool ends_every_start(SolveStatus status) {
   return status == SolveStatus::nothing_moves || status == SolveStatus::too_few_movable_nodes || status == SolveStatus::no_minimum ||
          status == SolveStatus::not_a_surface;
@@ -167,9 +171,9 @@ Minimum Minimiser::not_tried(SolveStatus status, const SolveOptions& options) co
   return out;
 }
 
-// Start k: 0 is the given one (or the sheet's), the others are seeded perturbations of it. Far from the origin, differences of
-// coordinates lack the digits that stiff fibres need, so the solve is made near it. The certificate is that of the
-// configuration there, of which the returned nodes are the rounded ones.
+// Runs start k: 0 is the given one (or the sheet's), the others are seeded perturbations of it. Far from the origin,
+// differences of coordinates have too few digits for stiff fibres, so the solve is made near the origin. The
+// certificate holds for the configuration there; the returned nodes are that configuration moved back, with rounding.
 Minimum Minimiser::from_start(const MinimiseOptions& options, const Points* start, int k) const {
   if (refusal_ != SolveStatus::converged) return not_tried(refusal_, options.solve);
   const Points& given = start ? *start : sheet_->start();
@@ -193,7 +197,7 @@ Minimum Minimiser::from_start(const MinimiseOptions& options, const Points* star
 
 std::vector<Minimum> Minimiser::run(const MinimiseOptions& options, const Points* start) const {
   options.check();
-  if (start) sheet_->energy(*start);  // checks it
+  if (start) sheet_->energy(*start);  // throws InputError if the start is not valid
   std::vector<Minimum> minima;
   for (int k = options.first_start; k < options.starts; ++k) {
     if (!minima.empty() && (options.solve.stop.now() || ends_every_start(minima[0].status))) break;
@@ -203,11 +207,12 @@ std::vector<Minimum> Minimiser::run(const MinimiseOptions& options, const Points
 }
 
 std::vector<Minimum> minimise(const Sheet& sheet, const MinimiseOptions& options, const Points* start) {
-  return Minimiser(std::shared_ptr<const Sheet>(std::shared_ptr<void>(), &sheet)).run(options, start);  // lives in this call only
+  return Minimiser(std::shared_ptr<const Sheet>(std::shared_ptr<void>(), &sheet))
+      .run(options, start);  // the pointer does not own the sheet
 }
 
 const Minimum& best(const std::vector<Minimum>& minima) {
-  // Strained fibres save energy: a compliant minimum is the best only where there is no other.
+  // Strained fibres reduce the energy, so a compliant minimum is the best only if there is no other.
   const auto rank = [](const Minimum& m) { return std::tuple(!m.certified(), m.certificate.compliant, m.energy_mj); };
   const Minimum* found = &minima.front();
   for (const Minimum& m : minima)

@@ -11,13 +11,13 @@ namespace debulk {
 // The ply's material and the loads on it (the paper's table; docs/model.md).
 struct PlyMaterial {
   double thickness_mm = kNominalThicknessMm;
-  double young_mpa = kNominalYoungMpa;  // for bending only
+  double young_mpa = kNominalYoungMpa;  // used for bending only
   double shear_mpa = 40.0;              // in-plane
   double density_kg_m3 = 1048.0;
   double friction = 0.4;                      // of free boundary nodes
   double pressure_mpa = kNominalPressureMpa;  // vacuum, along -z
   double gravity_m_s2 = 9.81;
-  Lumping lumping = Lumping::consistent;  // of what acts on areas
+  Lumping lumping = Lumping::consistent;  // how loads and friction, which act on areas, are distributed to nodes
 
   double bending_mj() const { return young_mpa * std::pow(thickness_mm, 3) / 12; }  // c = E t^3 / 12, N mm
 

@@ -5,8 +5,9 @@
 
 namespace debulk {
 
-// Paper eq. (4), summed over nodes: G/2 (Delta/2)^2 t sum of gamma_j^2, gamma_j = |pi/2 - phi_j|, over the up to four
-// corners that a neighbour along each fibre makes with the node. The undeformed angle is 90 degrees (docs/model.md, section 3).
+// Paper eq. (4), summed over nodes: G/2 (Delta/2)^2 t sum of gamma_j^2, gamma_j = |pi/2 - phi_j|. The sum is over the
+// up to four corners of a node, each formed with one neighbour along each fibre. The undeformed angle is 90 degrees
+// (docs/model.md, section 3).
 class Shear : public AngleTerm {
  public:
   Shear(double shear_mpa, double spacing_mm, double thickness_mm, const std::vector<Neighbours>& neighbours)

@@ -15,7 +15,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kElasticShare = 0.01;  // of the largest spring's force at the start, from which on it makes the unit of force
+constexpr double kElasticShare = 0.01;  // share of the largest spring force at the start that sets the unit of force, if it is larger
 constexpr std::array<const char*, 5> kTermNames = {"bending", "shear", "friction", "gravity", "vacuum"};
 
 std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted)(NodeKind)) {

@@ -15,25 +15,26 @@ namespace debulk {
 
 // The mass-spring ply on the mold: potential energy of a pocket's net (docs/model.md, section 3),
 //   Pi = bending + shear + friction - gravity - vacuum,
-// as a sum of the terms that this net and ply need; terms that are zero whatever the nodes do are left out.
+// as a sum of the terms that this net and ply need; terms that are zero for all positions of the nodes are left out.
 class Sheet {
  public:
-  // net: the initial configuration; its `inside` is not used. area_mm2: of the ply inside the perimeter, for a lumping that
-  // shares it out evenly.
+  // net: the initial configuration; its `inside` is not used. area_mm2: area of the ply inside the perimeter, for a
+  // lumping that distributes it evenly. Throws InputError for a net, ply or area that is not valid.
   Sheet(Net net, double area_mm2, const PlyMaterial& ply, std::shared_ptr<const Surface> mold);
 
-  // The same sheet and mold elsewhere: every node (and the mold) moved by the same vector.
+  // Returns the same sheet at another place: every node and the mold are moved by the same vector.
   Sheet moved(const Eigen::Vector3d& by) const;
 
   double energy(const Points& x) const;                                      // mJ
-  std::vector<std::pair<std::string, double>> terms(const Points& x) const;  // all five, mJ; loads as work; those left out are 0
+  std::vector<std::pair<std::string, double>> terms(const Points& x) const;  // all five, mJ; loads as work; 0 if left out
   Points gradient(const Points& x) const;                                    // mJ/mm, all nodes
-  double add_gradient(const Points& x, Points& gradient) const;              // the same, added; returns the energy
+  double add_gradient(const Points& x, Points& gradient) const;              // adds the gradient; returns the energy
   BlockMatrix hessian(const Points& x) const;                                // mJ/mm2, all nodes
   std::vector<double> lengths(const Points& x) const;                        // of segments(), mm
   std::vector<double> gaps(const Points& x) const;                           // z - F(x, y), mm
 
-  // The Hessian's blocks between movable nodes, zero, with room for the segments'; and adding the energy's to it.
+  // movable_hessian() has the pattern of the Hessian's blocks between movable nodes, including those of the segments,
+  // with zero values; add_movable_hessian() adds the energy's Hessian to such a matrix.
   const BlockMatrix& movable_hessian() const { return movable_hessian_; }
   void add_movable_hessian(const Points& x, BlockMatrix& hessian) const;
 
@@ -43,14 +44,15 @@ class Sheet {
   const std::vector<int>& movable() const { return movable_; }  // node numbers, ascending
   const Surface& mold() const { return *mold_; }
   const PlyMaterial& ply() const { return ply_; }
-  double nodal_force_n() const { return nodal_force_; }          // the vacuum's on the node with most area; what forces are compared with
+  double nodal_force_n() const { return nodal_force_; }          // force of the vacuum on the node with the largest area
   const std::vector<double>& loads_n() const { return loads_; }  // vacuum and weight of each node
-  double grip_n() const { return grip_; }                        // friction of all free nodes that slip
+  double grip_n() const { return grip_; }                        // friction of all free nodes when they slip
   double size_mm() const;                                        // diagonal of the box round the initial net
-  // The vacuum's largest force on a node, or the largest weight of one where that is more (no vacuum).
+  // The vacuum's largest force on a node, or the largest weight of a node if that is more (without vacuum).
   double strict_force_n() const { return strict_force_; }
-  // The same, or 1 % of the largest force of a single spring (a corner's bending or shear) in the initial net, where that is
-  // more: a stiff ply that hardly feels the vacuum. Residuals, tensions and stiffness are in this unit.
+  // The unit of force for residuals, tensions and stiffness: strict_force_n(), or 1 % of the largest force of a single
+  // spring (a corner's bending or shear) in the initial net if that is more, as for a stiff ply that the vacuum hardly
+  // deforms.
   double force_unit_n() const { return force_unit_; }
   const std::vector<std::string>& left_out() const { return left_out_; }
 

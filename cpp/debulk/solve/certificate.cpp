@@ -9,7 +9,7 @@ std::string Certificate::failure() const {
   const auto add = [&](const char* what, double came, const char* relation, double limit) {
     why << (why.tellp() > 0 ? ", " : "") << what << ' ' << came << relation << limit;
   };
-  // Written so that a NaN fails.
+  // The comparisons are written so that a NaN fails.
   if (!(length_error <= compliant_length_limit)) add("length error", length_error, " above ", compliant_length_limit);
   if (!(penetration_mm <= penetration_limit_mm)) add("penetration", penetration_mm, " mm above ", penetration_limit_mm);
   if (!(kkt_error <= kkt_limit)) add("first-order residual", kkt_error, " above ", kkt_limit);

@@ -4,10 +4,11 @@
 
 namespace debulk {
 
-// The same problem with a compliance 1/k on its equalities: minimise f(y) + k/2 |s|^2 subject to c(y) - s = 0, in the
-// variables (y, s). Multipliers stay bounded by k times the violation where the constraints' gradients depend on each
-// other (a fibre pinned at both ends at the length of its chord has no regular solution otherwise; docs/model.md, section 4),
-// and elsewhere the answer differs from the inextensible one by a violation of lambda / k, which the certificate reports.
+// A problem with a compliance 1/k added to its equalities: minimise f(y) + k/2 |s|^2 subject to c(y) - s = 0, in the
+// variables (y, s). Where the constraints' gradients depend on each other, the multipliers then stay bounded by k times
+// the violation (a fibre pinned at both ends at the length of its chord has no regular solution otherwise;
+// docs/model.md, section 4). Elsewhere the answer differs from the inextensible one by a violation of lambda / k, which
+// the certificate reports.
 class Elastic : public Problem {
  public:
   Elastic(const Problem& inner, double stiffness) : inner_(inner), k_(stiffness), n_(inner.variables()), m_(inner.equalities()) {}
@@ -26,7 +27,7 @@ class Elastic : public Problem {
   void hessian(const Eigen::VectorXd& y, double weight_of_f, const Eigen::VectorXd& lambda,
                Eigen::Ref<Eigen::VectorXd> values) const override;
 
-  // (y, c(y)): the elastic point that belongs to a point of the inner problem.
+  // Returns (y, c(y)), the elastic point that corresponds to a point of the inner problem.
   Eigen::VectorXd extend(const Eigen::VectorXd& inner) const;
   Eigen::VectorXd inner_part(const Eigen::VectorXd& y) const { return y.head(n_); }
 

@@ -17,19 +17,20 @@ using Eigen::VectorXd;
 constexpr double kMuStart = 0.1, kMuFactor = 0.2, kMuPower = 1.5, kMuTest = 10.0, kTauMin = 0.99, kBoundPush = 1e-2;
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kEtaPhi = 1e-8, kSTheta = 1.1, kSPhi = 2.3;
 constexpr int kCorrections = 4;
-constexpr double kAcceptable = 100;  // times the tolerance
+constexpr double kAcceptable = 100;  // acceptable error, in tolerances
 constexpr int kAcceptableSteps = 15, kPatience = 150;
-constexpr double kDescent = 1e-2;  // of the energy, at least 1: what counts as progress
-// Ours. Where a step would go far, as a net without stiffness does, it is damped, and cut if that does not help: in units of
-// the variables, spacings.
+constexpr double kDescent = 1e-2;  // a fall of the energy by this share of it (of at least 1) counts as progress
+// Not from that algorithm: a step that would go far, as those of a net without stiffness do, is damped, and cut if
+// damping does not help. Lengths are in units of the variables, that is, spacings.
 constexpr double kLongest = 1.0, kDamping = 1e-3;
 constexpr int kDampings = 4;
-// Also ours, for saddles: six convexified steps in a row below this barrier are taken for an approach to one.
+// Nor are these, which are for saddles: six convexified steps in a row below this barrier are taken as an approach to a
+// saddle.
 constexpr double kSaddleMu = 1e-3, kEscapeStep = 0.05, kEscapeMu = 1e-4;
 constexpr int kSaddleSteps = 6, kEscapes = 10;
 
 struct Iterate {
-  VectorXd y, lambda, z;  // z: multipliers of the bounds, one per variable, 0 where there is none
+  VectorXd y, lambda, z;  // z: multipliers of the bounds, one per variable, 0 where there is no bound
   VectorXd c;
   double f = 0;
 };
@@ -80,10 +81,11 @@ class InteriorPoint {
     for (iterations = 0;; ++iterations) {
       const double error = optimality_error(0.0);
       if (error <= options_.tolerance) return SolveStatus::converged;
-      // Where rounding is coarser than the tolerance, as far from the origin, it is taken as met (Ipopt's acceptable level).
+      // Rounding may be coarser than the tolerance, as it is far from the origin. So the tolerance also counts as met
+      // after kAcceptableSteps steps at an acceptable error (Ipopt's acceptable level).
       acceptable = error <= kAcceptable * options_.tolerance ? acceptable + 1 : 0;
       if (acceptable >= kAcceptableSteps) return SolveStatus::converged;
-      // A long way downhill is progress, too.
+      // A large fall of the energy is progress, too.
       const double height = now_.f + now_.lambda.squaredNorm() / (2 * options_.stiffness);
       since_best = error < 0.9 * best || height < lowest - kDescent * std::max(1.0, std::abs(lowest)) ? 0 : since_best + 1;
       best = std::min(best, error);
@@ -97,7 +99,7 @@ class InteriorPoint {
         filter_.clear();
       }
       if (!step()) {
-        if (options_.stop.now()) continue;  // given up for the stop, which says so next
+        if (options_.stop.now()) continue;  // the step was given up because of the stop, which the next round reports
         return SolveStatus::numerical_failure;
       }
       convexified_ = mu_ <= kSaddleMu && system_.convexified() ? convexified_ + 1 : 0;
@@ -105,7 +107,8 @@ class InteriorPoint {
     }
   }
 
-  // One Newton step with its line search; where none is acceptable, once more with a stronger convexification.
+  // Makes one Newton step with its line search. If no step length is acceptable, it tries again with a stronger
+  // convexification.
   bool step() {
     system_.assemble(now_.y, now_.lambda);
     const VectorXd sigma = bound_curvature();
@@ -135,8 +138,8 @@ class InteriorPoint {
     return sigma;
   }
 
-  // Step after step that needs convexifying, late in the solve, leads to a saddle. Step off along the direction of most
-  // negative curvature, downhill, and let the barrier grow again so that contacts may open.
+  // Late in the solve, a series of steps that need convexifying leads to a saddle. This steps off it downhill, along
+  // the direction of most negative curvature, and lets the barrier grow again so that contacts may open.
   void leave_saddle() {
     system_.assemble(now_.y, now_.lambda);
     VectorXd aside = system_.softest_direction(bound_curvature());
@@ -186,7 +189,7 @@ class InteriorPoint {
       trial = moved(dy, dl, alpha);
       if ((accepted = acceptable(trial, alpha, armijo))) break;
       if (!first || infeasibility(trial) < theta) continue;
-      // Second-order corrections: the step curved out of the constraints; aim it at their new values.
+      // Second-order corrections: the constraints curve away from the step, so it is aimed at their new values.
       VectorXd c = alpha * (now_.c - now_.lambda / options_.stiffness), dy_c, dl_c;
       double last = theta;
       for (int k = 0; k < kCorrections; ++k) {

@@ -19,7 +19,7 @@ Eigen::Map<const Eigen::VectorXd> view(const Number* data, Index size) {
   return {data, size};
 }
 
-// A Problem in Ipopt's words.
+// Presents a Problem to Ipopt.
 class Adapter : public Ipopt::TNLP {
  public:
   Adapter(const Problem& problem, const Eigen::VectorXd& start, const Stop& stop)
@@ -133,7 +133,7 @@ SolveStatus translate(Ipopt::ApplicationReturnStatus status, const Stop& stop) {
       return SolveStatus::iteration_limit;
     case Ipopt::User_Requested_Stop:
       return stop.cancelled() ? SolveStatus::cancelled : SolveStatus::deadline;
-    default:  // infeasible among them: with a compliance on every equality no problem is, and rounding is all that can say so
+    default:  // includes "infeasible": with a compliance on every equality no problem is, so it can only come from rounding
       return SolveStatus::numerical_failure;
   }
 }
@@ -149,7 +149,7 @@ Outcome minimise_with_ipopt(const Problem& problem, const Eigen::VectorXd& start
   Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
   application->Options()->SetStringValue("sb", "yes");
   application->Options()->SetIntegerValue("print_level", 0);
-  application->Options()->SetStringValue("nlp_scaling_method", "none");  // the problem comes scaled
+  application->Options()->SetStringValue("nlp_scaling_method", "none");  // the problem is scaled already
   application->Options()->SetStringValue("linear_solver", "mumps");
   application->Options()->SetNumericValue("tol", options.tolerance);
   application->Options()->SetNumericValue("acceptable_tol", options.tolerance);

@@ -11,7 +11,8 @@
 
 namespace debulk {
 
-// What a method returns: its last point and what it says of it. Nobody trusts that without a certificate.
+// The result of a method: its last point, and the status that the method reports. The status is not trusted without a
+// certificate.
 struct Outcome {
   Eigen::VectorXd y;
   SolveStatus status = SolveStatus::numerical_failure;
@@ -19,11 +20,12 @@ struct Outcome {
   int evaluations = 0;  // of f
 };
 
-// A minimiser behind one signature, so that the sheet does not know which one it has. Each gives the equalities the
-// compliance 1/k of the options (elastic.hpp).
+// The common signature of the minimisers, so that the sheet does not depend on a particular one. Each gives the
+// equalities the compliance 1/k of the options (elastic.hpp).
 using Method = Outcome (*)(const Problem&, const Eigen::VectorXd& start, const SolveOptions&);
 
-// By name: "interior_point", "ipopt", "nlopt"; "auto" is the default, "interior_point". Throws InputError on another name.
+// Returns the method of this name: "interior_point", "ipopt" or "nlopt"; "auto" is the default, "interior_point".
+// Throws InputError for any other name.
 Method method(const std::string& name);
 std::vector<std::string> method_names();
 

@@ -8,9 +8,9 @@
 namespace debulk {
 namespace {
 
-// Unconstrained least squares over the columns that are `in`, the others at 0. The normal equations are shifted a little
-// so that dependent columns do no harm, and the shift is taken back by proximal-point steps, which converge to a
-// least-squares solution whatever the rank.
+// Unconstrained least squares over the columns that are `in`; the others are 0. The normal equations are shifted a
+// little, so that they can be solved if columns depend on each other. Proximal-point steps correct for the shift; they
+// converge to a least-squares solution for any rank.
 Eigen::VectorXd least_squares(const Eigen::SparseMatrix<double>& columns, const Eigen::VectorXd& gradient, const std::vector<char>& in) {
   std::vector<int> chosen;
   for (std::size_t k = 0; k < in.size(); ++k)
@@ -46,8 +46,8 @@ Eigen::VectorXd least_squares(const Eigen::SparseMatrix<double>& columns, const 
 
 }  // namespace
 
-// Block principal pivoting: all wrong columns change sides at once; if that stops helping, one at a time (the last one,
-// Murty's rule), which ends for certain.
+// Block principal pivoting: all wrong columns change sides at once. If that stops helping, they change one at a time
+// (the last one, Murty's rule), which is certain to end.
 Multipliers fit_multipliers(const Eigen::SparseMatrix<double>& columns, const Eigen::VectorXd& gradient,
                             const std::vector<int>& non_negative, const Stop& stop) {
   std::vector<char> in(static_cast<std::size_t>(columns.cols()), 1);

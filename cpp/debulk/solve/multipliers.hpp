@@ -9,9 +9,10 @@
 
 namespace debulk {
 
-// Least-squares multipliers of a gradient: minimise |g - A x|^2 over x, whose entries listed in `non_negative` may not be
-// below 0 (columns of A: gradients of equalities and of active inequalities). Columns may depend on each other: the
-// residual is that of the least-squares solution all the same. Throws Stopped when the stop is raised.
+// Least-squares multipliers of a gradient: they minimise |g - A x|^2 over x, where the entries listed in `non_negative`
+// may not be below 0. The columns of A are the gradients of the equalities and of the active inequalities. The columns
+// may depend on each other; the residual is still that of a least-squares solution. fit_multipliers() throws Stopped
+// when the stop is raised.
 struct Multipliers {
   Eigen::VectorXd x;
   Eigen::VectorXd residual;  // g - A x

@@ -10,10 +10,10 @@
 namespace debulk {
 namespace {
 
-constexpr double kStiffest = 1e8;  // rho: beyond it, the factorisation loses the digits that W is in
+constexpr double kStiffest = 1e8;  // largest rho; beyond it, the factorisation loses the digits of W
 constexpr double kShiftFirst = 1e-4, kShiftLeast = 1e-12, kShiftMost = 1e12;
 constexpr int kRefinements = 6, kLanczosSteps = 15;
-constexpr double kRefined = 1e-8;  // of the slope: what is left of it then is far below what the next step has to take back
+constexpr double kRefined = 1e-8;  // of the slope; a residual this small is far below what the next step has to correct
 
 }  // namespace
 
@@ -61,7 +61,8 @@ void NewtonSystem::assemble_convex() {
   convex_known_ = true;
 }
 
-// W (or its convex part) + sigma + shift, and the factor of that + rho J^T J.
+// Assembles W (or its convex part) + sigma + shift, and factorises that matrix + rho J^T J; returns false if it is not
+// positive definite.
 bool NewtonSystem::try_factor(const Eigen::VectorXd& w, const Eigen::VectorXd& sigma) {
   std::fill(plain_.values().begin(), plain_.values().end(), 0.0);
   for (std::size_t k = 0; k < places_.size(); ++k) plain_.values()[places_[k]] += w[static_cast<long>(k)];
@@ -76,7 +77,8 @@ void NewtonSystem::add_normal(double rho) {
   for (const Product& p : products_) values[p.place] += rho * j_[p.one] * j_[p.other];
 }
 
-// Waechter and Biegler's Algorithm IC: the shift as it is, then from a third of the last that helped, growing.
+// Waechter and Biegler's Algorithm IC: tries the shift as it is, then growing shifts, from a third of the last that
+// helped.
 bool NewtonSystem::shift_until_positive(const Eigen::VectorXd& w, const Eigen::VectorXd& sigma) {
   while (!try_factor(w, sigma)) {
     if (stop_.now()) return false;
@@ -134,14 +136,15 @@ Eigen::VectorXd NewtonSystem::jacobian_times(const Eigen::VectorXd& y) const {
   return out;
 }
 
-// Lanczos on the inverse, every vector made orthogonal to all before: after k solves the best that k inverse iterations can be
-// combined to, where the last of them alone may be far off, for the shift can be a hundred times the curvature.
+// Lanczos's method on the inverse, where every vector is made orthogonal to all earlier ones. After k solves it gives
+// the best combination of k inverse iterations. The last inverse iteration alone may be far off, because the shift can
+// be a hundred times the curvature.
 Eigen::VectorXd NewtonSystem::softest_direction(const Eigen::VectorXd& sigma) {
   shift_ = 0;
   if (!shift_until_positive(w_, sigma)) return Eigen::VectorXd::Zero(n_);
   const int most = std::min(kLanczosSteps, n_);
   Eigen::MatrixXd basis(n_, most), projected = Eigen::MatrixXd::Zero(most, most);
-  Eigen::VectorXd v(n_);  // a start with every component in it, the same every time
+  Eigen::VectorXd v(n_);  // the start has a share of every component and is always the same
   for (long i = 0; i < v.size(); ++i) v[i] = std::sin(1.0 + 2.399963 * static_cast<double>(i));
   int steps = 0;
   for (double size = v.norm(); steps < most && size > 0; ++steps) {

@@ -13,14 +13,14 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kReach = 1e-6;  // slope that a gradient method can be asked for
+constexpr double kReach = 1e-6;  // smallest slope that can be asked of a gradient method
 constexpr double kWeightFirst = 10, kWeightMost = 1e6, kWeightFactor = 10;
-constexpr double kAcceptable = 5e-5;  // slope and violation at which it may call it a day when it gets no further
+constexpr double kAcceptable = 5e-5;  // slope and violation up to which it counts as converged when it makes no more progress
 constexpr int kPatience = 8;
-constexpr unsigned kMemory = 50;    // pairs of the L-BFGS
-constexpr int kEvaluations = 3000;  // of one minimisation
+constexpr unsigned kMemory = 50;    // pairs that L-BFGS keeps
+constexpr int kEvaluations = 3000;  // most evaluations in one minimisation
 
-// The augmented Lagrangian of the elastic problem with its slacks s eliminated: the least over s of
+// The augmented Lagrangian of the elastic problem with its slacks s eliminated, that is, the minimum over s of
 //   f(y) + k/2 |s|^2 + lambda . (c - s) + w/2 |c - s|^2,  at s = (lambda + w c) / (k + w),
 // which leaves f + lambda . c + w/2 |c|^2 - |lambda + w c|^2 / (2 (k + w)), with tensions k s as its derivative by c.
 class AugmentedLagrangian {
@@ -70,7 +70,7 @@ class AugmentedLagrangian {
   }
 
  private:
-  // Value, and slope_.
+  // Returns the value at y and sets slope_.
   double at(const VectorXd& y) {
     ++evaluations_;
     const double k = options_.stiffness, f = problem_.value(y);
@@ -86,7 +86,7 @@ class AugmentedLagrangian {
 
   double projected_slope(const VectorXd& y) const { return (y - (y - slope_).cwiseMax(lower_)).lpNorm<Eigen::Infinity>(); }
 
-  // NLopt knows no tolerance on the slope: a point that meets it is kept, and the run stopped.
+  // NLopt has no tolerance on the slope, so a point that meets ours is kept and the run is stopped here.
   static double evaluate(unsigned n, const double* y, double* slope, void* self_and_optimiser) {
     const auto& [self, optimiser] = *static_cast<std::pair<AugmentedLagrangian*, nlopt_opt>*>(self_and_optimiser);
     self->point_ = Eigen::Map<const VectorXd>(y, n);
@@ -98,7 +98,7 @@ class AugmentedLagrangian {
     return value;
   }
 
-  // Improves y in place. NLopt's own verdict says little; the next round shows whether y has converged.
+  // Improves y in place. NLopt's own status is of little use; the next round shows whether y has converged.
   void minimise(VectorXd& y) {
     const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> optimiser(nlopt_create(NLOPT_LD_LBFGS, static_cast<unsigned>(y.size())),
                                                                       nlopt_destroy);

@@ -7,8 +7,8 @@
 
 namespace debulk {
 
-// minimise f(y) subject to c(y) = 0 and y >= lower. All scaled to order one by whoever states the problem.
-// Matrices have a fixed pattern; the Hessian is that of f + lambda . c, its lower triangle.
+// The problem to minimise f(y) subject to c(y) = 0 and y >= lower. Each derived class scales all quantities to order
+// one. Matrices have a fixed pattern. The Hessian is the lower triangle of that of weight_of_f f + lambda . c.
 class Problem {
  public:
   struct Entry {
@@ -20,7 +20,7 @@ class Problem {
   virtual int equalities() const = 0;
   virtual Eigen::VectorXd start() const = 0;
   virtual Eigen::VectorXd lower() const = 0;  // -infinity where there is no bound
-  // Farther from the start than this, in any variable, f has no minimum that is looked for: the method stops there.
+  // Distance from the start, in any variable, beyond which no minimum of f is looked for: a method stops there.
   virtual double reach() const { return std::numeric_limits<double>::infinity(); }
 
   virtual double value(const Eigen::VectorXd& y) const = 0;

@@ -8,7 +8,7 @@ namespace debulk {
 namespace {
 
 constexpr int kPanel = 4;
-constexpr int kBehind = 7;  // a vector of eight that begins in a panel's last column
+constexpr int kBehind = 7;  // values behind a row that a vector of eight, begun in the panel's last column, may touch
 
 using Panel = Skyline::Panel;
 
@@ -20,7 +20,7 @@ using Panel = Skyline::Panel;
 Skyline::Skyline(int size, const std::vector<std::pair<int, int>>& lower, Isa isa) : isa_(isa), last_(static_cast<std::size_t>(size)) {
   for (int i = 0; i < size; ++i) last_[static_cast<std::size_t>(i)] = i;
   for (const auto& [row, column] : lower) last_[static_cast<std::size_t>(column)] = std::max(last_[static_cast<std::size_t>(column)], row);
-  for (std::size_t i = 1; i < last_.size(); ++i) last_[i] = std::max(last_[i], last_[i - 1]);  // fill-in
+  for (std::size_t i = 1; i < last_.size(); ++i) last_[i] = std::max(last_[i], last_[i - 1]);  // the fill-in
   std::size_t from = 0;
   for (int j = 0; j < size; j += kPanel) {
     const int last = last_[static_cast<std::size_t>(std::min(j + kPanel, size) - 1)];

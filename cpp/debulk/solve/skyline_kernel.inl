@@ -1,9 +1,9 @@
-// The loops of skyline.cpp: included there once for each Isa (see core/simd_dispatch.inl). Sums run in a fixed order, element by
-// element or in four lanes, whatever the width of the instructions.
+// The loops of skyline.cpp, which includes this file once per Isa (see core/simd_dispatch.inl). Sums run in a fixed
+// order, element by element or in four lanes, whatever the width of the instructions.
 
 constexpr int kWide = DEBULK_ISA == 4 ? 8 : DEBULK_ISA == 3 ? 4 : 2;
 typedef double Wide __attribute__((vector_size(DEBULK_ISA == 4 ? 64 : DEBULK_ISA == 3 ? 32 : 16)));
-// As wide as a panel: what one panel wrote, the next reads in the same pieces.
+// As wide as a panel, so that a panel reads values in the same pieces in which the one before wrote them.
 typedef double Four __attribute__((vector_size(32)));
 
 template <class Vector>
@@ -18,13 +18,13 @@ DEBULK_INLINE double total(const Four& v) {
   return (v[0] + v[2]) + (v[1] + v[3]);
 }
 
-// Takes from the rows of a panel what all panels before it have in its columns, some columns at a time, which stay in registers
-// meanwhile.
+// Subtracts from the rows of a panel the contributions of all panels before it, some columns at a time, which stay in
+// registers meanwhile.
 DEBULK_INLINE void eliminate(const Panel* panels, int number, double* values) {
   const int first_row = kPanel * number, last = panels[number].last;
   double* to = values + panels[number].from;
   const long stride = panels[number].stride;
-  int reaches = 0;  // the first panel with anything in these columns
+  int reaches = 0;  // the first panel that reaches these columns
   for (int column = first_row; column <= last; column += kWide) {
     while (panels[reaches].last < column) ++reaches;
     const long k = column - first_row;
@@ -67,7 +67,7 @@ bool factor_rows(int size, const Panel* panels, double* values) {
   return true;
 }
 
-// x: with room for a panel behind its end.
+// x must have room for a panel behind its end.
 void solve_rows(int size, const Panel* panels, const double* values, double* x) {
   const int count = (size + kPanel - 1) / kPanel;
   for (int number = 0; number < count; ++number) {
@@ -93,7 +93,7 @@ void solve_rows(int size, const Panel* panels, const double* values, double* x) 
                  *d = c + panels[number].stride;
     double* at = x + j;
     Four one = {}, two = {}, three = {}, four = {};
-    // From the far end: what the panel behind found last is needed last.
+    // Start from the far end, because the values that the panel behind found last are then needed last.
     for (long k = (panels[number].last - j) / kPanel * kPanel; k >= kPanel; k -= kPanel) {
       Four to, ak, bk, ck, dk;
       get(to, at + k), get(ak, a + k), get(bk, b + k), get(ck, c + k), get(dk, d + k);
@@ -106,7 +106,7 @@ void solve_rows(int size, const Panel* panels, const double* values, double* x) 
   }
 }
 
-// x and out: with room for a panel behind their ends, zeros there and in `out`.
+// x and out must have room for a panel behind their ends, with zeros there; out must be zero throughout.
 void multiply_rows(int size, const Panel* panels, const double* values, const double* x, double* out) {
   for (int j = 0, number = 0; j < size; j += kPanel, ++number) {
     const long stride = panels[number].stride;

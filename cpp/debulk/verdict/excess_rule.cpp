@@ -19,11 +19,11 @@ ExcessRidge ridge_by_excess(const ExcessLengths& lengths, double thickness, doub
   ExcessRidge out;
   const double bias_at_half = lengths.segments * lengths.noise * lengths.noise / lengths.half_spacing;
   const double correction = (lengths.at_half - lengths.at_spacing) / 3;
-  out.noise_bias = bias_at_half * 5 / 4;  // that at twice the spacing is a quarter: extrapolated like the rest
+  out.noise_bias = bias_at_half * 5 / 4;  // the bias at twice the spacing is a quarter of this; extrapolated like the excess
   out.excess = lengths.at_half + correction - out.noise_bias;
   out.height = height(out.excess);
   out.noise = std::hypot(lengths.noise_gain * lengths.noise, out.noise_bias) / 2;
-  // Two spacings that differ by all that the finer one tells say nothing of a third.
+  // If two spacings differ by as much as the finer one gives, they do not determine the limit.
   const double difference = std::abs(lengths.at_half - lengths.at_spacing);
   out.spacing_error = difference >= lengths.at_half ? difference : std::abs(correction) / 2;
   out.uncertainty = std::max(margin, std::hypot(2 * out.noise, out.spacing_error));

@@ -20,14 +20,14 @@ std::string percent(double share) {
   return number(100 * share, 1) + " %";
 }
 
-// One criterion: the figure's name, its range and its limit.
+// One figure that is judged: its name, range, limit and margin.
 struct Figure {
   const char* name;
   Spread range;
   double limit;
   double margin;
 
-  // Two decimals, or three where two would print the figure as its limit.
+  // Returns two decimals, or three if two could print the figure as its limit.
   int decimals() const {
     const double nearest = std::min(std::abs(range.low - limit), std::abs(range.high - limit));
     return nearest > 0 && nearest < 0.01 ? 3 : 2;
@@ -62,7 +62,7 @@ void check_range(const Spread& range, const char* argument) {
           "(" + number(range.low, 3) + ", " + number(range.high, 3) + ")");
 }
 
-// Why the pocket cannot be judged at all; empty when it can.
+// Returns why the pocket cannot be judged at all; empty if it can.
 std::string cannot_be_judged(const PocketEvidence& evidence, const Criteria& criteria) {
   if (!evidence.refused.empty()) return "not evaluated: " + evidence.refused;
   if (evidence.coverage < criteria.min_pocket_coverage)
@@ -71,7 +71,7 @@ std::string cannot_be_judged(const PocketEvidence& evidence, const Criteria& cri
   return "";
 }
 
-// Why the figures prove nothing; empty when they do.
+// Returns why the figures prove nothing; empty if they do prove something.
 std::string not_proven(const PocketEvidence& evidence) {
   const std::string status = evidence.solve_status.empty() ? "" : " (" + evidence.solve_status + ")";
   if (evidence.deadline_passed)
@@ -88,7 +88,7 @@ Figure bridge(const PocketEvidence& evidence, const Criteria& criteria) {
   return {"bridge", evidence.bridge_height, criteria.max_ridge_height, margin};
 }
 
-// The worst verdict of the figures, and those that it comes from.
+// Returns the worst verdict of the figures, with the figures that cause it as the reason.
 Judgement worst_of(const std::vector<Figure>& figures, Criterion criterion) {
   Verdict worst = Verdict::cease;
   for (const Figure& figure : figures) worst = std::max(worst, against_limit(figure));
@@ -116,7 +116,7 @@ Judgement by_minima(const PocketEvidence& evidence, const Criteria& criteria) {
 Judgement by_excess(const PocketEvidence& evidence, const Criteria& criteria) {
   if (!evidence.excess_ridge || !usable(*evidence.excess_ridge))
     return {Verdict::undecided, "the excess length is not known: no closed net could be laid at half the spacing"};
-  // The range holds the margin already.
+  // The margin of this figure is 0, because the range includes it already.
   std::vector<Figure> figures = {{"ridge by the excess length", *evidence.excess_ridge, criteria.max_ridge_height, 0.0}};
   const Judgement alone = worst_of(figures, Criterion::excess);
   const std::string unproven = evidence.no_bridge ? "" : not_proven(evidence);
@@ -175,7 +175,7 @@ Judgement judge_layup(const std::vector<JudgedPocket>& pockets, double coverage,
     return {Verdict::invalid, "only " + percent(coverage) + " of the ply was seen, " + percent(criteria.min_coverage) + " is needed"};
   if (pockets.empty()) return {Verdict::cease, "no air pocket, and " + percent(coverage) + " of the ply was seen"};
 
-  // The first of the worst: pockets come largest first.
+  // Take the first of the worst pockets: the pockets are sorted with the largest first.
   const auto worst = std::max_element(pockets.begin(), pockets.end(), [](const JudgedPocket& a, const JudgedPocket& b) {
     return a.judgement.verdict < b.judgement.verdict;
   });

@@ -318,6 +318,40 @@ TEST(Patch, GoesOnPastThePlysEdge) {
   EXPECT_LT(excess(patch, {109, 70}), 0.1);
 }
 
+// The last points on the ply may have seen the mold, and beyond each of them stood a streak of its height: a fibre's path that ran along the
+// edge was bent by them, and all cells that hung on it.
+TEST(Patch, KeepsNoStreaksOfSinglePointsPastThePlysEdge) {
+  const Bell bell{{80.3, 70.2}, 4, 40, 40};
+  SegmentOptions options;
+  options.ply_outline = Polygon{{10, 10}, {80.3, 10}, {80.3, 130}, {10, 130}};
+  Grid<float> heights = sampled_bells({bell}, 160, 140, 1.0, kT);
+  const Segmentation whole = segment(heights, options);
+  for (int j = 45; j < 96; j += 3) heights.at(80, j) = static_cast<float>(kT);
+  const Segmentation pitted = segment(heights, options);
+  FootOptions as_they_are;
+  as_they_are.smooth_mm = 0;
+  const Patch right = make_patch(whole, find_feet(whole, as_they_are), 1, Bowl(), {});
+  const Patch patch = make_patch(pitted, find_feet(pitted, as_they_are), 1, Bowl(), {});
+  for (const int x : {80, 81, 84, 90})
+    for (int y = 50; y <= 90; ++y) {
+      EXPECT_NEAR(excess(patch, Eigen::Vector2d(x, y)), excess(right, Eigen::Vector2d(x, y)), 0.02) << x << " " << y;
+      EXPECT_NEAR(excess(patch, Eigen::Vector2d(x, y)), excess(patch, Eigen::Vector2d(x, y + 1)), 0.25) << x << " " << y;
+    }
+}
+
+TEST(Patch, OfAStripThatIsAsWideAsThePointsBesideTheEdgeHasTheirHeights) {
+  SegmentOptions options;
+  options.ply_outline = Polygon{{10, 10}, {80.3, 10}, {80.3, 130}, {10, 130}};
+  Grid<float> heights = sampled_bells({}, 160, 140, 1.0, kT);
+  for (int j = 20; j < 120; ++j) heights.at(80, j) = 6;
+  options.area_tol_mm2 = 20;
+  const Segmentation s = segment(heights, options);
+  ASSERT_EQ(s.pockets.size(), 1U);
+  FootOptions as_they_are;
+  as_they_are.smooth_mm = 0;
+  EXPECT_NEAR(excess(make_patch(s, find_feet(s, as_they_are), 1, Bowl(), {}), {80, 70}), 6 - kT, 1e-6);
+}
+
 // What the patch has above F, and 0 round it, on a grid of its own.
 void expect_same_excess(const Segmentation& s, const FootMap& feet, PatchMode mode) {
   for (int id = 1; id <= static_cast<int>(s.pockets.size()); ++id) {

@@ -172,6 +172,8 @@ TEST(OutlineSearch, TellsThePolygonsOwnBits) {
     const Eigen::Vector2d p(uniform(-120, 120), uniform(-120, 120));
     EXPECT_EQ(search.inside(p), inside(outline, p));
     EXPECT_EQ(search.distance(p), distance_to_outline(outline, p));
+    EXPECT_EQ((search.nearest_point(p) - p).norm(), search.distance(p));
+    EXPECT_NEAR(distance_to_outline(outline, search.nearest_point(p)), 0, 1e-12);
     for (const double reach : {0.0, 5.0, distance_to_outline(outline, p)})
       EXPECT_EQ(search.within(p, reach), distance_to_outline(outline, p) <= reach);
     // Straight on from inside: what lies before the way out is inside, what lies behind it is not.
