@@ -16,7 +16,7 @@ void PatchOptions::check() const {
 
 namespace {
 
-constexpr double kSpreadPastEdge = 4.0;  // mm; half of what the heights are smoothed over by default
+constexpr double kSpreadPastEdge = 1.5;  // mm
 
 // A vector in grid steps along x and y.
 struct Offset {
@@ -171,25 +171,28 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
   const std::vector<std::vector<Span>> unmarked = unmarked_within(marked, farthest);
   const Grid<Offset> nearest = nearest_marked(marked, unmarked, farthest);
   std::vector<std::size_t> past_edge;
+  std::vector<double> fades;  // of these points
   for (int j = bottom; j <= top; ++j)
     for (const Span& span : unmarked[static_cast<std::size_t>(j - bottom)])
       for (int i = left + span.begin; i < left + span.end; ++i) {
         const Offset o = nearest.at(i - left, j - bottom);
         if (!o.found()) continue;
-        const double edge = std::max(window.height(i + o.i, j + o.j) - t, 0.0);
+        const bool past = window.off_ply(i, j) || window.at_edge(i, j);
+        // The heights that count end about a point before the edge.
+        const double width = past ? off_ply_mm : options.fade_mm, away = std::sqrt(o.squared()) * spacing - (past ? spacing : 0.0);
+        if (!within.at(i, j) && away >= width) continue;
+        const double edge = std::max(window.height(i + o.i, j + o.j) - t, 0.0), faded = within.at(i, j) ? 1.0 : fade(away / width);
         double& here = above.at(i - left, j - bottom);
-        const bool off_ply = window.off_ply(i, j);
-        if (within.at(i, j)) {
-          here = edge;
-        } else {
-          const double width = off_ply ? off_ply_mm : options.fade_mm, away = std::sqrt(o.squared()) * spacing;
-          if (away >= width) continue;
-          here = (window.known(i, j) ? std::clamp(window.height(i, j) - t, 0.0, edge) : edge) * fade(away / width);
-        }
-        if ((off_ply || window.at_edge(i, j)) && i > left && i < right && j > bottom && j < top)
+        here = within.at(i, j) || past || !window.known(i, j) ? edge : std::clamp(window.height(i, j) - t, 0.0, edge);
+        if (past && i > left && i < right && j > bottom && j < top) {
           past_edge.push_back(static_cast<std::size_t>(j - bottom) * static_cast<std::size_t>(above.nx) + static_cast<std::size_t>(i - left));
+          fades.push_back(faded);
+        } else {
+          here *= faded;
+        }
       }
   relax(past_edge, kSpreadPastEdge, above);
+  for (std::size_t k = 0; k < past_edge.size(); ++k) above.values[past_edge[k]] *= fades[k];
   for (int j = bottom; j <= top; ++j)
     for (int i = left; i <= right; ++i) surface.at(i, j) += above.at(i - left, j - bottom);
 }
