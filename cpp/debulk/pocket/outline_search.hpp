@@ -17,8 +17,8 @@ class OutlineSearch {
   bool empty() const { return polygon_.empty(); }
   const Polygon& polygon() const { return polygon_; }
   bool inside(const Eigen::Vector2d& point) const;
-  double distance(const Eigen::Vector2d& point) const;            // infinite for an empty polygon
-  bool within(const Eigen::Vector2d& point, double reach) const;  // distance(point) <= reach
+  double distance(const Eigen::Vector2d& point) const;                // infinite for an empty polygon
+  bool within(const Eigen::Vector2d& point, double reach) const;      // distance(point) <= reach
   Eigen::Vector2d nearest_point(const Eigen::Vector2d& point) const;  // of a polygon that is not empty
   // Distance from a point inside, straight on in the direction of a unit vector, to where the polygon is left; 0 from
   // a point on it or outside.

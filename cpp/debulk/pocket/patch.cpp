@@ -185,7 +185,8 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
         double& here = above.at(i - left, j - bottom);
         here = within.at(i, j) || past || !window.known(i, j) ? edge : std::clamp(window.height(i, j) - t, 0.0, edge);
         if (past && i > left && i < right && j > bottom && j < top) {
-          past_edge.push_back(static_cast<std::size_t>(j - bottom) * static_cast<std::size_t>(above.nx) + static_cast<std::size_t>(i - left));
+          past_edge.push_back(static_cast<std::size_t>(j - bottom) * static_cast<std::size_t>(above.nx) +
+                              static_cast<std::size_t>(i - left));
           fades.push_back(faded);
         } else {
           here *= faded;

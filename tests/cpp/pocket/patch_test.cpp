@@ -318,8 +318,8 @@ TEST(Patch, GoesOnPastThePlysEdge) {
   EXPECT_LT(excess(patch, {109, 70}), 0.1);
 }
 
-// The last points on the ply may have seen the mold, and beyond each of them stood a streak of its height: a fibre's path that ran along the
-// edge was bent by them, and all cells that hung on it.
+// The last points on the ply may have seen the mold, and beyond each of them stood a streak of its height: a fibre's path that ran along
+// the edge was bent by them, and all cells that hung on it.
 TEST(Patch, KeepsNoStreaksOfSinglePointsPastThePlysEdge) {
   const Bell bell{{80.3, 70.2}, 4, 40, 40};
   SegmentOptions options;
