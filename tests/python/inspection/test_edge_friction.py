@@ -30,7 +30,7 @@ def _found(high_mm):
 
 @pytest.fixture(scope="module")
 def slipping_or_not():
-    return _found(6)
+    return _found(7)
 
 
 def _ply(turn_deg, **recipe):

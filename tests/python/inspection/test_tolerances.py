@@ -248,11 +248,16 @@ def test_a_steep_bell_on_a_low_hill_is_as_narrow_as_the_bell():
     assert "so narrow that the filters may have lowered it" in bump.reason
 
 
-@pytest.mark.parametrize("seed", [91002, 91019])
-def test_a_loose_border_does_not_step_down_from_the_plys_edge(seed):
-    """Its heights are not known over the last two cells; a line that fell to the mold there was too long by 0.9 mm."""
+@pytest.mark.parametrize("seed", [91002, 91019, 741205, 770285, 92525])
+def test_a_loose_border_ceases(seed):
+    """Borders up to 2 mm high, of plies that are no longer than the mold.
+
+    Of two the heights are not known over the last two cells; a line that fell to the mold there was too long by 0.9 mm.
+    Beside three the mold ends in a cliff or the heights scatter along the edge: nodes past the edge followed both, and
+    the ply's own nodes, which are laid from them, sheared by 60 degrees. Minima then had ridges of up to 12 mm.
+    """
     layup = scenes.varied_layup(seed, (1280, 960))
-    assert layup.truth.ridge_mm < 0.4
+    assert layup.truth.ridge_mm < 0.45
     given = given_right(layup)
     inspector = Inspector(
         None, given.reference, given.ply_outline, given.fibre_angles_deg, given.mold_from_scanner, mask=given.mask
