@@ -10,8 +10,8 @@ long run(const float* xyz, long count, float* low, float* high) {
     const Floats sum = p[0] + p[1] + p[2];
     const Ints there = sum - sum == 0;
     for (int a = 0; a < 3; ++a) {
-      least[a] = lower(there ? p[a] : all(infinity), least[a]);
-      most[a] = higher(there ? p[a] : all(-infinity), most[a]);
+      least[a] = lower(choose(there, p[a], all(infinity)), least[a]);
+      most[a] = higher(choose(there, p[a], all(-infinity)), most[a]);
     }
     seen += __builtin_popcount(bits(there));
   };

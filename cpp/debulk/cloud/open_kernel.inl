@@ -42,8 +42,8 @@ struct Finder {
           states[k] = static_cast<signed char>(from[k]);
         }
       }
-      const Ints hidden = __builtin_convertvector(states, Ints) < 0;
-      found.add(hidden ? all(infinity) : lower(squared(x, y, z), all(infinity)));  // not seen: infinitely far away
+      const Ints hidden = converted<Ints>(states) < 0;
+      found.add(choose(hidden, all(infinity), lower(squared(x, y, z), all(infinity))));  // not seen: infinitely far away
     }
     found.tighten();
   }
@@ -57,9 +57,9 @@ struct Finder {
       for (int k = static_cast<int>(starts[w.left]); k < end; k += lanes) {
         Ints index;
         std::memcpy(&index, t.index + k, sizeof index);
-        const Ints place = Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} + k;
+        const Ints place = counting() + k;
         const Ints hidden = (place >= end) | (index == static_cast<int>(self));
-        found.add(hidden ? all(infinity) : squared(load(t.x + k), load(t.y + k), load(t.z + k)));
+        found.add(choose(hidden, all(infinity), squared(load(t.x + k), load(t.y + k), load(t.z + k))));
       }
     }
     found.tighten();
@@ -87,7 +87,7 @@ struct Finder {
     const Window w = pixels.over(tile_width, tile_height);
     const Tiles& from = *t.pass->tiles;
     const Floats x = all(p[0]), y = all(p[1]), z = all(p[2]), zero = {};
-    const Ints steps = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const Ints steps = counting();
     for (int ty = w.top; ty <= w.bottom; ++ty) {
       const Floats v_low = all(t.v_low[ty]), v_high = all(t.v_high[ty]);
       for (int tx = w.left; tx <= w.right; tx += lanes) {

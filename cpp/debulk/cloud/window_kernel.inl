@@ -60,7 +60,8 @@ DEBULK_INLINE void load_row(const CloudView& cloud, int at, int first, int colum
     }
     const Floats sum = x + y + z;
     const Ints seen = sum - sum == 0;
-    store(row.x + k, seen ? x : all(infinity)), store(row.y + k, seen ? y : all(0)), store(row.z + k, seen ? z : all(0));
+    store(row.x + k, choose(seen, x, all(infinity)));
+    store(row.y + k, choose(seen, y, all(0))), store(row.z + k, choose(seen, z, all(0)));
   }
 }
 
@@ -121,26 +122,27 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     const Ints placed = (absolute(x - load(s.u + k) * z) <= slack * z) & (absolute(y - v * z) <= slack * z);
     const Ints sure = (fourth <= lower(load(s.u_bound + k), v_bound) * (z * z)) & here_seen;
     const Floats distance = mean_root(nearest);
-    const Floats counted = sure ? distance : all(0);
+    const Floats counted = choose(sure, distance, all(0));
     sum += counted, squares += counted * counted;
     certain += sure, seen += here_seen, strays += here_seen & ~placed;
 
-    const Ints decided = distance <= low ? Ints{} + 1 : (distance > high ? Ints{} : Ints{} + static_cast<int>(pixel_close));
+    const Ints close = choose(distance > high, Ints{}, Ints{} + static_cast<int>(pixel_close));
+    const Ints decided = choose(distance <= low, Ints{} + 1, close);
     const unsigned noted = bits(here_seen & (~sure | (decided == static_cast<int>(pixel_close))));
-    pack(reinterpret_cast<Ints>(distance), noted, distances + count);
-    count += pack(Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} + k, noted, places + count);
-    const Ints state = here_seen & (sure ? decided : Ints{} + static_cast<int>(pixel_open));
-    const Bytes narrow = __builtin_convertvector(state, Bytes);
+    pack(as<Ints>(distance), noted, distances + count);
+    count += pack(counting() + k, noted, places + count);
+    const Ints state = here_seen & choose(sure, decided, Ints{} + static_cast<int>(pixel_open));
+    const Bytes narrow = converted<Bytes>(state);
     std::memcpy(states + (k - margin), &narrow, sizeof narrow);
-    store(s.near + k, lower(sure ? z : all(infinity), load(s.near + k)));
-    store(s.far + k, higher(sure ? z : all(-infinity), load(s.far + k)));
+    store(s.near + k, lower(choose(sure, z, all(infinity)), load(s.near + k)));
+    store(s.far + k, higher(choose(sure, z, all(-infinity)), load(s.far + k)));
     if (heights) {
       const Floats base = load(s.base + k) + down * load(s.base_more + k), gain = load(s.gain + k) + down * load(s.gain_more + k);
       const Floats height = (z - base) * gain;
-      store(heights + (k - margin), state != 0 ? height : all(nan));
+      store(heights + (k - margin), choose(state != 0, height, all(nan)));
       const Ints steady = sure & (decided != 0) & (height == height);
-      store(s.sum + k, load(s.sum + k) + (steady ? height : all(0)));
-      store(s.count + k, load(s.count + k) + (steady ? all(1) : all(0)));
+      store(s.sum + k, load(s.sum + k) + choose(steady, height, all(0)));
+      store(s.count + k, load(s.count + k) + choose(steady, all(1), all(0)));
     }
   }
   add_up(sum, squares, certain, seen, strays, out);
@@ -208,19 +210,20 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
           Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 16} + Ints{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1} * a;
       return __builtin_shuffle(__builtin_shuffle(v[0], v[1], two), v[2], three);
     };
-    const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const Ints lane = counting();
     const Floats above = squared(coordinate(0, rows), coordinate(1, rows), coordinate(2, rows));
     const Floats last[3] = {rows[3], rows[4], rows[4]};
     const Floats below = squared(coordinate(0, last), coordinate(1, last), coordinate(2, last));
-    found.add((lane == 12) | (lane == 15) ? all(infinity) : lower(above, all(infinity)));
-    found.add(lane >= 10 ? all(infinity) : lower(below, all(infinity)));
+    found.add(choose((lane == 12) | (lane == 15), all(infinity), lower(above, all(infinity))));
+    found.add(choose(lane >= 10, all(infinity), lower(below, all(infinity))));
 #else
     alignas(64) float x[2 * lanes], y[2 * lanes], z[2 * lanes];
-    for (int k = 0; k < 2 * lanes; ++k) {
-      const bool real = k < 25 && k != 12;
-      const float* q = real ? cloud.point(column - 2 + k % 5, row - 2 + k / 5) : nullptr;
-      x[k] = real ? q[0] : infinity, y[k] = real ? q[1] : 0, z[k] = real ? q[2] : 0;
+    for (int j = 0; j < 5; ++j) {
+      const float* q = cloud.point(column - 2, row - 2 + j);
+      for (int i = 0; i < 5; ++i) x[5 * j + i] = q[3 * i], y[5 * j + i] = q[3 * i + 1], z[5 * j + i] = q[3 * i + 2];
     }
+    for (int k = 25; k < 2 * lanes; ++k) x[k] = infinity, y[k] = z[k] = 0;
+    x[12] = infinity;  // the point itself
     for (int k = 0; k < 2 * lanes; k += lanes) found.add(lower(squared(load(x + k), load(y + k), load(z + k)), all(infinity)));
 #endif
   }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <type_traits>
+#include <utility>
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif

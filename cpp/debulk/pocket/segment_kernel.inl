@@ -12,10 +12,10 @@ void run(const float* given, const std::uint8_t* on_ply, int nx, float cut, floa
     if (on_ply) {
       Bytes narrow;
       std::memcpy(&narrow, on_ply + i, sizeof narrow);
-      ply = __builtin_convertvector(narrow, Ints) != 0;
+      ply = converted<Ints>(narrow) != 0;
     }
     const Ints known = (v - v == 0) & ply;
-    const Floats h = known ? v : all(nan);
+    const Floats h = choose(known, v, all(nan));
     store(heights + i, h);
     unknown.add(i, bits(ply & ~known));
     high.add(i, bits(h >= cut));

@@ -2,9 +2,10 @@
 // while they grow: when they were read from and written to memory for each term, they took five times as long. Each
 // sum is added up in the same order whatever the Isa.
 
-typedef double Doubles __attribute__((vector_size(64)));
-constexpr int doubles = 8;                        // number in a Doubles
-constexpr int vectors = DEBULK_ISA == 4 ? 4 : 2;  // at once, as many as the registers hold
+// As wide as a register: GCC keeps what is wider in memory.
+typedef double Doubles __attribute__((vector_size(DEBULK_ISA == 4 ? 64 : DEBULK_ISA == 3 ? 32 : 16)));
+constexpr int doubles = sizeof(Doubles) / sizeof(double);
+constexpr int vectors = 4;  // at once, as many as the registers hold
 static_assert(kColumns % (doubles * vectors) == 0);
 
 DEBULK_INLINE Doubles load_doubles(const double* from) {
@@ -57,15 +58,18 @@ void fit_row(const double* const* s0, const double* const* s2, const double* c0,
 
 // A window's sums from those of its rows, starting with the first. Row k lies at the distance whose powers are y[k].
 void add_up(const RowMoments* const* rows, const Powers* y, int count, WindowMoments& out) {
-  double known = 0;
-  Doubles xy[5] = {}, xyh[3] = {};
-  for (int k = 0; k < count; ++k) {
-    const RowMoments& m = *rows[k];
-    const Doubles powers = load_doubles(y[k].data());
-    known += m.x[0];
-    for (int a = 0; a < 5; ++a) xy[a] += m.x[static_cast<std::size_t>(a)] * powers;
-    for (int a = 0; a < 3; ++a) xyh[a] += m.xh[static_cast<std::size_t>(a)] * powers;
+  out.known = 0;
+  for (int k = 0; k < count; ++k) out.known += rows[k]->x[0];
+  constexpr int powers_of_y = sizeof(Powers) / sizeof(double);
+  for (int from = 0; from < powers_of_y; from += doubles) {
+    Doubles xy[5] = {}, xyh[3] = {};
+    for (int k = 0; k < count; ++k) {
+      const RowMoments& m = *rows[k];
+      const Doubles powers = load_doubles(y[k].data() + from);
+      for (int a = 0; a < 5; ++a) xy[a] += m.x[static_cast<std::size_t>(a)] * powers;
+      for (int a = 0; a < 3; ++a) xyh[a] += m.xh[static_cast<std::size_t>(a)] * powers;
+    }
+    for (std::size_t a = 0; a < 5; ++a) std::memcpy(&out.xy[a][static_cast<std::size_t>(from)], &xy[a], sizeof xy[a]);
+    for (std::size_t a = 0; a < 3; ++a) std::memcpy(&out.xyh[a][static_cast<std::size_t>(from)], &xyh[a], sizeof xyh[a]);
   }
-  out.known = known;
-  std::memcpy(out.xy, xy, sizeof xy), std::memcpy(out.xyh, xyh, sizeof xyh);
 }

@@ -19,7 +19,7 @@ void run(const MeshRow& in, MeshBuffers& b, MeshRowSums& out) {
       }
     }
     const Floats sum = vx + vy + vz;
-    vx = sum - sum == 0 ? vx : all(nan);
+    vx = choose(sum - sum == 0, vx, all(nan));
     if (in.masked) {
       for (int i = 0; i < lanes && k + i < in.width; ++i)
         if (in.masked[k + i]) vx[i] = nan;
@@ -57,13 +57,13 @@ void run(const MeshRow& in, MeshBuffers& b, MeshRowSums& out) {
     const Floats height = (pz - load(b.base.data() + k)) * load(b.gain.data() + k);
     const Ints known = seen & (height == height);
     const Ints steady = known & (near(k) | near(k - 1));
-    const Floats one = steady ? all(1) : all(0), h = steady ? height : all(0);
+    const Floats one = choose(steady, all(1), all(0)), h = choose(steady, height, all(0));
     Floats count = one + swapped<1>(one), sum = h + swapped<1>(h);
     count = count + swapped<2>(count), sum = sum + swapped<2>(sum);
-    const Floats mean = count >= all(2) ? sum / count : all(nan);
+    const Floats mean = choose(count >= all(2), sum / count, all(nan));
     for (int c = 0; c < lanes / 4; ++c) in.cells[k / 4 + c] = mean[4 * c];
     in.tile_count[k / lanes] += total(one);
-    in.tile_sum[k / lanes] += total(steady ? lower(higher(height, -clamp), clamp) : all(0));
+    in.tile_sum[k / lanes] += total(choose(steady, lower(higher(height, -clamp), clamp), all(0)));
     const Ints above = known & (height >= high);
     if (!any(above)) continue;
     for (int i = 0; i < lanes; ++i)

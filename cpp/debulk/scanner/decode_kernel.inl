@@ -6,12 +6,12 @@ DEBULK_INLINE Floats grey(const T* from) {
   typedef T Values __attribute__((vector_size(16 * sizeof(T))));
   Values v;
   std::memcpy(&v, from, sizeof v);
-  return __builtin_convertvector(__builtin_convertvector(v, Ints), Floats);
+  return converted<Floats>(converted<Ints>(v));
 }
 
 DEBULK_INLINE Floats floor_of(Floats a) {
-  const Floats whole = __builtin_convertvector(__builtin_convertvector(a, Ints), Floats);
-  return whole > a ? whole - 1.0f : whole;
+  const Floats whole = converted<Floats>(converted<Ints>(a));
+  return choose(whole > a, whole - 1.0f, whole);
 }
 DEBULK_INLINE Floats nearest_whole(Floats a) {
   return floor_of(a + 0.5f);
@@ -21,7 +21,7 @@ DEBULK_INLINE Floats nearest_whole(Floats a) {
 // 0 <= t² <= 1. Its error is 2e-8 turns at most, rounding included.
 DEBULK_INLINE Floats angle(Floats y, Floats x) {
   const Floats ax = absolute(x), ay = absolute(y);
-  const Floats most = higher(ax, ay), t = lower(ax, ay) / (most > 0.0f ? most : all(1.0f)), s = t * t;
+  const Floats most = higher(ax, ay), t = lower(ax, ay) / choose(most > 0.0f, most, all(1.0f)), s = t * t;
   Floats p = 0.0004510553553700447f * s - 0.0025472796987742186f;
   p = p * s + 0.006778028327971697f;
   p = p * s - 0.011929372325539589f;
@@ -31,9 +31,9 @@ DEBULK_INLINE Floats angle(Floats y, Floats x) {
   p = p * s - 0.05305122211575508f;
   p = p * s + 0.15915493667125702f;
   p = p * t;
-  p = ay > ax ? 0.25f - p : p;
-  p = x < 0.0f ? 0.5f - p : p;
-  return y < 0.0f ? -p : p;
+  p = choose(ay > ax, 0.25f - p, p);
+  p = choose(x < 0.0f, 0.5f - p, p);
+  return choose(y < 0.0f, -p, p);
 }
 
 // Decodes the sixteen pixels from `at` on. Only pixels whose bit is set in the mask `counted` enter the counts.
@@ -49,14 +49,14 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
     if (e == stack.exposures - 1) {
       for (int k = 0; k < images; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
       fine = top < t.saturated;
-      exposure = fine ? Ints{} + e : Ints{} + no_exposure;
+      exposure = choose(fine, Ints{} + e, Ints{} + no_exposure);
       open = ~fine;
     } else {
       Floats here[most_images];
       for (int k = 0; k < images; ++k) here[k] = grey(from[k] + at), top = higher(here[k], top);
       fine = (top < t.saturated) & open;
-      for (int k = 0; k < images; ++k) value[k] = fine ? here[k] : value[k];
-      exposure = fine ? Ints{} + e : exposure;
+      for (int k = 0; k < images; ++k) value[k] = choose(fine, here[k], value[k]);
+      exposure = choose(fine, Ints{} + e, exposure);
       open &= ~fine;
     }
     counts.read += static_cast<long>(lanes) * images;
@@ -75,7 +75,7 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
   }
   offset = offset * (0.5f * t.per_step / static_cast<float>(t.periods));
   modulation = modulation * (t.per_step / static_cast<float>(t.periods));
-  const Floats noise = root(t.read + t.gain * offset) / (modulation > 0.0f ? modulation : all(1e-30f));
+  const Floats noise = root(t.read + t.gain * offset) / choose(modulation > 0.0f, modulation, all(1e-30f));
   const Ints lit = (noise * t.contrast < 1.0f) & ~open;
 
   // The fringe order of each stage follows from the stage before. Orders count from the field's edge. Noise may take a
@@ -105,14 +105,14 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
 
   const Floats none = all(nan);
   const Floats phase = higher(better, all(0.0f)) * t.to_rad;
-  if (maps.phase) store(maps.phase + at, sure ? phase : lit ? -1.0f - phase : none);
-  if (maps.noise) store(maps.noise + at, lit ? noise * t.phase_noise : none);
-  if (maps.modulation) store(maps.modulation + at, open ? none : modulation);
-  if (maps.offset) store(maps.offset + at, open ? none : offset);
-  if (maps.residual) store(maps.residual + at, lit ? residual : none);
+  if (maps.phase) store(maps.phase + at, choose(sure, phase, choose(lit, -1.0f - phase, none)));
+  if (maps.noise) store(maps.noise + at, choose(lit, noise * t.phase_noise, none));
+  if (maps.modulation) store(maps.modulation + at, choose(open, none, modulation));
+  if (maps.offset) store(maps.offset + at, choose(open, none, offset));
+  if (maps.residual) store(maps.residual + at, choose(lit, residual, none));
   if (maps.exposure) {
     typedef unsigned char Small __attribute__((vector_size(16)));
-    const Small chosen = __builtin_convertvector(exposure, Small);
+    const Small chosen = converted<Small>(exposure);
     std::memcpy(maps.exposure + at, &chosen, sizeof chosen);
   }
   counts.lit += __builtin_popcount(bits(lit) & counted);

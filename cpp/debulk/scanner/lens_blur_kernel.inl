@@ -4,7 +4,7 @@
 DEBULK_INLINE Floats along(const float* phase, const float* next_phase, const float* light, const float* next_light, Floats most_step) {
   const Floats step = load(next_phase) - load(phase), a = load(next_light), b = load(light), ratio = (a - b) / (a + b);
   const Ints fine = (absolute(step) <= most_step) & (absolute(ratio) <= most_ratio);
-  return fine ? 0.5f * step * ratio * (1.0f + 0.33333333f * ratio * ratio) : all(0.0f);
+  return choose(fine, 0.5f * step * ratio * (1.0f + 0.33333333f * ratio * ratio), all(0.0f));
 }
 
 // Writes the row, except its first and last pixel, with the blur removed. `out` must not be one of the three rows.
@@ -14,7 +14,7 @@ void run(const Row& above, const Row& here, const Row& below, int width, float v
     const Floats across = along(here.phase + i - 1, here.phase + i + 1, here.light + i - 1, here.light + i + 1, most_step);
     const Floats down = along(above.phase + i, below.phase + i, above.light + i, below.light + i, most_step);
     const Floats phase = load(here.phase + i) - variance * (across + down);
-    store(out + i, phase < 0.0f ? all(0.0f) : phase);
+    store(out + i, choose(phase < 0.0f, all(0.0f), phase));
     if (i == last) break;
   }
 }

@@ -19,19 +19,19 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
       store(phase, all(nan));
       continue;
     }
-    x = within ? x : all(0.0f), y = within ? y : all(0.0f);
-    Ints i = __builtin_convertvector(x, Ints), j = __builtin_convertvector(y, Ints);
-    Floats u = x - __builtin_convertvector(i, Floats), v = y - __builtin_convertvector(j, Floats);
+    x = choose(within, x, all(0.0f)), y = choose(within, y, all(0.0f));
+    Ints i = converted<Ints>(x), j = converted<Ints>(y);
+    Floats u = x - converted<Floats>(i), v = y - converted<Floats>(j);
     const Ints next_x = u > 1.0f - nearly_whole, next_y = v > 1.0f - nearly_whole;
     i -= next_x, j -= next_y;
-    u = (next_x | (u < nearly_whole)) ? all(0.0f) : u;
-    v = (next_y | (v < nearly_whole)) ? all(0.0f) : v;
-    const Ints at = j * view.width + i, beside = u > 0.0f ? Ints{} + 1 : Ints{}, below = v > 0.0f ? Ints{} + view.width : Ints{};
+    u = choose(next_x | (u < nearly_whole), all(0.0f), u);
+    v = choose(next_y | (v < nearly_whole), all(0.0f), v);
+    const Ints at = j * view.width + i, beside = choose(u > 0.0f, Ints{} + 1, Ints{}), below = choose(v > 0.0f, Ints{} + view.width, Ints{});
     const Floats a = gather(view.phase, at), b = gather(view.phase, at + beside);
     const Floats c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
     const Floats upper = a + u * (b - a), lower_row = c + u * (d - c);
     const Floats step = higher(higher(absolute(b - a), absolute(d - c)), higher(absolute(c - a), absolute(d - b)));
-    store(phase, within & (step <= view.edge) ? upper + v * (lower_row - upper) : all(nan));
+    store(phase, choose(within & (step <= view.edge), upper + v * (lower_row - upper), all(nan)));
     if (view.noise) {
       const Floats sigma = gather(view.noise, at);
       store(out.noise.data() + column, sigma * root((1.0f - v) * (1.0f - v) + v * v));

@@ -1,6 +1,7 @@
 // The loop of hole_patch.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
-typedef double Doubles __attribute__((vector_size(64)));
+typedef double Doubles __attribute__((vector_size(DEBULK_ISA == 4 ? 64 : DEBULK_ISA == 3 ? 32 : 16)));
+constexpr int doubles = sizeof(Doubles) / sizeof(double);
 
 DEBULK_INLINE Doubles load(const double* from) {
   Doubles v;
@@ -20,7 +21,7 @@ void factor(double* band, int width, int stride, double* b, int count, int first
       const double share = from[d] * inverse;
       if (share == 0) continue;
       double* to = band + static_cast<long>(j + d) * stride;
-      for (int e = d; e <= last; e += 8) {
+      for (int e = d; e <= last; e += doubles) {
         const Doubles less = load(to + e - d) - share * load(from + e);
         std::memcpy(to + e - d, &less, sizeof less);
       }

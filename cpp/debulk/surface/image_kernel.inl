@@ -27,7 +27,7 @@ struct Places {
   template <int N>
   DEBULK_INLINE Floats values(int down, int right) const {
     if (!close) return gather(image + down * pitch + right, row * static_cast<int>(pitch) + column);
-    return row == top ? line<N>(down, right) : line<N>(down + 1, right);
+    return choose(row == top, line<N>(down, right), line<N>(down + 1, right));
   }
   // The same in row `top`, if the places are close.
   template <int N>
@@ -48,20 +48,20 @@ DEBULK_INLINE Floats smooth(const Places& at, const Floats* wx, const Floats* wy
   Floats sum = {}, weights = {};
   const auto add = [&](Floats value, Floats w) DEBULK_LAMBDA {
     const Ints there = value == value;
-    sum += there ? w * value : all(0);
-    weights += there ? w : all(0);
+    sum += choose(there, w * value, all(0));
+    weights += choose(there, w, all(0));
   };
   if (at.close) {
     for (int a = 0; a < 3; ++a) {
       Floats lines[4];
       for (int b = 0; b < 4; ++b) lines[b] = at.line<3>(b - 1, a - 1);
-      for (int b = 0; b < 3; ++b) add(at.row == at.top ? lines[b] : lines[b + 1], wx[a] * wy[b]);
+      for (int b = 0; b < 3; ++b) add(choose(at.row == at.top, lines[b], lines[b + 1]), wx[a] * wy[b]);
     }
   } else {
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) add(at.values<3>(b - 1, a - 1), wx[a] * wy[b]);
   }
-  return weights >= all(0.4f) ? sum / weights : all(nan);
+  return choose(weights >= all(0.4f), sum / weights, all(nan));
 }
 
 // Sixteen consecutive nodes of a row.
@@ -70,7 +70,7 @@ struct Nodes {
   Floats x, y, z;
 
   DEBULK_INLINE Nodes(const ImageTables& tables, int j, int stretch) : t(tables) {
-    const Floats steps = Floats{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15} / lanes;
+    const Floats steps = converted<Floats>(counting()) / lanes;
     const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(t.across) + static_cast<std::size_t>(stretch);
     x = t.x[at] + steps * (t.x[at + 1] - t.x[at]), y = t.y[at] + steps * (t.y[at + 1] - t.y[at]);
     z = t.z[at] + steps * (t.z[at + 1] - t.z[at]);
@@ -90,8 +90,8 @@ struct Nearest {
     const Floats first_column = all(static_cast<float>(t.left + 1)), last_column = all(static_cast<float>(t.left + t.width - 2));
     const Floats first_row = all(static_cast<float>(t.top + 1)), last_row = all(static_cast<float>(t.top + t.height - 2));
     in = (p.column >= first_column) & (p.column <= last_column) & (p.row >= first_row) & (p.row <= last_row);
-    column = __builtin_convertvector(in ? p.column + 0.5f : first_column, Ints) - t.left;
-    row = __builtin_convertvector(in ? p.row + 0.5f : first_row, Ints) - t.top;
+    column = converted<Ints>(choose(in, p.column + 0.5f, first_column)) - t.left;
+    row = converted<Ints>(choose(in, p.row + 0.5f, first_row)) - t.top;
   }
 };
 
@@ -105,13 +105,13 @@ void run(const ImageTables& t, int j, float* out) {
     for (int k = 0; k < count; ++k) {
       const Nearest at(t, Nodes(t, j, begin + k).project(all(0)));
       const Floats mean = any(at.in) ? look_up<1>(t.tiles, t.tile_pitch, at.column / tile_width, at.row / tile_height) : all(nan);
-      store(heights + k * lanes, at.in & (mean == mean) ? mean : all(0));
+      store(heights + k * lanes, choose(at.in & (mean == mean), mean, all(0)));
     }
     for (int k = 0; k < count; ++k) {
       const Floats h = load(heights + k * lanes);
       const Nearest at(t, Nodes(t, j, begin + k).project(h));
       const Floats seen = any(at.in) ? look_up<3>(t.heights, t.width, at.column, at.row) : all(nan);
-      store(heights + k * lanes, at.in & (seen == seen) ? seen : h);
+      store(heights + k * lanes, choose(at.in & (seen == seen), seen, h));
     }
     for (int k = 0; k < count; ++k) {
       const Pixels p = Nodes(t, j, begin + k).project(load(heights + k * lanes));
@@ -120,12 +120,12 @@ void run(const ImageTables& t, int j, float* out) {
       if (any(at.in)) {
         Places centre{t.heights, t.width, at.column, at.row};
         centre.look_closely<3>(1);
-        const Floats u = p.column - __builtin_convertvector(centre.column + t.left, Floats);
-        const Floats v = p.row - __builtin_convertvector(centre.row + t.top, Floats);
+        const Floats u = p.column - converted<Floats>(centre.column + t.left);
+        const Floats v = p.row - converted<Floats>(centre.row + t.top);
         const Floats wx[3] = {0.5f * (0.5f - u) * (0.5f - u), 0.75f - u * u, 0.5f * (0.5f + u) * (0.5f + u)};
         const Floats wy[3] = {0.5f * (0.5f - v) * (0.5f - v), 0.75f - v * v, 0.5f * (0.5f + v) * (0.5f + v)};
         const Floats found = smooth(centre, wx, wy);
-        height = at.in ? found : all(nan);
+        height = choose(at.in, found, all(nan));
       }
       store(heights + k * lanes, height);
     }

@@ -46,12 +46,12 @@ DEBULK_INLINE int medians(const float* above, const float* row, const float* bel
         for (int r = 0; r < 3; ++r) {
           const Floats v = window[c][r];
           const Ints there = v == v;
-          window[c][r] = there ? v : sign, other[c][r] = there ? v : -sign;
-          sign = there ? sign : -sign;
+          window[c][r] = choose(there, v, sign), other[c][r] = choose(there, v, -sign);
+          sign = choose(there, sign, -sign);
         }
       found = (median_of(window) + median_of(other)) * 0.5f;
     }
-    store(out + i, absolute(centre - found) > tolerance ? found : centre);
+    store(out + i, choose(absolute(centre - found) > tolerance, found, centre));
   }
   return i;
 }

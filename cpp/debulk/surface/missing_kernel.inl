@@ -6,7 +6,7 @@ void run(const float* row, int nx, std::uint8_t* measured, RunWriter& missing) {
   for (; i + lanes <= nx; i += lanes) {
     const Floats v = load(row + i);
     const Ints there = v == v;
-    const Bytes ones = __builtin_convertvector(there & 1, Bytes);
+    const Bytes ones = converted<Bytes>(there & 1);
     std::memcpy(measured + i, &ones, sizeof ones);
     missing.add(i, ~bits(there) & 0xffff);
   }
