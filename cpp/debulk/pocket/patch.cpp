@@ -149,7 +149,7 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
   bottom = std::max(bottom - reach, 0), top = std::min(top + reach, within.ny - 1);
   Grid<std::uint8_t> marked(right - left + 1, top - bottom + 1, within.position(left, bottom), spacing);
   auto above = marked.like<double>();
-  bool all_known = true;
+  bool all_marked = true;  // of the points within
   const auto mark_known = [&](bool edge_too) {
     for (int j = std::max(bottom, -window.j0); j <= std::min(top, window.feet.heights.ny - 1 - window.j0); ++j) {
       const std::uint8_t *in = &within.at(0, j), *on_ply = window.segmentation.ply.row(j + window.j0);
@@ -157,8 +157,9 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
       for (int i = left; i <= right; ++i) {
         if (!in[i]) continue;  // points off the map are not within, either
         const bool known = !std::isnan(height[i + window.i0]) && (!on_ply || on_ply[i + window.i0]);
-        all_known = all_known && known;
-        if (!known || (!edge_too && window.at_edge(i, j))) continue;
+        const bool counts = known && (edge_too || !window.at_edge(i, j));
+        all_marked = all_marked && counts;
+        if (!counts) continue;
         marked.at(i - left, j - bottom) = 1;
         above.at(i - left, j - bottom) = std::max(height[i + window.i0] - t, 0.0);
       }
@@ -167,7 +168,7 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
   mark_known(false);
   const bool strip = std::find(marked.values.begin(), marked.values.end(), 1) == marked.values.end();
   if (strip) mark_known(true);  // along the edge, and no wider than the points beside it
-  const int farthest = all_known ? reach : Offset::kNone;
+  const int farthest = all_marked ? reach : Offset::kNone;
   const std::vector<std::vector<Span>> unmarked = unmarked_within(marked, farthest);
   const Grid<Offset> nearest = nearest_marked(marked, unmarked, farthest);
   std::vector<std::size_t> past_edge;
@@ -183,7 +184,14 @@ void add_foot_excess(const PatchWindow& window, const Grid<std::uint8_t>& within
         if (!within.at(i, j) && away >= width) continue;
         const double edge = std::max(window.height(i + o.i, j + o.j) - t, 0.0), faded = within.at(i, j) ? 1.0 : fade(away / width);
         double& here = above.at(i - left, j - bottom);
-        here = within.at(i, j) || past || !window.known(i, j) ? edge : std::clamp(window.height(i, j) - t, 0.0, edge);
+        here = edge;
+        if (window.known(i, j)) {
+          const double own = window.height(i, j) - t;
+          if (within.at(i, j))
+            here = std::max(own, edge);  // the mold in a point at the edge only lowers it
+          else if (!past)
+            here = std::clamp(own, 0.0, edge);
+        }
         if (past && i > left && i < right && j > bottom && j < top) {
           past_edge.push_back(static_cast<std::size_t>(j - bottom) * static_cast<std::size_t>(above.nx) +
                               static_cast<std::size_t>(i - left));

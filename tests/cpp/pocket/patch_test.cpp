@@ -352,6 +352,19 @@ TEST(Patch, OfAStripThatIsAsWideAsThePointsBesideTheEdgeHasTheirHeights) {
   EXPECT_NEAR(excess(make_patch(s, find_feet(s, as_they_are), 1, Bowl(), {}), {80, 70}), 6 - kT, 1e-6);
 }
 
+TEST(Patch, OfABellWithAnArmAsWideAsThePointsBesideTheEdgeStandsUpToTheArmsEnd) {
+  SegmentOptions options;
+  options.ply_outline = Polygon{{10, 10}, {80.3, 10}, {80.3, 130}, {10, 130}};
+  Grid<float> heights = sampled_bells({{{70, 40}, 6, 20, 20}}, 160, 140, 1.0, kT);
+  for (int j = 40; j < 125; ++j) heights.at(80, j) = 6;
+  FootOptions as_they_are;
+  as_they_are.smooth_mm = 0;
+  const Segmentation s = segment(heights, options);
+  ASSERT_EQ(s.pockets.size(), 1U);
+  const Patch patch = make_patch(s, find_feet(s, as_they_are), 1, Bowl(), {});
+  for (int y = 45; y < 120; ++y) EXPECT_GT(excess(patch, Eigen::Vector2d(80, y)), 0.2) << y;
+}
+
 // What the patch has above F, and 0 round it, on a grid of its own.
 void expect_same_excess(const Segmentation& s, const FootMap& feet, PatchMode mode) {
   for (int id = 1; id <= static_cast<int>(s.pockets.size()); ++id) {
