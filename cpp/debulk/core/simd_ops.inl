@@ -2,6 +2,7 @@
 // sixteen lanes, the others have pairs of the registers' own vectors (see simd_pair.inl).
 
 constexpr int lanes = 16;
+constexpr int register_bytes = DEBULK_ISA == 4 ? 64 : DEBULK_ISA == 3 ? 32 : 16;
 typedef signed char Bytes __attribute__((vector_size(16)));
 
 #if DEBULK_ISA == 4
@@ -41,7 +42,6 @@ DEBULK_INLINE void load_points(const float* xyz, Floats& x, Floats& y, Floats& z
                         Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31});
 }
 #else
-constexpr int register_bytes = DEBULK_ISA == 3 ? 32 : 16;
 typedef float RegisterFloats __attribute__((vector_size(register_bytes)));
 typedef int RegisterInts __attribute__((vector_size(register_bytes)));
 

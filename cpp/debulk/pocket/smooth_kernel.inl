@@ -3,7 +3,7 @@
 // sum is added up in the same order whatever the Isa.
 
 // As wide as a register: GCC keeps what is wider in memory.
-typedef double Doubles __attribute__((vector_size(DEBULK_ISA == 4 ? 64 : DEBULK_ISA == 3 ? 32 : 16)));
+typedef double Doubles __attribute__((vector_size(register_bytes)));
 constexpr int doubles = sizeof(Doubles) / sizeof(double);
 constexpr int vectors = 4;  // at once, as many as the registers hold
 static_assert(kColumns % (doubles * vectors) == 0);

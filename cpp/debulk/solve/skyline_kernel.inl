@@ -1,8 +1,8 @@
 // The loops of skyline.cpp, which includes this file once per Isa (see core/simd_dispatch.inl). Sums run in a fixed
 // order, element by element or in four lanes, whatever the width of the instructions.
 
-constexpr int kWide = DEBULK_ISA == 4 ? 8 : DEBULK_ISA == 3 ? 4 : 2;
-typedef double Wide __attribute__((vector_size(DEBULK_ISA == 4 ? 64 : DEBULK_ISA == 3 ? 32 : 16)));
+constexpr int kWide = register_bytes / sizeof(double);
+typedef double Wide __attribute__((vector_size(register_bytes)));
 // As wide as a panel, so that a panel reads values in the same pieces in which the one before wrote them.
 typedef double Four __attribute__((vector_size(32)));
 

@@ -1,6 +1,6 @@
 // The loop of hole_patch.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
-typedef double Doubles __attribute__((vector_size(DEBULK_ISA == 4 ? 64 : DEBULK_ISA == 3 ? 32 : 16)));
+typedef double Doubles __attribute__((vector_size(register_bytes)));
 constexpr int doubles = sizeof(Doubles) / sizeof(double);
 
 DEBULK_INLINE Doubles load(const double* from) {
