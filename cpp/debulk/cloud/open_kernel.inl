@@ -30,19 +30,18 @@ struct Finder {
     for (int j = ty * tile_height; j < last; ++j) {
       const std::uint8_t* from = t.pass->states + static_cast<std::size_t>(j) * static_cast<std::size_t>(cloud.width) + first;
       Floats x = {}, y = {}, z = {};
-      Bytes states = {};
+      Ints state = Ints{} + static_cast<int>(pixel_open);
       if (columns == lanes) {
         load_points(cloud.point(first, j), x, y, z);
-        std::memcpy(&states, from, sizeof states);
+        state = load_ints(from);
       } else {
-        states = states + static_cast<signed char>(pixel_open);
         for (int k = 0; k < columns; ++k) {
           const float* q = cloud.point(first + k, j);
           x[k] = q[0], y[k] = q[1], z[k] = q[2];
-          states[k] = static_cast<signed char>(from[k]);
+          state[k] = from[k];
         }
       }
-      const Ints hidden = converted<Ints>(states) < 0;
+      const Ints hidden = (state & static_cast<int>(pixel_open)) != 0;
       found.add(choose(hidden, all(infinity), lower(squared(x, y, z), all(infinity))));  // not seen: infinitely far away
     }
     found.tighten();
@@ -55,8 +54,7 @@ struct Finder {
       const std::uint32_t* starts = t.starts + static_cast<std::size_t>(by) * static_cast<std::size_t>(t.bins_x);
       const int end = static_cast<int>(starts[w.right + 1]);
       for (int k = static_cast<int>(starts[w.left]); k < end; k += lanes) {
-        Ints index;
-        std::memcpy(&index, t.index + k, sizeof index);
+        const Ints index = read<Ints>(t.index + k);
         const Ints place = counting() + k;
         const Ints hidden = (place >= end) | (index == static_cast<int>(self));
         found.add(choose(hidden, all(infinity), squared(load(t.x + k), load(t.y + k), load(t.z + k))));

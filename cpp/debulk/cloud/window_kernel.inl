@@ -92,7 +92,7 @@ DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, I
   alignas(64) float a[lanes], b[lanes];
   alignas(64) int c[lanes], d[lanes], e[lanes];
   store(a, sum), store(b, squares);
-  std::memcpy(c, &certain, sizeof c), std::memcpy(d, &seen, sizeof d), std::memcpy(e, &strays, sizeof e);
+  write(c, certain), write(d, seen), write(e, strays);
   for (int k = 0; k < lanes; ++k) {
     out.sum += a[k], out.squares += b[k];
     out.certain -= c[k], out.seen -= d[k], out.strays -= e[k];
@@ -132,8 +132,7 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
     pack(as<Ints>(distance), noted, distances + count);
     count += pack(counting() + k, noted, places + count);
     const Ints state = here_seen & choose(sure, decided, Ints{} + static_cast<int>(pixel_open));
-    const Bytes narrow = converted<Bytes>(state);
-    std::memcpy(states + (k - margin), &narrow, sizeof narrow);
+    store_bytes(states + (k - margin), state);
     store(s.near + k, lower(choose(sure, z, all(infinity)), load(s.near + k)));
     store(s.far + k, higher(choose(sure, z, all(-infinity)), load(s.far + k)));
     if (heights) {
@@ -192,41 +191,47 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
   }
 }
 
-  // Visits all points of the square of 5 by 5 pixels round a pixel. The square must lie within the image, and
-  // not at the image's end.
-  DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nearest& found) {
+// Visits all points of the square of 5 by 5 pixels round a pixel. The square must lie within the image, and
+// not at the image's end.
+DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nearest& found) {
   const float* p = cloud.point(column, row);
   const auto squared = [&](Floats x, Floats y, Floats z) DEBULK_LAMBDA {
     const Floats dx = all(p[0]) - x, dy = all(p[1]) - y, dz = all(p[2]) - z;
     return dx * dx + dy * dy + dz * dz;
   };
 #if DEBULK_ISA == 4
-    Floats rows[5];
-    for (int j = 0; j < 5; ++j) rows[j] = load(cloud.point(column - 2, row - 2 + j));
-    // One coordinate of three rows, then of two. The point itself and the unused lanes are made infinitely far away.
-    const auto coordinate = [&](int a, const Floats* v) DEBULK_LAMBDA {
-      const Ints two = Ints{0, 3, 6, 9, 12, 16, 19, 22, 25, 28, 16, 16, 16, 16, 16, 16} + a;
-      const Ints three =
-          Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 16} + Ints{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1} * a;
-      return __builtin_shuffle(__builtin_shuffle(v[0], v[1], two), v[2], three);
-    };
-    const Ints lane = counting();
-    const Floats above = squared(coordinate(0, rows), coordinate(1, rows), coordinate(2, rows));
-    const Floats last[3] = {rows[3], rows[4], rows[4]};
-    const Floats below = squared(coordinate(0, last), coordinate(1, last), coordinate(2, last));
-    found.add(choose((lane == 12) | (lane == 15), all(infinity), lower(above, all(infinity))));
-    found.add(choose(lane >= 10, all(infinity), lower(below, all(infinity))));
+  Floats rows[5];
+  for (int j = 0; j < 5; ++j) rows[j] = load(cloud.point(column - 2, row - 2 + j));
+  // One coordinate of three rows, then of two. The point itself and the unused lanes are made infinitely far away.
+  const auto coordinate = [&](int a, const Floats* v) DEBULK_LAMBDA {
+    const Ints two = Ints{0, 3, 6, 9, 12, 16, 19, 22, 25, 28, 16, 16, 16, 16, 16, 16} + a;
+    const Ints three =
+        Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 16} + Ints{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1} * a;
+    return __builtin_shuffle(__builtin_shuffle(v[0], v[1], two), v[2], three);
+  };
+  const Ints lane = counting();
+  const Floats above = squared(coordinate(0, rows), coordinate(1, rows), coordinate(2, rows));
+  const Floats last[3] = {rows[3], rows[4], rows[4]};
+  const Floats below = squared(coordinate(0, last), coordinate(1, last), coordinate(2, last));
+  found.add(choose((lane == 12) | (lane == 15), all(infinity), lower(above, all(infinity))));
+  found.add(choose(lane >= 10, all(infinity), lower(below, all(infinity))));
 #else
-    alignas(64) float x[2 * lanes], y[2 * lanes], z[2 * lanes];
-    for (int j = 0; j < 5; ++j) {
-      const float* q = cloud.point(column - 2, row - 2 + j);
-      for (int i = 0; i < 5; ++i) x[5 * j + i] = q[3 * i], y[5 * j + i] = q[3 * i + 1], z[5 * j + i] = q[3 * i + 2];
-    }
-    for (int k = 25; k < 2 * lanes; ++k) x[k] = infinity, y[k] = z[k] = 0;
-    x[12] = infinity;  // the point itself
-    for (int k = 0; k < 2 * lanes; k += lanes) found.add(lower(squared(load(x + k), load(y + k), load(z + k)), all(infinity)));
-#endif
+  // Two rows at a time, eight points each, of which five count; the third pair is one row only.
+  static constexpr int none = -1;
+  static constexpr int hidden[3][lanes] = {
+      {0, 0, 0, 0, 0, none, none, none, 0, 0, 0, 0, 0, none, none, none},
+      {0, 0, none, 0, 0, none, none, none, 0, 0, 0, 0, 0, none, none, none},  // the point itself
+      {0, 0, 0, 0, 0, none, none, none, none, none, none, none, none, none, none, none},
+  };
+  for (int pair = 0; pair < 3; ++pair) {
+    const int first = row - 2 + 2 * pair;
+    Floats x, y, z;
+    load_points(cloud.point(column - 2, first), x.low, y.low, z.low);
+    load_points(cloud.point(column - 2, std::min(first + 1, row + 2)), x.high, y.high, z.high);
+    found.add(choose(read<Ints>(hidden[pair]), all(infinity), lower(squared(x, y, z), all(infinity))));
   }
+#endif
+}
 
 // A mean distance on the same side of the threshold as the point's own, if the square determines it; otherwise NaN. No
 // point outside the square has a squared distance below `reach`. The mean is too small if `reach` replaces all squared

@@ -3,7 +3,10 @@
 
 constexpr int lanes = 16;
 constexpr int register_bytes = DEBULK_ISA == 4 ? 64 : DEBULK_ISA == 3 ? 32 : 16;
-typedef signed char Bytes __attribute__((vector_size(16)));
+
+// Whether a vector is made of two halves (see simd_pair.inl).
+template <class Vector>
+constexpr bool is_pair = false;
 
 #if DEBULK_ISA == 4
 typedef float Floats __attribute__((vector_size(64)));
@@ -41,6 +44,29 @@ DEBULK_INLINE void load_points(const float* xyz, Floats& x, Floats& y, Floats& z
   z = __builtin_shuffle(__builtin_shuffle(a, b, Ints{2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0}), c,
                         Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31});
 }
+// The values from[index].
+DEBULK_INLINE Floats gather(const float* from, Ints index) {
+  alignas(64) int at[lanes];
+  alignas(64) float values[lanes];
+  std::memcpy(at, &index, sizeof at);
+  for (int k = 0; k < lanes; ++k) values[k] = from[at[k]];
+  std::memcpy(&index, values, sizeof values);
+  return reinterpret_cast<Floats>(index);
+}
+// Reads sixteen numbers of a shorter unsigned type.
+template <class T>
+DEBULK_INLINE void load_ints(const T* from, Ints& v) {
+  typedef T Short __attribute__((vector_size(lanes * sizeof(T))));
+  Short narrow;
+  std::memcpy(&narrow, from, sizeof narrow);
+  v = __builtin_convertvector(narrow, Ints);
+}
+// Writes the lowest eight bits of each number.
+DEBULK_INLINE void store_bytes(std::uint8_t* to, Ints v) {
+  typedef std::uint8_t Bytes __attribute__((vector_size(lanes)));
+  const Bytes narrow = __builtin_convertvector(v, Bytes);
+  std::memcpy(to, &narrow, sizeof narrow);
+}
 #else
 typedef float RegisterFloats __attribute__((vector_size(register_bytes)));
 typedef int RegisterInts __attribute__((vector_size(register_bytes)));
@@ -74,16 +100,26 @@ DEBULK_INLINE RegisterFloats root(RegisterFloats a) {
   return a;
 }
 #endif
+DEBULK_INLINE RegisterFloats gather(const float* from, RegisterInts i) {
+#if DEBULK_ISA == 3
+  return RegisterFloats{from[i[0]], from[i[1]], from[i[2]], from[i[3]], from[i[4]], from[i[5]], from[i[6]], from[i[7]]};
+#else
+  return RegisterFloats{from[i[0]], from[i[1]], from[i[2]], from[i[3]]};
+#endif
+}
 // Reads x, y and z of as many consecutive points as a register has lanes.
 DEBULK_INLINE void load_points(const float* xyz, RegisterFloats& x, RegisterFloats& y, RegisterFloats& z) {
   // Each 16 bytes of a register come from four points: x y z x, y z x y and z x y z.
-  RegisterFloats a, b, c;
-  for (int part = 0; part < register_bytes / 16; ++part) {
-    char *to_a = reinterpret_cast<char*>(&a), *to_b = reinterpret_cast<char*>(&b), *to_c = reinterpret_cast<char*>(&c);
-    std::memcpy(to_a + 16 * part, xyz + 12 * part, 16);
-    std::memcpy(to_b + 16 * part, xyz + 12 * part + 4, 16);
-    std::memcpy(to_c + 16 * part, xyz + 12 * part + 8, 16);
-  }
+  const auto quarters = [](const float* at) DEBULK_LAMBDA {
+#if DEBULK_ISA == 3
+    return reinterpret_cast<RegisterFloats>(_mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at)), _mm_loadu_ps(at + 12), 1));
+#else
+    RegisterFloats four;
+    std::memcpy(&four, at, sizeof four);
+    return four;
+#endif
+  };
+  const RegisterFloats a = quarters(xyz), b = quarters(xyz + 4), c = quarters(xyz + 8);
 #if DEBULK_ISA == 3
   constexpr int n = 8;
   const RegisterInts middle = {2, 3, n + 1, n + 2, 6, 7, n + 5, n + 6}, ends = {1, 2, n, n + 1, 5, 6, n + 4, n + 5};
@@ -98,6 +134,29 @@ DEBULK_INLINE void load_points(const float* xyz, RegisterFloats& x, RegisterFloa
   x = __builtin_shuffle(a, xy, of_x), y = __builtin_shuffle(yz, xy, of_y), z = __builtin_shuffle(yz, c, of_z);
 }
 
+// GCC 12 converts between vectors of bytes and of integers lane by lane, hence the intrinsics.
+#if DEBULK_ISA == 3
+DEBULK_INLINE void load_ints(const std::uint8_t* from, RegisterInts& v) {
+  v = reinterpret_cast<RegisterInts>(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+}
+DEBULK_INLINE void load_ints(const std::uint16_t* from, RegisterInts& v) {
+  v = reinterpret_cast<RegisterInts>(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));
+}
+DEBULK_INLINE void store_bytes(std::uint8_t* to, RegisterInts v) {
+  const __m256i all = reinterpret_cast<__m256i>(v & 0xff);
+  const __m128i shorts = _mm_packus_epi32(_mm256_castsi256_si128(all), _mm256_extracti128_si256(all, 1));
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(to), _mm_packus_epi16(shorts, shorts));
+}
+#else
+template <class T>
+DEBULK_INLINE void load_ints(const T* from, RegisterInts& v) {
+  v = RegisterInts{from[0], from[1], from[2], from[3]};
+}
+DEBULK_INLINE void store_bytes(std::uint8_t* to, RegisterInts v) {
+  for (int k = 0; k < 4; ++k) to[k] = static_cast<std::uint8_t>(v[k]);
+}
+#endif
+
 #include "debulk/core/simd_pair.inl"
 
 #if DEBULK_ISA == 3
@@ -111,13 +170,37 @@ using Ints = Pair<Pair<RegisterInts, int>, int>;
 
 static_assert(sizeof(Floats) == lanes * sizeof(float) && sizeof(Ints) == lanes * sizeof(int));
 
+// Vectors are read and written register by register. GCC copies a pair as a whole in pieces of 16 bytes, and a register
+// that is then read from two such pieces waits until both have reached the cache.
+template <class Vector>
+DEBULK_INLINE Vector read(const void* from) {
+  if constexpr (is_pair<Vector>) {
+    using Half = decltype(Vector::low);
+    return {read<Half>(from), read<Half>(static_cast<const char*>(from) + sizeof(Half))};
+  } else {
+    Vector v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+  }
+}
+template <class Vector>
+DEBULK_INLINE void write(void* to, const Vector& v) {
+  if constexpr (is_pair<Vector>)
+    write(to, v.low), write(static_cast<char*>(to) + sizeof v.low, v.high);
+  else
+    std::memcpy(to, &v, sizeof v);
+}
 DEBULK_INLINE Floats load(const float* from) {
-  Floats v;
-  std::memcpy(&v, from, sizeof v);
-  return v;
+  return read<Floats>(from);
 }
 DEBULK_INLINE void store(float* to, Floats v) {
-  std::memcpy(to, &v, sizeof v);
+  write(to, v);
+}
+template <class T>
+DEBULK_INLINE Ints load_ints(const T* from) {
+  Ints v;
+  load_ints(from, v);
+  return v;
 }
 DEBULK_INLINE Floats all(float value) {
   return value - Floats{};
@@ -125,38 +208,24 @@ DEBULK_INLINE Floats all(float value) {
 // 0 to 15.
 DEBULK_INLINE Ints counting() {
   static constexpr int numbers[lanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  Ints v;
-  std::memcpy(&v, numbers, sizeof v);
-  return v;
+  return read<Ints>(numbers);
 }
 // The same bits as another type.
 template <class To, class From>
 DEBULK_INLINE To as(const From& from) {
   static_assert(sizeof(To) == sizeof(From));
-  To to;
-  std::memcpy(&to, &from, sizeof to);
-  return to;
+  if constexpr (is_pair<To>)
+    return {as<decltype(To::low)>(from.low), as<decltype(To::high)>(from.high)};
+  else
+    return reinterpret_cast<To>(from);
 }
-// The same values as another type, of sixteen lanes, too; fractions are cut off.
+// The same values as floats or as integers; fractions are cut off.
 template <class To, class From>
 DEBULK_INLINE To converted(const From& from) {
-#if DEBULK_ISA == 4
-  return __builtin_convertvector(from, To);
-#else
-  constexpr int steps = lanes * 4 / register_bytes;
-  using Lane = std::decay_t<decltype(std::declval<const From&>()[0])>;
-  using ToLane = std::decay_t<decltype(std::declval<const To&>()[0])>;
-  typedef Lane Few __attribute__((vector_size(register_bytes / 4 * sizeof(Lane))));
-  typedef ToLane FewTo __attribute__((vector_size(register_bytes / 4 * sizeof(ToLane))));
-  Few parts[steps];
-  FewTo out[steps];
-  static_assert(sizeof parts == sizeof from && sizeof out == sizeof(To));
-  std::memcpy(parts, &from, sizeof parts);
-  for (int k = 0; k < steps; ++k) out[k] = __builtin_convertvector(parts[k], FewTo);
-  To to;
-  std::memcpy(&to, out, sizeof to);
-  return to;
-#endif
+  if constexpr (is_pair<To>)
+    return {converted<decltype(To::low)>(from.low), converted<decltype(To::high)>(from.high)};
+  else
+    return __builtin_convertvector(from, To);
 }
 // Lane by lane, the lower or the higher of two values; b where either of them is NaN.
 DEBULK_INLINE Floats lower(Floats a, Floats b) {
@@ -176,11 +245,10 @@ DEBULK_INLINE unsigned bits(Ints mask) {
   const auto low = static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask.low)));
   return low | static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask.high))) << 8;
 #elif defined(__x86_64__)
-  __m128 quarters[4];
-  std::memcpy(quarters, &mask, sizeof mask);
-  unsigned out = 0;
-  for (int k = 0; k < 4; ++k) out |= static_cast<unsigned>(_mm_movemask_ps(quarters[k])) << (4 * k);
-  return out;
+  const auto of = [](RegisterInts quarter) DEBULK_LAMBDA {
+    return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(quarter)));
+  };
+  return of(mask.low.low) | of(mask.low.high) << 4 | of(mask.high.low) << 8 | of(mask.high.high) << 12;
 #else
   unsigned out = 0;
   for (int k = 0; k < lanes; ++k) out |= static_cast<unsigned>(mask[k] & 1) << k;
@@ -202,21 +270,13 @@ DEBULK_INLINE int pack(Ints v, unsigned mask, int* to) {
 #else
   if (mask == 0) return 0;
   alignas(64) int lane[lanes];
-  std::memcpy(lane, &v, sizeof lane);
+  write(lane, v);
   int count = 0;
   for (; mask != 0; mask &= mask - 1) to[count++] = lane[__builtin_ctz(mask)];
   return count;
 #endif
 }
-// The values from[index].
-DEBULK_INLINE Floats gather(const float* from, Ints index) {
-  alignas(64) int at[lanes];
-  alignas(64) float values[lanes];
-  std::memcpy(at, &index, sizeof at);
-  for (int k = 0; k < lanes; ++k) values[k] = from[at[k]];
-  return load(values);
-}
-// The same for indices into the first 16 N floats of `from`, all of which must exist.
+// gather() for indices into the first 16 N floats of `from`, all of which must exist.
 template <int N>
 DEBULK_INLINE Floats pick(const float* from, Ints index) {
 #if DEBULK_ISA == 4

@@ -39,6 +39,9 @@ struct Pair {
 };
 
 template <class Half, class Lane>
+constexpr bool is_pair<Pair<Half, Lane>> = true;
+
+template <class Half, class Lane>
 DEBULK_INLINE Pair<Half, Lane> choose(typename Pair<Half, Lane>::Mask mask, Pair<Half, Lane> a, Pair<Half, Lane> b) {
   return {choose(mask.low, a.low, b.low), choose(mask.high, a.high, b.high)};
 }
@@ -57,4 +60,16 @@ template <class Half>
 DEBULK_INLINE void load_points(const float* xyz, Pair<Half, float>& x, Pair<Half, float>& y, Pair<Half, float>& z) {
   load_points(xyz, x.low, y.low, z.low);
   load_points(xyz + 3 * sizeof(Half) / sizeof(float), x.high, y.high, z.high);
+}
+template <class Half>
+DEBULK_INLINE auto gather(const float* from, Pair<Half, int> index) {
+  return Pair<decltype(gather(from, index.low)), float>{gather(from, index.low), gather(from, index.high)};
+}
+template <class T, class Half>
+DEBULK_INLINE void load_ints(const T* from, Pair<Half, int>& v) {
+  load_ints(from, v.low), load_ints(from + sizeof(Half) / sizeof(int), v.high);
+}
+template <class Half>
+DEBULK_INLINE void store_bytes(std::uint8_t* to, Pair<Half, int> v) {
+  store_bytes(to, v.low), store_bytes(to + sizeof(Half) / sizeof(int), v.high);
 }

@@ -9,11 +9,7 @@ void run(const float* given, const std::uint8_t* on_ply, int nx, float cut, floa
     const Floats v = load(given + i);
     Ints ply = {};
     ply = ~ply;
-    if (on_ply) {
-      Bytes narrow;
-      std::memcpy(&narrow, on_ply + i, sizeof narrow);
-      ply = converted<Ints>(narrow) != 0;
-    }
+    if (on_ply) ply = load_ints(on_ply + i) != 0;
     const Ints known = (v - v == 0) & ply;
     const Floats h = choose(known, v, all(nan));
     store(heights + i, h);

@@ -71,6 +71,6 @@ void run(const MeshRow& in, MeshBuffers& b, MeshRowSums& out) {
   }
   out.across = highest(right) - lowest(left);
   int count[2][lanes];
-  std::memcpy(count[0], &seen_all, sizeof count[0]), std::memcpy(count[1], &strays, sizeof count[1]);
+  write(count[0], seen_all), write(count[1], strays);
   for (int i = 0; i < lanes; ++i) out.seen -= count[0][i], out.strays -= count[1][i];
 }

@@ -3,10 +3,7 @@
 
 template <class T>
 DEBULK_INLINE Floats grey(const T* from) {
-  typedef T Values __attribute__((vector_size(16 * sizeof(T))));
-  Values v;
-  std::memcpy(&v, from, sizeof v);
-  return converted<Floats>(converted<Ints>(v));
+  return converted<Floats>(load_ints(from));
 }
 
 DEBULK_INLINE Floats floor_of(Floats a) {
@@ -110,11 +107,7 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
   if (maps.modulation) store(maps.modulation + at, choose(open, none, modulation));
   if (maps.offset) store(maps.offset + at, choose(open, none, offset));
   if (maps.residual) store(maps.residual + at, choose(lit, residual, none));
-  if (maps.exposure) {
-    typedef unsigned char Small __attribute__((vector_size(16)));
-    const Small chosen = converted<Small>(exposure);
-    std::memcpy(maps.exposure + at, &chosen, sizeof chosen);
-  }
+  if (maps.exposure) store_bytes(maps.exposure + at, exposure);
   counts.lit += __builtin_popcount(bits(lit) & counted);
   counts.doubtful += __builtin_popcount(bits(lit & ~sure) & counted);
   counts.saturated += __builtin_popcount(bits(open) & counted);

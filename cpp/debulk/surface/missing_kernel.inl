@@ -6,8 +6,7 @@ void run(const float* row, int nx, std::uint8_t* measured, RunWriter& missing) {
   for (; i + lanes <= nx; i += lanes) {
     const Floats v = load(row + i);
     const Ints there = v == v;
-    const Bytes ones = converted<Bytes>(there & 1);
-    std::memcpy(measured + i, &ones, sizeof ones);
+    store_bytes(measured + i, there & 1);
     missing.add(i, ~bits(there) & 0xffff);
   }
   for (; i < nx; ++i) {

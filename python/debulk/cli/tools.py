@@ -76,7 +76,7 @@ def repeat(
     mask: Annotated[Path | None, typer.Option(help="Its mask, if it had one.")] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of both clouds.")] = "mm",
 ) -> None:
-    """Do an inspection again from its report, on the same files by their SHA-256.
+    """Do an inspection again from its report, on the same files by their fingerprints.
 
     The exit code is 0 where verdict and all figures are the same, 1 where one differs.
     """
@@ -92,7 +92,7 @@ def repeat(
             clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
             found = done_again(first, *clouds, hidden, progress)
         for name in found.unchecked:
-            print(f"warning: the record has no SHA-256 of the {name}, only its shape was checked")
+            print(f"warning: the record has no fingerprint of the {name}, only its shape was checked")
         print(f"{found.report.verdict.name}: {found.report.reason}")
         print("the same to the bit" if found.same else f"not the same: {', '.join(found.differences[:10])}")
         raise typer.Exit(0 if found.same else 1)

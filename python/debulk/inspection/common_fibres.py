@@ -21,6 +21,7 @@ from debulk.inspection.fibre_walk import CrossingFibres, End, Fibre, FibreWalk, 
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.friction_length import friction_length
 from debulk.inspection.missed import tail_mm
+from debulk.inspection.near_outlines import come_within
 from debulk.inspection.net_fibres import fibres
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.spare import SpareNet
@@ -121,11 +122,7 @@ def _close_by(nets: Mapping[int, SpareNet], way_mm: float) -> dict[int, list[int
     boxes_apart = np.maximum(0.0, np.maximum(low[:, None] - high, low - high[:, None]))
     ways_mm = way_mm + tails[:, None] + tails
     for i, j in np.argwhere(np.hypot(*np.moveaxis(boxes_apart, -1, 0)) <= ways_mm).tolist():
-        if i >= j:
-            continue
-        most_mm = ways_mm[i, j]
-        facing = feet[j][((feet[j] >= low[i] - most_mm) & (feet[j] <= high[i] + most_mm)).all(axis=1)]
-        if len(facing) and pocket.distance_to_outline(feet[i], facing).min() <= most_mm:
+        if i < j and come_within(feet[i], feet[j], ways_mm[i, j]):
             close[numbers[i]].append(numbers[j])
             close[numbers[j]].append(numbers[i])
     return close

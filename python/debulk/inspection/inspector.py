@@ -229,9 +229,9 @@ class Inspector:
         Returns
         -------
         Report
-            The verdict, each pocket, the timings, what was left out, and the trace of all inputs. The scan's SHA-256
-            in the trace is computed in parallel to the inspection. It is missing if the deadline passes before it is
-            complete, or if the recipe's ``run.hash_scan`` is false.
+            The verdict, each pocket, the timings, what was left out, and the trace of all inputs. The scan's
+            fingerprint in the trace (``run.hash_scan`` of the recipe) is computed in parallel to the inspection. It is
+            missing if the deadline passes before it is complete.
 
         Raises
         ------
@@ -244,7 +244,7 @@ class Inspector:
         cycle = Cycle(deadline_s, progress)
         with (
             self._running.holding(cycle.stop),
-            fingerprint.beside(scan, cycle.stop, self.recipe.run.hash_scan) as scanned,
+            fingerprint.beside(scan, cycle.stop, self.recipe.run.scan_hash) as scanned,
         ):
             try:
                 report = self._inspect(scan, cycle)

@@ -94,7 +94,7 @@ def repeat(
         raise InputError("report: expected one with the record of its inspection (trace), but it has none")
     hidden = inputs.image_mask(mask)
     found = {
-        "scan": (fingerprint.of_cloud(scan, name="scan"), trace.scan),
+        "scan": (fingerprint.of_cloud(scan, name="scan", kind=_hash_of(trace.scan)), trace.scan),
         "reference": (fingerprint.of_cloud(reference, name="reference"), trace.reference),
         "mask": (None if hidden is None else fingerprint.of_mask(hidden), trace.mask),
     }
@@ -113,7 +113,8 @@ def repeat(
         hidden,
     )
     again = inspector.inspect(scan, progress=progress, context=trace.context)
-    unchecked = (name for name, (given, kept) in found.items() if given and (kept is None or kept.sha256 is None))
+    hashed = {name: kept is not None and (kept.sha256 or kept.xxh3) is not None for name, (_, kept) in found.items()}
+    unchecked = (name for name, (given, _) in found.items() if given and not hashed[name])
     return Repetition(again, tuple(_differences(report.to_dict(), again.to_dict())), tuple(unchecked))
 
 
@@ -125,11 +126,17 @@ def _check_same(name: str, given: ArrayTrace | None, kept: ArrayTrace | None) ->
         return
     if given.shape != kept.shape:
         raise InputError(f"{name}: expected the shape of the inspection's, {kept.shape}, but got {given.shape}")
-    if kept.sha256 is not None and given.sha256 != kept.sha256:
-        raise InputError(
-            f"{name}: expected the inspection's, SHA-256 {kept.sha256[:16]}..., but got {str(given.sha256)[:16]}...: "
-            "another file, or another unit"
-        )
+    for kind, wanted, got in (("SHA-256", kept.sha256, given.sha256), ("XXH3", kept.xxh3, given.xxh3)):
+        if wanted is not None and got is not None and got != wanted:
+            raise InputError(
+                f"{name}: expected the inspection's, {kind} {wanted[:16]}..., but got {got[:16]}...: "
+                "another file, or another unit"
+            )
+
+
+def _hash_of(kept: ArrayTrace | None) -> fingerprint.Hash:
+    """Return the fingerprint that a report has of an array."""
+    return "xxh3" if kept is not None and kept.xxh3 and not kept.sha256 else "sha256"
 
 
 def _recipe(report: Report) -> Recipe:

@@ -27,10 +27,14 @@ class ArrayTrace:
     sha256
         SHA-256, hexadecimal, of its values row by row. For a cloud these are float32, little-endian, mm, before mask
         and pose; for a mask, one byte per pixel, 0 or 1. None: not computed.
+    xxh3
+        XXH3 of 128 bits, hexadecimal, of the same values: tells another array from this one, but not one that somebody
+        has forged to have the same hash. None: not computed.
     """
 
     shape: tuple[int, ...]
     sha256: str | None = None
+    xxh3: str | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
+import xxhash
 
 import debulk
 from debulk.inspection import fingerprint
@@ -36,7 +37,8 @@ def test_all_that_went_in_is_named(layup, tmp_path):
     trace = debulk.Report.load(tmp_path / "r.json").trace
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z", trace.time_utc)
     assert abs((datetime.fromisoformat(trace.time_utc) - before).total_seconds()) < 5
-    assert (trace.scan.shape, trace.scan.sha256) == ((480, 640, 3), sha256(layup.scan))
+    assert (trace.scan.shape, trace.scan.sha256) == ((480, 640, 3), None)
+    assert trace.scan.xxh3 == xxhash.xxh3_128_hexdigest(layup.scan.astype("<f4").tobytes())
     assert (trace.reference.shape, trace.reference.sha256) == ((480, 640, 3), sha256(layup.reference))
     assert trace.mask.sha256 == hashlib.sha256(mask.tobytes()).hexdigest()
     assert trace.fibre_angles_deg.tolist() == [30, 120]
@@ -76,10 +78,24 @@ def test_a_saved_inspector_knows_its_reference(layup, tmp_path):
     assert again.trace.reference.sha256 == sha256(layup.reference)
 
 
-def test_the_hash_of_the_scan_can_be_left_out(layup):
-    report = made(layup, recipe=debulk.Recipe(run={"hash_scan": False})).inspect(layup.scan)
-    assert report.trace.scan.shape == (480, 640, 3)
-    assert report.trace.scan.sha256 is None
+@pytest.mark.parametrize(
+    ("wanted", "has_sha256", "has_xxh3"),
+    [("xxh3", False, True), ("sha256", True, False), (True, True, False), (False, False, False)],
+)
+def test_the_recipe_says_which_hash_of_the_scan_is_kept(layup, wanted, has_sha256, has_xxh3):
+    report = made(layup, recipe=debulk.Recipe(run={"hash_scan": wanted})).inspect(layup.scan)
+    scan = report.trace.scan
+    assert scan.shape == (480, 640, 3)
+    assert scan.sha256 == (sha256(layup.scan) if has_sha256 else None)
+    assert (scan.xxh3 is not None) == has_xxh3
+    again = debulk.repeat(report, layup.scan, layup.reference)
+    assert again.same, again.differences
+    assert ("scan" in again.unchecked) == (wanted is False)
+    changed = layup.scan.copy()
+    changed[240, 320, 2] += 0.5
+    if wanted is not False:
+        with pytest.raises(debulk.InputError, match="scan: expected the inspection's"):
+            debulk.repeat(report, changed, layup.reference)
 
 
 def test_a_hash_ends_with_the_inspection():
