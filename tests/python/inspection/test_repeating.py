@@ -63,7 +63,7 @@ def test_other_clouds_are_refused(kept):
     row, column = np.argwhere(np.isfinite(scan).all(axis=2))[0]
     other = scan.copy()
     other[row, column, 2] = np.nextafter(other[row, column, 2], np.float32(0))
-    with pytest.raises(InputError, match="scan: expected the inspection's, SHA-256 "):
+    with pytest.raises(InputError, match="scan: expected the inspection's, XXH3 "):
         repeat(report, other, reference, mask)
     with pytest.raises(InputError, match="reference: expected the inspection's, SHA-256 "):
         repeat(report, scan, scan, mask)
