@@ -2,10 +2,11 @@
 
 accuracy.py [--seeds 10-15] [--size 1280x960 5120x3840] [-v] [-o FILE]. The method was chosen on the seeds 0 to 3.
 
-Beside the errors stand standard errors that the scan's noise alone gives: "window", of any method that knows of the
-surface only that it is smooth over the window that ours takes (the noise that is left at the outline shifts it by noise
-over slope; inside it adds up); and "ideal", the Cramér-Rao bound of one that knows that the pocket is a bell over an
-ellipse, and has its six numbers to find. Neither has a noisy reference, drop-outs or flying pixels to cope with.
+The standard errors in the last two columns follow from the scan's noise alone. "window" is that of any method that
+knows only that the surface is smooth over a window as large as ours: the remaining noise at the outline shifts the
+outline by noise over slope, and inside the outline it adds up. "ideal" is the Cramér-Rao bound of a method that knows
+that the pocket is a bell over an ellipse and determines its six parameters. Neither has to cope with a noisy reference,
+drop-outs or flying pixels.
 """
 
 import argparse

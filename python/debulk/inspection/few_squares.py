@@ -34,7 +34,7 @@ def few_squares_reason(
     known = np.isfinite(sample.height_mm)
     each_mm2 = pitch_of(sample.points_mm[known, :2], 1) ** 2
     seen = np.count_nonzero(on) * each_mm2 / max(zones.inner_mm2, 1.0)
-    cannot = "the level of the ply cannot be told"
+    cannot = "the level of the ply cannot be determined"
     if not outlined or not np.isfinite(each_mm2) or seen < _SEEN:
         return (
             f"{cannot}: between the pockets only {100 * share:.1f} % of it was seen by scan and reference; check that "

@@ -145,7 +145,7 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
         plain = name.removesuffix("?")
         if plain not in found:
             if plain == name:
-                _fail(path, f"lacks {plain}")
+                _fail(path, f"{plain} is missing")
             continue
         value = found[plain]
         fits = value.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, value.shape, strict=True))

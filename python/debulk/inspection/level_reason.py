@@ -65,7 +65,7 @@ def level_reason(
     tol, share = recipe.level.tol_mm, recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:
         return (
-            "the level of the ply cannot be told: its median height between the pockets is uncertain by "
+            "the level of the ply cannot be determined: its median height between the pockets is uncertain by "
             f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:g} mm; scan again, with less noise, "
             "and check whether the reference is of this mold"
         )

@@ -107,8 +107,8 @@ def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...
     unseen = LeftOut(
         what=f"bumps narrower than {narrowest_mm:.2g} mm at their foot, and narrow ones beside a hole, or longer than "
         f"{_LONGEST_MM:g} mm and too short for a wrinkle",
-        why=f"the pixels are {pitch_mm:.2g} mm apart, and what covers so few of them, or stands on no even ground, is "
-        "not told from a highlight",
+        why=f"the pixels are {pitch_mm:.2g} mm apart, and what covers so few of them, or stands on no even ground, "
+        "cannot be distinguished from a highlight",
         bound=f"none: a fibre over a bell {narrowest_mm:.2g} mm wide and {_BELL_MM:g} mm high is "
         f"{bell_excess_mm(_BELL_MM, narrowest_mm):.2g} mm longer than the mold, and over a higher one more",
     )

@@ -21,6 +21,7 @@ from debulk.inspection.level_reason import edge_reason, level_reason, same_reaso
 from debulk.inspection.offset import raised
 from debulk.inspection.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.prepared import Prepared
+from debulk.inspection.repeated_pixels import REPEATED, repeated_reason, repeated_share
 from debulk.inspection.resolution import coarse_reason
 from debulk.inspection.sample import Sample, sampled
 from debulk.inspection.thinning import pitch_of
@@ -121,7 +122,8 @@ class Placing:
         """Return the scan, without its offset if the recipe allows removing it, and the sample for all checks."""
         sample = sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
         on = self._zones.inside(sample)
-        sample = replace(sample, pitch_mm=pitch_of(sample.points_mm[on, :2], sample.each))
+        pitch_mm = pitch_of(sample.points_mm[on, :2], sample.each)
+        sample = replace(sample, pitch_mm=pitch_mm, repeated=repeated_share(scan))
         offset_mm = self._offset(sample)
         if not offset_mm:
             return scan, sample
@@ -137,6 +139,8 @@ class Placing:
         unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
             return Placed(None, unit)
+        if sample.repeated > REPEATED:
+            return Placed(None, repeated_reason(sample.repeated))
         coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, f"the scan is too coarse: {coarse}")

@@ -126,10 +126,10 @@ def _check_same(name: str, given: ArrayTrace | None, kept: ArrayTrace | None) ->
         return
     if given.shape != kept.shape:
         raise InputError(f"{name}: expected the shape of the inspection's, {kept.shape}, but got {given.shape}")
-    for kind, wanted, got in (("SHA-256", kept.sha256, given.sha256), ("XXH3", kept.xxh3, given.xxh3)):
-        if wanted is not None and got is not None and got != wanted:
+    for kind, wanted, hashed in (("SHA-256", kept.sha256, given.sha256), ("XXH3", kept.xxh3, given.xxh3)):
+        if wanted is not None and hashed is not None and hashed != wanted:
             raise InputError(
-                f"{name}: expected the inspection's, {kind} {wanted[:16]}..., but got {got[:16]}...: "
+                f"{name}: expected the inspection's, {kind} {wanted[:16]}..., but got {hashed[:16]}...: "
                 "another file, or another unit"
             )
 

@@ -115,7 +115,7 @@ def _read(path: str | Path) -> dict[str, Any]:
         )
     lacking = [key for key in _KEYS if key not in data]
     if lacking:
-        raise _core.InputError(f"{path}: lacks {', '.join(lacking)}; was the file edited?")
+        raise _core.InputError(f"{path}: {', '.join(lacking)} missing; was the file edited?")
     return data
 
 

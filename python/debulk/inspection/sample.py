@@ -39,6 +39,8 @@ class Sample:
         Offset that was subtracted from the heights.
     pitch_mm
         Distance from point to point of the scan, where it shows the ply; inf: not known.
+    repeated
+        Share of the scan's pixels that hold the same point as a neighbour; see `repeated_pixels`.
     inside
         Results of `PlyZones.inside`, by the zones, kept because several checks ask for them.
     """
@@ -49,12 +51,13 @@ class Sample:
     same: NDArray[np.bool_]
     removed_mm: float = 0.0
     pitch_mm: float = np.inf
+    repeated: float = 0.0
     inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
 
     def lowered(self, offset_mm: float) -> Sample:
         """Return the same points, lower by this offset."""
         down = self.points_mm - np.array([0.0, 0.0, offset_mm])
-        return Sample(down, self.height_mm - offset_mm, self.each, self.same, offset_mm, self.pitch_mm)
+        return Sample(down, self.height_mm - offset_mm, self.each, self.same, offset_mm, self.pitch_mm, self.repeated)
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""

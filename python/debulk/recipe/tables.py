@@ -301,7 +301,7 @@ class Run(Section):
     threads: int = Field(
         default=0, ge=0, le=4096, description="worker threads; 0: one per core. The result does not depend on it"
     )
-    hash_scan: Literal["xxh3", "sha256"] | bool = Field(
+    hash_scan: Literal["xxh3", "sha256", True, False] = Field(
         default="xxh3",
         description="the scan's fingerprint in the report, computed beside the inspection. xxh3: tells another scan "
         "from this one (0.05 s of one core per GB); sha256: a forged one, too (0.6 s); true: sha256; false: none",
@@ -310,7 +310,9 @@ class Run(Section):
     @property
     def scan_hash(self) -> Literal["xxh3", "sha256"] | None:
         """The fingerprint that `hash_scan` asks for."""
-        return ("sha256" if self.hash_scan else None) if isinstance(self.hash_scan, bool) else self.hash_scan
+        if self.hash_scan == "xxh3":
+            return "xxh3"
+        return "sha256" if self.hash_scan else None
 
     dump_folder: str | None = Field(
         default=None,

@@ -50,7 +50,7 @@ def advice(report: ReportData) -> list[str]:
             lines.append(f"{remedy} because of {hole_line(hole)}")
     if report.verdict is Verdict.CEASE:
         return lines or ["change nothing"]
-        # A coverage that is too low, or a bump that was cut off, appears only in the layup's reason.
+    # A coverage that is too low, or a bump that was cut off, appears only in the layup's reason.
     covered = [p.verdict for p in report.pockets] + [hole.at_best for hole in report.unseen if hole.at_best]
     said = report.wrinkles or _late(report.reason)
     if not lines or (report.verdict not in covered and not said):

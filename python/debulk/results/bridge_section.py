@@ -43,6 +43,6 @@ def bridge_section_line(one: BridgeSection) -> str:
     lies = "it lies down" if one.range_mm[1] == 0 else f"{high if low == high else f'{low} to {high}'} mm"
     slips = ", and it slips" if one.pull_n_per_mm > one.hold_n_per_mm else ""
     return (
-        f"{lies} by the sections of its fibres: one lacks {one.lacks_mm:.3f} ± {one.lacks_error_mm:.3f} mm and would "
-        f"pull with {one.pull_n_per_mm:.3g} N/mm, friction holds {one.hold_n_per_mm:.3g} N/mm{slips}"
+        f"{lies} by the sections of its fibres: one is {one.lacks_mm:.3f} ± {one.lacks_error_mm:.3f} mm too short and "
+        f"would pull with {one.pull_n_per_mm:.3g} N/mm, friction holds {one.hold_n_per_mm:.3g} N/mm{slips}"
     )

@@ -75,7 +75,7 @@ def _check_complete(pockets: Sequence[PocketReport]) -> None:
     numbers = [pocket.id for pocket in pockets]
     if numbers != list(range(1, len(numbers) + 1)):
         lacking = min(set(range(1, len(numbers) + 1)) - set(numbers), default=0)
-        raise InputError(f"pockets: expected all from 1 to {len(numbers)} in order, pocket {lacking} lacks; {_REMEDY}")
+        raise InputError(f"pockets: expected all from 1 to {len(numbers)} in order, {lacking} is missing; {_REMEDY}")
 
 
 def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:

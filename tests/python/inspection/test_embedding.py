@@ -307,7 +307,7 @@ def rewrite(source: Path, target: Path, **changes):
         ({"recipe": "{"}, "recipe"),
         ({"recipe": "[]"}, "recipe"),
         ({"recipe": '{"material": {"thickness_mm": -1}}'}, "thickness_mm"),
-        ({"reference": None}, "lacks reference"),
+        ({"reference": None}, "reference is missing"),
         ({"reference": np.zeros(5)}, "reference is float64"),
         ({"reference": np.full((9, 9), np.nan)}, "finite"),
         ({"reference_grid": np.array([0.0, 0.0, -1.0])}, "spacing"),

@@ -1,0 +1,40 @@
+"""A scan that was enlarged by repeating pixels is named as such, and one whose rows are doubled is judged."""
+
+import numpy as np
+import pytest
+
+import debulk
+from debulk.inspection.repeated_pixels import repeated_share
+
+
+@pytest.fixture(scope="module")
+def layup():
+    return debulk.scenes.layup(seed=5, pixels=(960, 720))
+
+
+def inspect(layup, scan):
+    return debulk.inspect(
+        scan, layup.reference, ply_outline=layup.ply_outline, mold_from_scanner=layup.mold_from_scanner
+    )
+
+
+@pytest.mark.parametrize("times", [2, 3, 4])
+def test_repeated_pixels_are_named(layup, times):
+    height, width = layup.scan.shape[:2]
+    few = layup.scan[::times, ::times]
+    report = inspect(layup, few.repeat(times, axis=0).repeat(times, axis=1)[:height, :width])
+    assert report.verdict is debulk.Verdict.INVALID
+    assert "enlarged by repeating pixels" in report.reason
+
+
+def test_doubled_rows_do_no_harm(layup):
+    plain, doubled = inspect(layup, layup.scan), inspect(layup, layup.scan[::2].repeat(2, axis=0))
+    assert doubled.verdict is plain.verdict
+    assert "repeating" not in doubled.reason
+
+
+def test_only_points_that_were_seen_count(layup):
+    assert repeated_share(layup.scan) == 0
+    assert repeated_share(layup.scan.reshape(-1, 3)) == 0
+    assert repeated_share(np.full((8, 8, 3), np.nan, np.float32)) == 0
+    assert repeated_share(np.ones((8, 8, 3), np.float32)) == 1
