@@ -193,7 +193,8 @@ def judge(
     excess_range_mm
         Lowest and highest height of the ridge from the excess length, mm (`ridge_by_excess`). None: it is not known.
     no_bridge
-        Whether no fibre is short enough to bridge up to the limit, whatever the minimum is.
+        Whether no fibre is, as a whole, short enough to bridge up to the limit. A bridge in a certified minimum counts
+        nevertheless.
     criteria
         Default: ``Criteria()``.
 

@@ -119,12 +119,15 @@ Judgement by_excess(const PocketEvidence& evidence, const Criteria& criteria) {
   // The margin of this figure is 0, because the range includes it already.
   std::vector<Figure> figures = {{"ridge by the excess length", *evidence.excess_ridge, criteria.max_ridge_height, 0.0}};
   const Judgement alone = worst_of(figures, Criterion::excess);
-  const std::string unproven = evidence.no_bridge ? "" : not_proven(evidence);
+  const std::string unproven = not_proven(evidence);
   if (!unproven.empty()) {
-    if (alone.verdict != Verdict::cease) return alone;
+    if (evidence.no_bridge || alone.verdict != Verdict::cease) return alone;
     return {Verdict::undecided, alone.reason + ", but the ply may bridge: " + unproven};
   }
-  if (!evidence.no_bridge && evidence.bridge_height.high > 0) figures.push_back(bridge(evidence, criteria));
+  // A fibre that is long enough as a whole may be too short in one place, so a certified minimum outweighs `no_bridge`.
+  const Figure stands = bridge(evidence, criteria);
+  const bool counts = !evidence.no_bridge || against_limit(stands) != Verdict::cease;
+  if (counts && evidence.bridge_height.high > 0) figures.push_back(stands);
   return worst_of(figures, Criterion::excess);
 }
 

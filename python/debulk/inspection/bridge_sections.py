@@ -26,7 +26,6 @@ from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
     from debulk.inspection.laid_pocket import LaidPocket
-    from debulk.recipe import Recipe
 
 __all__ = ["Weighed", "measured", "weighed", "without_bridge"]
 
@@ -83,7 +82,7 @@ def over_bump(laid: Net, found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -
     """Say why a bump below the tolerances, on which a net is laid, may be a bridge; None if not; raises `Stopped`."""
     recipe = ply.recipe
     least_mm = options.counts_from_mm(recipe)
-    bound_mm = _upper_side(_core.ridge.held_excess(laid._core.net, ply.reference).bridge_bound_mm, recipe)
+    bound_mm = options.bridge_mm(_core.ridge.held_excess(laid._core.net, ply.reference).bridge_bound_mm, recipe)
     if bound_mm < least_mm:
         return None
     section = measured(found, ply, stop)
@@ -110,7 +109,7 @@ def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSect
     )
     if out is None:
         return None
-    least, height, most = (_upper_side(gap, recipe) for gap in (out.least_gap_mm, out.gap_mm, out.most_gap_mm))
+    least, height, most = (options.bridge_mm(gap, recipe) for gap in (out.least_gap_mm, out.gap_mm, out.most_gap_mm))
     return BridgeSection(
         height_mm=height,
         range_mm=(min(least, height), max(most, height)),  # only rounding can put them out of order
@@ -127,9 +126,3 @@ def without_bridge(one: ridge.PostProcessed, laid: LaidPocket) -> ridge.PostProc
     material = laid.recipe.material
     rms_mm = float(np.sqrt(np.mean(rest_mm**2))) if rest_mm.size else material.thickness_mm / material.bulk_factor
     return replace(one, bridge_height_mm=0.0, rms_mm=rms_mm)
-
-
-def _upper_side(gap_mm: float, recipe: Recipe) -> float:
-    """Return a bridge's height as post-processing counts it: with the consolidated ply, 0 if the ply touches."""
-    thickness_mm = recipe.material.thickness_mm
-    return gap_mm + thickness_mm / recipe.material.bulk_factor if gap_mm > thickness_mm / 30 else 0.0

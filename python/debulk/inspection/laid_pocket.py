@@ -172,7 +172,8 @@ class LaidPocket:
         return {
             "inside_ply": self.inside_ply,
             "excess_range_mm": None if known is None else known.range_mm,
-            "no_bridge": known is not None and known.bridge_bound_mm <= options.counts_from_mm(self.recipe),
+            "no_bridge": known is not None
+            and options.bridge_mm(known.bridge_bound_mm, self.recipe) <= options.counts_from_mm(self.recipe),
         }
 
 

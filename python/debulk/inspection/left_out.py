@@ -9,7 +9,7 @@ from debulk.inspection import narrow_bumps, unseen
 from debulk.inspection.found import Found
 from debulk.inspection.starts import Settled
 from debulk.results.report import LeftOut
-from debulk.verdict import Judgement
+from debulk.verdict import Judgement, Verdict
 
 __all__ = ["merged", "of_late", "of_pocket", "of_scan", "of_stages", "of_unsolved"]
 
@@ -39,11 +39,14 @@ def of_pocket(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
 
 def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
     """Name the minimum that was not computed because the excess length decides without it."""
+    bound = f"every minimum keeps the excess length: {judged.reason}"
+    if judged.verdict is Verdict.CEASE:
+        bound += "; no fibre is, as a whole, so short that it could bridge up to the limit"
     return (
         LeftOut(
             what=f"the minimum of pocket {number}, its picture and the paper's figures",
             why='solve.when is "needed", and the excess length decides',
-            bound=f"every minimum keeps the excess length: {judged.reason}",
+            bound=bound,
         ),
     )
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from debulk.recipe.model import Recipe
 
 __all__ = [
+    "bridge_mm",
     "counts_from_mm",
     "criteria",
     "feet",
@@ -82,6 +83,12 @@ def feet(recipe: Recipe) -> _core.pocket.FootOptions:
 def counts_from_mm(recipe: Recipe) -> float:
     """Return the height, mm, from which a ridge or a bridge counts: the limit less the margin for errors of height."""
     return recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
+
+
+def bridge_mm(gap_mm: float, recipe: Recipe) -> float:
+    """Return a bridge's height, mm, as post-processing counts it: with the consolidated ply; 0 if the ply touches."""
+    thickness_mm = recipe.material.thickness_mm
+    return gap_mm + thickness_mm / recipe.material.bulk_factor if gap_mm > thickness_mm / 30 else 0.0
 
 
 def flag_mm(recipe: Recipe) -> float:

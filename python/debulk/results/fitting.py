@@ -98,8 +98,7 @@ def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
             coverage=pocket.measured_share,
             inside_ply=excess is not None or pocket.decided_by == "excess",
             excess_range_mm=None if excess is None else excess.range_mm,
-            no_bridge=excess is not None
-            and excess.bridge_bound_mm <= limits.max_ridge_height_mm - limits.ridge_margin_mm,
+            no_bridge=excess is not None and _cannot_bridge(excess.bridge_bound_mm, recipe),
             criteria=limits,
         )
     except InputError as error:
@@ -151,6 +150,12 @@ def _recipe(report: ReportData) -> Recipe:
         return Recipe(**report.recipe)
     except InputError as error:
         raise InputError(f"recipe: {error}") from None
+
+
+def _cannot_bridge(bound_mm: float, recipe: Recipe) -> bool:
+    from debulk.recipe import options
+
+    return options.bridge_mm(bound_mm, recipe) <= options.counts_from_mm(recipe)
 
 
 def _criteria(recipe: Recipe) -> Criteria:

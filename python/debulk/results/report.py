@@ -163,7 +163,8 @@ class ExcessReport:
         By how much the ridge may be higher because of what the filters take away, what lies beyond the foot, and what
         lies between the net's fibres. The upper end of `range_mm` exceeds the uncertainty by this much.
     bridge_bound_mm
-        No bridge can be higher than this; 0 if no fibre is too short for its mold.
+        mm, largest gap below a string that is pulled taut over the mold along a fibre that is too short for it; 0 if
+        none is. Bridges of minima may be higher where a fibre is too short in one place and too long in another.
     verdict
         Verdict by this ridge alone.
     """

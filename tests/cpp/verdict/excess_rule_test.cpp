@@ -121,6 +121,20 @@ TEST(JudgeByExcess, ABridgeIsNoExcess) {
   EXPECT_EQ(judge(evidence).reason, "bridge 0.90 mm above the limit of 0.60 mm");
 }
 
+TEST(JudgeByExcess, ACertifiedBridgeOutweighsTheBoundOnBridges) {
+  PocketEvidence evidence = inside(0.3, 0.34);
+  evidence.no_bridge = true;
+  evidence.bridge_height = {0.5, 0.54};
+  EXPECT_EQ(judge(evidence).verdict, Verdict::cease);
+  EXPECT_EQ(judge(evidence).reason.find("bridge"), std::string::npos);
+  evidence.bridge_height = {0.5, 0.57};  // within the margin of the limit
+  EXPECT_EQ(judge(evidence).verdict, Verdict::undecided);
+  evidence.bridge_height = {0.9, 0.9};
+  EXPECT_EQ(judge(evidence).verdict, Verdict::crease);
+  evidence.certified = false;  // such a minimum proves nothing
+  EXPECT_EQ(judge(evidence).verdict, Verdict::cease);
+}
+
 TEST(JudgeByExcess, WithoutTheExcessNothingIsDecided) {
   PocketEvidence evidence = inside(0, 0);
   evidence.excess_ridge.reset();
