@@ -89,6 +89,7 @@ study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run
 	$(python) -m debulk.study
 	$(python) bench/study/spacings.py
 	$(python) bench/study/limit.py
+	$(python) bench/study/bridge_nets.py --out bench/study/bridge_nets.txt
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
 	$(python) bench/study/places.py
@@ -136,6 +137,7 @@ trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scen
 	$(python) bench/trust/dishes.py --out bench/trust/dishes.txt
 	$(python) bench/trust/smoothing.py --out bench/trust/smoothing.txt
 	$(python) bench/trust/stranger.py --scenes 80 --seed 11 --out bench/trust/stranger.txt
+	$(python) bench/trust/setups.py --out bench/trust/setups.txt
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
