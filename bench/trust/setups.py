@@ -101,9 +101,9 @@ def of_pixels(given: Given, rng: np.random.Generator) -> Iterator[tuple[str, Giv
     wrong["every row twice"] = np.repeat(scan[::2], 2, axis=0)[:height]
     for n in (2, 4):
         wrong[f"{n} by {n} pixels alike"] = np.repeat(np.repeat(scan[::n, ::n], n, 0), n, 1)[:height, :width]
-        wrong[f"every {n}th pixel, linear between"] = cv2.resize(scan[::n, ::n], (width, height))
+        wrong[f"1 pixel of {n} each way, linear between"] = cv2.resize(scan[::n, ::n], (width, height))
         cubic = cv2.resize(scan[::n, ::n], (width, height), interpolation=cv2.INTER_CUBIC)
-        wrong[f"every {n}th pixel, cubic between"] = cubic
+        wrong[f"1 pixel of {n} each way, cubic between"] = cubic
     wrong["flipped"] = scan[:, ::-1]
     wrong["seen twice, 5 pixels apart"] = ((scan + np.roll(scan, 5, axis=1)) / 2).astype(np.float32)
     for share in (0.3, 0.5, 0.8):
@@ -119,7 +119,7 @@ def of_pixels(given: Given, rng: np.random.Generator) -> Iterator[tuple[str, Giv
     for name, cloud in wrong.items():
         yield name, replace(given, scan=cloud)
     for n in (2, 4):
-        yield f"every {n}th pixel", replace(given, scan=scan[::n, ::n], mask=None)
+        yield f"1 pixel of {n} each way", replace(given, scan=scan[::n, ::n], mask=None)
     yield "transposed", replace(given, scan=scan.transpose(1, 0, 2), mask=None)
     points = scan[np.isfinite(scan).all(axis=2)]
     for n in (1, 4, 16):

@@ -13,6 +13,7 @@ from debulk.inspection import unseen
 from debulk.inspection.sample import sample_of
 from debulk.inspection.smooth_patches import SIDE, Squares, quiet_squares, some_on_ply, squares_of, touching
 from debulk.inspection.smoothed import Smoothed, SmoothedSearch
+from debulk.results.area import in_cm2
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement, Verdict
 
@@ -77,7 +78,7 @@ class Filled:
             x, y = patch.centre_mm
             high = patch.height_mm >= unseen.standing_mm(recipe)
             reason = (
-                f"some {patch.area_mm2 / 100:.2g} cm² at ({x:.0f}, {y:.0f}) mm, up to {patch.height_mm:.1f} mm high, "
+                f"some {in_cm2(patch.area_mm2)} at ({x:.0f}, {y:.0f}) mm, up to {patch.height_mm:.1f} mm high, "
                 "carry no measuring noise, unlike the rest of the scan: filled in or clipped by the scanner's "
                 "software? Switch its hole filling and clipping off, or give the raw cloud"
             )

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.grid import Grid
 from debulk.inspection.stopping import heed
+from debulk.results.area import in_cm2
 from debulk.surface import Reference
 from debulk.verdict import Judgement, Verdict
 
@@ -74,7 +75,7 @@ def doubts(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Judgement
     out = []
     for one in plateaus:
         x, y = one.centre_mm
-        place = f"{one.area_mm2 / 100:.2g} cm² at ({x:.0f}, {y:.0f}) mm"
+        place = f"{in_cm2(one.area_mm2)} at ({x:.0f}, {y:.0f}) mm"
         if one.off_mm < 0:
             left_mm = one.off_mm + thickness_mm
             reason = (

@@ -11,6 +11,7 @@ from debulk import pocket
 from debulk.inspection.found import Found, FoundPocket
 from debulk.inspection.hole_beside import BRIDGE_MM, listed_hole
 from debulk.pocket import Dropped
+from debulk.results.area import in_cm2
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
 from debulk.verdict import Judgement, Verdict
 
@@ -73,7 +74,7 @@ def doubts(
             why += specks or (f", in a hole that pocket {judged[0].id} was judged with" if judged else "")
             at_best = Verdict.UNDECIDED if specks or judged else at_best
         place = f"({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm"
-        reason = f"a bump of at least {bump.area_mm2 / 100:.2g} cm² at {place} {why}: scan again"
+        reason = f"a bump of at least {in_cm2(bump.area_mm2)} at {place} {why}: scan again"
         out.append(Judgement(at_best, reason))
     return out
 
@@ -196,7 +197,7 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
             LeftOut(
                 what=f"{count} smaller {'hole or thin strip' if count == 1 else 'holes and thin strips'}",
                 why="nothing was seen there",
-                bound=f"{found.unseen.smaller_area / 100:.2g} cm² in all",
+                bound=f"{in_cm2(found.unseen.smaller_area)} in all",
             )
         )
     return tuple(entries)

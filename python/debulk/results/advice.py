@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from debulk.results.area import in_cm2
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def wrinkle_line(wrinkle: Wrinkle) -> str:
 def hole_line(hole: UnseenHole) -> str:
     """Describe a hole by its place and area."""
     what = {"reference": "a gap in the reference", "mask": "a masked area"}.get(hole.of, "a hole in the scan")
-    return f"{what} of {hole.area_mm2 / 100:.3g} cm² at ({hole.centre_mm[0]:.0f}, {hole.centre_mm[1]:.0f}) mm"
+    return f"{what} of {in_cm2(hole.area_mm2, digits=3)} at ({hole.centre_mm[0]:.0f}, {hole.centre_mm[1]:.0f}) mm"
 
 
 def _places(pockets: Sequence[PocketReport]) -> str:

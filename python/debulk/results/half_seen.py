@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from debulk.results.area import in_cm2
 from debulk.verdict import Verdict
 
 __all__ = ["MOST_OF_RIM", "HalfSeen", "HoleBeside", "Way", "at_best", "half_seen_line", "hole_names"]
@@ -33,7 +34,7 @@ class HoleBeside:
 
     def __str__(self) -> str:
         what = {"mask": "a masked area", "reference": "a gap in the reference"}.get(self.of, "a hole")
-        return f"{what} of {self.area_mm2 / 100:.2g} cm² at ({self.centre_mm[0]:.0f}, {self.centre_mm[1]:.0f}) mm"
+        return f"{what} of {in_cm2(self.area_mm2)} at ({self.centre_mm[0]:.0f}, {self.centre_mm[1]:.0f}) mm"
 
 
 @dataclass(frozen=True, kw_only=True)
