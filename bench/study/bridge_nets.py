@@ -13,14 +13,12 @@ from pathlib import Path
 from textwrap import fill
 
 import numpy as np
-from limit import INSPECTED
+from limit import INSPECTED, prepared
 
-from debulk import Inspector, scenes
 from debulk.inspection.cycle import Cycle
 from debulk.inspection.evaluation import evaluate_all
 from debulk.recipe import Recipe
 from debulk.results.report import PocketReport
-from debulk.scenes.varied import given_right
 from debulk.scenes.varied.polygons import inside
 
 NODES = (100, 200, 400, 1000, 2000)
@@ -36,14 +34,7 @@ def undecided_bridges() -> list[tuple[int, float]]:
 
 def evaluated(seed: int, truth_mm: float, nodes: int) -> tuple[PocketReport, float]:
     """Return the pocket's report with a net of this size, and the seconds it took."""
-    layup = scenes.varied_layup(
-        seed, (1280, 960), pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0
-    )  # fmt: skip
-    given = given_right(layup)
-    recipe = Recipe(net={"node_target": nodes})
-    inspector = Inspector(
-        recipe, given.reference, given.ply_outline, given.fibre_angles_deg, given.mold_from_scanner, mask=given.mask
-    )
+    layup, given, inspector = prepared(seed, (1280, 960), Recipe(net={"node_target": nodes}))
     pocket = min(layup.truth.pockets, key=lambda p: abs(p.ridge_mm - truth_mm))
     x, y = (np.array(v) for v in pocket.centre_mm)
     found = [p for p in inspector.find(given.scan).pockets if bool(inside(p.pocket.outline_mm, x, y))]

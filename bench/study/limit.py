@@ -22,7 +22,7 @@ from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import lay_net
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe
-from debulk.scenes.varied import given_right
+from debulk.scenes.varied import Given, VariedLayup, given_right
 from debulk.scenes.varied.polygons import inside
 from debulk.study.pictures import STYLE, pyplot
 from debulk.study.summary import write_csv
@@ -51,15 +51,21 @@ class Row:
     reason: str
 
 
-def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
-    """Inspect a layup, lay other nets on its pockets, and yield the rows."""
+def prepared(seed: int, pixels: tuple[int, int], recipe: Recipe) -> tuple[VariedLayup, Given, Inspector]:
+    """Return a layup with white noise only, the input as it should be, and an inspector for it."""
     layup = scenes.varied_layup(
         seed, pixels, pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0
     )  # fmt: skip
     given = given_right(layup)
     inspector = Inspector(
-        Recipe(), given.reference, given.ply_outline, given.fibre_angles_deg, given.mold_from_scanner, mask=given.mask
+        recipe, given.reference, given.ply_outline, given.fibre_angles_deg, given.mold_from_scanner, mask=given.mask
     )
+    return layup, given, inspector
+
+
+def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
+    """Inspect a layup, lay other nets on its pockets, and yield the rows."""
+    layup, given, inspector = prepared(seed, pixels, Recipe())
     report = inspector.inspect(given.scan)
     found = {f.number: f for f in inspector.find(given.scan).pockets}
     for truth in layup.truth.pockets:

@@ -1,7 +1,7 @@
 """Layups given in the wrong way: python bench/trust/setups.py [--layups 31101 31104 ...] [--only NAME] [--out FILE].
 
-Ninety ways to give scan, reference, pose, outline, mask, camera or recipe in another way than meant, most of which are
-not among the mistakes of `debulk.scenes`. Some matter, some do not. In each of the layups one pocket creases, not much
+A hundred ways to give scan, reference, pose, outline, mask, camera or recipe in another way than meant; most are not
+among the mistakes of `debulk.scenes`. Some matter, some do not. In each of the layups one pocket creases, not much
 above the limit, so that whatever hides or lowers it would let the layup pass: none may.
 """
 

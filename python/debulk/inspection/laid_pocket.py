@@ -172,8 +172,7 @@ class LaidPocket:
         return {
             "inside_ply": self.inside_ply,
             "excess_range_mm": None if known is None else known.range_mm,
-            "no_bridge": known is not None
-            and options.bridge_mm(known.bridge_bound_mm, self.recipe) <= options.counts_from_mm(self.recipe),
+            "no_bridge": known is not None and options.cannot_bridge(known.bridge_bound_mm, self.recipe),
         }
 
 

@@ -113,8 +113,7 @@ def repeat(
         hidden,
     )
     again = inspector.inspect(scan, progress=progress, context=trace.context)
-    hashed = {name: kept is not None and (kept.sha256 or kept.xxh3) is not None for name, (_, kept) in found.items()}
-    unchecked = (name for name, (given, _) in found.items() if given and not hashed[name])
+    unchecked = (name for name, (given, kept) in found.items() if given and (kept is None or not kept.fingerprint))
     return Repetition(again, tuple(_differences(report.to_dict(), again.to_dict())), tuple(unchecked))
 
 
@@ -126,12 +125,12 @@ def _check_same(name: str, given: ArrayTrace | None, kept: ArrayTrace | None) ->
         return
     if given.shape != kept.shape:
         raise InputError(f"{name}: expected the shape of the inspection's, {kept.shape}, but got {given.shape}")
-    for kind, wanted, hashed in (("SHA-256", kept.sha256, given.sha256), ("XXH3", kept.xxh3, given.xxh3)):
-        if wanted is not None and hashed is not None and hashed != wanted:
-            raise InputError(
-                f"{name}: expected the inspection's, {kind} {wanted[:16]}..., but got {hashed[:16]}...: "
-                "another file, or another unit"
-            )
+    if kept.fingerprint and given.fingerprint != kept.fingerprint:
+        (kind, wanted), (_, got) = kept.fingerprint, given.fingerprint or ("", "none")
+        raise InputError(
+            f"{name}: expected the inspection's, {kind} {wanted[:16]}..., but got {got[:16]}...: "
+            "another file, or another unit"
+        )
 
 
 def _hash_of(kept: ArrayTrace | None) -> fingerprint.Hash:

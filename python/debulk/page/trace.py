@@ -75,9 +75,8 @@ def _array(name: str, array: ArrayTrace | None) -> _Entries:
     if array is None:
         return []
     size = " × ".join(str(length) for length in array.shape)
-    if array.xxh3 and not array.sha256:
-        return [(name, size), (f"{name}, XXH3", array.xxh3)]
-    return [(name, size), (f"{name}, SHA-256", array.sha256 or "not computed")]
+    kind, value = array.fingerprint or ("SHA-256", "not computed")
+    return [(name, size), (f"{name}, {kind}", value)]
 
 
 def _geometry(report: ReportData, trace: Trace) -> _Entries:

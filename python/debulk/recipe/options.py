@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "bridge_mm",
+    "cannot_bridge",
     "counts_from_mm",
     "criteria",
     "feet",
@@ -89,6 +90,11 @@ def bridge_mm(gap_mm: float, recipe: Recipe) -> float:
     """Return a bridge's height, mm, as post-processing counts it: with the consolidated ply; 0 if the ply touches."""
     thickness_mm = recipe.material.thickness_mm
     return gap_mm + thickness_mm / recipe.material.bulk_factor if gap_mm > thickness_mm / 30 else 0.0
+
+
+def cannot_bridge(bound_mm: float, recipe: Recipe) -> bool:
+    """Return whether fibres that can bridge gaps up to this bound, mm, make no bridge that counts."""
+    return bridge_mm(bound_mm, recipe) <= counts_from_mm(recipe)
 
 
 def flag_mm(recipe: Recipe) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 __all__ = ["in_cm2"]
 
 
@@ -10,8 +12,9 @@ def in_cm2(area_mm2: float, digits: int = 2) -> str:
 
     Examples
     --------
-    >>> in_cm2(361.2), in_cm2(16_049.0), in_cm2(16_049.0, digits=3), in_cm2(0.04)
-    ('3.6 cm²', '160 cm²', '160 cm²', '0.0004 cm²')
+    >>> in_cm2(361.2), in_cm2(16_049.0), in_cm2(16_149.0, digits=3), in_cm2(0.004), in_cm2(0.0)
+    ('3.6 cm²', '160 cm²', '161 cm²', '0.00004 cm²', '0 cm²')
     """
     cm2 = area_mm2 / 100
-    return f"{cm2:.0f} cm²" if cm2 >= 10**digits or cm2 == 0 else f"{float(f'{cm2:.{digits}g}'):.10g} cm²"
+    rounded = round(cm2) if cm2 >= 10**digits else float(f"{cm2:.{digits}g}")
+    return f"{np.format_float_positional(rounded, trim='-')} cm²"

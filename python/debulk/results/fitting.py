@@ -79,6 +79,8 @@ def _check_complete(pockets: Sequence[PocketReport]) -> None:
 
 
 def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
+    from debulk.recipe import options
+
     limits = _criteria(recipe)
     solve, excess = pocket.solve, pocket.excess
     rms, ridge, bridge = (
@@ -98,7 +100,7 @@ def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
             coverage=pocket.measured_share,
             inside_ply=excess is not None or pocket.decided_by == "excess",
             excess_range_mm=None if excess is None else excess.range_mm,
-            no_bridge=excess is not None and _cannot_bridge(excess.bridge_bound_mm, recipe),
+            no_bridge=excess is not None and options.cannot_bridge(excess.bridge_bound_mm, recipe),
             criteria=limits,
         )
     except InputError as error:
@@ -150,12 +152,6 @@ def _recipe(report: ReportData) -> Recipe:
         return Recipe(**report.recipe)
     except InputError as error:
         raise InputError(f"recipe: {error}") from None
-
-
-def _cannot_bridge(bound_mm: float, recipe: Recipe) -> bool:
-    from debulk.recipe import options
-
-    return options.bridge_mm(bound_mm, recipe) <= options.counts_from_mm(recipe)
 
 
 def _criteria(recipe: Recipe) -> Criteria:

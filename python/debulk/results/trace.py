@@ -36,6 +36,13 @@ class ArrayTrace:
     sha256: str | None = None
     xxh3: str | None = None
 
+    @property
+    def fingerprint(self) -> tuple[str, str] | None:
+        """Name and value of the hash; None if none was computed."""
+        if self.sha256:
+            return "SHA-256", self.sha256
+        return ("XXH3", self.xxh3) if self.xxh3 else None
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Trace(Record):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import debulk
-from debulk.inspection.repeated_pixels import repeated_share
+from debulk.inspection.repeated_pixels import REPEATED, repeated_share
 
 
 @pytest.fixture(scope="module")
@@ -38,3 +38,13 @@ def test_only_points_that_were_seen_count(layup):
     assert repeated_share(layup.scan.reshape(-1, 3)) == 0
     assert repeated_share(np.full((8, 8, 3), np.nan, np.float32)) == 0
     assert repeated_share(np.ones((8, 8, 3), np.float32)) == 1
+
+
+@pytest.mark.parametrize("shape", [(481, 641), (480, 640), (960, 1280)])
+@pytest.mark.parametrize("times", [2, 3, 4])
+def test_it_does_not_matter_where_the_blocks_begin(shape, times):
+    height, width = shape
+    few = np.random.default_rng(1).random((height // times + 2, width // times + 2, 3), dtype=np.float32)
+    large = few.repeat(times, axis=0).repeat(times, axis=1)
+    for begin in range(times):
+        assert repeated_share(large[begin : begin + height, begin : begin + width]) > REPEATED
