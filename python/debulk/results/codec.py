@@ -17,13 +17,13 @@ import typing
 import zlib
 from collections.abc import Callable, Mapping
 from enum import StrEnum
-from typing import Annotated, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from debulk._core import InputError
 from debulk.grid import Grid
-from debulk.results.record import dtype_of, hints_of, without_none
+from debulk.results.record import hints_of, stored_as, without_none
 
 SCHEMA = 9
 _ODD = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
@@ -119,8 +119,8 @@ def _decode(hint: Any, value: Any, name: str) -> Any:
     if isinstance(plain, type) and issubclass(plain, StrEnum):
         names = [member.value for member in plain]
         return plain(_require(value, name, lambda v: v in names, f"one of {', '.join(names)}"))
-    if origin is Annotated:
-        return _decode_array(dtype_of(arguments[0]), value, name, arguments[1])
+    if (stored := stored_as(plain)) is not None:
+        return _decode_array(stored.dtype, value, name, stored.shape)
     if origin is tuple:
         _require(value, name, lambda v: isinstance(v, list), "a list")
         if arguments[-1] is Ellipsis:

@@ -8,20 +8,34 @@ import typing
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from debulk import __version__
 from debulk._core import InputError
 
-# Arrays with their shapes; None allows any length. Record enforces these shapes, and the JSON codec reads them.
-Values = Annotated[NDArray[np.float64], (None,)]
-PointsXY = Annotated[NDArray[np.float64], (None, 2)]
-PointsXYZ = Annotated[NDArray[np.float64], (None, 3)]
-Kinds = Annotated[NDArray[np.uint8], (None,)]
-Flags = Annotated[NDArray[np.bool_], (None,)]
-Numbers = Annotated[NDArray[np.int32], (None,)]
-Pairs = Annotated[NDArray[np.int32], (None, 2)]
-Quadruples = Annotated[NDArray[np.int32], (None, 4)]
+
+
+class Stored:
+    """How a record stores an array: its element type and its shape, in which None allows any length.
+
+    It stands beside the array's annotation and repeats its element type: what an annotation like NDArray[...] is made
+    of differs between releases of NumPy.
+    """
+
+    def __init__(self, dtype: DTypeLike, *shape: int | None) -> None:
+        self.dtype: np.dtype[Any] = np.dtype(dtype)
+        self.shape = shape
+
+
+# Record enforces these types and shapes, and the JSON codec reads them.
+Values = Annotated[NDArray[np.float64], Stored(np.float64, None)]
+PointsXY = Annotated[NDArray[np.float64], Stored(np.float64, None, 2)]
+PointsXYZ = Annotated[NDArray[np.float64], Stored(np.float64, None, 3)]
+Kinds = Annotated[NDArray[np.uint8], Stored(np.uint8, None)]
+Flags = Annotated[NDArray[np.bool_], Stored(np.bool_, None)]
+Numbers = Annotated[NDArray[np.int32], Stored(np.int32, None)]
+Pairs = Annotated[NDArray[np.int32], Stored(np.int32, None, 2)]
+Quadruples = Annotated[NDArray[np.int32], Stored(np.int32, None, 4)]
 
 
 class Record:
@@ -44,26 +58,25 @@ class Versioned(Record):
 
 def _check_arrays(record: Any) -> None:
     """Convert a record's arrays to their declared types, check their shapes, and make them read-only."""
-    for name, dtype, shape in _arrays(record.__class__):
+    for name, stored in _arrays(record.__class__):
         value = getattr(record, name)
         if value is None:
             continue
-        view = np.asarray(value, dtype=dtype).view()
-        fits = view.ndim == len(shape) and all(
-            want in (None, have) for want, have in zip(shape, view.shape, strict=True)
+        view = np.asarray(value, dtype=stored.dtype).view()
+        fits = view.ndim == len(stored.shape) and all(
+            want in (None, have) for want, have in zip(stored.shape, view.shape, strict=True)
         )
         if not fits:
-            raise InputError(f"{name}: expected the shape {_shape_text(shape)}, got {view.shape}")
+            raise InputError(f"{name}: expected the shape {_shape_text(stored.shape)}, got {view.shape}")
         view.flags.writeable = False
         object.__setattr__(record, name, view)
 
 
 @functools.cache
-def _arrays(kind: Any) -> tuple[tuple[str, np.dtype[Any], tuple[int | None, ...]], ...]:
+def _arrays(kind: Any) -> tuple[tuple[str, Stored], ...]:
     """Names, types and shapes of a record's arrays."""
-    hints = ((name, without_none(hint)) for name, hint in hints_of(kind).items())
-    arrays = ((name, *typing.get_args(hint)) for name, hint in hints if typing.get_origin(hint) is Annotated)
-    return tuple((name, dtype_of(elements), shape) for name, elements, shape in arrays)
+    found = ((name, stored_as(without_none(hint))) for name, hint in hints_of(kind).items())
+    return tuple((name, stored) for name, stored in found if stored is not None)
 
 
 def _shape_text(shape: tuple[int | None, ...]) -> str:
@@ -83,7 +96,6 @@ def without_none(hint: Any) -> Any:
     return hint
 
 
-def dtype_of(hint: Any) -> np.dtype[Any]:
-    """Read the element type out of NDArray[...]."""
-    dtype: np.dtype[Any] = np.dtype(typing.get_args(typing.get_args(hint)[1])[0])
-    return dtype
+def stored_as(hint: Any) -> Stored | None:
+    """Return how the hinted array is stored; None if the hint is not that of an array."""
+    return next((part for part in getattr(hint, "__metadata__", ()) if isinstance(part, Stored)), None)

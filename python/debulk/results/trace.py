@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.grid import Grid
-from debulk.results.record import Record, Values
+from debulk.results.record import Record, Stored, Values
 
 __all__ = ["ArrayTrace", "Trace"]
 
-_Pose = Annotated[NDArray[np.float64], (4, 4)]
+_Pose = Annotated[NDArray[np.float64], Stored(np.float64, 4, 4)]
 
 
 @dataclass(frozen=True, kw_only=True)
