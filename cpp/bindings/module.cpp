@@ -7,7 +7,22 @@
 
 namespace py = pybind11;
 
-PYBIND11_MODULE(_core, m) {
+namespace {
+
+// Returns false, with an ImportError set, in any interpreter but the first of a process.
+bool in_main_interpreter() {
+  if (PyInterpreterState_Get() == PyInterpreterState_Main()) return true;
+  PyErr_SetString(PyExc_ImportError,
+                  "debulk: cannot be imported in a subinterpreter; import it in the process's main interpreter, or in another process");
+  return false;
+}
+
+}  // namespace
+
+// pybind11 makes PyInit_core of this, which PyInit__core below calls. The module's name is that of its import.
+PYBIND11_MODULE(core, m, py::multiple_interpreters::not_supported()) {
+  // Python 3.13 and later run PyInit in the main interpreter, and only this in the subinterpreter.
+  if (!in_main_interpreter()) throw py::error_already_set();
   m.doc() = "The compiled rooms of debulk. Private: use the typed, documented modules of the package.";
   py::register_exception<debulk::InputError>(m, "InputError", PyExc_ValueError);
   py::register_exception<debulk::Stopped>(m, "Stopped", PyExc_RuntimeError);
@@ -35,4 +50,9 @@ PYBIND11_MODULE(_core, m) {
   debulk::bind_ridge(room("ridge"));
   debulk::bind_section(room("section"));
   debulk::bind_verdict(room("verdict"));
+}
+
+// Before Python 3.12 pybind11 waits for ever when it is initialised in a subinterpreter, so the check comes first.
+extern "C" PYBIND11_EXPORT PyObject* PyInit__core() {
+  return in_main_interpreter() ? PyInit_core() : nullptr;
 }

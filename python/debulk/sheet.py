@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
 from debulk.arguments import typed
+from debulk.forking import kept
 
 if TYPE_CHECKING:
     from debulk.net import Net
@@ -184,7 +184,7 @@ class Sheet:
         ways = self._core.edge_mm
         return ways if len(ways) else None
 
-    @cached_property
+    @kept
     def _minimiser(self) -> _core.sheet.Minimiser:
         """The data that every start of a solve needs, prepared once."""
         return _core.sheet.Minimiser(self._core)

@@ -2,39 +2,71 @@
 
 from __future__ import annotations
 
+import atexit
+import os
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from debulk import _core
 from debulk._core import InputError
 
-__all__ = ["Running", "stopping"]
+__all__ = ["Running", "known", "stopping"]
+
+
+_AT_EXIT_S = 5.0  # longest wait, at the interpreter's exit, for the calls of daemon threads; they end in milliseconds
+_every: set[_core.Stop] = set()  # of all running calls of this process
+_exiting = False
 
 
 class Running:
-    """The stops of all running calls, so that one `cancel` ends them all."""
+    """The stops of the running calls of one object, so that one `cancel` ends them all."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
         self._stops: set[_core.Stop] = set()
 
     def cancel(self) -> None:
         """Trigger every stop that is held; may be called from any thread."""
-        with self._lock:
-            for stop in self._stops:
-                stop.cancel()
+        for stop in tuple(self._stops):
+            stop.cancel()
 
     @contextmanager
     def holding(self, stop: _core.Stop) -> Iterator[None]:
-        """Let `cancel` trigger this stop while the body runs."""
-        with self._lock:
-            self._stops.add(stop)
+        """Let `cancel`, and the interpreter's exit, trigger this stop while the body runs."""
+        self._stops.add(stop)
         try:
-            yield
+            with known(stop):
+                yield
         finally:
-            with self._lock:
-                self._stops.discard(stop)
+            self._stops.discard(stop)
+
+
+@contextmanager
+def known(stop: _core.Stop) -> Iterator[None]:
+    """Let the interpreter's exit trigger this stop while the body runs."""
+    _every.add(stop)
+    try:
+        if _exiting and threading.current_thread().daemon:
+            raise RuntimeError("the interpreter exits: a daemon thread cannot begin another call of debulk")
+        yield
+    finally:
+        _every.discard(stop)
+
+
+@atexit.register
+def _end_daemons() -> None:
+    """End the calls of daemon threads, for which the interpreter does not wait, before it goes away under them."""
+    global _exiting
+    _exiting = True
+    late = time.monotonic() + _AT_EXIT_S
+    while _every and time.monotonic() < late:
+        for stop in tuple(_every):
+            stop.cancel()
+        time.sleep(0.001)
+
+
+os.register_at_fork(after_in_child=_every.clear)  # those of the parent's other threads do not run in the child
 
 
 @contextmanager

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 
 #include "debulk/solve/elastic.hpp"
+#include "debulk/solve/ipopt_lock.hpp"
 
 namespace debulk {
 namespace {
@@ -141,8 +141,7 @@ SolveStatus translate(Ipopt::ApplicationReturnStatus status, const Stop& stop) {
 }  // namespace
 
 Outcome minimise_with_ipopt(const Problem& problem, const Eigen::VectorXd& start, const SolveOptions& options) {
-  static std::mutex one_at_a_time;
-  const std::lock_guard<std::mutex> lock(one_at_a_time);
+  const std::unique_lock<std::mutex> lock = ipopt_lock();
 
   const Elastic elastic(problem, options.stiffness);
   Ipopt::SmartPtr<Adapter> adapter = new Adapter(elastic, elastic.extend(start), options.stop);

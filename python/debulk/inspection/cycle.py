@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import TypeVar
 
 from debulk import _core
 from debulk._core import InputError
 from debulk.stopping import stopping
+from debulk.workers import Workers
 
 __all__ = ["Cancelled", "Cycle", "Progress", "beside", "watched"]
 
@@ -78,7 +78,7 @@ class Cycle:
 
 def watched(stop: _core.Stop, work: Callable[[], Result]) -> Result:
     """Do the work in another thread, so that this one can react to Ctrl-C while the work is in the compiled core."""
-    with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
+    with Workers(1) as pool, stopping(stop):
         return pool.submit(work).result()
 
 
@@ -91,5 +91,5 @@ def beside(stop: _core.Stop, work: Callable[[], Result], threads: int) -> Iterat
     if threads == 1:
         yield lambda: watched(stop, work)
         return
-    with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
+    with Workers(1) as pool, stopping(stop):
         yield pool.submit(work).result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -32,6 +32,7 @@ from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.recipe import options
 from debulk.results.report import PocketNet, PocketReport, SolveReport
 from debulk.stopping import stopping
+from debulk.workers import Workers
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -47,7 +48,7 @@ def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, b
     evaluations = []
     # Calls of the core release the GIL. Whatever ends the wait (Ctrl-C, an error in the progress function) also ends
     # the solvers.
-    with ThreadPoolExecutor(threads, "debulk") as pool, stopping(cycle.stop):
+    with Workers(threads) as pool, stopping(cycle.stop):
         for evaluation in pool.map(lambda found: evaluate(found, ply, cycle.stop, pool), pockets):
             evaluations.append(evaluation)
             cycle.report("debulk", begun + (1 - begun) * len(evaluations) / len(pockets))

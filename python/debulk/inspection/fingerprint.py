@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, Literal
 
@@ -16,6 +15,7 @@ from debulk import _core
 from debulk._core import InputError
 from debulk.inspection.cleaning import pieces
 from debulk.results.trace import ArrayTrace
+from debulk.workers import Workers
 
 __all__ = ["Hash", "beside", "of_cloud", "of_mask"]
 
@@ -56,5 +56,5 @@ def beside(points: ArrayLike, stop: _core.Stop, kind: Hash | None) -> Iterator[C
         except (InputError, ValueError, TypeError):
             return None
 
-    with ThreadPoolExecutor(1, "debulk-hash") as pool:
+    with Workers(1, "debulk-hash") as pool:
         yield pool.submit(work).result

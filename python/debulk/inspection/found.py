@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
+from debulk.forking import kept
 from debulk.grid import Grid
 from debulk.inspection.foot_slope import foot_slope
 from debulk.net import Net
@@ -66,7 +66,7 @@ class FoundPocket:
         """The foot, where the ply comes down to the mold."""
         return self.feet.feet[self.index]
 
-    @cached_property
+    @kept
     def foot_slope(self) -> float:
         """Mean slope of the heights along the foot's outline; cached, as it is needed several times."""
         return foot_slope(self.feet.heights, self.foot.outline_mm)

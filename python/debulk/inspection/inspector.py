@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -17,6 +16,7 @@ from debulk import _core, surface
 from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.comparison import Comparison
+from debulk.forking import Guard
 from debulk.grid import Grid
 from debulk.inspection import fingerprint, inputs, inspector_file, mold_edge, reporting, riders, tolerances
 from debulk.inspection.cleaning import clean, hide, owned, taken
@@ -142,9 +142,10 @@ class Inspector:
             reference, self._below = mold_edge.parted(reference, recipe)
         self._placing = preparation.step("checks", 0.9, lambda: Placing(reference, *given, self.mask, recipe))
         self._wrinkles = WrinkleSearch(reference, *given, recipe)
-        self._finder = preparation.step("regions", 0.96, lambda: finder_for(reference, *given, recipe))
+        self._make_finder = lambda: finder_for(reference, *given, recipe)
+        self._finder = preparation.step("regions", 0.96, self._make_finder)
         self._tracing = Tracing(self)
-        self._finding = threading.Lock()  # the finder reuses its buffers, so it takes one scan at a time
+        self._finding = Guard()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()
 
     def __repr__(self) -> str:
@@ -341,7 +342,9 @@ class Inspector:
         InputError
             Names what was wrong with the scan.
         """
-        with self._finding:
+        with self._finding.held():
+            if self._finding.torn:
+                self._finder, self._finding.torn = self._make_finder(), False
             found = self._finder.find(scan, self.mask, stop)
         if self._below is not None:
             found = replace(found, left_out=(*found.left_out, self._below.left_out()))

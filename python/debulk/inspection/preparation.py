@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import wait
 from typing import TypeVar
 
 from debulk import _core
 from debulk.inspection.cycle import Cycle, Progress
-from debulk.stopping import stopping
+from debulk.stopping import known, stopping
+from debulk.workers import Workers
 
 __all__ = ["Preparation"]
 
@@ -39,7 +40,8 @@ class Preparation:
         """Do one step, at whose beginning the share `done` of the whole work is done."""
         with (
             self._cycle.stage(name, done),
-            ThreadPoolExecutor(1, "debulk") as pool,
+            known(self.stop),
+            Workers(1) as pool,
             stopping(self.stop),
         ):
             running = pool.submit(work)

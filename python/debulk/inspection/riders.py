@@ -8,7 +8,6 @@ other stand above these heights, with hardly any below, there is one. Riders are
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, NamedTuple
 
 from debulk import _core
@@ -21,6 +20,7 @@ from debulk.inspection.tolerances import Bump, bump_name
 from debulk.results.report import PocketReport
 from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
+from debulk.workers import Workers
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -101,7 +101,7 @@ def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.St
         return None
 
     threads = ply.recipe.run.threads or _core.default_threads()
-    with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
+    with Workers(threads) as pool, stopping(stop):
         return [judged for judged in pool.map(doubt, on) if judged is not None]
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.forking import kept
 from debulk.net import Net
 from debulk.results.report import ExcessReport, PocketNet
 
@@ -45,7 +45,7 @@ class SpareNet:
     at_spacing_mm: float
     measure: Callable[[], ExcessReport | None]
 
-    @cached_property
+    @kept
     def excess(self) -> ExcessReport | None:
         """The ridge that the excess makes; None if it is not known."""
         return self.measure()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -23,6 +22,7 @@ from debulk.recipe import Net, Recipe, options
 from debulk.results.report import LeftOut
 from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
+from debulk.workers import Workers
 
 __all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
 
@@ -85,7 +85,7 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
         except _core.Stopped:
             return None
 
-    with ThreadPoolExecutor(threads, "debulk") as pool, stopping(stop):
+    with Workers(threads) as pool, stopping(stop):
         looked = list(pool.map(look, found.parts))
         places += [place for part in looked for place in part or ()]
         places.sort(key=lambda place: -place.dropped.area_mm2)

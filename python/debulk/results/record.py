@@ -14,7 +14,6 @@ from debulk import __version__
 from debulk._core import InputError
 
 
-
 class Stored:
     """How a record stores an array: its element type and its shape, in which None allows any length.
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -12,12 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
 from debulk.arguments import typed
+from debulk.forking import Guard
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, checked_blur, decode_into
 from debulk.scanner.faults import refuse_faults
 from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, triangulate_into
 from debulk.stopping import Running, stopping
+from debulk.workers import Workers
 
 F32 = NDArray[np.float32]
 Progress = Callable[[str, float], None]
@@ -95,7 +95,7 @@ class Scanner:
             maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in names}
             self._maps.append(maps | {"exposure": np.empty(shape, np.uint8)})
         self._running = Running()
-        self._busy = threading.Lock()
+        self._busy = Guard()
 
     def scan(
         self,
@@ -141,9 +141,9 @@ class Scanner:
                 raise InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
             stop.set_deadline(deadline_s)
         report = progress or (lambda stage, done: None)
-        with self._busy, self._running.holding(stop):
+        with self._busy.held(), self._running.holding(stop):
             try:
-                with ThreadPoolExecutor(1, "debulk") as pool, stopping(stop):
+                with Workers(1) as pool, stopping(stop):
                     return self._scan(left_images, right_images, out, report, stop, pool)
             except _core.Stopped:
                 if stop.cancelled:
@@ -161,7 +161,7 @@ class Scanner:
         out: tuple[F32, F32] | None,
         report: Progress,
         stop: _core.Stop,
-        pool: ThreadPoolExecutor,
+        pool: Workers,
     ) -> Scan:
         """Run each stage in the pool's thread, so that Ctrl-C reaches this thread while the core computes."""
         count = len(self.periods) * self.steps
