@@ -41,8 +41,13 @@ test: $(stamps)/tests $(stamps)/docs ## Set everything up and run all tests and 
 	$(python) -m pytest -q -n 2 --dist worksteal tests/python
 	$(python) -m pytest -q --doctest-modules --pyargs debulk
 	cmake/test_cpp_package.sh build/test
+	cmake/test_versions.sh $(python) build/test
 	$(pages)
 	$(lint)
+
+.PHONY: versions
+versions: $(stamps)/tests ## Try the oldest and the newest Python and packages that pyproject.toml allows
+	cmake/test_versions.sh $(python) build/test
 
 .PHONY: lint
 lint: $(stamps)/tools $(stamps)/package ## Check style and types

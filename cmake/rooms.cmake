@@ -3,6 +3,7 @@
 function(debulk_room name)
   cmake_parse_arguments(ARG "" "" "SOURCES;USES;LINKS" ${ARGN})
   add_library(debulk_${name} STATIC ${ARG_SOURCES})
+  add_library(debulk::${name} ALIAS debulk_${name})
   target_link_libraries(debulk_${name} PUBLIC debulk_options Eigen3::Eigen PRIVATE ${ARG_LINKS})
   foreach(room ${ARG_USES})
     target_link_libraries(debulk_${name} PUBLIC debulk_${room})

@@ -64,6 +64,13 @@ class Net:
     open_ends: Integers
     lattice: Integers
     _core: Any = field(repr=False)
+    _given: tuple[Any, ...] | None = field(default=None, repr=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what the net was laid from: laying it again gives the same net to the last bit."""
+        if self._given is None:
+            raise TypeError("this Net cannot be pickled or copied: only one that fibre_net() returned can")
+        return fibre_net, self._given
 
 
 @typed
@@ -155,11 +162,16 @@ def fibre_net(
         None if rms_outline_mm is None else arrays.corners(rms_outline_mm, "rms_outline_mm"),
         options,
     )
-    return from_core(made)
+    places = (_copied(centre_mm), _copied(angles_deg), spacing_mm, _copied(outline_mm), _copied(ply_outline))
+    limits = (edge_tol_mm, mold_tol_mm, paths, _copied(rms_outline_mm), node_target)
+    return from_core(made, (surface, reference, *places, *limits))
 
 
-def from_core(made: _core.net.PocketNet) -> Net:
-    """Wrap the net of a compiled pocket, which the sheet and the post-processing use."""
+def from_core(made: _core.net.PocketNet, given: tuple[Any, ...] | None = None) -> Net:
+    """Wrap the net of a compiled pocket, which the sheet and the post-processing use.
+
+    `given` holds the arguments of `fibre_net` if it laid the net.
+    """
     net = made.net
     return Net(
         nodes_mm=net.nodes,
@@ -173,6 +185,7 @@ def from_core(made: _core.net.PocketNet) -> Net:
         open_ends=made.open_ends,
         lattice=net.lattice,
         _core=made,
+        _given=given,
     )
 
 
@@ -224,6 +237,11 @@ class Drape:
     shear_deg: Floats
     lattice: Integers
     _core: Any = field(repr=False)
+    _given: tuple[Any, ...] = field(repr=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what the ply was draped from: draping it again gives the same net to the last bit."""
+        return drape, self._given
 
     def angles_deg(self, xy_mm: ArrayLike) -> Floats:
         """Directions of the two fibres at points of the mold's XY plane.
@@ -297,8 +315,9 @@ def drape(
         paths=paths,
     )
     net = core.net
+    given = (surface, _copied(seed_mm), _copied(angles_deg), spacing_mm, _copied(outline_mm), paths)
     return Drape(
-        net.nodes, net.neighbours, net.edges, net.inside, net.spacing, np.degrees(net.shear), net.lattice, core
+        net.nodes, net.neighbours, net.edges, net.inside, net.spacing, np.degrees(net.shear), net.lattice, core, given
     )
 
 
@@ -306,6 +325,11 @@ def _checked(surface: Reference, argument: str) -> Any:
     if not isinstance(surface, _core.surface.Reference):
         raise _core.InputError(f"{argument}: expected a debulk.surface.Reference, but got {of_type(surface)}")
     return surface
+
+
+def _copied(places: ArrayLike | None) -> Floats | None:
+    """Return an argument that its owner cannot change any more."""
+    return None if places is None else np.array(places, dtype=np.float64)
 
 
 def _radians(angles_deg: ArrayLike) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,7 +89,8 @@ class Sheet:
         from debulk.recipe import Recipe
         from debulk.recipe.options import ply
 
-        self._ply = ply(recipe or Recipe())
+        recipe = recipe or Recipe()
+        self._ply = ply(recipe)
         nodes = arrays.numbers(nodes_mm, "nodes_mm", (None, 3), "an (N, 3) array of nodes in mm")
         self._neighbours = _whole(neighbours, "neighbours", (None, 4), "an (N, 4) array of numbers of nodes")
         self._kinds = _whole(kinds, "kinds", (None,), "an (N,) array of 0, 1 and 2")
@@ -105,6 +106,12 @@ class Sheet:
             self._ply,
             [] if edge_mm is None else np.asarray(edge_mm, dtype=np.float64).tolist(),
         )
+        given = nodes.copy(), self._neighbours, self._kinds, self._spacing_mm, self._area_mm2, reference, recipe
+        self._made: tuple[Any, ...] = (Sheet, (*given, self.edge_mm))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what the sheet was made from."""
+        return self._made
 
     @classmethod
     def of_net(cls, net: Net, reference: Reference, recipe: Recipe | None = None) -> Sheet:
@@ -136,11 +143,13 @@ class Sheet:
         from debulk.recipe.options import ply
 
         sheet = cls.__new__(cls)
-        sheet._ply = ply(recipe or Recipe())
+        recipe = recipe or Recipe()
+        sheet._ply = ply(recipe)
         sheet._neighbours, sheet._kinds = net.neighbours, net.kinds.astype(np.int32)
         sheet._spacing_mm, sheet._area_mm2 = net.spacing_mm, net.area_mm2
         sheet._reference = reference
         sheet._core = _core.sheet.Sheet(net._core, reference, sheet._ply)
+        sheet._made = (cls.of_net, (net, reference, recipe))
         return sheet
 
     @property

@@ -102,6 +102,10 @@ class Solution:
     minima: tuple[Solution, ...] = ()
     _core: Any = field(default=None, repr=False)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the compiled object, which only an inspection's post-processing uses."""
+        return {**self.__dict__, "_core": None}
+
     @property
     def length_error(self) -> float:
         """Length error of the certificate."""

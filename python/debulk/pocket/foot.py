@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,9 @@ class Feet:
     smooth_mm: float
     hill_mm: float
     _core: Any = field(repr=False)
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("Feet cannot be pickled or copied: pickle the height map, and find segmentation and feet again")
 
 
 @typed

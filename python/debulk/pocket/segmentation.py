@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -102,6 +102,9 @@ class Segmentation:
     heights: Grid
     cut_height_mm: float
     _core: Any = field(repr=False)
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a Segmentation cannot be pickled or copied: pickle its height map, and segment() that again")
 
 
 @typed

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -96,6 +96,9 @@ class Scanner:
             self._maps.append(maps | {"exposure": np.empty(shape, np.uint8)})
         self._running = Running()
         self._busy = Guard()
+
+    def __getstate__(self) -> NoReturn:
+        raise TypeError("a Scanner cannot be pickled or copied: make one in each process, from the calibration's file")
 
     def scan(
         self,
