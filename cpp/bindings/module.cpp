@@ -9,12 +9,11 @@ namespace py = pybind11;
 
 namespace {
 
-// Returns false, with an ImportError set, in any interpreter but the first of a process.
+constexpr const char* kElsewhere =
+    "debulk: cannot be imported in a subinterpreter; import it in the process's main interpreter, or in another process";
+
 bool in_main_interpreter() {
-  if (PyInterpreterState_Get() == PyInterpreterState_Main()) return true;
-  PyErr_SetString(PyExc_ImportError,
-                  "debulk: cannot be imported in a subinterpreter; import it in the process's main interpreter, or in another process");
-  return false;
+  return PyInterpreterState_Get() == PyInterpreterState_Main();
 }
 
 }  // namespace
@@ -22,7 +21,7 @@ bool in_main_interpreter() {
 // pybind11 makes PyInit_core of this, which PyInit__core below calls. The module's name is that of its import.
 PYBIND11_MODULE(core, m, py::multiple_interpreters::not_supported()) {
   // Python 3.13 and later run PyInit in the main interpreter, and only this in the subinterpreter.
-  if (!in_main_interpreter()) throw py::error_already_set();
+  if (!in_main_interpreter()) throw py::import_error(kElsewhere);
   m.doc() = "The compiled rooms of debulk. Private: use the typed, documented modules of the package.";
   py::register_exception<debulk::InputError>(m, "InputError", PyExc_ValueError);
   py::register_exception<debulk::Stopped>(m, "Stopped", PyExc_RuntimeError);
@@ -54,5 +53,11 @@ PYBIND11_MODULE(core, m, py::multiple_interpreters::not_supported()) {
 
 // Before Python 3.12 pybind11 waits for ever when it is initialised in a subinterpreter, so the check comes first.
 extern "C" PYBIND11_EXPORT PyObject* PyInit__core() {
-  return in_main_interpreter() ? PyInit_core() : nullptr;
+#ifdef Py_GIL_DISABLED
+  PyErr_SetString(PyExc_ImportError, "debulk: was not tried on a free-threaded Python; use the ordinary one of the same version");
+  return nullptr;
+#endif
+  if (in_main_interpreter()) return PyInit_core();
+  PyErr_SetString(PyExc_ImportError, kElsewhere);
+  return nullptr;
 }

@@ -179,7 +179,8 @@ def _decode_array(dtype: np.dtype[Any], value: Any, name: str, shape: tuple[int 
         accepted = (int, float) if dtype.kind == "f" else (bool,) if dtype.kind == "b" else (int,)
         numbers = [_ODD.get(v, v) if isinstance(v, str) and dtype.kind == "f" else v for v in flat.ravel()]
         for number in numbers:
-            if not isinstance(number, accepted) or (isinstance(number, bool) and dtype.kind != "b"):
+            known = isinstance(number, accepted) and (dtype.kind == "b" or not isinstance(number, bool))
+            if not known or (dtype.kind in "iu" and not np.iinfo(dtype).min <= number <= np.iinfo(dtype).max):
                 raise InputError(f"{name}: expected {dtype} values, got {json.dumps(number)[:40]}")
         if not numbers:  # an empty list looks the same for the shapes (0, 3) and (0,)
             return np.empty([length or 0 for length in shape], dtype=dtype)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk.arguments import typed
 from debulk.scanner.inputs import InputError, checked_pixels
 from debulk.scanner.projector import Projector
+from debulk.scanner.undistort import undistorted
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -232,16 +233,13 @@ def _rectify(calibration: Calibration) -> Rectified:
 
 def _extent(matrix: F64, distortion: F64, rotation: F64, width: int, height: int) -> tuple[F64, F64]:
     """Lowest and highest x / z and y / z at which the rectified camera sees the border of the image."""
-    import cv2
-
     x, y = np.linspace(0, width - 1, 33), np.linspace(0, height - 1, 33)
     border = np.concatenate(
         [np.stack([x, np.full(33, at)], 1) for at in (0, height - 1)]
         + [np.stack([np.full(33, at), y], 1) for at in (0, width - 1)]
     )
-    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
-    seen = cv2.undistortPoints(border[:, None], matrix, distortion, R=rotation, criteria=criteria).reshape(-1, 2)
-    return np.asarray(seen.min(axis=0), np.float64), np.asarray(seen.max(axis=0), np.float64)
+    seen = undistorted(border, matrix, distortion, rotation=rotation, most=100, accuracy=1e-9)
+    return seen.min(axis=0), seen.max(axis=0)
 
 
 def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> F64:

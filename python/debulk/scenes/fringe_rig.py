@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.scanner import Calibration
+from debulk.scanner.undistort import undistorted
 from debulk.scenes import mold
 from debulk.scenes.raycast import Rays, Target, hit
 
@@ -41,12 +42,9 @@ class View:
 
     def rays(self) -> F64:
         """(H, W, 3) directions in the mold's frame, one unit along the axis."""
-        import cv2
-
         column, row = np.meshgrid(np.arange(self.width, dtype=np.float64), np.arange(self.height, dtype=np.float64))
-        pixels = np.stack([column.ravel(), row.ravel()], axis=1)[:, None]
-        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-10)
-        seen = cv2.undistortPoints(pixels, self.matrix, self.distortion, criteria=criteria).reshape(-1, 2)
+        pixels = np.stack([column.ravel(), row.ravel()], axis=1)
+        seen = undistorted(pixels, self.matrix, self.distortion, most=50, accuracy=1e-10)
         local = np.concatenate([seen, np.ones((len(seen), 1))], axis=1)
         return np.asarray(local @ self.rotation.T).reshape(self.height, self.width, 3)
 
