@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -142,7 +143,7 @@ class Inspector:
             reference, self._below = mold_edge.parted(reference, recipe)
         self._placing = preparation.step("checks", 0.9, lambda: Placing(reference, *given, self.mask, recipe))
         self._wrinkles = WrinkleSearch(reference, *given, recipe)
-        self._make_finder = lambda: finder_for(reference, *given, recipe)
+        self._make_finder = partial(finder_for, reference, *given, recipe)
         self._finder = preparation.step("regions", 0.96, self._make_finder)
         self._tracing = Tracing(self)
         self._finding = Guard()  # the finder reuses its buffers, so it takes one scan at a time

@@ -177,7 +177,7 @@ def _decode_array(dtype: np.dtype[Any], value: Any, name: str, shape: tuple[int 
     try:
         flat = np.array(value, dtype=object)
         accepted = (int, float) if dtype.kind == "f" else (bool,) if dtype.kind == "b" else (int,)
-        numbers = [_ODD.get(v, v) if isinstance(v, str) and dtype.kind == "f" else v for v in flat.ravel()]
+        numbers: list[Any] = [_ODD.get(v, v) if isinstance(v, str) and dtype.kind == "f" else v for v in flat.ravel()]
         for number in numbers:
             known = isinstance(number, accepted) and (dtype.kind == "b" or not isinstance(number, bool))
             if not known or (dtype.kind in "iu" and not np.iinfo(dtype).min <= number <= np.iinfo(dtype).max):
