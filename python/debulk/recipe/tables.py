@@ -186,7 +186,7 @@ class Net(Section):
     )
     paths: Literal["geodesic", "vertical_plane", "least_shear"] = Field(
         default="geodesic",
-        description="initial fibre paths: geodesics of the surface, cuts by a vertical plane, or strips that shear least",
+        description="initial fibre paths: geodesics of the surface, cuts by a vertical plane, or strips of least shear",
     )
 
 
