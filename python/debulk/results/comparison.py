@@ -86,7 +86,8 @@ class ComparisonData(Versioned):
         Median height of the debulked ply above the reference between the pockets, which should be the consolidated
         thickness. None: unknown.
     height_map
-        Height of the debulked ply above the reference, mm, on a grid in mold XY. None: not kept.
+        Height of the debulked ply above the reference, mm, on a grid in mold XY, after the median filter. None: not
+        kept.
     ply_outline_mm
         (M, 2) outline of the ply, mold XY, as in the report. None: unknown.
     warnings
