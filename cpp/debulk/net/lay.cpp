@@ -150,7 +150,8 @@ void NetLayer::check_size(double nodes) const {
 // segments of a path do; else nothing.
 std::optional<std::string> NetLayer::trapped() const {
   constexpr double steep = 85 * kDegree;
-  int most = 0;
+  constexpr int few = 400;  // segments; a path with no more on slopes may be short, and others carry the net
+  int most = few;
   std::ostringstream out;
   for (const Direction way : {east, west, north, south}) {
     const int di = (way == east) - (way == west), dj = (way == north) - (way == south);
@@ -171,7 +172,7 @@ std::optional<std::string> NetLayer::trapped() const {
         << begin.y() << ") to a slope of up to " << steepest / kDegree << " degrees, on which its next " << on_slope << " segments of "
         << lattice_.spacing << " mm advance by only " << (last - begin).head<2>().norm() << " mm seen from above";
   }
-  return most > 0 ? std::optional(out.str()) : std::nullopt;
+  return most > few ? std::optional(out.str()) : std::nullopt;
 }
 
 void NetLayer::refuse_size() const {
