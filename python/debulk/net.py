@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
-Paths = Literal["geodesic", "vertical_plane"]
+Paths = Literal["geodesic", "vertical_plane", "least_shear"]
 
 _DEFAULTS = _core.net.FibreNetOptions()  # each default is defined only in cpp/debulk/net/fibre_net.hpp
 
@@ -118,8 +118,12 @@ def fibre_net(
     mold_tol_mm
         Height above the reference up to which the mold holds a node in the band.
     paths
-        How the two paths continue: as a "geodesic", or in a "vertical_plane". Geodesics follow every bump. Use the
-        plane on a surface that is noisy from sample to sample, or was joined with a step at the perimeter.
+        How the net continues from the centre along its two fibres: on each as a "geodesic" or in a "vertical_plane", or
+        with "least_shear" by two crossing strips of cells that shear least, as in KinDrape [1]_. Geodesics follow every
+        bump. Use the plane on a surface that is noisy from sample to sample, or was joined with a step at the
+        perimeter. The strips follow a doubly curved mold with the least shear at first, but each cell depends on the
+        one before; shear is measured from the angle at which the fibres cross at the centre in space, so only
+        directions at a right angle in the tangent plane give KinDrape's net.
     rms_outline_mm
         (K, 2) outline that determines `Net.inside` in place of the perimeter.
     node_target
@@ -129,7 +133,14 @@ def fibre_net(
     ------
     InputError
         If the surface is no Reference, the centre is outside the outline, the fibres are parallel, the spacing is not
-        positive, or an outline has no area or values that are not finite.
+        positive, or an outline has no area or values that are not finite. Also if a path is trapped on a steep part of
+        the surface, as in a vertical plane that hardly meets a dome's rim; the error says where.
+
+    References
+    ----------
+    .. [1] C. Krogh, B. L. V. Bak, E. Lindgaard, A. M. Olesen, S. M. Hermansen, P. H. Broberg, J. A. Kepler, E. Lund,
+       J. Jakobsen: "A simple MATLAB draping code for fiber-reinforced composites with application to optimization of
+       manufacturing process parameters", Struct. Multidisc. Optim. 64 (2021), 457-471.
 
     Examples
     --------
@@ -293,7 +304,8 @@ def drape(
     ------
     InputError
         If the seed lies outside the bounding box of the outline, the fibres are parallel, or the spacing is not
-        positive or so small that the net would need more than 4 million nodes.
+        positive or so small that the net would need more than 4 million nodes, or a path is trapped on a steep part of
+        the surface.
 
     Examples
     --------
@@ -305,6 +317,9 @@ def drape(
     [[45.0, 135.0], [45.0, 135.0]]
     >>> round(float(ply.shear_deg[ply.inside].max()), 1)
     1.8
+    >>> strips = drape(dome, (0, 0), (45, 135), 5.0, paths="least_shear")
+    >>> round(float(strips.shear_deg[strips.inside].max()), 1)
+    1.9
     """
     core = _core.net.Drape(
         _checked(surface, "surface"),

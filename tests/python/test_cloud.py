@@ -57,6 +57,21 @@ def test_types_and_layouts_make_no_difference_and_input_stays() -> None:
     np.testing.assert_array_equal(points, before)
 
 
+def test_a_pinhole_camera_makes_no_difference_to_what_is_removed() -> None:
+    rng = np.random.default_rng(5)
+    column, row = np.meshgrid(np.arange(160.0), np.arange(120.0))
+    depth = 900 + 6 * np.sin(column / 17) + rng.normal(0, 0.05, column.shape)
+    depth[rng.random(depth.shape) < 0.01] += 8.0
+    depth[rng.random(depth.shape) < 0.05] = np.nan
+    points = (depth[..., None] * np.dstack([(column - 80) / 700, (row - 61) / 700, np.ones_like(row)])).astype(
+        np.float32
+    )
+    anywhere = cloud.remove_outliers(points.reshape(-1, 3)).reshape(depth.shape)  # no image: searched in space
+    assert 50 < np.count_nonzero(np.isfinite(depth) & ~anywhere) < 1000
+    for camera in (None, (700.0, 80.0, 61.0), (300.0, 0.0, 0.0)):  # fitted, right, wrong
+        np.testing.assert_array_equal(cloud.remove_outliers(points, camera=camera), anywhere)
+
+
 def test_removal_stops_when_told() -> None:
     stop = debulk._core.Stop()
     stop.cancel()
@@ -72,6 +87,8 @@ def test_removal_stops_when_told() -> None:
         ({"std_ratio": -1}, "std_ratio"),
         ({"std_ratio": np.nan}, "std_ratio"),
         ({"least_ratio": -1}, "least_ratio"),
+        ({"camera": (700.0, 80.0)}, "camera: expected .f, cx, cy. in pixels"),
+        ({"camera": (0.0, 80.0, 61.0)}, "camera: expected a positive focal length"),
     ],
 )
 def test_removal_refuses_bad_options(options: dict, message: str) -> None:

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "debulk/core/error.hpp"
+#include "debulk/net/spread.hpp"
 #include "debulk/pocket/cross.hpp"
+#include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/polygon.hpp"
 
 namespace debulk {
@@ -21,17 +23,30 @@ Drape::Drape(const Surface& surface, const Vector2d& seed, const FibreAngles& an
   const bool within = ((seed - box.low).array() >= 0).all() && ((box.high - seed).array() >= 0).all();
   require(within, "seed_mm", "a point in the box about the outline",
           "(" + std::to_string(seed.x()) + ", " + std::to_string(seed.y()) + ")");
-  const Lattice lattice = lay_net(surface, seed, angles, spacing, fibre_parallelogram(ply, seed, angles, 2 * spacing), options);
+
+  FibreRays rays = fibre_rays(surface, seed, angles, spacing / kStepsPerSegment, options.paths);
+  const NetDomain region = fibre_parallelogram(ply, seed, angles, 2 * spacing);
+  NetLayer layer(surface, rays, angles, spacing, region, options);
+  const Vector2d size = (box.high - box.low) / spacing;
+  layer.check_size(size.x() * size.y());
 
   // A cell's corner may lie as far as a diagonal, at most two segments, from the points in the cell.
+  const OutlineSearch edge(ply);
   const auto covers = [&](const Vector2d& p) {
     if (((p - box.low).array() < -2 * spacing).any() || ((p - box.high).array() > 2 * spacing).any()) return false;
-    return inside(ply, p) || distance_to_outline(ply, p) <= 2 * spacing;
+    return edge.inside(p) || edge.within(p, 2 * spacing);
   };
+  std::vector<std::array<int, 2>> covering;
+  spread(layer, [&](int i, int j, const Eigen::Vector3d& node) {
+    const bool covered = covers(node.head<2>());
+    if (covered) covering.push_back({i, j});
+    return covered || covering.empty();  // from a seed beside the ply, the net goes on to the ply
+  });
+  const Lattice lattice = layer.lattice();
   std::vector<std::uint8_t> keep(lattice.nodes.size());
-  for (std::size_t k = 0; k < keep.size(); ++k) keep[k] = lattice.nodes[k].allFinite() && covers(lattice.nodes[k].head<2>());
+  for (const auto& [i, j] : covering) keep[lattice.index(i, j)] = 1;
   net_ = number_nodes(lattice, keep);
-  for (std::size_t k = 0; k < net_.nodes.size(); ++k) net_.inside[k] = inside(ply, net_.nodes[k].head<2>());
+  for (std::size_t k = 0; k < net_.nodes.size(); ++k) net_.inside[k] = edge.inside(net_.nodes[k].head<2>());
 
   for (std::size_t k = 0; k < net_.nodes.size(); ++k) {
     const int e = net_.neighbours[k][east], n = net_.neighbours[k][north];

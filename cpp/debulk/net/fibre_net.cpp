@@ -13,6 +13,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/net/area.hpp"
 #include "debulk/net/edge_ways.hpp"
+#include "debulk/net/spread.hpp"
 #include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
@@ -46,34 +47,6 @@ struct Found {
   Place place;
 };
 
-// Marks of the places that were seen on an unbounded lattice; its memory grows from the middle outwards.
-class Marks {
- public:
-  // Marks a place; returns whether it was not marked yet.
-  bool add(int i, int j) {
-    while (std::max(std::abs(i), std::abs(j)) > reach_) widen();
-    std::uint8_t& mark = marks_[index(i, j, reach_)];
-    return std::exchange(mark, 1) == 0;
-  }
-
- private:
-  static std::size_t index(int i, int j, int reach) {
-    return static_cast<std::size_t>(j + reach) * static_cast<std::size_t>(2 * reach + 1) + static_cast<std::size_t>(i + reach);
-  }
-
-  void widen() {
-    const int wider = 2 * reach_;
-    std::vector<std::uint8_t> marks(index(wider, wider, wider) + 1, 0);
-    for (int j = -reach_; j <= reach_; ++j)
-      std::copy_n(marks_.begin() + static_cast<long>(index(-reach_, j, reach_)), 2 * reach_ + 1,
-                  marks.begin() + static_cast<long>(index(-reach_, j, wider)));
-    reach_ = wider, marks_ = std::move(marks);
-  }
-
-  int reach_ = 16;
-  std::vector<std::uint8_t> marks_ = std::vector<std::uint8_t>(index(16, 16, 16) + 1, 0);
-};
-
 // Lays and trims one pocket's net at any spacing.
 class PocketMesher {
  public:
@@ -91,11 +64,13 @@ class PocketMesher {
 
   PocketNet net(double spacing, const Stop& stop) {
     LayOptions laying;
+    laying.paths = options_.paths;
     laying.stop = stop;
     const NetDomain region = fibre_parallelogram(shape_.outline, shape_.centre, shape_.angles, 2 * spacing);
     NetLayer layer(ply_, rays_, shape_.angles, spacing, region, laying);
-    check_count(spacing, laying.most_nodes);
-    const std::vector<Found> found = spread(layer, spacing);
+    const Vector2d size = (box_.high - box_.low) / spacing;
+    layer.check_size(size.x() * size.y());
+    const std::vector<Found> found = found_from_centre(layer, spacing);
     const Lattice lattice = layer.lattice();
     std::vector<Place> places(lattice.nodes.size());
     for (const Found& f : found) places[lattice.index(f.i, f.j)] = f.place;
@@ -121,12 +96,6 @@ class PocketMesher {
         if (places[lattice.index(i, j)].kept) body(i, j, lattice.index(i, j));
   }
 
-  void check_count(double spacing, long most_nodes) const {
-    const Vector2d size = (box_.high - box_.low) / spacing;
-    require(size.x() * size.y() <= static_cast<double>(most_nodes), "spacing_mm", "a spacing that needs fewer nodes in this region",
-            spacing);
-  }
-
   Place place_of(const Vector2d& xy, double spacing) const {
     Place place;
     if (((xy - box_.low).array() < -spacing).any() || ((xy - box_.high).array() > spacing).any()) return place;
@@ -137,20 +106,13 @@ class PocketMesher {
     return place;
   }
 
-  // Lays and returns the kept nodes that are connected to the centre, and their neighbours. Besides these, only the
-  // nodes from which they are laid are laid.
-  std::vector<Found> spread(NetLayer& layer, double spacing) const {
-    std::vector<Found> found{{0, 0, place_of(shape_.centre, spacing)}};
-    Marks seen;
-    seen.add(0, 0);
-    for (std::size_t k = 0; k < found.size(); ++k) {
-      if (k > 0 && !found[k].place.kept) continue;
-      for (const auto& step : kSteps) {
-        const int i = found[k].i + step[0], j = found[k].j + step[1];
-        if (!seen.add(i, j)) continue;
-        if (const Eigen::Vector3d* node = layer.at(i, j)) found.push_back({i, j, place_of(node->head<2>(), spacing)});
-      }
-    }
+  // Lays and returns the kept nodes that are connected to the centre, and their neighbours.
+  std::vector<Found> found_from_centre(NetLayer& layer, double spacing) const {
+    std::vector<Found> found;
+    spread(layer, [&](int i, int j, const Eigen::Vector3d& node) {
+      found.push_back({i, j, place_of(node.head<2>(), spacing)});
+      return found.size() == 1 || found.back().place.kept;
+    });
     return found;
   }
 

@@ -4,12 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <string>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "debulk/core/error.hpp"
-#include "debulk/net/bracketed_root.hpp"
+#include "debulk/net/cell.hpp"
 
 namespace debulk {
 namespace {
@@ -19,11 +20,6 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kLeastCrossing = 10 * kDegree;  // least angle between the two fibres at the centre
-constexpr double kLeastOpening = 2 * kDegree;    // of a cell: one that is closer to closing is locked
-
-double cross(const Vector3d& u, const Vector3d& v) {
-  return u.x() * v.y() - u.y() * v.x();
-}
 
 void check_start(const Surface& surface, const Vector2d& centre, const FibreAngles& angles, double spacing) {
   std::ostringstream place;
@@ -46,49 +42,6 @@ void LayOptions::check() const {
   require(most_nodes > 0, "most_nodes", "a positive number", most_nodes);
 }
 
-std::optional<Vector3d> fourth_node(const Surface& surface, const Vector3d& common, const Vector3d& a, const Vector3d& b, double spacing) {
-  // The points at distance `spacing` from both a and b lie on a circle about the chord's middle, and `common` is one of
-  // them. Let phi be the angle on the circle, upwards positive, from the point opposite to `common`, which would
-  // complete a parallelogram. We look for the point nearest to phi = 0 where the circle meets the surface. This has one
-  // unknown instead of (x, y), and the lengths are exact by construction.
-  const Vector3d chord = b - a;
-  const double opening = 2 * std::asin(std::min(1.0, chord.norm() / (2 * spacing)));
-  if (!(opening >= kLeastOpening && opening <= 180 * kDegree - kLeastOpening)) return std::nullopt;
-  const Vector3d middle = 0.5 * (a + b), along = chord.normalized();
-  const double radius = spacing * std::cos(opening / 2);
-  const Vector3d away = middle - common;
-  const Vector3d out = (away - away.dot(along) * along).normalized();
-  Vector3d up = along.cross(out);
-  if (up.z() < 0) up = -up;
-  const auto on_circle = [&](double phi) -> Vector3d { return middle + radius * (std::cos(phi) * out + std::sin(phi) * up); };
-  struct {
-    double phi, height;
-    Vector3d point;
-  } last;  // the point at which the gap was last evaluated
-  const auto gap = [&](double phi) {
-    const Vector3d p = on_circle(phi);
-    last = {phi, surface.height(p.head<2>()), p};
-    return p.z() - last.height;
-  };
-
-  constexpr double march = 0.1;     // rad
-  constexpr double farthest = 2.6;  // rad; `common` itself is at pi
-  double phi = 0, value = gap(0);
-  const double direction = value > 0 ? -march : march;
-  double next = 0, next_value = value;
-  while (std::isfinite(next_value) && next_value != 0 && (next_value > 0) == (value > 0)) {
-    phi = next;
-    value = next_value;
-    next = phi + direction;
-    if (std::abs(next) > farthest) return std::nullopt;
-    next_value = gap(next);
-  }
-  if (!std::isfinite(next_value)) return std::nullopt;
-  const double root = next == phi ? phi : bracketed_root(gap, phi, value, next, next_value, 1e-14 * spacing);
-  if (root != last.phi) gap(root);
-  return Vector3d(last.point.x(), last.point.y(), last.height);
-}
-
 FibreRays fibre_rays(const Surface& surface, const Vector2d& centre, const FibreAngles& angles, double step, PathRule rule) {
   const double half_turn = 180 * kDegree;
   const auto ray = [&](double angle) { return FibreRay(surface, centre, angle, step, rule); };
@@ -101,10 +54,12 @@ NetLayer::NetLayer(const Surface& surface, FibreRays& rays, const FibreAngles& a
       region_(region),
       options_(options),
       turn_(std::sin(angles[1] - angles[0])),
+      angles_(angles),
       paths_{RayNodes(rays[east], spacing, region), RayNodes(rays[west], spacing, region), RayNodes(rays[north], spacing, region),
              RayNodes(rays[south], spacing, region)} {
   options.check();
   check_start(surface, rays[east].at(0).xy, angles, spacing);
+  if (options.paths == PathRule::least_shear) cells_.emplace(surface, rays[east].at(0).xy, angles, spacing, region);
   lattice_.spacing = spacing;
   lattice_.nodes.push_back(rays[east].at(0).position());
   states_.push_back(State::laid);
@@ -119,8 +74,7 @@ void NetLayer::make_room(int i, int j) {
   if (i > wider.east) wider.east = std::max(i, wider.east + columns);
   if (j < wider.south) wider.south = std::min(j, wider.south - rows);
   if (j > wider.north) wider.north = std::max(j, wider.north + rows);
-  require(static_cast<long>(wider.columns()) * wider.rows() <= 4 * options_.most_nodes, "spacing_mm",
-          "a spacing that needs fewer nodes in this region", lattice_.spacing);
+  check_size(0.25 * wider.columns() * wider.rows());
   wider.nodes.assign(static_cast<std::size_t>(wider.columns()) * static_cast<std::size_t>(wider.rows()),
                      Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
   std::vector<State> states(wider.nodes.size(), State::unknown);
@@ -134,15 +88,16 @@ void NetLayer::make_room(int i, int j) {
 }
 
 const Vector3d* NetLayer::on_path(int i, int j) {
-  const auto number = static_cast<std::size_t>(std::abs(i + j));
-  require(static_cast<long>(number) < options_.longest_path, "spacing_mm", "a spacing that needs fewer nodes in this region",
-          lattice_.spacing);
+  const auto number = static_cast<std::size_t>(std::max(std::abs(i), std::abs(j)));
+  constexpr std::size_t long_enough = 1000;  // to tell that a path is trapped before the net around it is laid, too
+  if (static_cast<long>(number) >= options_.longest_path || (number % long_enough == 0 && trapped())) refuse_size();
+  if (cells_) return cells_->node(i, j);
   return paths_[j == 0 ? (i > 0 ? east : west) : (j > 0 ? north : south)].node(number);
 }
 
 // Lays a node whose state is unknown; the nodes that it needs have been laid.
 void NetLayer::lay(int i, int j) {
-  const bool along_fibre = i == 0 || j == 0;  // a node on an initial path takes a hundred times as long
+  const bool along_fibre = begins(i, j);  // a node on an initial path takes a hundred times as long
   if ((along_fibre || ++laid_ % 64 == 0) && options_.stop.now()) throw Stopped("the laying of a net was stopped");
   State& state = states_[lattice_.index(i, j)];
   state = State::none;
@@ -158,9 +113,7 @@ void NetLayer::lay(int i, int j) {
   const Vector3d &common = lattice_.at(i - si, j - sj), &a = lattice_.at(i, j - sj), &b = lattice_.at(i - si, j);
   const std::optional<Vector3d> found = fourth_node(surface_, common, a, b, lattice_.spacing);
   if (!found || !region_(found->head<2>())) return;
-  const double side = turn_ * si * sj;
-  const bool folded = cross(a - common, b - common) * side <= 0 || cross(*found - b, *found - a) * side <= 0;
-  if (!folded) keep(*found);
+  if (!folds_over(common, a, b, *found, turn_ * si * sj)) keep(*found);
 }
 
 const Vector3d* NetLayer::at(int i, int j) {
@@ -171,7 +124,7 @@ const Vector3d* NetLayer::at(int i, int j) {
     const int si = (a > 0) - (a < 0), sj = (b > 0) - (b < 0);
     const std::array<std::array<int, 2>, 3> needed{{{a - si, b - sj}, {a, b - sj}, {a - si, b}}};
     bool misses = false, waits = false;
-    if (si != 0 && sj != 0) {
+    if (!begins(a, b)) {
       for (const auto& [p, q] : needed) misses = misses || state(p, q) == State::none;
       for (const auto& [p, q] : needed)
         if (!misses && state(p, q) == State::unknown) {
@@ -189,6 +142,49 @@ const Vector3d* NetLayer::at(int i, int j) {
   return state(i, j) == State::laid ? &lattice_.at(i, j) : nullptr;
 }
 
+void NetLayer::check_size(double nodes) const {
+  if (!(nodes <= static_cast<double>(options_.most_nodes))) refuse_size();
+}
+
+// Returns what stops a path that runs up or down so steep a part of the surface that it hardly leaves it, if most
+// segments of a path do; else nothing.
+std::optional<std::string> NetLayer::trapped() const {
+  constexpr double steep = 85 * kDegree;
+  constexpr int few = 400;  // segments; a path with no more on slopes may be short, and others carry the net
+  int most = few;
+  std::ostringstream out;
+  for (const Direction way : {east, west, north, south}) {
+    const int di = (way == east) - (way == west), dj = (way == north) - (way == south);
+    int laid = 0, on_slope = 0;
+    Vector3d begin = lattice_.at(0, 0), last = begin;
+    double steepest = 0;
+    for (; state((laid + 1) * di, (laid + 1) * dj) == State::laid; ++laid) {
+      const Vector3d& here = lattice_.at((laid + 1) * di, (laid + 1) * dj);
+      const double slope = std::atan2(std::abs(here.z() - last.z()), (here - last).head<2>().norm());
+      if (slope >= steep && on_slope++ == 0) begin = last;
+      steepest = std::max(steepest, slope);
+      last = here;
+    }
+    if (on_slope <= std::max(most, laid / 2)) continue;
+    most = on_slope;
+    out.str("");
+    out << "a path that is trapped: the fibre at " << angles_[dj == 0 ? 0 : 1] / kDegree << " degrees comes at (" << begin.x() << ", "
+        << begin.y() << ") to a slope of up to " << steepest / kDegree << " degrees, on which its next " << on_slope << " segments of "
+        << lattice_.spacing << " mm advance by only " << (last - begin).head<2>().norm() << " mm seen from above";
+  }
+  return most > few ? std::optional(out.str()) : std::nullopt;
+}
+
+void NetLayer::refuse_size() const {
+  const std::optional<std::string> came = trapped();
+  require(came.has_value(), "spacing_mm", "a spacing that needs fewer nodes in this region", lattice_.spacing);
+  const char* way_out = options_.paths == PathRule::vertical_plane ? "in a vertical plane none can turn away from a slope: choose "
+                                                                     "\"geodesic\" or \"least_shear\""
+                                                                   : "choose another rule";
+  throw InputError(std::string("paths: expected paths that cross the region (") + way_out +
+                   ", another start or directions, or an outline that ends before the slope), but got " + *came);
+}
+
 Lattice NetLayer::lattice() const {
   Lattice out;
   out.spacing = lattice_.spacing;
@@ -198,31 +194,11 @@ Lattice NetLayer::lattice() const {
         out.west = std::min(out.west, i), out.east = std::max(out.east, i);
         out.south = std::min(out.south, j), out.north = std::max(out.north, j);
       }
-  require(static_cast<long>(out.columns()) * out.rows() <= options_.most_nodes, "spacing_mm",
-          "a spacing that needs fewer nodes in this region", out.spacing);
+  check_size(static_cast<double>(out.columns()) * out.rows());
   out.nodes.reserve(static_cast<std::size_t>(out.columns()) * static_cast<std::size_t>(out.rows()));
   for (int j = out.south; j <= out.north; ++j)
     for (int i = out.west; i <= out.east; ++i) out.nodes.push_back(lattice_.at(i, j));
   return out;
-}
-
-Lattice lay_net(const Surface& surface, const Vector2d& centre, const FibreAngles& angles, double spacing, const NetDomain& region,
-                const LayOptions& options) {
-  options.check();
-  check_start(surface, centre, angles, spacing);
-  FibreRays rays = fibre_rays(surface, centre, angles, spacing / kStepsPerSegment, options.paths);
-  NetLayer layer(surface, rays, angles, spacing, region, options);
-  const auto path = [&](int di, int dj) {
-    int n = 0;
-    while (layer.at((n + 1) * di, (n + 1) * dj) != nullptr) ++n;
-    return n;
-  };
-  const int n_east = path(1, 0), n_west = path(-1, 0), n_north = path(0, 1), n_south = path(0, -1);
-  require(static_cast<long>(n_west + 1 + n_east) * (n_south + 1 + n_north) <= options.most_nodes, "spacing_mm",
-          "a spacing that needs fewer nodes in this region", spacing);
-  for (int j = -n_south; j <= n_north; ++j)
-    for (int i = -n_west; i <= n_east; ++i) layer.at(i, j);
-  return layer.lattice();
 }
 
 NetDomain fibre_parallelogram(const std::vector<Vector2d>& outline, const Vector2d& centre, const FibreAngles& angles, double margin) {

@@ -3,20 +3,18 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "debulk/core/stop.hpp"
+#include "debulk/net/generator_cells.hpp"
 #include "debulk/net/net.hpp"
 #include "debulk/net/path.hpp"
 #include "debulk/surface/surface.hpp"
 
 namespace debulk {
-
-// Directions of the two fibres as seen along z, radians, counter-clockwise from the mold's +x. The fibres lie in the
-// tangent plane.
-using FibreAngles = std::array<double, 2>;
 
 // A net as it is laid: nodes on the lattice of steps (i, j) along the first and second fibre, with west <= i <= east
 // and south <= j <= north; (0, 0) is the centre. A node that could not be laid is NaN.
@@ -46,8 +44,11 @@ struct LayOptions {
 using FibreRays = std::array<FibreRay, 4>;
 FibreRays fibre_rays(const Surface& surface, const Eigen::Vector2d& centre, const FibreAngles& angles, double step, PathRule rule);
 
-// Lays the nodes of a net as they are asked for, each from its two neighbours towards the initial paths, by the rules
-// of lay_net(). A node does not depend on which other nodes were asked for before.
+// Lays the nodes of a net as they are asked for: those of the two initial paths (or of the generator cells), and every
+// other from its two neighbours towards these. A path ends at the region's border. A cell is left out if its last node
+// is outside the region, if it shears beyond what a pin-jointed net can (2 degrees from closing) or if it would fold
+// over; so are the cells that would continue it. Every segment is `spacing` long (to about 1e-13 of it), and every node
+// is on the surface. A node does not depend on which other nodes were asked for before. Throws InputError and Stopped.
 class NetLayer {
  public:
   // The rays must start from the net's centre, at these angles. The rays, the surface and the region are kept by
@@ -58,40 +59,34 @@ class NetLayer {
   const Eigen::Vector3d* at(int i, int j);  // null where no node can be laid; valid until the next call
   // All nodes laid so far.
   Lattice lattice() const;
+  // Throws InputError if a net of so many nodes would be too large.
+  void check_size(double nodes) const;
 
  private:
   enum class State : std::uint8_t { unknown, none, laid };
 
   bool within(int i, int j) const { return i >= lattice_.west && i <= lattice_.east && j >= lattice_.south && j <= lattice_.north; }
   State state(int i, int j) const { return within(i, j) ? states_[lattice_.index(i, j)] : State::unknown; }
+  // Whether a node belongs to the initial paths or cells.
+  bool begins(int i, int j) const { return cells_ ? GeneratorCells::include(i, j) : i == 0 || j == 0; }
   void make_room(int i, int j);
   void lay(int i, int j);
   const Eigen::Vector3d* on_path(int i, int j);
+  std::optional<std::string> trapped() const;
+  [[noreturn]] void refuse_size() const;
 
   const Surface& surface_;
   const NetDomain& region_;
   LayOptions options_;
   double turn_;  // its sign shows in which sense the two fibres cross, seen from above
+  FibreAngles angles_;
   std::array<RayNodes, 4> paths_;
+  std::optional<GeneratorCells> cells_;  // in place of the paths if the rule is least_shear
   Lattice lattice_;
   std::vector<State> states_;
   std::vector<std::array<int, 2>> asked_;
   long laid_ = 0;
 };
-
-// Lays a net from `centre`: first the two initial paths, then each quadrant's nodes from their two neighbours towards
-// the paths. A path ends at the region's border. A cell is left out if its last node is outside the region, if it
-// shears beyond what a pin-jointed net can (2 degrees from closing) or if it would fold over; so are the cells that
-// would continue it. Every segment is `spacing` long (to about 1e-13 of it), and every node is on the surface. Throws
-// InputError and Stopped.
-Lattice lay_net(const Surface& surface, const Eigen::Vector2d& centre, const FibreAngles& angles, double spacing, const NetDomain& region,
-                const LayOptions& options = {});
-
-// Returns the fourth corner x of the cell common - a - x - b: the point of the surface at distance `spacing` from a and
-// b other than `common`, which is also at that distance from both. Returns nullopt if the cell is locked or no such
-// point of the surface is found.
-std::optional<Eigen::Vector3d> fourth_node(const Surface& surface, const Eigen::Vector3d& common, const Eigen::Vector3d& a,
-                                           const Eigen::Vector3d& b, double spacing);
 
 // Returns the smallest parallelogram along the fibres (seen from above) that contains the outline, enlarged by `margin`
 // on each side and by a quarter of its extent, because fibres on a curved surface do not stay parallel. A net laid in

@@ -29,7 +29,7 @@ struct Net {
   std::vector<double> to_edge;         // mm in XY from each node to the ply's edge; empty if the edge is not known
 
   // Steps (i, j) along the first and the second fibre from the node at the centre, which is (0, 0).
-  std::vector<std::array<int, 2>> lattice;  // one per node if the net was laid by lay_net; else empty
+  std::vector<std::array<int, 2>> lattice;  // one per node if the net was laid by NetLayer; else empty
 };
 
 // Returns the segments (i, j) with i < j along both fibres, in order of their first node, then direction.

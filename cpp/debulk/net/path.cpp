@@ -88,17 +88,4 @@ bool RayNodes::lay_next() {
   return !ended_;
 }
 
-std::vector<Vector3d> fibre_path(const Surface& surface, const Vector2d& start, double angle, double spacing, PathRule rule,
-                                 const NetDomain& region, long limit) {
-  FibreRay ray(surface, start, angle, spacing / kStepsPerSegment, rule);
-  RayNodes path(ray, spacing, region);
-  std::vector<Vector3d> nodes;
-  while (static_cast<long>(nodes.size()) < limit) {
-    const Vector3d* next = path.node(nodes.size() + 1);
-    if (next == nullptr) break;
-    nodes.push_back(*next);
-  }
-  return nodes;
-}
-
 }  // namespace debulk

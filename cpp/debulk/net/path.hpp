@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <vector>
@@ -10,11 +11,16 @@
 
 namespace debulk {
 
-// The rule by which the two initial fibre paths continue from the centre.
+// The rule by which a net continues from the centre along its two fibres.
 enum class PathRule {
-  geodesic,        // straight within the surface
-  vertical_plane,  // straight seen from above
+  geodesic,        // paths that are straight within the surface
+  vertical_plane,  // paths that are straight seen from above
+  least_shear,     // strips of cells that shear least (generator_cells.hpp)
 };
+
+// Directions of the two fibres as seen along z, radians, counter-clockwise from the mold's +x. The fibres lie in the
+// tangent plane.
+using FibreAngles = std::array<double, 2>;
 
 // Returns whether a net may contain a point of the mold's XY plane.
 using NetDomain = std::function<bool(const Eigen::Vector2d&)>;
@@ -75,9 +81,5 @@ class RayNodes {
   std::size_t ahead_ = 1;  // the first of the ray's points beyond it
   bool ended_ = false;
 };
-
-// Returns the nodes of such a path without its start, at most `limit` of them.
-std::vector<Eigen::Vector3d> fibre_path(const Surface& surface, const Eigen::Vector2d& start, double angle, double spacing, PathRule rule,
-                                        const NetDomain& region, long limit);
 
 }  // namespace debulk

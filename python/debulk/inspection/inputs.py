@@ -36,12 +36,7 @@ def pose(value: ArrayLike | None) -> Floats | None:
 
 def camera_parameters(value: tuple[float, float, float] | None) -> Floats | None:
     """Return (f, cx, cy) in pixels, with a positive f."""
-    if value is None:
-        return None
-    parameters = arrays.numbers(value, "camera", (3,), "(f, cx, cy) in pixels")
-    if not parameters[0] > 0:
-        raise InputError(f"camera: expected a positive focal length f in pixels, but got {parameters[0]:g}")
-    return kept(parameters)
+    return None if value is None else kept(arrays.camera(value))
 
 
 def image_mask(value: ArrayLike | None) -> NDArray[np.bool_] | None:

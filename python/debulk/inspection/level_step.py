@@ -14,11 +14,13 @@ __all__ = ["Step", "step_of"]
 
 Floats = NDArray[np.float64]
 _WAYS = 36  # directions that are tried, 5 degrees apart
-_LEAST_SQUARES = 3  # on either side
+_PLACES = 60  # along each direction, at most
+_LEAST_SQUARES, _LEAST_SHARE = 3, 0.05  # on either side
 # A step is taken only if it leaves less than this share of the sum of squares that a plane or a paraboloid leaves. A
 # plane leaves a quarter of the variance of a step across the middle, and a step leaves a quarter of that of a tilt, as
 # each partly fits the other. Noise is the same in both.
 _BETTER = 0.5
+_SAME_MM = 1e-6  # squares nearer to each other across the line lie in one row along it
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,31 +49,36 @@ class Step:
 
 
 def step_of(found: Deviation, order: int) -> Step | None:
-    """Return the straight step that explains a deviation best, if clearly better than the fit of that order."""
-    residual = found.residual_mm
-    smooth = float(np.sum((residual - found.fits_mm[order]) ** 2))
-    best, least = None, _BETTER * smooth
+    """Return the straight step that explains a deviation best, if clearly better than the fit of that order.
+
+    Some squares stand high for other reasons, such as the foot of a pocket, and a few of them would dominate a sum of
+    squares. So a side's height is the median of its squares, and no square counts as more than half a step off.
+    """
+    residual, count = found.residual_mm, len(found.residual_mm)
+    smooth = np.abs(residual - found.fits_mm[order])
+    least = max(_LEAST_SQUARES, int(np.ceil(_LEAST_SHARE * count)))
+    best, smallest = None, _BETTER
     for degrees in np.arange(_WAYS) * (180.0 / _WAYS):
         across = np.array([-np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
         way = product(found.xy_mm, across)
         ranked = np.argsort(way, kind="stable")
-        left, sums = _left(residual[ranked], way[ranked])
-        k = int(np.argmin(left))
-        if left[k] >= least:
-            continue
-        least, below, count = float(left[k]), k + 1, len(residual)
-        low, high = sums[k] / below, (sums[-1] - sums[k]) / (count - below)
-        share = (count - below if high > low else below) / count
-        middle, here = found.xy_mm.mean(axis=0), 0.5 * (way[ranked[k]] + way[ranked[k + 1]])
-        rest = residual - np.where(way < here, low, high)
-        best = Step(abs(high - low), share, middle + (here - middle @ across) * across, float(degrees), rest)
+        ordered, along = residual[ranked], way[ranked]
+        for below in range(least, count - least + 1, max(1, count // _PLACES)):
+            if along[below] - along[below - 1] <= _SAME_MM:
+                continue
+            low, high = float(np.median(ordered[:below])), float(np.median(ordered[below:]))
+            most = 0.5 * abs(high - low)
+            sides = np.abs(ordered - np.repeat((low, high), (below, count - below)))
+            left, smoothly = _sum_of_squares(sides, most), _sum_of_squares(smooth, most)
+            if left >= smallest * smoothly:
+                continue
+            smallest, share = left / smoothly, (count - below if high > low else below) / count
+            middle, here = found.xy_mm.mean(axis=0), 0.5 * (along[below - 1] + along[below])
+            rest = residual - np.where(way < here, low, high)
+            best = Step(abs(high - low), share, middle + (here - middle @ across) * across, float(degrees), rest)
     return best
 
 
-def _left(values: Floats, way: Floats) -> tuple[Floats, Floats]:
-    """Return the sum of squares after a step behind each value (infinite if none can be there), and running sums."""
-    below = np.arange(1, len(values))
-    sums = np.cumsum(values)
-    left = float(np.sum(values**2)) - sums[:-1] ** 2 / below - (sums[-1] - sums[:-1]) ** 2 / (len(values) - below)
-    can = (below >= _LEAST_SQUARES) & (len(values) - below >= _LEAST_SQUARES) & (np.diff(way) > 1e-6)
-    return np.where(can, left, np.inf), sums
+def _sum_of_squares(off: Floats, most: float) -> float:
+    """Return the sum of squares of distances, of which none counts as more than `most`."""
+    return float(np.sum(np.minimum(off, most) ** 2))

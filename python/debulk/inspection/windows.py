@@ -1,4 +1,4 @@
-"""Windows of a height map, its values at given places, and the growing of marks on its cells."""
+"""Windows of a height map, and the growing of marks on its cells."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from debulk.grid import Grid
 
-__all__ = ["cells_round", "cut_out", "grown", "heights_at", "labels_at"]
+__all__ = ["cells_round", "cut_out", "grown"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -39,24 +39,3 @@ def grown(marks: Flags, cells: int = 1) -> Flags:
             along[:-step] |= before[step:]
             reach += step
     return out
-
-
-def heights_at(grid: Grid, xy_mm: Floats) -> Floats:
-    """Return the (N,) heights at (N, 2) places, linear between grid points; beyond the border, the border's heights."""
-    place = np.clip((xy_mm - grid.origin_mm) / grid.spacing_mm, 0, np.array(grid.values.shape[::-1]) - 1.001)
-    cell = np.floor(place).astype(np.intp)
-    (i, j), (u, v) = cell.T, (place - cell).T
-    z = grid.values
-    near, far = ((1 - u) * z[row, i] + u * z[row, i + 1] for row in (j, j + 1))
-    heights: Floats = (1 - v) * near + v * far
-    return heights
-
-
-def labels_at(grid: Grid, xy_mm: Floats) -> NDArray[np.int32]:
-    """Return the (...,) labels of the cells in which (..., 2) places lie; 0 on a grid's border and beyond."""
-    cells = np.rint((xy_mm - grid.origin_mm) / grid.spacing_mm).astype(np.intp)
-    last = np.array(grid.values.shape[::-1]) - 1
-    column, row = np.moveaxis(np.clip(cells, 0, last), -1, 0)
-    within = ((cells > 0) & (cells < last)).all(axis=-1)
-    labels: NDArray[np.int32] = np.where(within, grid.values[row, column], 0)
-    return labels

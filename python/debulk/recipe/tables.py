@@ -184,8 +184,9 @@ class Net(Section):
         le=1000,
         description="boundary nodes nearer than this to the ply's edge may slide",
     )
-    paths: Literal["geodesic", "vertical_plane"] = Field(
-        default="geodesic", description="initial fibre paths: geodesics of the surface, or cuts by a vertical plane"
+    paths: Literal["geodesic", "vertical_plane", "least_shear"] = Field(
+        default="geodesic",
+        description="initial fibre paths: geodesics of the surface, cuts by a vertical plane, or strips of least shear",
     )
 
 

@@ -78,20 +78,22 @@ class ComparisonData(Versioned):
 
     Attributes
     ----------
-    Comparisons of the pockets, in the report's order.
-        In the report's order.
+    pockets
+        The compared pockets, in the report's order.
     max_rms_mm, max_peak_mm
-        Limits for prediction and measurement alike.
+        Limits of the RMS and of the ridge height (or the measured peak), for prediction and measurement alike.
     laid_height_mm
-        Median height of the ply between the pockets, which should be the consolidated thickness; None: unknown.
+        Median height of the debulked ply above the reference between the pockets, which should be the consolidated
+        thickness. None: unknown.
     height_map
-        Height of the debulked ply above the reference, mm.
+        Height of the debulked ply above the reference, mm, on a grid in mold XY, after the median filter. None: not
+        kept.
     ply_outline_mm
-        As in the report.
+        (M, 2) outline of the ply, mold XY, as in the report. None: unknown.
     warnings
         What the reader should know before trusting the rest.
     version
-        Version of debulk.
+        Version of debulk that compared.
     """
 
     pockets: tuple[PocketComparison, ...]

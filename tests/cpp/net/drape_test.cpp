@@ -60,6 +60,31 @@ TEST(Drape, NetIsSoundAndKnowsThePly) {
   for (const auto& [a, b] : segments(net.neighbours)) EXPECT_NEAR((net.nodes[a] - net.nodes[b]).norm(), 8.0, 8e-9);
 }
 
+// Counts the heights that are asked of it.
+struct Counting : exact::Hills {
+  using Hills::Hills;
+  mutable long heights = 0;
+  double height(const Vector2d& p) const override { return ++heights, sample(p).height; }
+};
+
+TEST(Drape, LaysLittleBesideThePly) {
+  // The parallelogram along the fibres about a rectangle at 45 degrees to them is four times as large.
+  const auto per_node = [](const FibreAngles& angles) {
+    const Counting hills(10, 0.03, {0.05, 0.02});
+    const Drape drape(hills, {3, 4}, angles, 4.0, rectangle(150, 100));
+    return static_cast<double>(hills.heights) / static_cast<double>(drape.net().nodes.size());
+  };
+  EXPECT_LT(per_node({kPi / 4, 3 * kPi / 4}), 1.3 * per_node({0, kPi / 2}));
+}
+
+TEST(Drape, ReachesAPlyBesideItsSeed) {
+  // A ply like a U, laid from a point between its arms.
+  const std::vector<Vector2d> u{{-60, -60}, {60, -60}, {60, 60}, {40, 60}, {40, -40}, {-40, -40}, {-40, 60}, {-60, 60}};
+  const Drape drape(exact::Plane(), {0, 40}, {0, kPi / 2}, 5.0, u);
+  EXPECT_TRUE(drape.fibre_angles({-50, 55}) && drape.fibre_angles({50, 55}) && drape.fibre_angles({0, -50}));
+  EXPECT_FALSE(drape.fibre_angles({0, 40}));
+}
+
 TEST(Drape, NamesBadInput) {
   const exact::Plane plane;
   EXPECT_THROW(Drape(plane, {70, 0}, {0, 1}, 5, rectangle(60, 45)), InputError);

@@ -7,8 +7,10 @@
 #include <limits>
 #include <string>
 
+#include "debulk/net/cell.hpp"
 #include "message.hpp"
 #include "surfaces.hpp"
+#include "whole_net.hpp"
 
 namespace debulk {
 namespace {
@@ -41,7 +43,7 @@ void expect_net_on(const Surface& surface, const Net& net, double length_toleran
 
 TEST(LayNet, IsTheExactGridOnATiltedPlane) {
   const exact::Plane plane(3.0, {0.4, -0.7});
-  for (const PathRule rule : {PathRule::geodesic, PathRule::vertical_plane})
+  for (const PathRule rule : {PathRule::geodesic, PathRule::vertical_plane, PathRule::least_shear})
     for (const FibreAngles angles : {FibreAngles{0, kPi / 2}, FibreAngles{0.7, 2.9}, FibreAngles{0.2, -0.9}}) {
       LayOptions options;
       options.paths = rule;
@@ -316,8 +318,7 @@ TEST(LayNet, StopsAtShearLockingInsteadOfFailing) {
   // A cliff that no segment can climb.
   struct Cliff : Surface {
     SurfaceSample sample(const Vector2d& p) const override {
-      return {
-          p.x() > 10 ? 100.0 * (p.x() - 10) * (p.x() - 10) : 0.0, {p.x() > 10 ? 200.0 * (p.x() - 10) : 0.0, 0.0}, Eigen::Matrix2d::Zero()};
+      return {p.x() > 10 ? 5.0 * (p.x() - 10) * (p.x() - 10) : 0.0, {p.x() > 10 ? 10.0 * (p.x() - 10) : 0.0, 0.0}, Eigen::Matrix2d::Zero()};
     }
   } cliff;
   expect_net_on(cliff, whole(lay_net(cliff, {0, 0}, {0.3, 1.8}, 3.0, disc(30))));

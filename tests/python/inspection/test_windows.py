@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from debulk.grid import Grid
-from debulk.inspection.windows import cells_round, cut_out, grown, heights_at, labels_at
+from debulk.inspection.windows import cells_round, cut_out, grown
 
 
 def _plain(marks, cells):
@@ -38,15 +38,3 @@ def test_a_window_is_a_copy_also_where_it_is_the_whole_grid():
     grid = Grid(np.zeros((4, 5)), np.zeros(2), 1.0)
     cut_out(grid, slice(0, 4), slice(0, 5)).values[:] = np.nan
     assert np.isfinite(grid.values).all()
-
-
-def test_heights_are_linear_between_points_and_labels_those_of_the_cell():
-    x, y = np.meshgrid(np.arange(6.0), np.arange(4.0))
-    plane = Grid(2 * x - 3 * y, np.array([10.0, 20.0]), 1.0)
-    places = np.array([[10.25, 20.5], [12.0, 22.9], [99.0, 0.0]])
-    np.testing.assert_allclose(heights_at(plane, places), [-1.0, -4.7, 10.0], atol=0.01)
-    labels = Grid(np.arange(24, dtype=np.int32).reshape(4, 6), np.array([10.0, 20.0]), 1.0)
-    assert labels_at(labels, np.array([[[11.4, 21.4], [10.0, 21.0]], [[14.4, 22.4], [99.0, 0.0]]])).tolist() == [
-        [7, 0],
-        [16, 0],
-    ]
