@@ -26,6 +26,7 @@ _LEAST_COVERED = 0.5  # of a ninth of the image
 _MOST_MORE = 30
 _PLANNED_DEG = 30.0
 _PLANNED_NEAR_FAR = 0.85, 1.15
+_OUTERMOST = 0.85  # of the way from the middle of the field to its corner
 _GOLDEN = 2.4  # radians: directions that never repeat
 
 
@@ -92,11 +93,16 @@ def boards_needed(
     board: Board,
     missing: Sequence[int] = (),
 ) -> int | None:
-    """Count the boards that would have to be added, well placed, until heights are certain enough; None: too many."""
+    """Count the places that would have to be added, one in each missing ninth first, for half the limits; None: too many.
+
+    Half, because nobody holds a board exactly where it is planned here.
+    """
     order = [*missing, *(c for c in (0, 8, 2, 6, 4, 1, 7, 3, 5) if c not in missing)]
     for k in range(_MOST_MORE):
         info = info + _planned(cameras, distance_mm, pixels, board, order[k % 9], k)
-        if not too_uncertain(certainty(cameras, info, variance, distance_mm, pixels)):
+        if k + 1 < len(missing):
+            continue
+        if not nearly_uncertain(certainty(cameras, info, variance, distance_mm, pixels)):
             return k + 1
     return None
 
@@ -110,7 +116,7 @@ def _planned(cameras: Cameras, distance_mm: float, pixels: tuple[int, int], boar
     half = np.abs(at - middle).max(axis=0)
     offset = half * [cell % 3 - 1, cell // 3 - 1, 0]
     size = np.array(pixels) - 1
-    for inwards in np.linspace(1.0, 0.0, 11):
+    for inwards in np.linspace(_OUTERMOST, 0.0, 11):
         centre = (middle + inwards * offset) * _PLANNED_NEAR_FAR[k % 2]
         seen, of_cameras, of_place = projected(points, np.concatenate([turn, centre]), cameras)
         inside = ((seen.reshape(-1, 2) >= 0) & (seen.reshape(-1, 2) <= size)).all(axis=1).reshape(2, -1).all(axis=0)
