@@ -93,7 +93,7 @@ def boards_needed(
     board: Board,
     missing: Sequence[int] = (),
 ) -> int | None:
-    """Count the places that would have to be added, one in each missing ninth first, for half the limits; None: too many.
+    """Count the places to add, one in each missing ninth first, to reach half the limits; None: too many.
 
     Half, because nobody holds a board exactly where it is planned here.
     """
@@ -141,7 +141,8 @@ def _missing_cells(
 def _tilts(places: Sequence[BoardPlace]) -> str:
     most = max(place.tilt_deg for place in places)
     if most < _LEAST_TILT_DEG:
-        return f"the boards were tilted by {most:.0f} degrees at most: tilt them by 20 to 40 degrees to all sides"
+        degrees = "1 degree" if round(most) == 1 else f"{most:.0f} degrees"
+        return f"the boards were tilted by {degrees} at most: tilt them by 20 to 40 degrees to all sides"
     angles = np.deg2rad([place.towards_deg for place in places])
     slopes = np.tan(np.deg2rad([place.tilt_deg for place in places]))[:, None] * np.column_stack(
         [np.cos(angles), np.sin(angles)]

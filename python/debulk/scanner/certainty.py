@@ -160,13 +160,25 @@ def field_points(
 
 
 def measured_slopes(points: F64, cameras: Cameras) -> F64:
-    """(N, 3, CAMERAS) derivative of measured points with respect to the cameras, the pixels staying as they are."""
-    nowhere = np.zeros(6)
-    _, of_cameras, _ = projected(points, nowhere, cameras)
-    slopes = np.empty((len(points), 3, CAMERAS))
-    of_cameras = of_cameras.reshape(2, len(points), 2, CAMERAS).transpose(1, 0, 2, 3).reshape(len(points), 4, CAMERAS)
-    for k, point in enumerate(points):
-        # Moving the point alone is moving a board of one corner.
-        of_point = projected(point[None], nowhere, cameras)[2][:, 3:]
-        slopes[k] = -np.linalg.pinv(of_point) @ of_cameras[k]
-    return slopes
+    """Return the derivative of measured points with respect to the cameras, the pixels staying as they are.
+
+    As in `triangulate`, both coordinates of the left pixel count, and of the right one that along its row.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (N, 3, CAMERAS).
+    """
+    def by_point(slopes: F64) -> F64:
+        """Bring (2 cameras, N, x and y, ...) into the form (N, 4, ...)."""
+        return slopes.reshape(2, len(points), 2, -1).swapaxes(0, 1).reshape(len(points), 4, -1)
+
+    # Points in the left camera's frame are a board that is not turned; moving it moves each of them alike.
+    _, of_cameras, of_place = projected(points, np.zeros(6), cameras)
+    of_point, of_cameras = by_point(of_place[:, 3:]), by_point(of_cameras)
+    along = of_point[:, 2:] @ points[:, :, None]  # the way of the right pixel as the depth grows
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    three = np.zeros((len(points), 3, 4))
+    three[:, [0, 1], [0, 1]] = 1.0
+    three[:, 2, 2:] = along[..., 0]
+    return np.asarray(-np.linalg.solve(three @ of_point, three @ of_cameras))
