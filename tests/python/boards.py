@@ -25,7 +25,7 @@ def seen(points, turn, move, k):
 
 
 def places(board, count, rng, tilt_deg=25.0, roll_deg=8.0):
-    """Places at which both cameras see the whole board, one after another in each ninth of the image, the corners first."""
+    """Places at which both cameras see the whole board, one after another in each of the `NINTHS`."""
     middle = board.square_mm * np.array([*board.squares, 0]) / 2
     rim = board.square_mm * np.array([[x, y, 0] for x in (0, board.squares[0]) for y in (0, board.squares[1])], float)
     found = []

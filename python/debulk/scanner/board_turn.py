@@ -57,7 +57,10 @@ def same_way_round(pairs: Sequence[Pair], board: Board, pixels: tuple[int, int])
             "with an even and an odd number of squares"
         )
     choice = apart[best].argmin(axis=1)
-    return [replace(pair, right=pair.right[board.turns[k]]) for pair, k in zip(pairs, choice.tolist(), strict=True)]
+    return [
+        replace(pair, right=pair.right[board.turns[k]]) if k else pair
+        for pair, k in zip(pairs, choice.tolist(), strict=True)
+    ]
 
 
 def _about_normal(board: Board, order: NDArray[np.int64]) -> F64:

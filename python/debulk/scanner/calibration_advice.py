@@ -95,16 +95,19 @@ def boards_needed(
 ) -> int | None:
     """Count the places to add, one in each missing ninth first, to reach half the limits; None: too many.
 
-    Half, because nobody holds a board exactly where it is planned here.
+    Half, because nobody holds a board exactly where it is planned here. If the most that are tried reach no more than
+    the limits, it is that number.
     """
     order = [*missing, *(c for c in (0, 8, 2, 6, 4, 1, 7, 3, 5) if c not in missing)]
+    reached = None
     for k in range(_MOST_MORE):
         info = info + _planned(cameras, distance_mm, pixels, board, order[k % 9], k)
         if k + 1 < len(missing):
             continue
-        if not nearly_uncertain(certainty(cameras, info, variance, distance_mm, pixels)):
+        reached = certainty(cameras, info, variance, distance_mm, pixels)
+        if not nearly_uncertain(reached):
             return k + 1
-    return None
+    return None if reached is None or too_uncertain(reached) else _MOST_MORE
 
 
 def _planned(cameras: Cameras, distance_mm: float, pixels: tuple[int, int], board: Board, cell: int, k: int) -> F64:

@@ -169,6 +169,7 @@ def measured_slopes(points: F64, cameras: Cameras) -> F64:
     NDArray[np.float64]
         (N, 3, CAMERAS).
     """
+
     def by_point(slopes: F64) -> F64:
         """Bring (2 cameras, N, x and y, ...) into the form (N, 4, ...)."""
         return slopes.reshape(2, len(points), 2, -1).swapaxes(0, 1).reshape(len(points), 4, -1)
