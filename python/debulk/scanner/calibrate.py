@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.arguments import of_type
+from debulk.arguments import of_type, typed
 from debulk.scanner.board import Board
 from debulk.scanner.board_pairs import listed, seen_pairs
 from debulk.scanner.board_places import board_place
@@ -41,7 +41,11 @@ class UncertainCalibration(InputError):
         super().__init__(message)
         self.calibration = calibration
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.calibration)
 
+
+@typed
 def calibrate(
     left_images: Sequence[Any],
     right_images: Sequence[Any],
@@ -78,7 +82,7 @@ def calibrate(
     debulk.InputError
         If fewer than five pairs show the board to both cameras or fit together, or the error is above 1 px.
     debulk.scanner.UncertainCalibration
-        If two standard deviations of heights are more than 1 % of them over the image, or 5 % anywhere in it. The
+        If two standard deviations of heights are more than 1 % of them over the image, or 2 % anywhere in it. The
         message says what to do.
 
     Examples
@@ -94,6 +98,8 @@ def calibrate(
     )
     if len(left) != len(right):
         raise InputError(f"right_images: expected {len(left)} images like the left, but got {len(right)}")
+    if not isinstance(board, Board):
+        raise InputError(f"board: expected a debulk.scanner.Board, but got {of_type(board)}")
     shapes = {image.shape for image in (*left, *right)}
     if len(shapes) > 1:
         raise InputError(f"left_images, right_images: expected images of one size, but got {sorted(shapes)}")
@@ -182,9 +188,10 @@ def _remarks(layout: Board, board: Board, turned: int) -> list[str]:
         kind = "of OpenCV before 4.6 (legacy)" if layout.legacy else "of OpenCV since 4.6"
         remarks.append(f"the ChArUco board has the layout {kind}")
     if len(board.turns) > 1:
+        anew = f"in {turned} pair{'' if turned == 1 else 's'} the right camera's corners were counted anew"
         remarks.append(
-            f"a board of {across} x {down} squares looks the same when it is turned; the right camera's corners were "
-            f"counted anew in {turned} pair{'' if turned == 1 else 's'}, as all other pairs want it"
+            f"a board of {across} x {down} squares looks the same when it is turned; "
+            + (f"{anew}, as all pairs together want it" if turned else "both cameras counted its corners alike")
         )
     return remarks
 

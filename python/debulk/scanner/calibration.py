@@ -211,8 +211,7 @@ class Calibration:
 class Rectified:
     """Two pinhole images without distortion, rotated so that equal rows see the same planes through both cameras.
 
-    Both have the left camera's focal length, scaled so that everything the left camera sees fits into an image of its
-    size.
+    Both have one focal length, chosen so that everything the left camera sees fits into an image of its size.
     """
 
     focal_px: float

@@ -15,9 +15,9 @@ MOST_SHARE = 0.01
 """Two standard deviations of heights, over the image, may be this share of them.
 
 A pocket is judged by the ridge that its excess length makes, half the excess, which grows as the square of the heights.
-At the limit of 0.60 mm, which is an excess of 0.94 mm, 1 % of the heights is 0.01 mm of the ridge: a fifth of the
-margin of 0.05 mm within which a verdict is UNDECIDED."""
-MOST_SHARE_ANYWHERE = 0.05
+At the limit of 0.60 mm, which is an excess of 0.94 mm, 1 % of the heights is 0.01 mm of the ridge: half of the margin
+of 0.02 mm within which the excess leaves a verdict UNDECIDED."""
+MOST_SHARE_ANYWHERE = 0.02
 """The same where it is greatest: all of the margin."""
 _WARNED = 0.5  # of the limits
 _LEAST_TILT_DEG = 15.0
