@@ -18,6 +18,8 @@ _INK, _RULE, _LINE = (60, 60, 60), (190, 190, 190), (140, 90, 30)
 _NOBODY, _FEW, _MANY = (200, 205, 245), (250, 235, 215), (205, 150, 90)
 """Colours, blue first: no board was there, one was, `_ENOUGH` or more were."""
 _ENOUGH = 6
+_ALONE = (225, 225, 225)
+_GRID = 96, 72  # places at which it is asked whether both cameras see them
 _TITLE_PIXELS = 26
 _RINGS_DEG = 10, 20, 30, 40
 
@@ -27,8 +29,8 @@ def calibration_picture(calibration: Calibration, width: int = 1400) -> Picture:
     """Draw where the boards were.
 
     To the left and in the middle the two images, divided into ninths: the outlines of the boards, the area the bluer
-    the more boards were there, and red where none was. To the right the tilt of each board, as a point in the
-    direction of its nearer side.
+    the more boards were there, red where none was, and grey where the other camera sees nothing at the boards' median
+    distance. To the right the tilt of each board, as a point in the direction of its nearer side.
 
     Parameters
     ----------
@@ -64,16 +66,15 @@ def calibration_picture(calibration: Calibration, width: int = 1400) -> Picture:
     size = calibration.pixels
     image_width = round(0.4 * width)
     height = round(image_width * size[1] / size[0])
-    sides = [
-        _seen(f"{side} image", [getattr(board, f"{side}_px") for board in calibration.boards], size, image_width)
-        for side in ("left", "right")
-    ]
+    sides = [_seen(calibration, k, side, image_width) for k, side in enumerate(("left", "right"))]
     return np.hstack([*sides, _tilted(calibration.boards, width - 2 * image_width, height)])
 
 
-def _seen(title: str, outlines: list[NDArray[np.float64]], pixels: tuple[int, int], width: int) -> Picture:
+def _seen(calibration: Calibration, k: int, side: str, width: int) -> Picture:
     import cv2
 
+    pixels = calibration.pixels
+    outlines = [getattr(board, f"{side}_px") for board in calibration.boards]
     scale = width / pixels[0]
     height = round(pixels[1] * scale)
     count = np.zeros((height, width), np.uint8)
@@ -84,15 +85,34 @@ def _seen(title: str, outlines: list[NDArray[np.float64]], pixels: tuple[int, in
         count += one
     deep = np.clip((count.astype(np.float64) - 1) / (_ENOUGH - 1), 0, 1)[..., None]
     out = np.where(count[..., None] == 0, np.array(_NOBODY), np.array(_FEW) * (1 - deep) + np.array(_MANY) * deep)
-    out = np.ascontiguousarray(out.astype(np.uint8))
+    places = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in _GRID)), -1).reshape(-1, 2) / _GRID * pixels
+    both = _seen_by_both(calibration, k, places)
+    inside = covered(outlines, places)
+    alone = cv2.resize((~both & ~inside).reshape(_GRID[::-1]).astype(np.uint8), (width, height), interpolation=0)
+    out = np.ascontiguousarray(np.where((alone > 0)[..., None], _ALONE, out).astype(np.uint8))
     for k in (1, 2):
         cv2.line(out, (width * k // 3, 0), (width * k // 3, height), (255, 255, 255), 2)
         cv2.line(out, (0, height * k // 3), (width, height * k // 3), (255, 255, 255), 2)
     cv2.polylines(out, shapes, True, _LINE, 1, cv2.LINE_AA)
     out[0] = out[-1] = out[:, 0] = out[:, -1] = _RULE
-    places = np.stack(np.meshgrid(np.arange(48) + 0.5, np.arange(36) + 0.5), -1).reshape(-1, 2) / (48, 36) * pixels
-    share = covered(outlines, places).mean()
-    return _titled(out, f"{title}: {len(outlines)} boards, {100 * share:.0f} % reached")
+    share = inside[both].mean() if both.any() else 0.0
+    return _titled(out, f"{side} image: {len(outlines)} boards, {100 * share:.0f} % of what both see reached")
+
+
+def _seen_by_both(calibration: Calibration, k: int, places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which (N, 2) pixels of camera k the other one sees too, at the boards' median distance."""
+    import cv2
+
+    matrices, distortions = calibration.camera_matrices, calibration.distortions
+    turn, move = calibration.rotation, calibration.translation_mm
+    if k == 1:
+        turn, move = turn.T, -turn.T @ move
+    distance = float(np.median([board.distance_mm for board in calibration.boards]))
+    rays = cv2.undistortPoints(places[:, None], matrices[k], distortions[k]).reshape(-1, 2)
+    at = np.column_stack([rays, np.ones(len(rays))]) * distance
+    there, *_ = cv2.projectPoints(at, cv2.Rodrigues(turn)[0], move, matrices[1 - k], distortions[1 - k])
+    there = there.reshape(-1, 2)
+    return np.asarray(((there >= 0) & (there <= np.array(calibration.pixels) - 1)).all(axis=1))
 
 
 def _tilted(boards: tuple[BoardPlace, ...], width: int, height: int) -> Picture:
