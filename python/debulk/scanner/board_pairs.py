@@ -125,6 +125,8 @@ def _common(name: str, found: tuple[Found, Found], images: tuple[Image, Image], 
             f"only {len(both)} corners are seen by both cameras, {len(left_ids)} by the left and {len(right_ids)} by "
             f"the right, and {LEAST_CORNERS} are needed"
         )
+    if min(np.ptp(board.corners_mm[both, :2], axis=0)) == 0:
+        return "only corners on one line are seen by both cameras"
     return Pair(name, board.corners_mm[both], left_at[of_left], right_at[of_right])
 
 

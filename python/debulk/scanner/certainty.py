@@ -128,6 +128,8 @@ def certainty(cameras: Cameras, info: F64, variance: float, distance_mm: float, 
 
 def _covariance_root(info: F64) -> F64:
     """Return r with r @ r.T = inverse of the information; what is not known at all becomes a huge number."""
+    if not np.isfinite(info).all() or np.diag(info).min() <= 0:
+        return np.full((CAMERAS, 1), _UNKNOWN)
     scale = np.sqrt(np.maximum(np.diag(info), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(info / np.outer(scale, scale))
     values = np.maximum(values, _LEAST_EIGENVALUE * values[-1])
@@ -182,4 +184,7 @@ def measured_slopes(points: F64, cameras: Cameras) -> F64:
     three = np.zeros((len(points), 3, 4))
     three[:, [0, 1], [0, 1]] = 1.0
     three[:, 2, 2:] = along[..., 0]
-    return np.asarray(-np.linalg.solve(three @ of_point, three @ of_cameras))
+    try:
+        return np.asarray(-np.linalg.solve(three @ of_point, three @ of_cameras))
+    except np.linalg.LinAlgError:  # cameras in one place measure no depth
+        return np.full((len(points), 3, CAMERAS), np.nan)

@@ -11,6 +11,7 @@ import pytest
 
 from boards import (
     DISTANCE_MM,
+    DISTORTIONS,
     MATRICES,
     PIXELS,
     ROTATION,
@@ -32,6 +33,8 @@ from debulk.scanner import (
 from debulk.scanner.board_pairs import repeated_images, seen_pairs
 from debulk.scanner.board_reason import why_not_found
 from debulk.scanner.calibrate import from_pairs
+from debulk.scanner.certainty import certainty, information
+from debulk.scanner.stereo_fit import Cameras, placed
 
 CHECKERBOARD = Board((10, 7), 20.0)
 # Drawn as OpenCV drew boards before 4.6; that has to be found out.
@@ -113,6 +116,17 @@ def test_boards_that_are_hardly_tilted_are_refused_with_advice(tilt_deg, said):
     assert found.certainty.height_sd_mm > 0.05
     assert str(refused.value).endswith(found.remarks[-1])
     assert max(board.tilt_deg for board in found.boards) == pytest.approx(tilt_deg, abs=1.0)
+
+
+@pytest.mark.parametrize("said", ["nothing", "nonsense", "one board", "one board eight times"])
+def test_what_the_corners_do_not_say_is_a_huge_number(said):
+    true = Cameras(MATRICES, DISTORTIONS, ROTATION, TRANSLATION)
+    pairs = corner_pairs(CHECKERBOARD, places(CHECKERBOARD, 1, np.random.default_rng(0)), 0.0, np.random.default_rng(0))
+    info = information([placed(pairs[0], true)] * (8 if said == "one board eight times" else 1))
+    info = {"nothing": np.zeros_like(info), "nonsense": np.full_like(info, np.nan)}.get(said, info)
+    found = certainty(true, info, 0.05**2, DISTANCE_MM, PIXELS)
+    assert min(found.focal_sd_px) > 50.0
+    assert 1.0 < found.height_sd_mm <= found.worst_height_sd_mm <= 1e9
 
 
 def test_boards_in_the_middle_alone_are_refused_and_the_advice_holds():
