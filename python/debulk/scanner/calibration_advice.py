@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from debulk.scanner.board import Board
 from debulk.scanner.board_places import CELLS, BoardPlace, cell_of, covered
@@ -23,7 +24,8 @@ _WARNED = 0.5  # of the limits
 _LEAST_TILT_DEG = 15.0
 _FINE = 18, 12  # places at which coverage is looked at
 _LEAST_COVERED = 0.5  # of a ninth of the image
-_MOST_MORE = 30
+_LEAST_MORE, _MOST_MORE = 3, 30
+_PLANNED_SHARE = 0.7  # of the limits
 _PLANNED_DEG = 30.0
 _PLANNED_NEAR_FAR = 0.85, 1.15
 _OUTERMOST = 0.85  # of the way from the middle of the field to its corner
@@ -37,14 +39,17 @@ def height_share(found: Certainty) -> tuple[float, float]:
 
 def too_uncertain(found: Certainty) -> bool:
     """Tell whether heights are too uncertain to judge pockets."""
-    share, worst = height_share(found)
-    return share > MOST_SHARE or worst > MOST_SHARE_ANYWHERE
+    return _exceeds(found, 1.0)
 
 
 def nearly_uncertain(found: Certainty) -> bool:
     """Tell whether heights are so uncertain that it should be said."""
+    return _exceeds(found, _WARNED)
+
+
+def _exceeds(found: Certainty, part: float) -> bool:
     share, worst = height_share(found)
-    return share > _WARNED * MOST_SHARE or worst > _WARNED * MOST_SHARE_ANYWHERE
+    return share > part * MOST_SHARE or worst > part * MOST_SHARE_ANYWHERE
 
 
 def advice(
@@ -93,19 +98,19 @@ def boards_needed(
     board: Board,
     missing: Sequence[int] = (),
 ) -> int | None:
-    """Count the places to add, one in each missing ninth first, to reach half the limits; None: too many.
+    """Count the places to add, one in each missing ninth first, to reach a share of the limits; None: too many.
 
-    Half, because nobody holds a board exactly where it is planned here. If the most that are tried reach no more than
-    the limits, it is that number.
+    A share, and a few at least, because nobody holds a board exactly where it is planned here. If the most that are
+    tried reach no more than the limits, it is that number.
     """
     order = [*missing, *(c for c in (0, 8, 2, 6, 4, 1, 7, 3, 5) if c not in missing)]
     reached = None
     for k in range(_MOST_MORE):
         info = info + _planned(cameras, distance_mm, pixels, board, order[k % 9], k)
-        if k + 1 < len(missing):
+        if k + 1 < max(_LEAST_MORE, len(missing)):
             continue
         reached = certainty(cameras, info, variance, distance_mm, pixels)
-        if not nearly_uncertain(reached):
+        if not _exceeds(reached, _PLANNED_SHARE):
             return k + 1
     return None if reached is None or too_uncertain(reached) else _MOST_MORE
 
@@ -113,6 +118,7 @@ def boards_needed(
 def _planned(cameras: Cameras, distance_mm: float, pixels: tuple[int, int], board: Board, cell: int, k: int) -> F64:
     """Return what a board in this ninth of the left image would say, moved inwards until both cameras see it whole."""
     points = board.corners_mm - board.corners_mm.mean(axis=0)
+    rim = points * (np.array([*board.squares, 1]) + 0.5) / (np.array([*board.squares, 1]) - 2.0)
     turn = np.deg2rad(_PLANNED_DEG) * np.array([np.cos(_GOLDEN * k), np.sin(_GOLDEN * k), 0.0])
     at, *_ = field_points(cameras, distance_mm, pixels)
     middle = at.mean(axis=0)
@@ -120,17 +126,23 @@ def _planned(cameras: Cameras, distance_mm: float, pixels: tuple[int, int], boar
     offset = half * [cell % 3 - 1, cell // 3 - 1, 0]
     size = np.array(pixels) - 1
     for inwards in np.linspace(_OUTERMOST, 0.0, 11):
-        centre = (middle + inwards * offset) * _PLANNED_NEAR_FAR[k % 2]
-        seen, of_cameras, of_place = projected(points, np.concatenate([turn, centre]), cameras)
-        inside = ((seen.reshape(-1, 2) >= 0) & (seen.reshape(-1, 2) <= size)).all(axis=1).reshape(2, -1).all(axis=0)
-        if inside.all() or inwards == 0.0:
+        place = np.concatenate([turn, (middle + inwards * offset) * _PLANNED_NEAR_FAR[k % 2]])
+        if _inside(projected(rim, place, cameras)[0], size).all():
             break
+    seen, of_cameras, of_place = projected(points, place, cameras)
+    inside = _inside(seen, size)
     rows = np.repeat(np.tile(inside, 2), 2)
     if inside.sum() < 4:
         return np.zeros_like(of_cameras.T @ of_cameras)
     across = np.linalg.qr(of_place[rows])[0]
     slopes = of_cameras[rows] - across @ (across.T @ of_cameras[rows])
     return np.asarray(slopes.T @ slopes)
+
+
+def _inside(seen: F64, size: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Tell which points both cameras see."""
+    at = seen.reshape(-1, 2)
+    return np.asarray(((at >= 0) & (at <= size)).all(axis=1).reshape(2, -1).all(axis=0))
 
 
 def _missing_cells(
