@@ -77,8 +77,8 @@ def advice(
     more = boards_needed(cameras, info, variance, found.distance_mm, pixels, board, missing)
     if more is None:
         parts.append(
-            f"the corners scatter by {np.sqrt(variance):.2f} px, and {_MOST_MORE} more places would not make up for "
-            "that: take sharper images, or a larger or flatter board"
+            f"the corners scatter by {np.sqrt(variance):.2f} px, and even {_MOST_MORE} more places would hardly make "
+            "up for that: take sharper images, or a larger or flatter board"
         )
     else:
         where = ", there above all" if missing else ""
@@ -100,11 +100,9 @@ def boards_needed(
 ) -> int | None:
     """Count the places to add, one in each missing ninth first, to reach a share of the limits; None: too many.
 
-    A share, and a few at least, because nobody holds a board exactly where it is planned here. If the most that are
-    tried reach no more than the limits, it is that number.
+    A share, and a few at least, because nobody holds a board exactly where it is planned here.
     """
     order = [*missing, *(c for c in (0, 8, 2, 6, 4, 1, 7, 3, 5) if c not in missing)]
-    reached = None
     for k in range(_MOST_MORE):
         info = info + _planned(cameras, distance_mm, pixels, board, order[k % 9], k)
         if k + 1 < max(_LEAST_MORE, len(missing)):
@@ -112,7 +110,7 @@ def boards_needed(
         reached = certainty(cameras, info, variance, distance_mm, pixels)
         if not _exceeds(reached, _PLANNED_SHARE):
             return k + 1
-    return None if reached is None or too_uncertain(reached) else _MOST_MORE
+    return None
 
 
 def _planned(cameras: Cameras, distance_mm: float, pixels: tuple[int, int], board: Board, cell: int, k: int) -> F64:
