@@ -33,7 +33,7 @@ EXAMPLES = {
     ),
     "scan patterns": ("debulk scan patterns patterns/ --pixels 1920x1080 --periods 50,51",),
     "scan calibrate": (
-        "debulk scan calibrate left/ right/ --squares 10x7 --square-mm 25 -o cell.json",
+        "debulk scan calibrate left/ right/ --squares 10x7 --square-mm 25 -o cell.json --picture boards.png",
         "debulk scan calibrate l/ r/ --squares 9x6 --square-mm 30 --charuco --marker-mm 22 -o c.json",
     ),
     "scan projector": ("debulk scan projector left/ right/ --calibration cell.json -o cell_projector.json",),

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from debulk import InputError
 from debulk.cli.examples import epilog
 from debulk.cli.loudness import with_loudness
+from debulk.cli.pairing import paired
 from debulk.cli.support import Progress, check_writable, outcome, shown_progress
 
 if TYPE_CHECKING:
@@ -123,19 +124,32 @@ def patterns(
 @with_loudness
 def calibrate(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of the board.")],
-    right: Annotated[Path, typer.Argument(help="The right camera's, of the same places, in the same order.")],
+    right: Annotated[Path, typer.Argument(help="The right camera's, with the same numbers in their names.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Calibration, .json.")],
     squares: Annotated[str, typer.Option(help="Squares across x down, the outermost included.")],
     square_mm: Annotated[float, typer.Option("--square-mm", help="Side of a square, mm, as measured.")],
     charuco: Annotated[bool, typer.Option("--charuco", help="A ChArUco board, not a checkerboard.")] = False,
     marker_mm: Annotated[float | None, typer.Option("--marker-mm", help="Side of a ChArUco marker, mm.")] = None,
     dictionary: Annotated[str, typer.Option(help="Of the ChArUco markers, by OpenCV's name.")] = "DICT_5X5_250",
+    distance_mm: Annotated[
+        float | None, typer.Option("--distance-mm", help="Of what is scanned later, mm; unset: that of the boards.")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help=".png of where the boards were, written also if there are too few.")
+    ] = None,
 ) -> None:
-    """Calibrate both cameras from images of a board; images that spoil the fit are named."""
+    """Calibrate both cameras from images of a board, and say how certain heights will be.
+
+    Images are paired by the numbers in their names. Pairs that spoil the fit, repeat another or do not show the board
+    are named.
+    """
     with outcome():
         if output.suffix.lower() != ".json":
             raise InputError(f"{output}: expected a file ending in .json")
-        check_writable(output)
+        if picture is not None and picture.suffix.lower() != ".png":
+            raise InputError(f"{picture}: expected a file ending in .png")
+        for path in filter(None, (output, picture)):
+            check_writable(path)
         across, _, down = squares.partition("x")
         if not (across.isdecimal() and down.isdecimal()):
             raise InputError(f"--squares: expected ACROSSxDOWN like 10x7, got {squares!r}")
@@ -144,17 +158,28 @@ def calibrate(
         board = scanner.Board(
             (int(across), int(down)), square_mm, "charuco" if charuco else "checkerboard", marker_mm, dictionary
         )
-        paths = [_files(folder) for folder in (left, right)]
-        left_seen, right_seen = ([_eight_bits(_read(path)) for path in side] for side in paths)
-        found = scanner.calibrate(left_seen, right_seen, board, names=[path.name for path in paths[0]])
+        pairs, alone = paired(_files(left), _files(right))
+        for name, why in alone.items():
+            print(f"left out: {name}: {why}")
+        left_seen, right_seen = ([_eight_bits(_read(path)) for path in side] for side in zip(*pairs, strict=True))
+        names = [one.name for one, _ in pairs]
+        try:
+            found = scanner.calibrate(left_seen, right_seen, board, names=names, distance_mm=distance_mm)
+        except scanner.UncertainCalibration as refused:
+            for name, why in refused.calibration.spoiling.items():
+                print(f"left out: {name}: {why}")
+            if picture is not None:
+                _write_image(picture, scanner.calibration_picture(refused.calibration))
+                print(f"written: {picture}")
+            raise
         found.save(output)
         for name, error in sorted(found.image_errors_px.items(), key=lambda item: -item[1]):
             print(f"{name}: {error:.3f} px")
-        for name, why in found.spoiling.items():
-            print(f"left out: {name}: {why}")
-        baseline = float(np.linalg.norm(found.translation_mm))
-        print(f"error {found.error_px:.3f} px, cameras {baseline:.2f} mm apart")
-        print(f"written: {output}")
+        print(found.text())
+        if picture is not None:
+            _write_image(picture, scanner.calibration_picture(found))
+        for path in filter(None, (output, picture)):
+            print(f"written: {path}")
 
 
 @app.command(epilog=epilog("scan projector"))
@@ -243,7 +268,8 @@ def _natural(path: Path) -> list[Any]:
 def _files(folder: Path) -> list[Path]:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder with images")
-    found = sorted((path for path in folder.iterdir() if path.suffix.lower() in _IMAGES), key=_natural)
+    names = (path for path in folder.iterdir() if not path.name.startswith("."))
+    found = sorted((path for path in names if path.suffix.lower() in _IMAGES), key=_natural)
     if not found:
         raise InputError(f"{folder}: expected images ({', '.join(_IMAGES)}), but there are none")
     return found

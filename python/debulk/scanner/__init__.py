@@ -10,9 +10,12 @@ A projector shows fringes with two or more numbers of periods that are close tog
 from __future__ import annotations
 
 from debulk.scanner.board import Board
-from debulk.scanner.calibrate import calibrate
+from debulk.scanner.board_places import BoardPlace
+from debulk.scanner.calibrate import UncertainCalibration, calibrate
 from debulk.scanner.calibrate_projector import calibrate_projector
 from debulk.scanner.calibration import Calibration
+from debulk.scanner.calibration_picture import calibration_picture
+from debulk.scanner.certainty import Certainty
 from debulk.scanner.decode import Phase, decode
 from debulk.scanner.patterns import fringe_patterns
 from debulk.scanner.picture import picture
@@ -23,7 +26,9 @@ from debulk.scanner.triangulate import Scan, match, triangulate
 
 __all__ = [
     "Board",
+    "BoardPlace",
     "Calibration",
+    "Certainty",
     "Phase",
     "Projector",
     "Registration",
@@ -31,8 +36,10 @@ __all__ = [
     "ScanCancelled",
     "ScanTooLate",
     "Scanner",
+    "UncertainCalibration",
     "calibrate",
     "calibrate_projector",
+    "calibration_picture",
     "decode",
     "fringe_patterns",
     "match",

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.arguments import of_type
+from debulk.arguments import of_type, typed
 from debulk.scanner.board import Board
+from debulk.scanner.board_pairs import listed, seen_pairs
+from debulk.scanner.board_places import board_place
+from debulk.scanner.board_turn import same_way_round
 from debulk.scanner.calibration import Calibration
+from debulk.scanner.calibration_advice import advice, nearly_uncertain, too_uncertain
+from debulk.scanner.certainty import certainty, corner_variance, information
 from debulk.scanner.inputs import InputError
-
-F64 = NDArray[np.float64]
+from debulk.scanner.stereo_fit import Pair, fit, placed
 
 LEAST_PAIRS = 5
 SPOILING_RATIO = 3.0
@@ -25,34 +28,37 @@ MOST_ERROR_PX = 1.0
 """A calibration with a greater error is refused."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Pair:
-    name: str
-    board: F64  # (K, 3) corners that both cameras see
-    left: F64  # (K, 2)
-    right: F64
+class UncertainCalibration(InputError):
+    """Heights measured with this calibration would be too uncertain; the message says what to do.
+
+    Attributes
+    ----------
+    calibration
+        What was found, for a picture of where the boards were; not for measuring.
+    """
+
+    def __init__(self, message: str, calibration: Calibration) -> None:
+        super().__init__(message)
+        self.calibration = calibration
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.calibration)
 
 
-@dataclass(frozen=True, eq=False)
-class _Cameras:
-    matrices: list[F64]
-    distortions: list[F64]
-    rotation: F64
-    translation: F64
-
-
+@typed
 def calibrate(
     left_images: Sequence[Any],
     right_images: Sequence[Any],
     board: Board,
     *,
     names: Sequence[str] | None = None,
+    distance_mm: float | None = None,
 ) -> Calibration:
     """Calibrate two cameras from pairs of images of a board, with OpenCV.
 
     Each pair shows the board in one place, seen by both cameras at once. Ten to twenty places are good, tilted by 20 to
-    40 degrees to all sides, near and far, and reaching into all corners of the images. Pairs that spoil the fit are
-    left out and named.
+    40 degrees to all sides, near and far, and reaching into all corners of the images. Pairs that spoil the fit or
+    repeat another are left out and named. The covariance of all parameters gives the uncertainty of heights.
 
     Parameters
     ----------
@@ -62,54 +68,72 @@ def calibrate(
         Board that they show.
     names
         Names of the pairs, for the report; None: "1", "2", ...
+    distance_mm
+        Distance from the left camera at which surfaces will be measured; None: the median distance of the boards.
 
     Returns
     -------
     Calibration
-        Calibration with the reprojection error of every image, the images left out, and the overall error.
+        Calibration with the reprojection error of every image, the pairs left out, where the boards were, and the
+        standard deviations of focal lengths, baseline and heights.
 
     Raises
     ------
     debulk.InputError
         If fewer than five pairs show the board to both cameras or fit together, or the error is above 1 px.
+    debulk.scanner.UncertainCalibration
+        If two standard deviations of heights are more than 1 % of them over the image, or 2 % anywhere in it. The
+        message says what to do.
 
     Examples
     --------
     >>> blank = np.full((480, 640), 200, np.uint8)
-    >>> calibrate([blank] * 6, [blank] * 6, Board((10, 7), 20.0))
+    >>> calibrate([blank] * 5, [blank - 1] * 5, Board((10, 7), 20.0))  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
-    debulk._core.InputError: left_images, right_images: expected the board in at least 5 pairs, but found it in 0 of 6
+    debulk._core.InputError: left_images, right_images: expected the board in at least 5 pairs, but found it in 0...
     """
     left, right = (
         _images(images, name) for images, name in ((left_images, "left_images"), (right_images, "right_images"))
     )
     if len(left) != len(right):
         raise InputError(f"right_images: expected {len(left)} images like the left, but got {len(right)}")
+    if not isinstance(board, Board):
+        raise InputError(f"board: expected a debulk.scanner.Board, but got {of_type(board)}")
     shapes = {image.shape for image in (*left, *right)}
     if len(shapes) > 1:
         raise InputError(f"left_images, right_images: expected images of one size, but got {sorted(shapes)}")
     titles = [str(k + 1) for k in range(len(left))] if names is None else [str(name) for name in names]
-    if len(titles) != len(left):
-        raise InputError(f"names: expected {len(left)} names, but got {len(titles)}")
-    spoiling: dict[str, str] = {}
-    pairs = []
-    for name, one, other in zip(titles, left, right, strict=True):
-        pair = _seen(name, one, other, board)
-        if isinstance(pair, str):
-            spoiling[name] = pair
-        else:
-            pairs.append(pair)
-    total = len(left)
+    if len(titles) != len(left) or len(set(titles)) != len(titles):
+        raise InputError(f"names: expected {len(left)} different names, but got {len(set(titles))}")
+    if distance_mm is not None and not 0 < distance_mm < 1e6:
+        raise InputError(f"distance_mm: expected a distance in mm, but got {distance_mm!r}")
+    pixels = left[0].shape[1], left[0].shape[0]
+    pairs, spoiling, layout = seen_pairs(titles, left, right, board, LEAST_PAIRS)
     if len(pairs) < LEAST_PAIRS:
         raise InputError(
             f"left_images, right_images: expected the board in at least {LEAST_PAIRS} pairs, but found it in "
-            f"{len(pairs)} of {total}"
+            f"{len(pairs)} of {len(left)}; {listed(spoiling)}"
         )
-    pixels = left[0].shape[1], left[0].shape[0]
+    return from_pairs(pairs, spoiling, board, layout, pixels, distance_mm)
+
+
+def from_pairs(
+    pairs: Sequence[Pair],
+    spoiling: Mapping[str, str],
+    board: Board,
+    layout: Board,
+    pixels: tuple[int, int],
+    distance_mm: float | None = None,
+) -> Calibration:
+    """Calibrate from the corners that were found; see `calibrate` for what is raised."""
+    counted = same_way_round(pairs, board, pixels)
+    remarks = _remarks(layout, board, sum(a is not b for a, b in zip(pairs, counted, strict=True)))
+    pairs, spoiling = counted, dict(spoiling)
     while True:
-        cameras = _fit(pairs, pixels)
-        errors = np.array([_errors(pair, cameras) for pair in pairs])
+        cameras = fit(pairs, pixels)
+        boards = [placed(pair, cameras) for pair in pairs]
+        errors = np.array([board.errors_px for board in boards])
         worst = errors.max(axis=1)
         k = int(np.argmax(worst))
         if worst[k] <= max(SPOILING_PX, SPOILING_RATIO * float(np.median(worst))):
@@ -118,8 +142,7 @@ def calibrate(
         del pairs[k]
         if len(pairs) < LEAST_PAIRS:
             raise InputError(
-                "left_images, right_images: fewer than 5 pairs fit together; left out: "
-                + "; ".join(f"{name} ({why})" for name, why in spoiling.items())
+                f"left_images, right_images: fewer than {LEAST_PAIRS} pairs fit together; left out: {listed(spoiling)}"
             )
     total_error = float(np.sqrt(np.mean(errors**2)))
     if total_error > MOST_ERROR_PX:
@@ -128,21 +151,49 @@ def calibrate(
             f"{total_error:.1f} px: "
             "pairs are mixed up, the cameras moved between them, or the board is another"
         )
-    image_errors = {
-        f"{side} {pair.name}": float(value)
-        for pair, both in zip(pairs, errors, strict=True)
-        for side, value in zip(("left", "right"), both, strict=True)
-    }
-    return Calibration(
+    places = [board_place(pair, board) for pair, board in zip(pairs, boards, strict=True)]
+    distance = float(np.median([place.distance_mm for place in places])) if distance_mm is None else distance_mm
+    info, variance = information(boards), corner_variance(boards)
+    certain = certainty(cameras, info, variance, distance, pixels)
+    told = ""
+    if nearly_uncertain(certain):
+        told = advice(certain, cameras, info, variance, pixels, board, places)
+        remarks.append(told)
+    calibration = Calibration(
         cameras.matrices,
         cameras.distortions,
         cameras.rotation,
         cameras.translation,
         pixels,
-        image_errors_px=image_errors,
+        image_errors_px={
+            f"{side} {pair.name}": float(value)
+            for pair, both in zip(pairs, errors, strict=True)
+            for side, value in zip(("left", "right"), both, strict=True)
+        },
         spoiling=spoiling,
         error_px=total_error,
+        certainty=certain,
+        boards=places,
+        remarks=remarks,
     )
+    if too_uncertain(certain):
+        raise UncertainCalibration(f"left_images, right_images: {told}", calibration)
+    return calibration
+
+
+def _remarks(layout: Board, board: Board, turned: int) -> list[str]:
+    across, down = board.squares
+    remarks = []
+    if layout is not board:
+        kind = "of OpenCV before 4.6 (legacy)" if layout.legacy else "of OpenCV since 4.6"
+        remarks.append(f"the ChArUco board has the layout {kind}")
+    if len(board.turns) > 1:
+        anew = f"in {turned} pair{'' if turned == 1 else 's'} the right camera's corners were counted anew"
+        remarks.append(
+            f"a board of {across} x {down} squares looks the same when it is turned; "
+            + (f"{anew}, as all pairs together want it" if turned else "both cameras counted its corners alike")
+        )
+    return remarks
 
 
 def _images(images: Sequence[Any], name: str) -> list[NDArray[np.uint8]]:
@@ -154,65 +205,3 @@ def _images(images: Sequence[Any], name: str) -> list[NDArray[np.uint8]]:
             raise InputError(f"{name}, image {k + 1}: expected an (H, W) array of uint8, but got {got}")
         out.append(np.ascontiguousarray(array))
     return out
-
-
-def _seen(name: str, left: NDArray[np.uint8], right: NDArray[np.uint8], board: Board) -> _Pair | str:
-    """Find the part of the board that both cameras see, or say why it is too little."""
-    found = [board.find(image) for image in (left, right)]
-    for side, (ids, _) in zip(("left", "right"), found, strict=True):
-        if len(ids) == 0:
-            return f"the board was not found in the {side} image"
-    (left_ids, left_at), (right_ids, right_at) = found
-    both, of_left, of_right = np.intersect1d(left_ids, right_ids, return_indices=True)
-    if len(both) < 8:
-        return f"only {len(both)} corners are seen by both cameras"
-    return _Pair(name, board.corners_mm[both], left_at[of_left], right_at[of_right])
-
-
-def _fit(pairs: list[_Pair], pixels: tuple[int, int]) -> _Cameras:
-    import cv2
-
-    points = [pair.board.astype(np.float32) for pair in pairs]
-    left, right = ([getattr(pair, side).astype(np.float32) for pair in pairs] for side in ("left", "right"))
-    (_, k1, d1, *_), (_, k2, d2, *_) = (
-        cv2.calibrateCamera(points, seen, pixels, np.eye(3), np.zeros(5)) for seen in (left, right)
-    )
-    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 200, 1e-9)
-    flags = cv2.CALIB_USE_INTRINSIC_GUESS
-    found = cv2.stereoCalibrate(points, left, right, k1, d1, k2, d2, pixels, flags=flags, criteria=criteria)
-    _, k1, d1, k2, d2, rotation, translation = found[:7]
-    matrices, distortions = ([np.asarray(part, np.float64) for part in both] for both in ((k1, k2), (d1, d2)))
-    turn, way = (np.asarray(part, np.float64) for part in (rotation, translation))
-    return _Cameras(matrices, [np.ravel(d)[:5] for d in distortions], turn, np.ravel(way))
-
-
-def _errors(pair: _Pair, cameras: _Cameras) -> tuple[float, float]:
-    """Root mean square error in both images, for the one position of the board that fits both best."""
-    import cv2
-
-    _, turn, move = cv2.solvePnP(pair.board, pair.left, cameras.matrices[0], cameras.distortions[0])
-    place = np.concatenate([np.ravel(turn), np.ravel(move)])
-    steps = np.array([1e-6] * 3 + [1e-4] * 3)
-    for _ in range(5):  # Gauss-Newton over both images
-        residual = _residual(place, pair, cameras)
-        moved = [
-            (_residual(place + step * axis, pair, cameras) - residual) / step
-            for step, axis in zip(steps, np.eye(6), strict=True)
-        ]
-        place = place - np.linalg.lstsq(np.stack(moved, axis=1), residual, rcond=None)[0]
-    left, right = _residual(place, pair, cameras).reshape(2, -1, 2)
-    return float(np.sqrt(np.mean((left**2).sum(axis=1)))), float(np.sqrt(np.mean((right**2).sum(axis=1))))
-
-
-def _residual(place: F64, pair: _Pair, cameras: _Cameras) -> F64:
-    """Distance of the corners from where they should be seen, for a place of the board in the left camera's frame."""
-    import cv2
-
-    turn = cameras.rotation @ cv2.Rodrigues(place[:3])[0]
-    there = np.concatenate([np.ravel(cv2.Rodrigues(turn)[0]), cameras.rotation @ place[3:] + cameras.translation])
-    seen = [
-        cv2.projectPoints(pair.board, at[:3], at[3:], cameras.matrices[k], cameras.distortions[k])[0].reshape(-1, 2)
-        - want
-        for k, (at, want) in enumerate(((place, pair.left), (there, pair.right)))
-    ]
-    return np.concatenate(seen).ravel()

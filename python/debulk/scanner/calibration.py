@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk.arguments import typed
+from debulk.scanner.board_places import BoardPlace
+from debulk.scanner.certainty import BUMP_MM, Certainty
 from debulk.scanner.inputs import InputError, checked_pixels
 from debulk.scanner.projector import Projector
 from debulk.scanner.undistort import undistorted
@@ -29,22 +31,32 @@ _DISTORTIONS = (4, 5, 8, 12, 14)  # numbers of coefficients that OpenCV supports
 class Calibration:
     """Two cameras side by side, the left one first, in OpenCV's conventions.
 
+    All arguments are kept as attributes of the same names; arrays as float64.
+
     Parameters
     ----------
     camera_matrices
-        Two (3, 3) matrices, pixels.
+        Two (3, 3) matrices, pixels; the middle of the first pixel is (0, 0).
     distortions
-        Two rows of 4, 5, 8, 12 or 14 coefficients.
+        Two rows of 4, 5, 8, 12 or 14 coefficients, as many for both cameras.
     rotation, translation_mm
-        x_right = rotation @ x_left + translation_mm, for a point in the cameras' frames (x to the right, y down).
+        x_right = rotation @ x_left + translation_mm, for a point in the cameras' frames (x to the right, y down, z
+        away from the camera).
     pixels
-        Width and height of the images.
+        Width and height of the images, of both cameras.
     image_errors_px
         Root mean square reprojection error of each calibration image, by its name.
-    Names of the images that were left out because they spoiled the fit, with the reason.
-        Names of images that were left out because they spoilt the fit, with the reason.
+    spoiling
+        Pairs of images that were left out, by name, with the reason.
     error_px
-        Root mean square reprojection error of all images that were used.
+        Root mean square reprojection error of all images that were used; NaN if it is not known.
+    certainty
+        Standard deviations of focal lengths, baseline and heights; None if they are not known, as in a file of debulk
+        before they were computed.
+    boards
+        Where the boards were.
+    remarks
+        What else `calibrate` has to say, in sentences.
     projector
         Projector as `calibrate_projector` determined it; if given, scans are checked against it.
 
@@ -72,6 +84,9 @@ class Calibration:
         image_errors_px: Mapping[str, float] | None = None,
         spoiling: Mapping[str, str] | None = None,
         error_px: float = float("nan"),
+        certainty: Certainty | None = None,
+        boards: Sequence[BoardPlace] = (),
+        remarks: Sequence[str] = (),
         projector: Projector | None = None,
     ) -> None:
         self.camera_matrices = _numbers("camera_matrices", camera_matrices, (2, 3, 3))
@@ -95,6 +110,9 @@ class Calibration:
         self.image_errors_px = dict(image_errors_px or {})
         self.spoiling = dict(spoiling or {})
         self.error_px = float(error_px)
+        self.certainty = certainty
+        self.boards = tuple(boards)
+        self.remarks = tuple(remarks)
         self.projector = projector
 
     def with_projector(self, projector: Projector | None) -> Calibration:
@@ -102,6 +120,36 @@ class Calibration:
         other = copy.copy(self)
         other.projector = projector
         return other
+
+    def text(self) -> str:
+        """Say in a few lines how good the calibration is.
+
+        Examples
+        --------
+        >>> matrix = [[1000.0, 0, 639.5], [0, 1000.0, 479.5], [0, 0, 1]]
+        >>> print(Calibration([matrix, matrix], np.zeros((2, 5)), np.eye(3), (-200.0, 0, 0), (1280, 960)).text())
+        error not known, cameras 200.00 mm apart
+        how certain heights are is not known: only `debulk.scanner.calibrate` of this version computes it
+        """
+        apart = f"cameras {np.linalg.norm(self.translation_mm):.2f} mm apart"
+        error = "error not known" if np.isnan(self.error_px) else f"error {self.error_px:.3f} px"
+        found = self.certainty
+        if found is None:
+            lines = [
+                f"{error}, {apart}",
+                "how certain heights are is not known: only `debulk.scanner.calibrate` of this version computes it",
+            ]
+        else:
+            left, right = found.focal_sd_px
+            lines = [
+                f"{error}, {apart} (standard deviation {found.baseline_sd_mm:.2g} mm)",
+                f"focal lengths {self.camera_matrices[0, 0, 0]:.2f} and {self.camera_matrices[1, 0, 0]:.2f} px "
+                f"(standard deviations {left:.2g} and {right:.2g} px)",
+                f"{found.distance_mm:.0f} mm away, heights of {BUMP_MM:g} mm have a standard deviation of "
+                f"{found.height_sd_mm:.2g} mm, {found.worst_height_sd_mm:.2g} mm where it is greatest, and a plane is "
+                f"flat to {found.flatness_sd_mm:.2g} mm",
+            ]
+        return "\n".join([*lines, *self.remarks, *(f"left out: {name}: {why}" for name, why in self.spoiling.items())])
 
     @typed
     def save(self, path: str | PathLike[str]) -> None:
@@ -116,6 +164,9 @@ class Calibration:
             "error_px": None if np.isnan(self.error_px) else self.error_px,
             "image_errors_px": self.image_errors_px,
             "spoiling": self.spoiling,
+            "certainty": None if self.certainty is None else self.certainty.data(),
+            "boards": [board.data() for board in self.boards],
+            "remarks": list(self.remarks),
             "projector": None if self.projector is None else self.projector.data(),
         }
         try:
@@ -137,12 +188,15 @@ class Calibration:
             raise InputError(f"{path}: expected a debulk scanner calibration of version {_VERSION}")
         try:
             names = ("camera_matrices", "distortions", "rotation", "translation_mm", "pixels")
-            error_px, projector = data.get("error_px"), data.get("projector")
+            error_px, projector, certainty = (data.get(name) for name in ("error_px", "projector", "certainty"))
             return cls(
                 *(data[name] for name in names),
                 image_errors_px=data.get("image_errors_px"),
                 spoiling=data.get("spoiling"),
                 error_px=float("nan") if error_px is None else error_px,
+                certainty=None if certainty is None else Certainty.from_data(certainty),
+                boards=[BoardPlace.from_data(board) for board in _list("boards", data)],
+                remarks=[str(remark) for remark in _list("remarks", data)],
                 projector=None if projector is None else Projector.from_data(projector),
             )
         except (InputError, KeyError) as error:
@@ -158,8 +212,7 @@ class Calibration:
 class Rectified:
     """Two pinhole images without distortion, rotated so that equal rows see the same planes through both cameras.
 
-    Both have the left camera's focal length, scaled so that everything the left camera sees fits into an image of its
-    size.
+    Both have one focal length, chosen so that everything the left camera sees fits into an image of its size.
     """
 
     focal_px: float
@@ -240,6 +293,13 @@ def _extent(matrix: F64, distortion: F64, rotation: F64, width: int, height: int
     )
     seen = undistorted(border, matrix, distortion, rotation=rotation, most=100, accuracy=1e-9)
     return seen.min(axis=0), seen.max(axis=0)
+
+
+def _list(name: str, data: Mapping[str, Any]) -> list[Any]:
+    value = data.get(name, [])
+    if not isinstance(value, list):
+        raise InputError(f"{name}: expected a list, but got {value!r}")
+    return value
 
 
 def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> F64:
