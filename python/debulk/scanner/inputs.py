@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ InputError = _core.InputError
 Image = NDArray[np.uint8] | NDArray[np.uint16]
 
 MOST_IMAGES = 64  # most images per exposure
+_SAMPLED = 40_000  # pixels
 
 
 def whole(name: str, value: Any, low: int, high: int) -> int:
@@ -71,6 +73,16 @@ class Stack:
     def shape(self) -> tuple[int, int]:
         """Height and width."""
         return self.images[0].shape[0], self.images[0].shape[1]
+
+    @cached_property
+    def sample(self) -> Image:
+        """(E, n, M) grey values of a sample of the pixels.
+
+        Its columns are close together, because it must contain every phase of the fringes.
+        """
+        step = max(1, round((self.shape[0] * self.shape[1] / _SAMPLED) ** 0.5))
+        flat = np.stack([image[step // 2 :: step, ::step].ravel() for image in self.images])
+        return flat.reshape(self.exposures, -1, flat.shape[1])
 
     def exposure(self, e: int) -> list[Image]:
         """Return the images of one exposure."""
