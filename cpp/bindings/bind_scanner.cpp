@@ -152,8 +152,8 @@ void bind_scanner(py::module_ m) {
                              : decode_into<std::uint16_t>(images, exposures, how, maps, stop);
       },
       py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"),
-      py::arg("start"), py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"), py::arg("threads"),
-      py::arg("widest"), py::arg("stop"));
+      py::arg("start"), py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"),
+      py::arg("threads"), py::arg("widest"), py::arg("stop"));
 
   m.def(
       "take_out_blur",

@@ -46,6 +46,7 @@ void SpareSegment::add(const double* values, std::vector<LevelVariance>& out) {
     fringes_.push_back(fringe);
   }
   level_.push_back(total / images);
+  values_.insert(values_.end(), values, values + images);
   if (level_.size() == segment) fit(out);
 }
 
@@ -60,7 +61,9 @@ void SpareSegment::fit(std::vector<LevelVariance>& out) {
   const std::size_t each = 2 * how_->multiples.size(), terms = 1 + sets * each;
   const double brightest = *std::max_element(level_.begin(), level_.end());
   Eigen::MatrixXd design(terms, count), slope = Eigen::MatrixXd::Zero(terms, count);
-  Eigen::VectorXd value(count), sum = Eigen::VectorXd::Zero(count), weight(count);
+  Eigen::VectorXd value(count), weight(count);
+  std::vector<LevelVariance> sums(count);
+  std::vector<double> share(count, 0);  // of the variance of a grey value that the residuals have
   for (std::size_t i = 0; i < count; ++i) weight(i) = 1 / std::sqrt(level_[i] + 0.01 * brightest);  // the noise of light
 
   for (std::size_t p = 0; p + sets <= (sets == 2 ? 2 : periods); ++p) {
@@ -90,21 +93,28 @@ void SpareSegment::fit(std::vector<LevelVariance>& out) {
     const Eigen::VectorXd leverage = factor.matrixL().solve(weighted).colwise().squaredNorm();
     const Eigen::VectorXd rest = value - design.transpose() * found;
     for (std::size_t i = 0; i < count; ++i) {
-      // The noise of phase and modulation moves the fitted value, too; each moves it by its derivative.
-      double moved = 0;
+      // A grey value's noise enters the residual by its weight in the combination, and by the fringes to which the
+      // fitted value belongs. With gamma, both are alike in size.
+      const double kept = std::max(1 - leverage(i), 0.1);
+      sums[i].variance += rest(i) * rest(i) / kept;
       for (std::size_t set = 0; set < sets; ++set) {
-        const auto part = found.segment(1 + set * each, each);
-        const double by_phase = part.dot(slope.col(i).segment(1 + set * each, each));
+        const std::size_t at = 1 + set * each;
         const Fringe& fringe = fringes_[i * periods + p + set];
-        const double modulation = std::hypot(fringe.c, fringe.s);
-        const double by_modulation = modulation > 0 ? part.dot(design.col(i).segment(1 + set * each, each)) / modulation : 0;
-        moved += 2.0 / how_->steps * (by_phase * by_phase + by_modulation * by_modulation);
+        const double modulation = std::max(std::hypot(fringe.c, fringe.s), 1e-9);
+        const double outward = found.segment(at, each).dot(design.col(i).segment(at, each)) / modulation;
+        const double across = found.segment(at, each).dot(slope.col(i).segment(at, each));
+        const double by_c = (outward * fringe.c - across * fringe.s) / modulation;
+        const double by_s = (outward * fringe.s + across * fringe.c) / modulation;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(how_->steps); ++k) {
+          const double moved = 2.0 / how_->steps * (by_c * how_->cosine[k] - by_s * how_->sine[k]);
+          const double by_value = (set == 0 ? how_->weights[k] : -how_->weights[k]) - moved, square = by_value * by_value;
+          share[i] += square, sums[i].level += square * values_[(i * periods + p + set) * static_cast<std::size_t>(how_->steps) + k];
+        }
       }
-      sum(i) += rest(i) * rest(i) / (std::max(1 - leverage(i), 0.1) * (1 + moved));
     }
   }
-  for (std::size_t i = 0; i < count; ++i) out.push_back({level_[i], sum(i) / how_->estimates()});
-  level_.clear(), fringes_.clear();
+  for (std::size_t i = 0; i < count; ++i) out.push_back({sums[i].level / share[i], sums[i].variance / share[i]});
+  level_.clear(), fringes_.clear(), values_.clear();
 }
 
 }  // namespace debulk

@@ -5,7 +5,7 @@
 
 namespace debulk {
 
-// The variance of a pixel's grey values, estimated from one pixel, and the mean of its grey values.
+// The variance of a grey value of this level, estimated from one pixel.
 struct LevelVariance {
   double level = 0, variance = 0;
 };
@@ -37,8 +37,8 @@ class SpareSegment {
   void fit(std::vector<LevelVariance>& out);
 
   const SpareHarmonic* how_;
-  std::vector<double> level_;
-  std::vector<Fringe> fringes_;  // of each pixel, at each number of periods
+  std::vector<double> level_, values_;  // of each pixel: mean; all images
+  std::vector<Fringe> fringes_;         // of each pixel, at each number of periods
 };
 
 }  // namespace debulk

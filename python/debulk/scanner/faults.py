@@ -28,6 +28,7 @@ from debulk.scanner.inputs import InputError, Stack
 MOST_RIPPLE_RAD = 0.004  # root mean square of the phase's error from a lamp's flicker
 MOST_RESIDUAL = 0.15  # median distance of fringe orders from whole numbers; 0.25 is pure chance
 MOST_MISFIT = 0.10  # ratio of the highest harmonic to the modulation
+MOST_NOISE = 0.01  # of half the greatest grey value, as a share of the greatest; sensors have less
 LEAST_START = 0.02  # turns; a smaller start phase does not matter to the fringe orders
 _LEAST = 150  # lit pixels of the sample that are needed for a judgement
 _MOST = 6000  # pixels of the sample that are enough for one
@@ -41,6 +42,7 @@ def refuse_faults(
     Returns the start phase in turns: the given one, or the estimate for None.
     """
     fringes = Fringes(periods, steps)
+    noise = _plausible(noise, stack.white)
     sample = stack.sample
     top = sample.max(axis=1)
     _refuse_levels(stack, top)
@@ -58,6 +60,13 @@ def refuse_faults(
         if found:
             raise InputError(f"{stack.name}: {found}")
     return start
+
+
+def _plausible(noise: tuple[float, float], white: int) -> tuple[float, float]:
+    """Return the noise, or that of a usual sensor where images out of place have spoiled the estimate."""
+    if noise[0] + noise[1] * white / 2 <= (MOST_NOISE * white) ** 2:
+        return noise
+    return (0.3 + 0.002 * white) ** 2, white / 20_000
 
 
 def _refuse_levels(stack: Stack, top: NDArray[np.unsignedinteger]) -> None:
@@ -149,6 +158,8 @@ def _misplaced(pixels: Pixels, where: str) -> str:
     best, least = 0, np.inf
     for k, order in enumerate(orders):
         here = few.arranged(order)
+        if misfit(here) > MOST_MISFIT:
+            continue
         here = here.after(start_phase(here))
         wrong = residual(here) + misfit(here)
         if wrong < least and _fine(here):

@@ -58,7 +58,7 @@ class Pixels:
     @cached_property
     def first(self) -> NDArray[np.complex128]:
         """(P, M): modulation and phase."""
-        sets = self.values.reshape(-1, self.fringes.steps, self.values.shape[1])
+        sets = self.values.reshape(len(self.fringes.periods), self.fringes.steps, -1)
         turn = np.exp(-2j * np.pi * self.fringes.turns)
         return np.asarray(np.tensordot(turn, sets, axes=(0, 1)) * (2 / self.fringes.steps))
 
@@ -95,27 +95,34 @@ class Pixels:
         """Return the same pixels with another start phase."""
         return Pixels(self.values, self.fringes.starting(start), self.noise)
 
-    def off_orders(self) -> tuple[F64, F64]:
-        """Distances of the fringe orders from whole numbers (S, M), -0.5 to 0.5, and places in the field (M,)."""
-        phases = np.angle(self.first) / (2 * np.pi) - self.fringes.start
-        absolute, periods, off = np.zeros(phases.shape[1]), 1, []
-        place = absolute
-        for k, (count, weights) in enumerate(self.fringes.plan[0]):
-            wrapped = (np.asarray(weights, dtype=np.float64) @ phases) % 1.0
-            if k == 0:
-                absolute = place = wrapped
-            else:
-                expected = absolute * (count / periods) - wrapped
-                order = np.rint(expected)
-                off.append(expected - order)
-                absolute = wrapped + order
-            periods = count
-        return np.array(off), place
+    @cached_property
+    def phases(self) -> F64:
+        """(P, M) wrapped phases in turns."""
+        return np.asarray(np.angle(self.first) / (2 * np.pi))
+
+
+def off_orders(pixels: Pixels, starts: float | F64) -> tuple[F64, F64]:
+    """Return distances of fringe orders from whole numbers, -0.5 to 0.5, and places in the field, 0 to 1.
+
+    Each start phase of an array (T, 1) gives its own; the shapes are (S, T, M) and (T, M), or (S, M) and (M,).
+    """
+    absolute, place, periods, off = np.zeros(()), np.zeros(()), 1, []
+    for k, (count, weights) in enumerate(pixels.fringes.plan[0]):
+        wrapped = (np.asarray(weights, dtype=np.float64) @ pixels.phases - sum(weights) * starts) % 1.0
+        if k == 0:
+            absolute = place = wrapped
+        else:
+            expected = absolute * (count / periods) - wrapped
+            order = np.rint(expected)
+            off.append(expected - order)
+            absolute = wrapped + order
+        periods = count
+    return np.array(off), np.asarray(place)
 
 
 def residual(pixels: Pixels) -> float:
     """Return the median distance of the fringe orders from whole numbers; 0.25 is chance."""
-    return float(np.median(np.abs(pixels.off_orders()[0]).max(axis=0)))
+    return float(np.median(np.abs(off_orders(pixels, pixels.fringes.start)[0]).max(axis=0)))
 
 
 def expected_residual(pixels: Pixels) -> float:
@@ -134,7 +141,7 @@ def misfit(pixels: Pixels) -> float:
         return 0.0
     weights = np.cos(2 * np.pi * (steps // 2) * pixels.fringes.turns)
     weights /= np.linalg.norm(weights)
-    spare = np.tensordot(weights, pixels.values.reshape(-1, steps, pixels.values.shape[1]), axes=(0, 1)).ravel()
+    spare = np.tensordot(weights, pixels.values.reshape(len(pixels.fringes.periods), steps, -1), axes=(0, 1)).ravel()
     first, weight = pixels.first.ravel(), np.tile(pixels.variance, len(pixels.first)) ** -0.5
     size = np.abs(first)
     turn = first / np.maximum(size, 1e-12)
@@ -152,22 +159,23 @@ def start_phase(pixels: Pixels) -> float:
     The range ends between the values that projectors use, so that both cameras' estimates lie on one side of its end.
     """
     starts = np.arange(_STARTS) / _STARTS + _FIRST_START
-    few = pixels[:: max(1, pixels.values.shape[1] // 1000)]
-    best = min(starts, key=lambda start: residual(few.after(start)))
+    few = pixels[:: max(1, pixels.values.shape[1] // 600)]
+    tried = np.abs(off_orders(few, starts[:, None])[0]).max(axis=0)
+    best = float(starts[int(np.argmin(np.median(tried, axis=1)))])
     stages = pixels.fringes.plan[0]
     sums, counts = np.array([sum(weights) for _, weights in stages]), np.array([count for count, _ in stages])
     by_start = sums[1:] - counts[1:] / counts[:-1] * sums[:-1]  # change of each order's distance
     if not by_start.any():
         return 0.0
     for _ in range(2):
-        off = np.angle(np.exp(2j * np.pi * pixels.after(best).off_orders()[0]).mean(axis=1)) / (2 * np.pi)
+        off = np.angle(np.exp(2j * np.pi * off_orders(pixels, best)[0]).mean(axis=1)) / (2 * np.pi)
         best -= float(by_start @ off / (by_start @ by_start))
     return float((best - _FIRST_START) % 1.0 + _FIRST_START)
 
 
 def other_periods(pixels: Pixels) -> int:
     """Return by how many periods the orders say that the images differ, seen by how their distance grows over the field."""
-    off, place = pixels.off_orders()
+    off, place = off_orders(pixels, pixels.fringes.start)
     alike = [
         [np.abs(np.exp(2j * np.pi * (row - slope * place)).mean()) for slope in _SLOPES] for row in off
     ]
