@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from debulk.scanner.fringe_fit import (
     Fringes,
     Pixels,
+    alike_starts,
     brightness_of_images,
     expected_residual,
     misfit,
@@ -54,7 +55,7 @@ def refuse_faults(
         if pixels is not None:
             judged[e] = pixels
     if start is None:
-        start = _start(judged)
+        start = _start(judged, stack.name)
     for e, pixels in judged.items():
         found = _fault(pixels.after(start), f" of exposure {e + 1}" if stack.exposures > 1 else "")
         if found:
@@ -96,12 +97,21 @@ def _clearest(pixels: Pixels) -> Pixels | None:
     return pixels[at[:: max(1, len(at) // _MOST)]]
 
 
-def _start(judged: dict[int, Pixels]) -> float:
+def _start(judged: dict[int, Pixels], name: str) -> float:
     """Estimate the start phase from the exposure that tells most and follows the fringes with it."""
     for e in sorted(judged, key=lambda e: -float(np.sum(judged[e].order_noise ** -2.0))):
         start = start_phase(judged[e])
         if _fine(judged[e].after(start)):
-            return start if abs(start) > LEAST_START else 0.0
+            alike = alike_starts(judged[e].fringes)
+            if abs((start * alike + 0.5) % 1.0 - 0.5) <= LEAST_START * alike:
+                return 0.0
+            if alike > 1:
+                raise InputError(
+                    f"{name}: the fringes begin with a start phase of {2 * np.pi * (start % (1 / alike)):.2f} rad, or of "
+                    f"this plus a multiple of {2 * np.pi / alike:.3f} rad, which these numbers of periods cannot tell: "
+                    f"give start_phase_rad"
+                )
+            return start
     return 0.0
 
 

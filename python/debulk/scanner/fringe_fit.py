@@ -153,6 +153,20 @@ def misfit(pixels: Pixels) -> float:
     return float(np.sqrt(max(0.0, np.mean(rest**2) - 1) / np.mean((size * weight) ** 2)))
 
 
+def _by_start(fringes: Fringes) -> F64:
+    """Return how much a start phase changes the distance of each order, in orders per turn."""
+    stages = fringes.plan[0]
+    sums, counts = np.array([sum(weights) for _, weights in stages]), np.array([count for count, _ in stages])
+    return np.asarray(sums[1:] - counts[1:] / counts[:-1] * sums[:-1])
+
+
+def alike_starts(fringes: Fringes) -> int:
+    """Return how many start phases, evenly spread over the turn, make the orders equally whole; 0: all do."""
+    by_start = _by_start(fringes)
+    whole = np.rint(by_start)
+    return int(np.gcd.reduce(whole.astype(int))) if np.allclose(by_start, whole) else 1
+
+
 def start_phase(pixels: Pixels) -> float:
     """Estimate the start phase with which the fringe orders become whole, in turns, -0.04 to 0.96.
 
@@ -162,9 +176,7 @@ def start_phase(pixels: Pixels) -> float:
     few = pixels[:: max(1, pixels.values.shape[1] // 600)]
     tried = np.abs(off_orders(few, starts[:, None])[0]).max(axis=0)
     best = float(starts[int(np.argmin(np.median(tried, axis=1)))])
-    stages = pixels.fringes.plan[0]
-    sums, counts = np.array([sum(weights) for _, weights in stages]), np.array([count for count, _ in stages])
-    by_start = sums[1:] - counts[1:] / counts[:-1] * sums[:-1]  # change of each order's distance
+    by_start = _by_start(pixels.fringes)
     if not by_start.any():
         return 0.0
     for _ in range(2):
