@@ -165,16 +165,19 @@ def _misplaced(pixels: Pixels, where: str) -> str:
         order[[i, j]] = j, i
         orders.append(order)
         names.append(f"images {i + 1} and {j + 1}{where} are exchanged")
-    best, least = 0, np.inf
-    for k, order in enumerate(orders):
-        here = few.arranged(order)
-        if misfit(here) > MOST_MISFIT:
-            continue
-        here = here.after(start_phase(here))
-        wrong = residual(here) + misfit(here)
-        if wrong < least and _fine(here):
-            best, least = k, wrong
-    return names[best] if least < 0.6 * (residual(pixels) + misfit(pixels)) else ""
+    arranged = [few.arranged(order) for order in orders]
+    for estimate in (False, True):  # two wrong arrangements can look like another start phase
+        best, least = 0, np.inf
+        for k, here in enumerate(arranged):
+            off = misfit(here)
+            if off <= MOST_MISFIT:
+                with_start = here.after(start_phase(here) if estimate else pixels.fringes.start)
+                wrong = residual(with_start) + off
+                if wrong < least and _fine(with_start):
+                    best, least = k, wrong
+        if least < 0.6 * (residual(pixels) + misfit(pixels)):
+            return names[best]
+    return ""
 
 
 def _uneven(pixels: Pixels, where: str) -> str:
