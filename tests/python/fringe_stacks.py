@@ -20,7 +20,10 @@ def scene(rng, shape=(64, 640), sigma=1.25, glints=10):
     """Draw a surface, lognormal, half of it texture of single pixels, with glints that saturate."""
     height, width = shape
     slant = rng.uniform(-0.02, 0.02)
-    u = np.broadcast_to((np.arange(width) + 0.5) / width * 0.96 + 0.02, shape) + slant * np.linspace(-0.5, 0.5, height)[:, None]
+    u = (
+        np.broadcast_to((np.arange(width) + 0.5) / width * 0.96 + 0.02, shape)
+        + slant * np.linspace(-0.5, 0.5, height)[:, None]
+    )
     fine, smooth = rng.normal(size=shape), cv2.GaussianBlur(rng.normal(size=shape), (0, 0), 8.0)
     texture = 0.7 * fine + 0.7 * smooth / smooth.std()
     bright = np.exp(sigma * texture / texture.std())

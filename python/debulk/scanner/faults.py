@@ -107,9 +107,9 @@ def _start(judged: dict[int, Pixels], name: str) -> float:
                 return 0.0
             if alike > 1:
                 raise InputError(
-                    f"{name}: the fringes begin with a start phase of {2 * np.pi * (start % (1 / alike)):.2f} rad, or of "
-                    f"this plus a multiple of {2 * np.pi / alike:.3f} rad, which these numbers of periods cannot tell: "
-                    f"give start_phase_rad"
+                    f"{name}: the fringes begin with a start phase of {2 * np.pi * (start % (1 / alike)):.2f} rad, or "
+                    f"of this plus a multiple of {2 * np.pi / alike:.3f} rad, which these numbers of periods cannot "
+                    f"tell: give start_phase_rad"
                 )
             return start
     return 0.0
@@ -121,9 +121,7 @@ def _most_residual(pixels: Pixels) -> float:
 
 
 def _fine(pixels: Pixels) -> bool:
-    return (
-        residual(pixels) <= _most_residual(pixels) and misfit(pixels) <= MOST_MISFIT and other_periods(pixels) == 0
-    )
+    return residual(pixels) <= _most_residual(pixels) and misfit(pixels) <= MOST_MISFIT and other_periods(pixels) == 0
 
 
 def _fault(pixels: Pixels, where: str) -> str:
@@ -135,9 +133,9 @@ def _fault(pixels: Pixels, where: str) -> str:
         or uneven
         or (
             f"the images{where} do not follow the fringes of {pixels.fringes.steps} steps: fringe orders are "
-            f"{residual(pixels):.2f} from whole numbers in the median (0.25 is chance), with the start phase that fits "
-            f"best; steps or periods are not those of the projector, images are out of order, or the steps are too few "
-            f"for the projector's gamma"
+            f"{residual(pixels):.2f} from whole numbers in the median (0.25 is chance); steps, periods or start phase "
+            f"are not those of the projector, images are out of order, or the steps are too few for the projector's "
+            f"gamma"
         )
     )
 
@@ -145,8 +143,8 @@ def _fault(pixels: Pixels, where: str) -> str:
 def _misplaced(pixels: Pixels, where: str) -> str:
     """Say which images are dark, repeated or in the place of another."""
     brightness = pixels.values.mean(axis=1)
-    for k in np.flatnonzero(brightness < 0.25 * np.median(brightness)):
-        return f"image {k + 1}{where} is dark: it was taken without light, or is missing"
+    for image in np.flatnonzero(brightness < 0.25 * np.median(brightness)):
+        return f"image {image + 1}{where} is dark: it was taken without light, or is missing"
     few = pixels[:: max(1, pixels.values.shape[1] // 2000)]
     usual = 2 * np.mean(few.modulation**2) * np.sin(np.pi / pixels.fringes.steps) ** 2  # of neighbouring steps, squared
     pairs = list(combinations(range(pixels.fringes.images), 2))
@@ -160,11 +158,11 @@ def _misplaced(pixels: Pixels, where: str) -> str:
     count = pixels.fringes.images
     orders = [np.roll(np.arange(count), 1), np.roll(np.arange(count), -1)]
     names = [f"the images{where} begin with the second pattern", f"the images{where} begin with the last pattern"]
-    for i, j in pairs:
+    for pair in pairs:
         order = np.arange(count)
-        order[[i, j]] = j, i
+        order[[*pair]] = pair[::-1]
         orders.append(order)
-        names.append(f"images {i + 1} and {j + 1}{where} are exchanged")
+        names.append(f"images {pair[0] + 1} and {pair[1] + 1}{where} are exchanged")
     arranged = [few.arranged(order) for order in orders]
     for estimate in (False, True):  # two wrong arrangements can look like another start phase
         best, least = 0, np.inf

@@ -186,11 +186,9 @@ def start_phase(pixels: Pixels) -> float:
 
 
 def other_periods(pixels: Pixels) -> int:
-    """Return by how many periods the orders say that the images differ, seen by how their distance grows over the field."""
+    """Return by how many periods the images differ, seen by how the orders' distance grows over the field."""
     off, place = off_orders(pixels, pixels.fringes.start)
-    alike = [
-        [np.abs(np.exp(2j * np.pi * (row - slope * place)).mean()) for slope in _SLOPES] for row in off
-    ]
+    alike = [[np.abs(np.exp(2j * np.pi * (row - slope * place)).mean()) for slope in _SLOPES] for row in off]
     worst = max(alike, key=lambda row: max(row) - row[len(row) // 2])
     return int(_SLOPES[int(np.argmax(worst))]) if max(worst) - worst[len(worst) // 2] > 0.1 else 0
 
@@ -219,7 +217,10 @@ def brightness_of_images(pixels: Pixels) -> Brightness:
     design[:, 0] = 1
     for p in range(sets):
         at = slice(p * steps, (p + 1) * steps)
-        design[at, 1 + 2 * p], design[at, 2 + 2 * p] = np.cos(2 * np.pi * fringes.turns), np.sin(2 * np.pi * fringes.turns)
+        design[at, 1 + 2 * p], design[at, 2 + 2 * p] = (
+            np.cos(2 * np.pi * fringes.turns),
+            np.sin(2 * np.pi * fringes.turns),
+        )
     basis = np.linalg.qr(design)[0]
     blind = np.eye(images) - basis @ basis.T  # what remains of a pixel's values
     weight = 1 / pixels.variance
@@ -237,9 +238,7 @@ def brightness_of_images(pixels: Pixels) -> Brightness:
         normal[:images, images:] = np.einsum("m,km,nkm->kn", weight, fitted, seen, optimize=True)
         normal[images:, :images] = normal[:images, images:].T
         normal[images:, images:] = np.einsum("m,akm,bkm->ab", weight, waves, seen, optimize=True)
-        right = np.concatenate(
-            [(fitted * rest) @ weight, np.einsum("m,akm,km->a", weight, waves, rest, optimize=True)]
-        )
+        right = np.concatenate([(fitted * rest) @ weight, np.einsum("m,akm,km->a", weight, waves, rest, optimize=True)])
         scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
         inverse = np.linalg.pinv(normal * scale[:, None] * scale, rcond=1e-9, hermitian=True) * scale[:, None] * scale
         found = inverse @ right

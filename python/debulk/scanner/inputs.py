@@ -75,14 +75,14 @@ class Stack:
         return self.images[0].shape[0], self.images[0].shape[1]
 
     @cached_property
-    def sample(self) -> Image:
+    def sample(self) -> NDArray[Any]:
         """(E, n, M) grey values of a sample of the pixels.
 
         Its columns are close together, because it must contain every phase of the fringes.
         """
         step = max(1, round((self.shape[0] * self.shape[1] / _SAMPLED) ** 0.5))
         flat = np.stack([image[step // 2 :: step, ::step].ravel() for image in self.images])
-        return flat.reshape(self.exposures, -1, flat.shape[1])
+        return flat.reshape((self.exposures, -1, flat.shape[1]))
 
     def exposure(self, e: int) -> list[Image]:
         """Return the images of one exposure."""
@@ -143,7 +143,7 @@ def _white(stack: Stack, bits: int | None) -> int:
 def _is_image(image: Any) -> bool:
     """Whether this is one image, grey (H, W) or with its colours last."""
     shape = np.shape(image)
-    return len(shape) == 2 and shape[1] > 4 or len(shape) == 3 and shape[2] <= 4
+    return (len(shape) == 2 and shape[1] > 4) or (len(shape) == 3 and shape[2] <= 4)
 
 
 def _image(image: Any, name: str) -> Image:

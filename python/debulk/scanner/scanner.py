@@ -173,7 +173,7 @@ class Scanner:
             checked_stack(images, count, name, self.bits)
             for images, name in ((left_images, "left_images"), (right_images, "right_images"))
         ]
-        start, noises = self.start, []
+        start, noises = self.start, list[tuple[float, float]]()
         for stack in stacks:
             if stack.shape != shape:
                 raise InputError(
@@ -186,6 +186,7 @@ class Scanner:
         phases = []
         for k, (stack, maps) in enumerate(zip(stacks, self._maps, strict=True)):
             report(f"decoding {'left' if k == 0 else 'right'}", 0.1 + 0.3 * k)
+            assert start is not None  # refuse_faults returned it
             given = maps, stack, self.periods, self.steps, noises[k], start, self.blur_px, self.threads, stop
             phases.append(pool.submit(decode_into, *given).result())
         self.left, self.right = phases
