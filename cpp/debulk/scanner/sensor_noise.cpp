@@ -16,7 +16,7 @@ namespace debulk {
 namespace {
 
 constexpr int bins = 32;
-constexpr long most_sampled = 200'000;  // pixels
+constexpr long most_sampled = 100'000;  // pixels
 constexpr double quantisation = 1.0 / 12;
 
 struct Bin {

@@ -32,7 +32,7 @@ MOST_MISFIT = 0.10  # ratio of the highest harmonic to the modulation
 MOST_NOISE = 0.01  # of half the greatest grey value, as a share of the greatest; sensors have less
 LEAST_START = 0.02  # turns; a smaller start phase does not matter to the fringe orders
 _LEAST = 150  # lit pixels of the sample that are needed for a judgement
-_MOST = 6000  # pixels of the sample that are enough for one
+_MOST = 4000  # pixels of the sample that are enough for one
 
 
 def refuse_faults(

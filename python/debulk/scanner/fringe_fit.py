@@ -1,4 +1,7 @@
-"""How well a sample of pixels follows the fringes, weighted by the noise that is expected of each pixel."""
+"""How well a sample of pixels follows the fringes, weighted by the noise that is expected of each pixel.
+
+Sums over pixels are taken by `einsum` alone: a matrix product of this size would wake a thread per core for nothing.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +63,7 @@ class Pixels:
         """(P, M): modulation and phase."""
         sets = self.values.reshape(len(self.fringes.periods), self.fringes.steps, -1)
         turn = np.exp(-2j * np.pi * self.fringes.turns)
-        return np.asarray(np.tensordot(turn, sets, axes=(0, 1)) * (2 / self.fringes.steps))
+        return np.asarray(np.einsum("k,pkm->pm", turn, sets) * (2 / self.fringes.steps))
 
     @cached_property
     def level(self) -> F64:
@@ -108,7 +111,9 @@ def off_orders(pixels: Pixels, starts: float | F64) -> tuple[F64, F64]:
     """
     absolute, place, periods, off = np.zeros(()), np.zeros(()), 1, []
     for k, (count, weights) in enumerate(pixels.fringes.plan[0]):
-        wrapped = (np.asarray(weights, dtype=np.float64) @ pixels.phases - sum(weights) * starts) % 1.0
+        wrapped = (
+            np.einsum("p,pm->m", np.asarray(weights, dtype=np.float64), pixels.phases) - sum(weights) * starts
+        ) % 1.0
         if k == 0:
             absolute = place = wrapped
         else:
@@ -141,7 +146,8 @@ def misfit(pixels: Pixels) -> float:
         return 0.0
     weights = np.cos(2 * np.pi * (steps // 2) * pixels.fringes.turns)
     weights /= np.linalg.norm(weights)
-    spare = np.tensordot(weights, pixels.values.reshape(len(pixels.fringes.periods), steps, -1), axes=(0, 1)).ravel()
+    sets = pixels.values.reshape(len(pixels.fringes.periods), steps, -1)
+    spare = np.einsum("k,pkm->pm", weights, sets).ravel()
     first, weight = pixels.first.ravel(), np.tile(pixels.variance, len(pixels.first)) ** -0.5
     size = np.abs(first)
     turn = first / np.maximum(size, 1e-12)
@@ -149,7 +155,8 @@ def misfit(pixels: Pixels) -> float:
     waves = [turn**n for n in ([highest, 3 * highest] if steps % 2 == 0 else [highest, highest + 1])]
     terms = np.array([part * size * weight for wave in waves for part in (wave.real, wave.imag)])
     scaled = spare * weight
-    rest = scaled - np.linalg.lstsq(terms @ terms.T, terms @ scaled, rcond=None)[0] @ terms
+    normal, right = np.einsum("am,bm->ab", terms, terms), np.einsum("am,m->a", terms, scaled)
+    rest = scaled - np.einsum("a,am->m", np.linalg.lstsq(normal, right, rcond=None)[0], terms)
     return float(np.sqrt(max(0.0, np.mean(rest**2) - 1) / np.mean((size * weight) ** 2)))
 
 
@@ -217,28 +224,28 @@ def brightness_of_images(pixels: Pixels) -> Brightness:
     design[:, 0] = 1
     for p in range(sets):
         at = slice(p * steps, (p + 1) * steps)
-        design[at, 1 + 2 * p], design[at, 2 + 2 * p] = (
-            np.cos(2 * np.pi * fringes.turns),
-            np.sin(2 * np.pi * fringes.turns),
-        )
+        angle = 2 * np.pi * fringes.turns
+        design[at, 1 + 2 * p], design[at, 2 + 2 * p] = np.cos(angle), np.sin(angle)
     basis = np.linalg.qr(design)[0]
     blind = np.eye(images) - basis @ basis.T  # what remains of a pixel's values
-    weight = 1 / pixels.variance
+    weight = 1 / np.sqrt(pixels.variance)
     off = np.zeros(images)
     for _ in range(2):
         mended = Pixels(values / (1 + off)[:, None], fringes, pixels.noise)
-        fitted = mended.values - blind @ mended.values
+        rest = np.einsum("kl,lm->km", blind, mended.values)
+        fitted = (mended.values - rest) * weight
+        rest *= weight
         turn = mended.first / np.maximum(np.abs(mended.first), 1e-12)
         each = turn[:, None, :] * np.exp(2j * np.pi * fringes.turns)[None, :, None]
-        waves = np.array([(np.abs(mended.first)[:, None, :] * (each**n).real).reshape(images, -1) for n in (2, 3, 4)])
+        size = np.abs(mended.first)[:, None, :] * weight
+        waves = np.array([(size * (each**n).real).reshape(images, -1) for n in (2, 3, 4)])
         seen = np.einsum("kl,nlm->nkm", blind, waves)
-        rest = blind @ mended.values
         normal = np.zeros((images + len(waves), images + len(waves)))
-        normal[:images, :images] = blind * ((fitted * weight) @ fitted.T)
-        normal[:images, images:] = np.einsum("m,km,nkm->kn", weight, fitted, seen, optimize=True)
+        normal[:images, :images] = blind * np.einsum("km,lm->kl", fitted, fitted)
+        normal[:images, images:] = np.einsum("km,nkm->kn", fitted, seen)
         normal[images:, :images] = normal[:images, images:].T
-        normal[images:, images:] = np.einsum("m,akm,bkm->ab", weight, waves, seen, optimize=True)
-        right = np.concatenate([(fitted * rest) @ weight, np.einsum("m,akm,km->a", weight, waves, rest, optimize=True)])
+        normal[images:, images:] = np.einsum("akm,bkm->ab", waves, seen)
+        right = np.concatenate([np.einsum("km,km->k", fitted, rest), np.einsum("akm,km->a", waves, rest)])
         scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
         inverse = np.linalg.pinv(normal * scale[:, None] * scale, rcond=1e-9, hermitian=True) * scale[:, None] * scale
         found = inverse @ right
@@ -247,8 +254,8 @@ def brightness_of_images(pixels: Pixels) -> Brightness:
             own = off[p * steps : (p + 1) * steps]
             own[:] = (1 + own) / (1 + np.median(own)) - 1
     # The scatter is the expected one, or what is left of the values if that is more.
-    left = rest - blind @ (found[:images, None] * fitted) - np.tensordot(found[images:], seen, axes=1)
-    excess = float(np.mean(left**2 * weight) * images / max(np.trace(blind), 1))
+    left = rest - np.einsum("kl,lm->km", blind * found[:images], fitted) - np.einsum("n,nkm->km", found[images:], seen)
+    excess = float(np.mean(left**2) * images / max(np.trace(blind), 1))
     ripple = _ripple(fringes, float(np.median(pixels.level / pixels.modulation)))
     scatter = np.trace(ripple @ inverse[:images, :images]) * max(excess, 1.0)
     return Brightness(off, float(np.sqrt(off @ ripple @ off)), 3 * float(np.sqrt(max(scatter, 0.0))))

@@ -52,16 +52,20 @@ def repeated(k):
     return spoil
 
 
+def darker(images, factor):
+    """What was saturated stays so, because the light changes before the sensor cuts it off."""
+    return np.where(images == 255, 255, np.rint(images * factor))
+
+
 def scaled(k, factor):
     def spoil(images):
-        images[k] = np.rint(images[k] * factor)
+        images[k] = darker(images[k], factor)
 
     return spoil
 
 
 def flicker(images):
-    light = np.random.default_rng(3).uniform(0.94, 1, len(images))
-    images[:] = np.rint(images * light[:, None, None])
+    images[:] = darker(images, np.random.default_rng(3).uniform(0.94, 1, (len(images), 1, 1)))
 
 
 def rolled(by):
@@ -81,7 +85,7 @@ FAULTS = [
     (repeated(8), "images 8 and 9 {} show the same pattern"),
     (scaled(4, 0.9), "image 5 {} is differently exposed: 0.9"),
     (scaled(7, 0.7), "image 8 {} is differently exposed: 0.7"),
-    (flicker, "images {} differ in brightness"),
+    (flicker, "the light flickers: images {} differ in brightness"),
     (dark, "image 7 {} is dark"),
     (rolled(1), "the images {} begin with the last pattern"),
     (rolled(-1), "the images {} begin with the second pattern"),
