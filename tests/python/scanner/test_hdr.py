@@ -138,3 +138,16 @@ def test_noise_is_that_of_two_takes(steps, periods, gamma):
     share = share[np.isfinite(share)]
     assert share.size > 20_000
     assert 0.8 < np.sqrt(np.mean(share**2)) < 1.25
+
+
+def test_the_ripple_of_flicker_is_that_of_the_formula():
+    u = (np.arange(1280) + 0.5) / 1280
+    turns = np.array([n * u + k / 6 for n in (50, 51) for k in range(6)])
+    lines = 1800 + 1650 * np.cos(2 * np.pi * turns)
+    even, uneven = (
+        decode(np.rint(lines * light[:, None])[:, None, :].repeat(16, axis=1).astype(np.uint16), blur_px=0)
+        for light in (np.ones(12), 1 + 0.02 * np.eye(12)[4])
+    )
+    off = (uneven.phase_rad - even.phase_rad)[5]
+    expected = 0.02 * 2 / 6 * np.sqrt(0.5 * (1800 / 1650) ** 2 + 1 / 8) * 50**2 / (50**2 + 51**2)
+    assert np.nanstd(off) == pytest.approx(expected, rel=0.03)
