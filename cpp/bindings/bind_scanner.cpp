@@ -141,19 +141,19 @@ void bind_scanner(py::module_ m) {
   m.def(
       "decode",
       [](const std::vector<py::array>& images, int exposures, const std::vector<int>& periods, int steps, double saturated,
-         std::pair<double, double> noise, double least_contrast, double most_order_noise, double most_residual, const py::dict& maps,
-         int threads, int widest, const Stop& stop) {
+         std::pair<double, double> noise, double start, double least_contrast, double most_order_noise, double most_residual,
+         const py::dict& maps, int threads, int widest, const Stop& stop) {
         Decoding how;
         how.steps = steps, how.plan = plan_unwrapping(periods), how.saturated = saturated;
-        how.noise = {noise.first, noise.second}, how.least_contrast = least_contrast;
+        how.noise = {noise.first, noise.second}, how.start = start, how.least_contrast = least_contrast;
         how.most_order_noise = most_order_noise, how.most_residual = most_residual, how.threads = threads;
         how.isa = widest_isa(widest);
         return bytes(images) ? decode_into<std::uint8_t>(images, exposures, how, maps, stop)
                              : decode_into<std::uint16_t>(images, exposures, how, maps, stop);
       },
       py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"),
-      py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"), py::arg("threads"),
-      py::arg("widest"), py::arg("stop"));
+      py::arg("start"), py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"),
+      py::arg("threads"), py::arg("widest"), py::arg("stop"));
 
   m.def(
       "take_out_blur",

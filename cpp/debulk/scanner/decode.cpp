@@ -29,6 +29,7 @@ struct Tables {
   float saturated, read, gain, contrast, most_residual, most_order_noise;
   float order_noise;  // standard deviation of the least certain order if a wrapped phase's is one turn
   float to_rad;       // converts turns at the greatest number of periods to radians at the first
+  float start, back;  // the start phase, turns; what it adds to the phase, rad
   float phase_noise;  // rad of the combined phase, for a grey value's noise divided by the modulation
   float turn_noise;   // the same in turns of one wrapped phase
 };
@@ -60,6 +61,9 @@ Tables tables_of(const Decoding& how) {
   t.read = static_cast<float>(how.noise.read), t.gain = static_cast<float>(how.noise.gain);
   t.most_residual = static_cast<float>(how.most_residual), t.most_order_noise = static_cast<float>(how.most_order_noise);
   t.order_noise = static_cast<float>(plan.order_noise);
+  double mean = 0;  // of the phases at the first number of periods, if that of each number of periods is 1
+  for (int n : plan.periods) mean += n * first / squares;
+  t.start = static_cast<float>(how.start), t.back = static_cast<float>(2 * pi * mean * how.start);
   t.to_rad = static_cast<float>(2 * pi * first / greatest);
   const double wrapped = std::sqrt(2.0 / how.steps);  // rad, if noise divided by modulation is 1
   t.turn_noise = static_cast<float>(wrapped / (2 * pi));

@@ -17,6 +17,7 @@ struct Decoding {
   UnwrapPlan plan;
   double saturated = 255;          // the first grey value that is not to be trusted
   SensorNoise noise;               // of a grey value
+  double start = 0;                // phase at the field's edge at every number of periods, turns; orders count from there
   double least_contrast = 5;       // a lit pixel's modulation exceeds this many standard deviations of a grey value
   double most_order_noise = 0.25;  // greatest standard deviation of a sure fringe order, in orders
   double most_residual = 0.35;     // greatest distance of a sure fringe order from a whole number, in orders
@@ -27,7 +28,7 @@ struct Decoding {
 constexpr std::uint8_t no_exposure = 255;  // every exposure is saturated
 
 // Maps with one value per pixel. A map whose pointer is null is not computed. The phase, in rad, is that of the first
-// number of periods and counts from 0 over the whole field. Values are NaN where the pixel is dark or saturated in
+// number of periods and counts from the start phase over the whole field. Values are NaN where the pixel is dark or saturated in
 // every exposure; modulation and offset are NaN only where it is saturated.
 struct PhaseMaps {
   float* phase = nullptr;       // rad; -1 - phase where the fringe order is doubtful

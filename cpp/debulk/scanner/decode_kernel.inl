@@ -66,7 +66,7 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
     const Floats* v = value + p * t.steps;
     Floats sum = v[0], c = v[0], s = all(0.0f);
     for (int k = 1; k < t.steps; ++k) sum += v[k], c += v[k] * t.cosine[k], s += v[k] * t.sine[k];
-    wrapped[p] = angle(-s, c);
+    wrapped[p] = angle(-s, c) - t.start;
     offset += sum;
     modulation += root(c * c + s * s);
   }
@@ -101,7 +101,7 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
   const Ints sure = lit & (residual <= t.most_residual) & (noise * (t.turn_noise * t.order_noise) <= t.most_order_noise);
 
   const Floats none = all(nan);
-  const Floats phase = higher(better, all(0.0f)) * t.to_rad;
+  const Floats phase = higher(higher(better, all(0.0f)) * t.to_rad + t.back, all(0.0f));
   if (maps.phase) store(maps.phase + at, choose(sure, phase, choose(lit, -1.0f - phase, none)));
   if (maps.noise) store(maps.noise + at, choose(lit, noise * t.phase_noise, none));
   if (maps.modulation) store(maps.modulation + at, choose(open, none, modulation));

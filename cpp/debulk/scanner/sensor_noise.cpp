@@ -10,74 +10,64 @@
 #include <Eigen/Dense>
 
 #include "debulk/core/parallel.hpp"
+#include "debulk/scanner/spare_harmonic.hpp"
 
 namespace debulk {
 namespace {
 
 constexpr int bins = 32;
-constexpr long every = 16;  // one row of so many is used
+constexpr long most_sampled = 100'000;  // pixels
 constexpr double quantisation = 1.0 / 12;
-constexpr double pi = 3.14159265358979323846;
 
 struct Bin {
   double count = 0, level = 0, variance = 0;
 };
-using Bins = std::array<Bin, bins>;
 
-// Estimates the variance of a pixel's grey values from combinations of them in which the fringes cancel.
-class Harmonic {
- public:
-  Harmonic(int steps, int periods) : steps_(steps), periods_(periods), weights_(static_cast<std::size_t>(steps)) {
-    for (int k = 0; k < steps; ++k) {
-      double& w = weights_[static_cast<std::size_t>(k)];
-      w = std::cos(2 * pi * (steps / 2) * k / steps);  // alternating for even numbers of steps
-      squares_ += w * w;
-    }
+// Averages the variances at each level, without pixels at edges, where two surfaces mix and the fit does not hold.
+std::array<Bin, bins> averaged(std::vector<LevelVariance> all, double saturated, int estimates) {
+  const auto bin_of = [&](const LevelVariance& one) { return static_cast<int>(std::clamp(bins * one.level / saturated, 0.0, bins - 1.0)); };
+  std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) { return bin_of(a) < bin_of(b); });
+  // The median of the mean of so many squared normal deviates (Wilson and Hilferty), and twelve times their variance.
+  const double median = std::pow(1 - 2.0 / (9 * estimates), 3), cut = 12;
+  std::array<Bin, bins> out{};
+  std::vector<double> sorted;
+  for (auto from = all.begin(); from != all.end();) {
+    const auto to = std::find_if(from, all.end(), [&](const auto& one) { return bin_of(one) != bin_of(*from); });
+    sorted.clear();
+    for (auto one = from; one != to; ++one) sorted.push_back(one->variance);
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double most = cut * std::max(*middle / median, quantisation);
+    Bin& bin = out[static_cast<std::size_t>(bin_of(*from))];
+    for (; from != to; ++from)
+      if (from->variance <= most) bin.count += 1, bin.level += from->level, bin.variance += from->variance;
   }
-  double variance(const double* values) const {
-    if (steps_ == 3) {  // the means at two numbers of periods should agree
-      const double one = values[0] + values[1] + values[2], other = values[3] + values[4] + values[5];
-      return (one - other) * (one - other) / 6;
-    }
-    double sum = 0;
-    for (int p = 0; p < periods_; ++p) {
-      double h = 0;
-      for (int k = 0; k < steps_; ++k) h += weights_[static_cast<std::size_t>(k)] * values[p * steps_ + k];
-      sum += h * h / squares_;
-    }
-    return sum / periods_;
-  }
+  return out;
+}
 
- private:
-  int steps_, periods_;
-  std::vector<double> weights_;
-  double squares_ = 0;
-};
-
-// Fits variance = read + gain * level + harmonic * level² to the bins, each weighted by its certainty,
-// count / variance². The part that grows with the square of the level is not noise: it is a higher harmonic of the
-// projector, which the phase does not see, or a flicker. None of the three coefficients may be below its least value.
-// All ways to hold some of them at that value are tried, and the feasible one that fits best is taken.
-SensorNoise fit(const Bins& all) {
-  const Eigen::Vector3d least(quantisation, 0, 0);
-  Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+// Fits variance = read + gain * level to the bins, each weighted by its certainty, count / variance². Neither
+// coefficient may be below its least value. All ways to hold one of them there are tried, and the feasible one that
+// fits best is taken.
+SensorNoise fit(const std::array<Bin, bins>& all) {
+  const Eigen::Vector2d least(quantisation, 0);
+  Eigen::Matrix2d a = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
   for (const Bin& bin : all) {
     if (bin.count < 50) continue;
     const double level = bin.level / bin.count, variance = std::max(bin.variance / bin.count, quantisation);
-    const Eigen::Vector3d row(1, level, level * level);
+    const Eigen::Vector2d row(1, level);
     const double weight = bin.count / (variance * variance);
     a += weight * row * row.transpose(), b += weight * variance * row;
   }
   if (a(0, 0) == 0) return {};  // too little was seen: assume a noise of one level
-  Eigen::Vector3d best = least;
+  Eigen::Vector2d best = least;
   double lowest = std::numeric_limits<double>::infinity();
-  for (int held = 0; held < 8; ++held) {
-    Eigen::Matrix3d m = a;
-    Eigen::Vector3d right = b;
-    for (int i = 0; i < 3; ++i)
+  for (int held = 0; held < 4; ++held) {
+    Eigen::Matrix2d m = a;
+    Eigen::Vector2d right = b;
+    for (int i = 0; i < 2; ++i)
       if (held >> i & 1) m.row(i).setZero(), m(i, i) = 1, right(i) = least(i);
-    const Eigen::Vector3d x = m.fullPivLu().solve(right);
+    const Eigen::Vector2d x = m.fullPivLu().solve(right);
     const double cost = x.dot(a * x) - 2 * x.dot(b);
     if ((x - least).minCoeff() >= -1e-12 && cost < lowest) lowest = cost, best = x;
   }
@@ -89,34 +79,31 @@ SensorNoise fit(const Bins& all) {
 template <class T>
 SensorNoise estimate_noise(const ImageStack<T>& stack, int steps, double saturated, int width, int threads, const Stop& stop) {
   const int n = stack.images_each();
-  const Harmonic harmonic(steps, n / steps);
-  const long rows = stack.pixels / width, sampled = (rows + every - 1) / every;
-  std::vector<Bins> parts(static_cast<std::size_t>(sampled));
-  parallel_for(sampled, 4, threads, stop, [&](long begin, long end) {
+  const SpareHarmonic spare(steps, n / steps);
+  const long rows = stack.pixels / width, every = std::max(1L, stack.pixels / most_sampled), sampled = (rows + every - 1) / every;
+  constexpr long chunk = 8;
+  std::vector<std::vector<LevelVariance>> parts(static_cast<std::size_t>((sampled + chunk - 1) / chunk));
+  parallel_for(sampled, chunk, threads, stop, [&](long begin, long end) {
+    std::vector<LevelVariance>& part = parts[static_cast<std::size_t>(begin / chunk)];
     std::vector<double> values(static_cast<std::size_t>(n));
+    // Exposures are fitted apart, because a lamp flickers differently in each.
+    std::vector<SpareSegment> segments(static_cast<std::size_t>(stack.exposures), SpareSegment(spare));
     for (long s = begin; s < end; ++s) {
-      Bins& part = parts[static_cast<std::size_t>(s)];
       const long row = std::min(s * every + every / 2, rows - 1) * width;
       for (long i = row; i < row + width; ++i)
         for (int e = stack.exposures - 1; e >= 0; --e) {
-          double top = 0, sum = 0;
-          for (int k = 0; k < n; ++k) {
-            const double v = values[static_cast<std::size_t>(k)] = stack.exposure(e)[k][i];
-            top = std::max(top, v), sum += v;
-          }
+          double top = 0;
+          for (int k = 0; k < n; ++k) top = std::max(top, values[static_cast<std::size_t>(k)] = stack.exposure(e)[k][i]);
           if (top >= saturated) continue;
-          const double level = sum / n;
-          Bin& bin = part[static_cast<std::size_t>(std::min(bins - 1.0, bins * level / saturated))];
-          bin.count += 1, bin.level += level, bin.variance += harmonic.variance(values.data());
+          segments[static_cast<std::size_t>(e)].add(values.data(), part);
           break;
         }
     }
+    for (SpareSegment& segment : segments) segment.finish(part);
   });
-  Bins all{};
-  for (const Bins& part : parts)
-    for (std::size_t b = 0; b < bins; ++b)
-      all[b].count += part[b].count, all[b].level += part[b].level, all[b].variance += part[b].variance;
-  return fit(all);
+  std::vector<LevelVariance> all;
+  for (const std::vector<LevelVariance>& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return fit(averaged(std::move(all), saturated, spare.estimates()));
 }
 
 template SensorNoise estimate_noise(const ImageStack<std::uint8_t>&, int, double, int, int, const Stop&);

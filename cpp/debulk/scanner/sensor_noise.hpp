@@ -13,10 +13,11 @@ struct SensorNoise {
   double gain = 0;
 };
 
-// Estimates the noise from the images themselves. With six steps or more, the highest harmonic of the steps contains
-// no fringe, only noise. With four or five, the effect of a projector's gamma is taken for noise too; with three, the
-// means of the first two numbers of periods are compared. Every sixteenth row is used, each of its pixels at the
-// brightest exposure that is not saturated.
+// Estimates the noise from the images themselves, with each pixel at the brightest exposure that is not saturated. A
+// combination of the steps contains no fringe: their highest harmonic, or, with three steps, the difference of the
+// means at the first two numbers of periods. A projector's gamma and a lamp that flickers enter it as functions of the
+// phase times the modulation. These are fitted to a few hundred neighbouring pixels of a row and taken out; the scatter
+// that remains is noise.
 template <class T>
 SensorNoise estimate_noise(const ImageStack<T>& stack, int steps, double saturated, int width, int threads, const Stop& stop);
 

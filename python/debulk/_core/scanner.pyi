@@ -18,6 +18,7 @@ def decode(
     steps: int,
     saturated: float,
     noise: tuple[float, float],
+    start: float,
     least_contrast: float,
     most_order_noise: float,
     most_residual: float,

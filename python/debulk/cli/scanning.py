@@ -265,11 +265,15 @@ def _natural(path: Path) -> list[Any]:
     return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", path.name.lower())]
 
 
+def _shown(folder: Path) -> list[Path]:
+    """List a folder without what systems put beside the files: hidden ones, thumbnails, archives' leftovers."""
+    return [path for path in folder.iterdir() if not path.name.startswith((".", "@", "__MACOSX"))]
+
+
 def _files(folder: Path) -> list[Path]:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder with images")
-    names = (path for path in folder.iterdir() if not path.name.startswith("."))
-    found = sorted((path for path in names if path.suffix.lower() in _IMAGES), key=_natural)
+    found = sorted((path for path in _shown(folder) if path.suffix.lower() in _IMAGES), key=_natural)
     if not found:
         raise InputError(f"{folder}: expected images ({', '.join(_IMAGES)}), but there are none")
     return found
@@ -278,7 +282,7 @@ def _files(folder: Path) -> list[Path]:
 def _stack(folder: Path, count: int) -> list[list[NDArray[Any]]]:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder with images")
-    exposures = sorted((path for path in folder.iterdir() if path.is_dir()), key=_natural)
+    exposures = sorted((path for path in _shown(folder) if path.is_dir()), key=_natural)
     groups = [_files(path) for path in exposures]
     if not groups:
         files = _files(folder)
@@ -294,9 +298,9 @@ def _read(path: Path) -> NDArray[Any]:
     image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if image is None:
         raise InputError(f"{path}: cannot be read as an image")
-    if image.ndim != 2:
-        raise InputError(f"{path}: expected a grey image, but it has {image.shape[2]} colours")
-    return np.asarray(image)
+    from debulk.scanner.inputs import grey_of
+
+    return grey_of(np.asarray(image), str(path))
 
 
 def _eight_bits(image: NDArray[Any]) -> NDArray[np.uint8]:

@@ -24,10 +24,12 @@ class Phase:
     """Values that a camera's fringe images give for each pixel. Maps are (H, W) in the original image."""
 
     phase_rad: F32 = field(repr=False)
-    """Absolute phase for the first number of periods N, from 0 to 2π N over the projector's field, made from all
-    numbers of periods; NaN where the pixel is dark or saturated, or its fringe order is doubtful."""
+    """Absolute phase for the first number of periods N, growing by 2π N over the projector's field, from 0 or the start
+    phase on, made from all numbers of periods; NaN where the pixel is dark or saturated, or its fringe order is
+    doubtful."""
     noise_rad: F32 = field(repr=False)
-    """Standard deviation of the phase due to the sensor's noise; NaN where the pixel is not lit."""
+    """Standard deviation of the phase due to the sensor's noise; NaN where the pixel is not lit. The ripple that a
+    projector's gamma leaves with few steps is no part of it: both cameras see the same one, so it cancels in depth."""
     modulation: F32 = field(repr=False)
     """Amplitude of the fringes in grey values of the chosen exposure, averaged over the numbers of periods."""
     exposure: NDArray[np.uint8] = field(repr=False)
@@ -45,6 +47,9 @@ class Phase:
     """Standard deviation of the lens blur whose effect on the phases was removed."""
     periods: tuple[int, ...] = ()
     """Numbers of fringes over the field; the phase refers to the first."""
+    start_phase_rad: float = 0.0
+    """Phase at the field's edge, the same for all numbers of periods. 0 for the patterns of `fringe_patterns`; other
+    projectors begin with another step or show sines."""
     counts: Mapping[str, int] = field(default_factory=dict)
     """Numbers of pixels: ``lit``; of those ``doubtful`` (the beat leaves the order uncertain), of which ``repaired``
     with the help of neighbouring pixels; ``isolated`` (phase unlike their neighbours', removed); ``saturated`` in every
@@ -59,6 +64,7 @@ def decode(
     bits: int | None = None,
     sensor_noise: tuple[float, float] | None = None,
     blur_px: float | None = None,
+    start_phase_rad: float | None = None,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Phase:
@@ -83,11 +89,17 @@ def decode(
         Bits of the sensor; its greatest grey value counts as saturated. None: 8 for uint8, 12 for uint16.
     sensor_noise
         Variance of a grey value, (a, b) for a + b · value, as measured for the camera. None: estimated from the highest
-        harmonic of the images, which contains no fringe.
+        harmonic of the images, which contains no fringe; what a projector's gamma adds to it is fitted and taken out.
     blur_px
         Standard deviation of the lens blur, at most 1. Where the brightness changes across the fringes, a blurred phase
         shifts towards the brighter side, by blur² ∇phase · ∇ln(modulation), and this shift is removed. None: estimated
         from how the phase follows the texture. 0: not removed.
+    start_phase_rad
+        Phase at the field's edge, if the projector's patterns begin there with another one than 0, the same for all
+        numbers of periods: I_k = offset + modulation cos(phase + start + 2π k / steps). None: estimated from the fringe
+        orders, which are whole with the right one only; an estimate of less than 0.13 is taken for 0. It is needed for
+        the orders alone and stays part of the phase, so its error does not matter; but give the second camera that of
+        the first, ``left.start_phase_rad``, lest one be estimated near 6.03 and the other a turn below, near -0.25.
     threads
         Number of threads; 0 means as many as the process may use. The result does not depend on it.
     stop
@@ -116,13 +128,15 @@ def decode(
     """
     numbers, count, blur = checked_periods(periods), checked_steps(steps, periods), checked_blur(blur_px)
     stack = checked_stack(images, count * len(numbers), bits=bits)
-    refuse_faults(stack, numbers, count)
+    stop = stop or _core.Stop()
+    noise = noise_of(stack, count, sensor_noise, threads, stop)
+    start = refuse_faults(stack, numbers, count, noise, checked_start(start_phase_rad))
     shape = stack.shape
     maps: dict[str, Any] = {
         name: np.empty(shape, np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")
     }
     maps["exposure"] = np.empty(shape, np.uint8)
-    return decode_into(maps, stack, numbers, count, sensor_noise, blur, threads, stop or _core.Stop())
+    return decode_into(maps, stack, numbers, count, noise, start, blur, threads, stop)
 
 
 def checked_blur(blur_px: float | None) -> float | None:
@@ -132,32 +146,50 @@ def checked_blur(blur_px: float | None) -> float | None:
     return blur_px
 
 
+def checked_start(start_phase_rad: float | None) -> float | None:
+    """Check a start phase and convert it to turns, from -0.04 to 0.96 like the estimates."""
+    if start_phase_rad is None:
+        return None
+    if not np.isfinite(start_phase_rad):
+        raise InputError(f"start_phase_rad: expected an angle in radians, or None, but got {start_phase_rad!r}")
+    return float((start_phase_rad / (2 * np.pi) + 0.04) % 1.0 - 0.04)
+
+
+def noise_of(
+    stack: Stack, steps: int, sensor_noise: tuple[float, float] | None, threads: int, stop: _core.Stop
+) -> tuple[float, float]:
+    """Check the sensor's noise, or estimate it from the images."""
+    if sensor_noise is None:
+        return _core.scanner.sensor_noise(list(stack.images), stack.exposures, steps, float(stack.white), threads, stop)
+    if not (len(sensor_noise) == 2 and sensor_noise[0] >= 0 and sensor_noise[1] >= 0 and sum(sensor_noise) > 0):
+        raise InputError(
+            f"sensor_noise: expected (a, b), not negative, for the variance a + b · value, but got {sensor_noise!r}"
+        )
+    return float(sensor_noise[0]), float(sensor_noise[1])
+
+
 def decode_into(
     maps: dict[str, Any],
     stack: Stack,
     periods: tuple[int, ...],
     steps: int,
-    sensor_noise: tuple[float, float] | None,
+    noise: tuple[float, float],
+    start: float,
     blur_px: float | None,
     threads: int,
     stop: _core.Stop,
     widest: int = 4,
 ) -> Phase:
     """Decode into memory that the caller keeps; ``widest``: 2, 3 or 4 for SSE4, AVX2 or AVX-512 at most."""
-    core, images, saturated = _core.scanner, list(stack.images), float(stack.white)
-    if sensor_noise is None:
-        sensor_noise = core.sensor_noise(images, stack.exposures, steps, saturated, threads, stop)
-    elif not (len(sensor_noise) == 2 and sensor_noise[0] >= 0 and sensor_noise[1] >= 0 and sum(sensor_noise) > 0):
-        raise InputError(
-            f"sensor_noise: expected (a, b), not negative, for the variance a + b · value, but got {sensor_noise!r}"
-        )
+    core = _core.scanner
     counts = core.decode(
-        images,
+        list(stack.images),
         stack.exposures,
         periods=list(periods),
         steps=steps,
-        saturated=saturated,
-        noise=(float(sensor_noise[0]), float(sensor_noise[1])),
+        saturated=float(stack.white),
+        noise=noise,
+        start=start,
         least_contrast=5.0,
         most_order_noise=0.25,
         most_residual=0.35,
@@ -177,9 +209,10 @@ def decode_into(
         maps.get("offset"),
         maps.get("residual"),
         brightness,
-        (float(sensor_noise[0]), float(sensor_noise[1])),
+        noise,
         float(np.sqrt(variance)),
         periods,
+        2 * np.pi * start,
         counts,
     )
 

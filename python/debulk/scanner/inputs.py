@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ InputError = _core.InputError
 Image = NDArray[np.uint8] | NDArray[np.uint16]
 
 MOST_IMAGES = 64  # most images per exposure
+_SAMPLED = 40_000  # pixels
 
 
 def whole(name: str, value: Any, low: int, high: int) -> int:
@@ -72,6 +74,16 @@ class Stack:
         """Height and width."""
         return self.images[0].shape[0], self.images[0].shape[1]
 
+    @cached_property
+    def sample(self) -> NDArray[Any]:
+        """(E, n, M) grey values of a sample of the pixels.
+
+        Its columns are close together, because it must contain every phase of the fringes.
+        """
+        step = max(1, round((self.shape[0] * self.shape[1] / _SAMPLED) ** 0.5))
+        flat = np.stack([image[step // 2 :: step, ::step].ravel() for image in self.images])
+        return flat.reshape((self.exposures, -1, flat.shape[1]))
+
     def exposure(self, e: int) -> list[Image]:
         """Return the images of one exposure."""
         each = len(self.images) // self.exposures
@@ -83,7 +95,7 @@ def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | No
     if not isinstance(images, np.ndarray | list | tuple) or len(images) == 0:
         raise InputError(f"{name}: expected images of shape (n, H, W) or (E, n, H, W), but got {_what(images)}")
     first = images[0]
-    several = len(first) > 0 and np.ndim(first[0]) == 2 if isinstance(first, list | tuple | np.ndarray) else False
+    several = len(first) > 0 and _is_image(first[0]) if isinstance(first, list | tuple | np.ndarray) else False
     exposures = list(images) if several else [images]
     flat: list[Image] = []
     for e, exposure in enumerate(exposures):
@@ -94,6 +106,8 @@ def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | No
                 "an image is missing or too many, or steps or periods are not those of the projector"
             )
         flat += [_image(image, f"{name}, image {k + 1}{which}") for k, image in enumerate(exposure)]
+    if flat[0].dtype.kind == "f":
+        flat, bits = _whole_numbers(flat, name, bits)
     shape, kind = flat[0].shape, flat[0].dtype
     for k, image in enumerate(flat):
         if image.shape != shape or image.dtype != kind:
@@ -104,14 +118,71 @@ def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | No
     if min(shape) < 8 or shape[1] < 32:
         raise InputError(f"{name}: expected images of at least 32 x 8 pixels, but got {shape[1]} x {shape[0]}")
     depth = (8 if kind == np.uint8 else 12) if bits is None else whole("bits", bits, 2, 8 * kind.itemsize)
-    return Stack(flat, len(exposures), name, (1 << depth) - 1)
+    stack = Stack(flat, len(exposures), name, (1 << depth) - 1)
+    return stack if kind == np.uint8 else replace(stack, white=_white(stack, bits))
+
+
+def _white(stack: Stack, bits: int | None) -> int:
+    """Return the greatest grey value of 16-bit images, which sensors of 8 to 14 bits store low or high in the word."""
+    greatest, used = int(stack.sample.max()), int(np.bitwise_or.reduce(stack.sample, axis=None))
+    empty = (used & -used).bit_length() - 1 if used else 0  # low bits that are 0 in every image
+    if greatest > stack.white or bits == 16:
+        low = empty if bits in (None, 16) and empty in (2, 4, 6, 8) else 16 - (bits or 16)
+        if 0 < low <= empty:
+            return (0xFFFF >> low) << low
+    if bits is None and greatest in (255, 1023):
+        peak, below = (int(np.count_nonzero(stack.sample == value)) for value in (greatest, greatest - 1))
+        if peak > 20 + 3 * below:  # many grey values end there
+            raise InputError(
+                f"{stack.name}: expected grey values of 12 bits in 16, but they saturate at {greatest}: give "
+                f"bits={greatest.bit_length()}"
+            )
+    return stack.white
+
+
+def _is_image(image: Any) -> bool:
+    """Whether this is one image, grey (H, W) or with its colours last."""
+    shape = np.shape(image)
+    return (len(shape) == 2 and shape[1] > 4) or (len(shape) == 3 and shape[2] <= 4)
 
 
 def _image(image: Any, name: str) -> Image:
-    array = np.asarray(image)
-    if array.ndim != 2 or array.dtype not in (np.uint8, np.uint16):
+    array = grey_of(np.asarray(image), name)
+    if array.ndim != 2 or array.dtype.newbyteorder("=") not in (np.uint8, np.uint16, np.float32, np.float64):
         raise InputError(f"{name}: expected an (H, W) array of uint8 or uint16, but got {_what(array)}")
-    return np.ascontiguousarray(array)
+    return np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("="))
+
+
+def grey_of(image: NDArray[Any], name: str) -> NDArray[Any]:
+    """Take the grey values of an image that was stored with colours, if these are alike."""
+    if image.ndim != 3 or image.shape[2] not in (1, 3, 4):
+        return image
+    if image.shape[2] > 1 and not all(np.array_equal(image[..., 0], image[..., k]) for k in (1, 2)):
+        raise InputError(
+            f"{name}: expected a grey image, but it has {image.shape[2]} colours that differ; give one of them, such "
+            f"as the green one, image[..., 1]"
+        )
+    return image[..., 0]
+
+
+def _whole_numbers(images: list[Any], name: str, bits: int | None) -> tuple[list[Image], int]:
+    """Convert floats that hold a sensor's grey values, as they are or divided by the greatest."""
+    greatest = max(float(image.max()) for image in images)
+    least = min(float(image.min()) for image in images)
+    if least >= 0 and greatest <= 65535:  # False for NaN
+        depths = (8, 10, 12, 14, 16) if bits is None else (whole("bits", bits, 2, 16),)
+        for depth in depths:
+            white = (1 << depth) - 1
+            scale = float(white) if greatest <= 1 else 1.0
+            grey = images[0].astype(np.float64) * scale
+            if greatest * scale <= white and np.abs(grey - np.rint(grey)).max() < 0.02:
+                kind = np.uint8 if depth == 8 else np.uint16
+                return [np.rint(image * scale).astype(kind) for image in images], depth
+    raise InputError(
+        f"{name}: expected uint8 or uint16, or floats that are whole grey values, or these divided by the greatest "
+        f"(255, 1023, 4095, 16383 or 65535), but got floats of {least:g} to {greatest:g}; convert them, such as by "
+        f"np.rint(images / images.max() * 65535).astype(np.uint16), and give bits=16"
+    )
 
 
 def _what(value: object) -> str:

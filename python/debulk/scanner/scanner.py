@@ -12,7 +12,7 @@ from debulk import _core
 from debulk.arguments import typed
 from debulk.forking import Guard
 from debulk.scanner.calibration import Calibration
-from debulk.scanner.decode import Phase, checked_blur, decode_into
+from debulk.scanner.decode import Phase, checked_blur, checked_start, decode_into, noise_of
 from debulk.scanner.faults import refuse_faults
 from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, triangulate_into
@@ -40,8 +40,8 @@ class Scanner:
     ----------
     calibration
         Calibration of the two cameras.
-    periods, steps, bits, sensor_noise, blur_px
-        As in `debulk.scanner.decode`.
+    periods, steps, bits, sensor_noise, blur_px, start_phase_rad
+        As in `debulk.scanner.decode`. The right camera takes the start phase that was estimated for the left one.
     details
         Whether to keep the data for a picture of the scan, the left camera's order residual. It takes 4 bytes per
         pixel, in addition to 26 for the phases of both cameras and 16 for the positions of their rectified pixels.
@@ -74,6 +74,7 @@ class Scanner:
         bits: int | None = None,
         sensor_noise: tuple[float, float] | None = None,
         blur_px: float | None = None,
+        start_phase_rad: float | None = None,
         details: bool = False,
         threads: int = 0,
     ) -> None:
@@ -83,6 +84,7 @@ class Scanner:
         self.bits = bits
         self.sensor_noise = sensor_noise
         self.blur_px = checked_blur(blur_px)
+        self.start = checked_start(start_phase_rad)
         self.threads = whole("threads", threads, 0, 1024)
         self.left: Phase | None = None
         """The left camera's phase of the last scan, in memory that the next scan overwrites."""
@@ -174,18 +176,21 @@ class Scanner:
             checked_stack(images, count, name, self.bits)
             for images, name in ((left_images, "left_images"), (right_images, "right_images"))
         ]
+        start, noises = self.start, list[tuple[float, float]]()
         for stack in stacks:
             if stack.shape != shape:
                 raise InputError(
                     f"{stack.name}: expected images of shape {shape}, the calibration's, but got {stack.shape}"
                 )
-            pool.submit(refuse_faults, stack, self.periods, self.steps).result()
+            noises.append(pool.submit(noise_of, stack, self.steps, self.sensor_noise, self.threads, stop).result())
+            start = pool.submit(refuse_faults, stack, self.periods, self.steps, noises[-1], start).result()
             if stop.now():
                 raise _core.Stopped("the scan was stopped")
         phases = []
         for k, (stack, maps) in enumerate(zip(stacks, self._maps, strict=True)):
             report(f"decoding {'left' if k == 0 else 'right'}", 0.1 + 0.3 * k)
-            given = maps, stack, self.periods, self.steps, self.sensor_noise, self.blur_px, self.threads, stop
+            assert start is not None  # refuse_faults returned it
+            given = maps, stack, self.periods, self.steps, noises[k], start, self.blur_px, self.threads, stop
             phases.append(pool.submit(decode_into, *given).result())
         self.left, self.right = phases
         report("triangulating", 0.7)

@@ -9,7 +9,7 @@ namespace debulk {
 namespace {
 
 // Fringes over pixels of many brightnesses, whose noise follows read + gain * level; a third harmonic of the projector.
-double relative_error(double read, double gain, double harmonic, int steps, SensorNoise& found) {
+double relative_error(double read, double gain, double harmonic, int steps, SensorNoise& found, double gamma = 1) {
   constexpr int width = 384, height = 192;
   std::mt19937 random(3);
   std::normal_distribution<double> normal(0, 1);
@@ -20,7 +20,7 @@ double relative_error(double read, double gain, double harmonic, int steps, Sens
       for (int i = 0; i < width * height; ++i) {
         const double phase = 2 * 3.14159265358979 * (n * (i % width + 0.5) / width + static_cast<double>(k) / steps);
         const double bright = 20 + 210.0 * (i / width) / height;
-        const double light = bright * (0.5 + 0.42 * (std::cos(phase) + harmonic * std::cos(3 * phase)));
+        const double light = bright * (0.08 + 0.84 * std::pow(0.5 + 0.5 * std::cos(phase), gamma) + 0.42 * harmonic * std::cos(3 * phase));
         image.push_back(
             static_cast<std::uint8_t>(std::clamp(std::round(light + std::sqrt(read + gain * light) * normal(random)), 0.0, 255.0)));
       }
@@ -45,6 +45,12 @@ TEST(SensorNoise, IsFoundInTheImages) {
 TEST(SensorNoise, AHarmonicOfTheProjectorIsNoNoise) {
   SensorNoise found;
   EXPECT_NEAR(relative_error(0.3, 0.02, 0.02, 6, found), 0, 0.2);
+}
+
+TEST(SensorNoise, GammaIsNoNoise) {
+  SensorNoise found;
+  for (int steps : {3, 4, 5, 6, 8, 12})
+    for (double gamma : {0.45, 1.0, 2.2}) EXPECT_NEAR(relative_error(0.3, 0.02, 0, steps, found, gamma), 0, 0.2) << steps << ", " << gamma;
 }
 
 TEST(SensorNoise, TheSameOnAnyNumberOfThreadsAndAlone) {

@@ -100,3 +100,15 @@ def test_the_projector_is_learnt_and_held_against(folders, tmp_path):
     assert code == 0, output
     assert "cameras and projector agree within 0." in output
     assert run("scan", "projector", *images, "--calibration", root / "c.json", "-o", tmp_path / "p.txt")[0] == 2
+
+
+def test_hidden_files_are_no_frames(folders, tmp_path):
+    root, _ = folders
+    for name in ("left", "right"):
+        (root / name / ".thumbnails").mkdir(exist_ok=True)
+        for hidden in (root / name / "._frame01.png", root / name / ".thumbnails" / "1.png"):
+            hidden.write_bytes(b"no image")
+    code, output = run(
+        "scan", root / "left", root / "right", "--calibration", root / "c.json", "-o", tmp_path / "s.pcd"
+    )  # fmt: skip
+    assert code == 0, output

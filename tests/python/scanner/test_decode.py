@@ -85,7 +85,8 @@ def test_same_bits_on_any_threads_and_instructions(formula):
             stack,
             (50, 51),
             6,
-            None,
+            (0.5, 0.01),
+            0.0,
             0.6,
             threads,
             _core.Stop(),
@@ -100,7 +101,7 @@ def test_same_bits_on_any_threads_and_instructions(formula):
     ("images", "message"),
     [
         (np.zeros((11, 20, 40), np.uint8), "expected 12 images .*got 11: an image is missing"),
-        (np.zeros((12, 20, 40), np.float32), "image 1: expected an \\(H, W\\) array of uint8 or uint16"),
+        (np.zeros((12, 20, 40), np.int32), "image 1: expected an \\(H, W\\) array of uint8 or uint16"),
         (np.zeros((12, 20, 8), np.uint8), "at least 32 x 8 pixels"),
         ([np.zeros((20, 40), np.uint8)] * 11 + [np.zeros((20, 41), np.uint8)], "one shape and type"),
         ([], "expected images of shape"),
@@ -116,3 +117,76 @@ def test_darkness_is_no_error_and_gives_nothing():
     rng = np.random.default_rng(0)
     phase = decode(rng.integers(0, 4, (12, 40, 64)).astype(np.uint8))
     assert np.isnan(phase.phase_rad).mean() > 0.99
+
+
+@pytest.mark.parametrize(
+    "stored",
+    [
+        lambda images: images[..., None],
+        lambda images: np.repeat(images[..., None], 3, axis=-1),
+        lambda images: [np.dstack([image, image, image, np.full_like(image, 255)]) for image in images],
+        lambda images: images / 255,
+        lambda images: images.astype(np.float32),
+        lambda images: (images.astype(np.uint16) * 16).astype(">u2"),
+        lambda images: images.astype(np.uint16) << 8,  # 8 bits in the upper ones of 16
+        lambda images: (images.astype(np.uint16) * 4) << 6,  # 10 bits
+    ],
+)
+def test_images_as_others_store_them_decode_alike(formula, stored):
+    images = formula()
+    assert decode(stored(images)).phase_rad == pytest.approx(decode(images).phase_rad, abs=1e-5, nan_ok=True)
+
+
+def test_saturation_is_found_where_bits_lie_high_or_few():
+    bits = np.random.default_rng(0).integers(0, 4096, (12, 64, 64)).astype(np.uint16)
+    assert checked_stack(bits << 4, 12).white == 65520
+    assert checked_stack(bits << 4, 12, bits=12).white == 65520
+    assert checked_stack((bits >> 2) << 6, 12).white == 65472
+    assert checked_stack(bits, 12).white == 4095
+    with pytest.raises(InputError, match="saturate at 1023: give bits=10"):
+        checked_stack(np.minimum(bits, 1023), 12)
+
+
+@pytest.mark.parametrize(
+    ("images", "message"),
+    [
+        (np.arange(12 * 32 * 40 * 3).reshape(12, 32, 40, 3).astype(np.uint8), "image 1: .* 3 colours that differ"),
+        (np.full((12, 32, 40), 0.3), "floats that are whole grey values"),
+    ],
+)
+def test_images_that_cannot_be_converted_are_named(images, message):
+    with pytest.raises(InputError, match=message):
+        decode(images)
+
+
+@pytest.mark.parametrize(
+    ("start", "sign", "first", "wave", "expected"),
+    [
+        (0.45, 1, 0, np.cos, 0.45),
+        (0.5, 1, 0, np.cos, 0.5),
+        (0.0, 1, 1, np.cos, 1 / 6),
+        (0.0, 1, 0, np.sin, 0.75),
+        (0.0, -1, 0, np.cos, 0.0),
+        (0.0, -1, 1, np.sin, 5 / 12),
+    ],
+)
+def test_other_start_phases_are_estimated(start, sign, first, wave, expected):
+    u = (np.arange(640) + 0.5) / 640
+    turns = [n * u + start + sign * (k + first) / 6 for n in (50, 51) for k in range(6)]
+    images = np.rint([np.broadcast_to(120 + 100 * wave(2 * np.pi * t), (64, 640)) for t in turns]).astype(np.uint8)
+    phase = decode(images)
+    assert phase.start_phase_rad == pytest.approx(2 * np.pi * expected, abs=0.06)
+    # The start phase stays part of the phase, at the mean of the numbers of periods; steps backwards mirror the field.
+    place = (phase.phase_rad / (2 * np.pi) - expected * 50 * 101 / (50**2 + 51**2)) / 50
+    assert place[5, 5:-5] == pytest.approx((u if sign > 0 else 1 - u)[5:-5], abs=1e-4)
+    given = decode(images, start_phase_rad=2 * np.pi * (expected + 3))
+    assert given.phase_rad == pytest.approx(phase.phase_rad, abs=2e-3, nan_ok=True)
+
+
+def test_a_start_phase_that_the_periods_cannot_tell_is_asked_for():
+    u = (np.arange(640) + 0.5) / 640
+    turns = [n * u + 0.2 + k / 6 for n in (1, 8, 64) for k in range(6)]
+    images = np.rint([np.broadcast_to(120 + 100 * np.cos(2 * np.pi * t), (64, 640)) for t in turns]).astype(np.uint8)
+    with pytest.raises(InputError, match="cannot tell: give start_phase_rad"):
+        decode(images, (1, 8, 64))
+    assert np.isfinite(decode(images, (1, 8, 64), start_phase_rad=0.4 * np.pi).phase_rad).mean() > 0.9
