@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk.arguments import typed
 from debulk.scanner.inputs import InputError, checked_pixels
 from debulk.scanner.projector import Projector
+from debulk.scanner.resolution import resolved
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -157,8 +158,8 @@ class Calibration:
 class Rectified:
     """Two pinhole images without distortion, rotated so that equal rows see the same planes through both cameras.
 
-    Both have the left camera's focal length, scaled so that everything the left camera sees fits into an image of its
-    size.
+    Both have the same focal length, with which everything the left camera sees fits into an image of its size. Where
+    that would be much coarser than the camera, they have the camera's focal length, and the image is larger.
     """
 
     focal_px: float
@@ -205,7 +206,8 @@ def _rectify(calibration: Calibration) -> Rectified:
         )
     low, high = _extent(left_k, left_d, left_r, width, height)
     right_low, right_high = _extent(right_k, right_d, right_r, width, height)
-    f = float(min((width - 1) / (high[0] - low[0]), (height - 1) / (high[1] - low[1])))
+    own = float(np.sqrt(left_k[0, 0] * left_k[1, 1]))
+    f, (width, height) = resolved(low, high, own, calibration.pixels)
     cx = float((width - 1) / 2 - f * (low[0] + high[0]) / 2)
     cy = float((height - 1) / 2 - f * (low[1] + high[1]) / 2)
     right_width = int(np.ceil(f * (right_high[0] - right_low[0]))) + 1
