@@ -14,6 +14,8 @@ from debulk.scanner.calibrate import calibrate
 from debulk.scanner.calibrate_projector import calibrate_projector
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, decode
+from debulk.scanner.decode_gray import decode_gray
+from debulk.scanner.gray_patterns import gray_patterns
 from debulk.scanner.patterns import fringe_patterns
 from debulk.scanner.picture import picture
 from debulk.scanner.projector import Projector
@@ -34,7 +36,9 @@ __all__ = [
     "calibrate",
     "calibrate_projector",
     "decode",
+    "decode_gray",
     "fringe_patterns",
+    "gray_patterns",
     "match",
     "picture",
     "register",

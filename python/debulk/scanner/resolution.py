@@ -1,8 +1,8 @@
 """How fine the rectified images are.
 
 Rectification turns both cameras until their rows agree. Where cameras are toed in, the turned image shows one side of
-the scene much wider than the other, and squeezing it into the camera's own size would make all of it coarser: by 13 % of
-the pixels for two cameras that are turned by 20 degrees against each other.
+the scene much wider than the other, and squeezing it into the camera's own size would make all of it coarser: by 13 %
+of the pixels for two cameras that are turned by 20 degrees against each other.
 """
 
 from __future__ import annotations
