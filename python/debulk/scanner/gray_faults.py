@@ -74,6 +74,9 @@ def fault_of_code(seen: Neighbours, cells: int, start_turns: float) -> str:
             f"{2 * np.pi * start_turns:.2f}: give start_rad={2 * np.pi * start:.2f} if the projector's patterns begin "
             f"so"
         )
+    mirrored = seen.changed(turned=(0,))
+    if _Fit(mirrored, cells, _start(mirrored, cells)).fine:
+        return "image 1 shows black for white, or the steps of the fringes run backwards and begin elsewhere"
     worst = int(np.argmax(found.jumps / np.maximum(found.ends, _LEAST_OF_ONE)))
     return (
         f"fringes and code do not belong together: the phase jumps {int(found.jumps.sum()) + found.inside} times at "

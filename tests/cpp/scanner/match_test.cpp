@@ -73,28 +73,37 @@ TEST(Match, NeverAcrossAGap) {
 }
 
 TEST(Match, ASinglePixelIsBridgedButHasNoPointItself) {
-  // Without a phase, or an order off.
-  const Rows left = rows([](double x) { return x == 60 ? nan : static_cast<float>(0.1 * x + (x == 150 ? 6.28 : 0)); });
-  const Rows right = rows([](double x) { return x == 90 ? nan : static_cast<float>(0.1 * x + 0.05 + (x == 120 ? 6.28 : 0)); });
+  // An order is off in columns 120 and 150. In one row, a pixel has no phase.
+  Rows left = rows([](double x) { return static_cast<float>(0.1 * x + (x == 150 ? 6.28 : 0)); });
+  Rows right = rows([](double x) { return static_cast<float>(0.1 * x + 0.05 + (x == 120 ? 6.28 : 0)); });
+  left[5 * width + 60] = right[5 * width + 90] = nan;
   const Matched m = matched(left, right);
   for (int i = 5; i < width - 5; ++i) {
-    const std::size_t k = static_cast<std::size_t>(i);
+    const float found = m.disparity[static_cast<std::size_t>(5 * width + i)];
     if (i == 60 || i == 150)
-      EXPECT_TRUE(std::isnan(m.disparity[k])) << i;
+      EXPECT_TRUE(std::isnan(found)) << i;
     else
-      EXPECT_NEAR(m.disparity[k], 0.5, 1e-3) << i;
+      EXPECT_NEAR(found, 0.5, 1e-3) << i;
   }
+}
+
+TEST(Match, NoBridgeOverPixelsOneAboveTheOther) {
+  const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
+  const Rows right = rows([](double x) { return x == 90 ? nan : static_cast<float>(0.1 * x + 0.05); });
+  const Matched m = matched(left, right);
+  for (std::size_t i : {90u, 91u}) EXPECT_TRUE(std::isnan(m.disparity[i])) << i;
 }
 
 TEST(Match, NoBridgeWhereTheSurfaceSteps) {
   // In the middle the phase changes slowly, so that a step of it is smaller than what counts as an edge.
   const auto slow = [](double x) { return x < 80 ? 0.1 * x : x < 120 ? 8 + 0.05 * (x - 80) : 10 + 0.1 * (x - 120); };
   const Rows left = rows([&](double x) { return static_cast<float>(slow(x)); });
-  const Rows right = rows([&](double x) { return x == 100 ? nan : static_cast<float>(slow(x) + (x > 100 ? 0.15 : 0)); });
+  Rows right = rows([&](double x) { return static_cast<float>(slow(x) + (x > 100 ? 0.15 : 0)); });
+  right[5 * width + 100] = nan;
   const Matched m = matched(left, right);
-  for (std::size_t i : {100u, 101u, 102u, 103u}) EXPECT_TRUE(std::isnan(m.disparity[i])) << i;
-  EXPECT_NEAR(m.disparity[98], 0, 1e-3);
-  EXPECT_NEAR(m.disparity[108], 3, 1e-2);
+  for (std::size_t i : {100u, 101u, 102u, 103u}) EXPECT_TRUE(std::isnan(m.disparity[5 * width + i])) << i;
+  EXPECT_NEAR(m.disparity[5 * width + 98], 0, 1e-3);
+  EXPECT_NEAR(m.disparity[5 * width + 108], 3, 1e-2);
 }
 
 TEST(Match, APlaceOnTheLastPixelBeforeAGapHasItsSigma) {
