@@ -1,5 +1,7 @@
 """Gray code and phase shift: patterns, orders, refusals; and three frequencies, which `decode` takes."""
 
+import importlib
+
 import numpy as np
 import pytest
 
@@ -181,3 +183,15 @@ def test_hierarchies_and_heterodyne_sets_decode(periods, steps):
     whole = np.isfinite(off[:18])
     assert (np.abs(off[:18][whole]) > 0.5).sum() == 0
     assert whole.mean() > 0.97
+
+
+def test_the_virtual_scanner_shows_a_gray_code(layup, monkeypatch):
+    # Dark carbon fibre with highlights in three exposures, seen through the lenses of both cameras.
+    module = importlib.import_module("debulk.scenes.fringe_images")
+    monkeypatch.setattr(module, "fringe_patterns", lambda pixels, periods, steps: gray_patterns(pixels, 32, 6))
+    images = module.fringe_images(layup, (320, 240), periods=(32, 31))
+    for stack, true in ((images.left, images.truth.left_phase_rad), (images.right, images.truth.right_phase_rad)):
+        phase = decode_gray(stack[:, :6], stack[:, 6:], 32, 6)
+        off = phase.phase_rad - true
+        assert (np.abs(off) > np.pi).sum() == 0
+        assert np.isfinite(off).sum() > 0.99 * np.isfinite(true).sum()

@@ -120,8 +120,9 @@ def test_cameras_that_are_toed_in_lose_no_resolution(toed_in_deg):
     assert rectified.focal_px > 0.95 * 880
     known = np.isfinite(scan.points_mm[..., 2])
     assert known.sum() > 0.8 * np.isfinite(left).sum()  # the right camera does not see the sphere's left side
-    off = np.linalg.norm(scan.points_mm[known] @ rectified.rotation - centre, axis=1) - radius
-    assert np.abs(off).max() < 0.5
+    off = np.abs(np.linalg.norm(scan.points_mm[known] @ rectified.rotation - centre, axis=1) - radius)
+    assert np.quantile(off, 0.95) < 0.1
+    assert (off > 1).mean() < 0.002  # at the rim, where the sphere turns away
 
 
 def test_bad_phases_are_named(fringes):
