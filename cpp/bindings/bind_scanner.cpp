@@ -156,6 +156,24 @@ void bind_scanner(py::module_ m) {
       py::arg("threads"), py::arg("widest"), py::arg("stop"));
 
   m.def(
+      "check_neighbours",
+      [](const Plane& phase, double order_step, int threads, int widest, const Stop& stop) {
+        require(phase.ndim() == 2, "phase", "an (H, W) array", shape_of(phase));
+        const int height = static_cast<int>(phase.shape(0)), width = static_cast<int>(phase.shape(1));
+        float* phases = target<float>(phase, {height, width}, "phase");
+        NeighbourCounts counts;
+        {
+          py::gil_scoped_release release;
+          counts = check_neighbours(phases, width, height, order_step, threads, stop, widest_isa(widest));
+        }
+        py::dict result;
+        result["isolated"] = counts.isolated, result["repaired"] = counts.repaired;
+        return result;
+      },
+      py::arg("phase").noconvert(), py::arg("order_step"), py::arg("threads"), py::arg("widest"), py::arg("stop"),
+      "Removes phases unlike their neighbours', and decides doubtful ones (-1 - phase) by them; the counts of both.");
+
+  m.def(
       "take_out_blur",
       [](const Plane& phase, const py::object& modulation, const py::object& exposure, const std::vector<float>& brightness,
          double variance_px2, int threads, int widest, const Stop& stop) {

@@ -80,9 +80,14 @@ MatchCounts RowMatcher::match(const RectifiedRow& left, int left_width, float le
   left_.build(left.phase, left_width, left_step, left_edge);
   right_.build(right.phase, right_width, right_step, right_edge);
   MatchCounts counts;
+  auto bridged = left.bridged.begin();
   for (int i = 0; i < left_width; ++i) {
     disparity[i] = sigma[i] = std::numeric_limits<float>::quiet_NaN();
     const float phase = left.phase[at(i)];
+    if (bridged != left.bridged.end() && *bridged == i) {
+      ++bridged;
+      continue;
+    }
     if (phase != phase) continue;
     ++counts.seen;
     const double x = right_.find(phase);

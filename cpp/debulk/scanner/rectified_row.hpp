@@ -20,10 +20,13 @@ struct PhaseView {
 };
 
 // A row of the rectified phase map. The phase is interpolated between four pixels, but never across an edge or a gap.
+// A gap of a single pixel is bridged: a pixel that alone has no phase, or has one unlike those of both its neighbours in
+// the row, is left out where these lie on one surface. What rests on such a pixel is known, but was not measured.
 struct RectifiedRow {
   std::vector<float> phase;     // rad; NaN where there is none
   std::vector<float> noise;     // rad; standard deviation before the interpolation along the row
   std::vector<float> fraction;  // position between two columns of the image as it was taken, 0 to 1
+  std::vector<int> bridged;     // columns whose nearest pixel was left out, in ascending order
 };
 
 void rectify_row(const PhaseView& view, int row, RectifiedRow& out, Isa isa = best_isa());

@@ -31,7 +31,9 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     const Floats c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
     const Floats upper = a + u * (b - a), lower_row = c + u * (d - c);
     const Floats step = higher(higher(absolute(b - a), absolute(d - c)), higher(absolute(c - a), absolute(d - b)));
-    store(phase, choose(within & (step <= view.edge), upper + v * (lower_row - upper), all(nan)));
+    const Floats value = upper + v * (lower_row - upper);
+    const Ints whole = (step <= view.edge) & (value == value);  // the step can hide a pixel without a phase
+    store(phase, choose(within & whole, value, all(nan)));
     if (view.noise) {
       const Floats sigma = gather(view.noise, at);
       store(out.noise.data() + column, sigma * root((1.0f - v) * (1.0f - v) + v * v));
@@ -39,5 +41,10 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
       store(out.noise.data() + column, all(0.0f));
     }
     store(out.fraction.data() + column, u);
+    const Ints near = ((a == a) | (b == b)) & ((c == c) | (d == d));
+    for (unsigned which = bits(within & ~whole & near) & ((1u << left) - 1); which != 0; which &= which - 1) {
+      const int k = __builtin_ctz(which);
+      bridge(view, i[k], j[k], u[k], v[k], column + k, out);
+    }
   }
 }

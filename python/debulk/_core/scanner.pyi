@@ -10,6 +10,9 @@ from debulk._core import Stop
 
 _Image = NDArray[np.uint8] | NDArray[np.uint16]
 
+def check_neighbours(
+    phase: NDArray[np.float32], order_step: float, threads: int, widest: int, stop: Stop
+) -> dict[str, int]: ...
 def decode(
     images: Sequence[_Image],
     exposures: int,

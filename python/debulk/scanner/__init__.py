@@ -17,6 +17,8 @@ from debulk.scanner.calibration import Calibration
 from debulk.scanner.calibration_picture import calibration_picture
 from debulk.scanner.certainty import Certainty
 from debulk.scanner.decode import Phase, decode
+from debulk.scanner.decode_gray import decode_gray
+from debulk.scanner.gray_patterns import gray_patterns
 from debulk.scanner.patterns import fringe_patterns
 from debulk.scanner.picture import picture
 from debulk.scanner.projector import Projector
@@ -41,7 +43,9 @@ __all__ = [
     "calibrate_projector",
     "calibration_picture",
     "decode",
+    "decode_gray",
     "fringe_patterns",
+    "gray_patterns",
     "match",
     "picture",
     "register",

@@ -19,6 +19,7 @@ from debulk.scanner.board_places import BoardPlace
 from debulk.scanner.certainty import BUMP_MM, Certainty
 from debulk.scanner.inputs import InputError, checked_pixels
 from debulk.scanner.projector import Projector
+from debulk.scanner.resolution import resolved
 from debulk.scanner.undistort import undistorted
 
 F32 = NDArray[np.float32]
@@ -212,7 +213,8 @@ class Calibration:
 class Rectified:
     """Two pinhole images without distortion, rotated so that equal rows see the same planes through both cameras.
 
-    Both have one focal length, chosen so that everything the left camera sees fits into an image of its size.
+    Both have the same focal length, with which everything the left camera sees fits into an image of its size. Where
+    that would be much coarser than the camera, they have the camera's focal length, and the image is larger.
     """
 
     focal_px: float
@@ -259,7 +261,8 @@ def _rectify(calibration: Calibration) -> Rectified:
         )
     low, high = _extent(left_k, left_d, left_r, width, height)
     right_low, right_high = _extent(right_k, right_d, right_r, width, height)
-    f = float(min((width - 1) / (high[0] - low[0]), (height - 1) / (high[1] - low[1])))
+    own = float(np.sqrt(left_k[0, 0] * left_k[1, 1]))
+    f, (width, height) = resolved(low, high, own, calibration.pixels)
     cx = float((width - 1) / 2 - f * (low[0] + high[0]) / 2)
     cy = float((height - 1) / 2 - f * (low[1] + high[1]) / 2)
     right_width = int(np.ceil(f * (right_high[0] - right_low[0]))) + 1

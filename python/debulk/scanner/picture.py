@@ -60,6 +60,9 @@ def picture(scan: Scan, left: Phase, width: int = 1400) -> NDArray[np.uint8]:
         _part(left.order_residual, 0, 0.5, "fringe order's distance to a whole number, 0 to 0.5", width // 2),
         _part(depth, low, high, f"depth, {low:.0f} to {high:.0f} mm", width // 2),
     ]
+    # The depths are on the rectified image, which can have another shape than the camera's.
+    tall = max(part.shape[0] for part in parts)
+    parts = [np.pad(part, ((0, tall - part.shape[0]), (0, 0), (0, 0)), constant_values=255) for part in parts]
     return np.vstack([np.hstack(parts[:2]), np.hstack(parts[2:])])
 
 

@@ -15,7 +15,7 @@ from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, checked_blur, checked_start, decode_into, noise_of
 from debulk.scanner.faults import refuse_faults
 from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
-from debulk.scanner.triangulate import Scan, triangulate_into
+from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
 from debulk.stopping import Running, stopping
 from debulk.workers import Workers
 
@@ -124,7 +124,7 @@ class Scanner:
             done.
         out
             Memory for the points, (H, W, 3), and the uncertainty, (H, W), float32 and C-contiguous, so that a cycle
-            allocates nothing large. None: new arrays.
+            allocates nothing large; ``calibration.rectified.pixels`` are W and H. None: new arrays.
 
         Returns
         -------
@@ -194,7 +194,7 @@ class Scanner:
             phases.append(pool.submit(decode_into, *given).result())
         self.left, self.right = phases
         report("triangulating", 0.7)
-        points, uncertainty = out or (np.empty((*shape, 3), np.float32), np.empty(shape, np.float32))
+        points, uncertainty = out or empty_cloud(self.calibration)
         work = points, uncertainty, phases[0], phases[1], self.calibration, self.threads, stop
         scan = pool.submit(triangulate_into, *work).result()
         report("triangulating", 1.0)

@@ -86,7 +86,8 @@ def sampled(points: F32, left: Phase, rectified: Rectified) -> tuple[F64, F64]:
     rows, columns = (a.ravel() for a in np.mgrid[step // 2 : height : step, step // 2 : width : step])
     there = points[rows, columns].astype(np.float64)
     x, y = (rectified.maps[k][rows, columns].astype(np.float64) for k in (0, 1))
-    fine = np.isfinite(there[:, 2]) & (x >= 0) & (y >= 0) & (x <= width - 2) & (y <= height - 2)
+    tall, wide = left.phase_rad.shape
+    fine = np.isfinite(there[:, 2]) & (x >= 0) & (y >= 0) & (x <= wide - 2) & (y <= tall - 2)
     there, x, y = there[fine], x[fine], y[fine]
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
     u, v = x - i, y - j

@@ -31,7 +31,8 @@ class Scan:
 
     points_mm: F32 = field(repr=False)
     """(H, W, 3) in the frame of the rectified left camera: pixel (i, j) lies along ((j - cx) / f, (i - cy) / f, 1); NaN
-    where nothing was seen by both cameras."""
+    where nothing was seen by both cameras. H and W are the camera's; where it is turned so far that the rectified image
+    would be much coarser then, they are larger (``calibration.rectified.pixels``)."""
     uncertainty_mm: F32 = field(repr=False)
     """(H, W) standard deviation along the ray due to the phases' noise; 0 where that is not known."""
     camera: tuple[float, float, float]
@@ -125,9 +126,14 @@ def triangulate(
     >>> round(float(np.nanmedian(scan.points_mm[..., 2])), 1)
     1000.0
     """
-    shape = calibration.pixels[1], calibration.pixels[0]
-    points, uncertainty = np.empty((*shape, 3), np.float32), np.empty(shape, np.float32)
+    points, uncertainty = empty_cloud(calibration)
     return triangulate_into(points, uncertainty, left, right, calibration, threads, stop or _core.Stop())
+
+
+def empty_cloud(calibration: Calibration) -> tuple[F32, F32]:
+    """Memory for the points, (H, W, 3), and their uncertainty, (H, W), of a scan with these cameras."""
+    width, height = calibration.rectified.pixels
+    return np.empty((height, width, 3), np.float32), np.empty((height, width), np.float32)
 
 
 def triangulate_into(

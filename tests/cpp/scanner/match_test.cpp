@@ -66,18 +66,51 @@ TEST(Match, NeverAcrossAnEdge) {
 
 TEST(Match, NeverAcrossAGap) {
   const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
+  const Rows right = rows([](double x) { return x == 90 || x == 91 ? nan : static_cast<float>(0.1 * x + 0.05); });
+  const Matched m = matched(left, right);
+  for (std::size_t i : {90u, 91u, 92u}) EXPECT_TRUE(std::isnan(m.disparity[i])) << i;
+  EXPECT_NEAR(m.disparity[94], 0.5, 1e-3);
+}
+
+TEST(Match, ASinglePixelIsBridgedButHasNoPointItself) {
+  // An order is off in columns 120 and 150. In one row, a pixel has no phase.
+  Rows left = rows([](double x) { return static_cast<float>(0.1 * x + (x == 150 ? 6.28 : 0)); });
+  Rows right = rows([](double x) { return static_cast<float>(0.1 * x + 0.05 + (x == 120 ? 6.28 : 0)); });
+  left[5 * width + 60] = right[5 * width + 90] = nan;
+  const Matched m = matched(left, right);
+  for (int i = 5; i < width - 5; ++i) {
+    const float found = m.disparity[static_cast<std::size_t>(5 * width + i)];
+    if (i == 60 || i == 150)
+      EXPECT_TRUE(std::isnan(found)) << i;
+    else
+      EXPECT_NEAR(found, 0.5, 1e-3) << i;
+  }
+}
+
+TEST(Match, NoBridgeOverPixelsOneAboveTheOther) {
+  const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
   const Rows right = rows([](double x) { return x == 90 ? nan : static_cast<float>(0.1 * x + 0.05); });
   const Matched m = matched(left, right);
-  EXPECT_TRUE(std::isnan(m.disparity[90]));
-  EXPECT_TRUE(std::isnan(m.disparity[91]));
-  EXPECT_NEAR(m.disparity[93], 0.5, 1e-3);
+  for (std::size_t i : {90u, 91u}) EXPECT_TRUE(std::isnan(m.disparity[i])) << i;
+}
+
+TEST(Match, NoBridgeWhereTheSurfaceSteps) {
+  // In the middle the phase changes slowly, so that a step of it is smaller than what counts as an edge.
+  const auto slow = [](double x) { return x < 80 ? 0.1 * x : x < 120 ? 8 + 0.05 * (x - 80) : 10 + 0.1 * (x - 120); };
+  const Rows left = rows([&](double x) { return static_cast<float>(slow(x)); });
+  Rows right = rows([&](double x) { return static_cast<float>(slow(x) + (x > 100 ? 0.15 : 0)); });
+  right[5 * width + 100] = nan;
+  const Matched m = matched(left, right);
+  for (std::size_t i : {100u, 101u, 102u, 103u}) EXPECT_TRUE(std::isnan(m.disparity[5 * width + i])) << i;
+  EXPECT_NEAR(m.disparity[5 * width + 98], 0, 1e-3);
+  EXPECT_NEAR(m.disparity[5 * width + 108], 3, 1e-2);
 }
 
 TEST(Match, APlaceOnTheLastPixelBeforeAGapHasItsSigma) {
   const Rows noise(width * height, 0.01f), left = rows([](double x) { return static_cast<float>(x / 8); });
-  const Rows right = rows([](double x) { return x == 90 || x == 100 ? nan : static_cast<float>(x / 8); });
+  const Rows right = rows([](double x) { return x == 90 || x == 91 || x == 100 || x == 101 ? nan : static_cast<float>(x / 8); });
   const Matched m = matched(left, right, noise.data());
-  for (std::size_t i : {89u, 91u, 99u, 101u, 202u}) {
+  for (std::size_t i : {89u, 92u, 99u, 102u, 202u}) {
     EXPECT_EQ(m.disparity[i], 0) << i;
     EXPECT_NEAR(m.sigma[i], 0.08 * std::sqrt(2), 1e-3) << i;
   }
@@ -180,7 +213,7 @@ TEST(RectifiedRow, InterpolatesBetweenFourPixelsAndNeverIntoAGap) {
   Rows phase;
   for (int j = 0; j < height; ++j)
     for (int i = 0; i < width; ++i) phase.push_back(0.1f * i + 0.03f * j);
-  phase[4 * width + 50] = nan;
+  phase[4 * width + 50] = phase[4 * width + 70] = phase[4 * width + 71] = nan;
   Rows map_x, map_y;
   for (int j = 0; j < height; ++j)
     for (int i = 0; i < width; ++i) map_x.push_back(i + 0.25f), map_y.push_back(j + (i < 40 ? 0.5f : 0.0f));
@@ -190,9 +223,11 @@ TEST(RectifiedRow, InterpolatesBetweenFourPixelsAndNeverIntoAGap) {
   rectify_row(v, 4, row);
   EXPECT_NEAR(row.phase[10], 0.1 * 10.25 + 0.03 * 4.5, 1e-5);
   EXPECT_NEAR(row.phase[100], 0.1 * 100.25 + 0.03 * 4, 1e-5);
-  EXPECT_TRUE(std::isnan(row.phase[49]));
-  EXPECT_TRUE(std::isnan(row.phase[50]));
-  EXPECT_FALSE(std::isnan(row.phase[51]));
+  EXPECT_NEAR(row.phase[49], 0.1 * 49.25 + 0.03 * 4, 1e-5);  // a single pixel is bridged
+  EXPECT_NEAR(row.phase[50], 0.1 * 50.25 + 0.03 * 4, 1e-5);
+  EXPECT_EQ(row.bridged, std::vector<int>{50});  // the other one is nearer to a pixel with a phase
+  for (std::size_t i : {69u, 70u, 71u}) EXPECT_TRUE(std::isnan(row.phase[i])) << i;
+  EXPECT_FALSE(std::isnan(row.phase[72]));
   EXPECT_TRUE(std::isnan(row.phase[width - 1]));  // outside the image
 }
 

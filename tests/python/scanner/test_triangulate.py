@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import plain_rows
 from debulk import InputError
 from debulk.scanner import Calibration, match, triangulate
 from debulk.scanner.triangulate import triangulate_into
@@ -60,6 +61,68 @@ def test_nothing_is_bridged(fringes, scanned):
     lost = np.isfinite(whole.points_mm[..., 2]) & np.isnan(scan.points_mm[..., 2])
     assert 330 <= lost.sum() <= 700
     assert np.array_equal(scan.points_mm[~lost], whole.points_mm[~lost], equal_nan=True)
+
+
+@pytest.mark.parametrize(("dropped", "off_order"), [(0, 0), (0.01, 0), (0.03, 0), (0, 0.01)])
+def test_as_complete_as_a_plain_row_search_and_less_often_wrong(fringes, dropped, off_order):
+    rng = np.random.default_rng(7)
+    phases = []
+    for true in (fringes.truth.left_phase_rad, fringes.truth.right_phase_rad):
+        phase = true + rng.normal(0, 0.03, true.shape).astype(np.float32)
+        phase[rng.random(true.shape) < dropped] = np.nan
+        phase += 2 * np.pi * rng.choice([-1, 1], true.shape) * (rng.random(true.shape) < off_order)
+        phases.append(phase.astype(np.float32))
+    rectified = fringes.calibration.rectified
+    rows = np.arange(2, 480, 7)
+    depth = triangulate(*phases, fringes.calibration).points_mm[rows, :, 2]
+    scale = rectified.focal_px * rectified.baseline_mm
+    true = scale / fringes.truth.points_mm[rows, :, 2]
+    mine = scale / depth
+    plain = plain_rows.disparity(*phases, rectified, rows) + rectified.right_cx - rectified.left_centre[0]
+    wrong = [np.count_nonzero(np.abs(found - true) > 1) / np.isfinite(found).sum() for found in (mine, plain)]
+    assert np.isfinite(mine).sum() > 0.95 * np.count_nonzero(np.abs(plain - true) <= 1)
+    assert wrong[0] < 0.0005
+    assert wrong[0] <= wrong[1]
+
+
+def sphere_seen(matrix, distortion, rotation, translation, pixels, centre, radius):
+    """Phases that a camera sees on a sphere in the left camera's frame; fringes stand upright in space."""
+    import cv2
+
+    grid = np.stack(np.meshgrid(*(np.arange(n, dtype=np.float64) for n in pixels)), axis=-1).reshape(-1, 1, 2)
+    flat = cv2.undistortPoints(grid, np.array(matrix), np.array(distortion)).reshape(-1, 2)
+    rays = np.column_stack([flat, np.ones(len(flat))]) @ rotation
+    place = -rotation.T @ translation
+    along, off = rays @ (place - centre), (place - centre) @ (place - centre) - radius**2
+    square = (rays**2).sum(axis=1)
+    root = along**2 - square * off
+    distance = np.where(root > 0, (-along - np.sqrt(np.maximum(root, 0))) / square, np.nan)
+    points = place + distance[:, None] * rays
+    return (2 * np.pi * 64 * np.arctan2(points[:, 0] + 300, points[:, 2])).reshape(pixels[::-1]).astype(np.float32)
+
+
+@pytest.mark.parametrize("toed_in_deg", [0.0, 20.0])
+def test_cameras_that_are_toed_in_lose_no_resolution(toed_in_deg):
+    angle = np.radians(toed_in_deg)
+    rotation = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    place = np.array([200.0, 0, -40.0]) if toed_in_deg else np.array([200.0, 0, 0])
+    matrices, lenses = [matrix(880), matrix(890)], [[0.02, -0.03, 1e-3, -1e-3, 0], [-0.01, 0.02, 0, 1e-3, 0]]
+    calibration = Calibration(matrices, lenses, rotation, -rotation @ place, (640, 480))
+    centre, radius = np.array([60.0, 0, 1000]), 180.0
+    left, right = (
+        sphere_seen(k, d, r, t, (640, 480), centre, radius)
+        for k, d, r, t in zip(matrices, lenses, (np.eye(3), rotation), (np.zeros(3), -rotation @ place), strict=True)
+    )
+    scan = triangulate(left, right, calibration)
+    rectified = calibration.rectified
+    assert (rectified.pixels == (640, 480)) == (toed_in_deg == 0)
+    assert scan.points_mm.shape == (*rectified.pixels[::-1], 3)
+    assert rectified.focal_px > 0.95 * 880
+    known = np.isfinite(scan.points_mm[..., 2])
+    assert known.sum() > 0.8 * np.isfinite(left).sum()  # the right camera does not see the sphere's left side
+    off = np.abs(np.linalg.norm(scan.points_mm[known] @ rectified.rotation - centre, axis=1) - radius)
+    assert np.quantile(off, 0.95) < 0.1
+    assert (off > 1).mean() < 0.002  # at the rim, where the sphere turns away
 
 
 def test_bad_phases_are_named(fringes):
