@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from debulk.files.clouds import load_cloud, save_cloud
 from debulk.files.mask import load_mask
-from debulk.files.placement import load_outline, load_pose
+from debulk.files.outline import load_outline
+from debulk.files.pose import load_pose
 from debulk.files.replacing import replacing
 from debulk.files.units import Unit
 

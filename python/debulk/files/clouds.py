@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
 from debulk.arguments import of_type, typed
-from debulk.files import npy, pcd, ply, text
+from debulk.files import npy, pcd, ply, ptx, text
 from debulk.files.kinds import TEXT, check_kind
 from debulk.files.replacing import replacing
 from debulk.files.source import Points, Source, open_source
@@ -25,11 +25,11 @@ __all__ = ["load_cloud", "save_cloud"]
 log = logging.getLogger("debulk")
 _READERS: dict[str, Callable[[Source, float], Points]] = {
     ".npy": npy.read_npy, ".npz": npy.read_npz, ".ply": ply.read_ply, ".pcd": pcd.read_pcd,
-    **dict.fromkeys(TEXT, text.read_text),
+    **dict.fromkeys(TEXT, text.read_text), ".ptx": ptx.read_ptx,
 }  # fmt: skip
 _WRITERS: dict[str, Callable[[Path, NDArray[np.float32]], None]] = {
     ".npy": npy.write_npy, ".npz": npy.write_npz, ".ply": ply.write_ply, ".pcd": pcd.write_pcd,
-    **{extension: partial(text.write_text, extension=extension) for extension in TEXT},
+    **{extension: partial(text.write_text, extension=extension) for extension in TEXT if extension != ".pts"},
 }  # fmt: skip
 _FAR_MM = 1e7  # ten kilometres: no scanner sees that far, so the file or its unit is wrong
 _FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan have the same position
