@@ -122,7 +122,7 @@ def _head(source: Source, begin: int) -> _Head:
             stripped = line._replace(text=text.lstrip("#/ "))
             if (names is None or names.comment) and not others and is_line_of_names(stripped.text):
                 names = stripped  # as "# x y z intensity"
-        elif separator := _separator(line.text, forced):
+        elif separator := _separator(line.text, forced, names):
             fields = split(without_comment(line.text), separator)
             if names is None and counting is None and _counts(fields):
                 counting = line
@@ -140,7 +140,7 @@ def _head(source: Source, begin: int) -> _Head:
         elif text.strip(";,|\t "):  # spreadsheets write empty lines with their separators
             others.append(line)
     if counting:
-        separator = _separator(counting.text, forced)
+        separator = _separator(counting.text, forced, None)
         return _Head(counting, separator, names, None, count)
     faulty = next((line for line in others if _looks_like_numbers(line.text) or names is not None), None)
     if faulty is not None:
@@ -158,14 +158,15 @@ def _axes_for_counting(fields: list[str]) -> list[str]:
     return [{"0": "x", "1": "y", "2": "z"}.get(field, field or "index") for field in fields]
 
 
-def _separator(text: str, forced: str) -> str:
+def _separator(text: str, forced: str, names: _Line | None) -> str:
     """Return the separator of a line of numbers, or nothing if it is no such line."""
     text = without_comment(text.lstrip(" "))
     for separator in (forced,) if forced else SEPARATORS:
         words = split(text, separator)
         filled = [word for word in words if word]
         values = sum(map(is_value, filled))
-        if separator == "\t" and "" in words[:-1] and len(filled) >= 3:
+        named = names is not None and len(split(names.text, "\t")) == len(words)
+        if separator == "\t" and "" in words[:-1] and len(filled) >= 3 and not named:
             continue  # several tabs in a row may also be there to align the columns
         # A line that starts with what was not seen is one of numbers, too.
         if values >= 3 or (separator != " " and len(words) >= 3 and 0 < values == len(filled)):
