@@ -66,7 +66,7 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.fl
     closed = [line for line in lines if line.closed]
     if len(lines) == len(closed) == 1:
         corners = closed[0].corners
-        apart = np.hypot(*(corners - np.roll(corners, 1, axis=0)).T) > _GAP_MM  # also the last and the first
+        apart = np.hypot(*(corners - np.roll(corners, -1, axis=0)).T) > _GAP_MM  # also the last and the first
         return corners[apart]
     where = "" if layer is None else f" on layer {layer[:40]!r}"
     if not lines:
@@ -132,6 +132,8 @@ def _flattened(path: Path, entity: Any, mm_per_unit: float) -> Iterator[NDArray[
         if not 0 < entity.dxf.radius * mm_per_unit <= _FARTHEST_MM:
             raise InputError(f"{path}: {kind} with a radius of {entity.dxf.radius:g}")
         points = entity.flattening(distance)
+    elif kind == "SPLINE" and not len(entity.control_points):
+        raise InputError(f"{path}: a SPLINE of fit points alone, which says nothing of its course between them: explode it")
     else:
         points = entity.flattening(distance, 8)
     corners = np.array([(point.x, point.y) for point in islice(points, _MOST_CORNERS)], dtype=np.float64) * mm_per_unit

@@ -61,8 +61,8 @@ def load_pose(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float6
     text = read_small_text(path)
     matrices = named_matrices(path, text)
     if matrices is None:
-        if text.lstrip().startswith("["):  # as MATLAB and NumPy print a matrix
-            text = re.sub(r"[\[\]]", " ", text).replace(";", "\n")
+        if text.lstrip().startswith("["):  # as MATLAB and NumPy print a matrix, whose rows may be broken
+            text = re.sub(r"[\];]", "\n", re.sub(r"\s|\[", " ", text))
         table = read_table(path, text, headings=False)
         pose = _four_by_four(table.numbers)
         if pose is None:

@@ -141,7 +141,7 @@ def test_ptx(tmp_path, caplog):
         np.testing.assert_array_equal(load(tmp_path, PTX.format(0) + body, "a.ptx", "m"), points)
     assert "moves the points by 36055.5 mm and turns them by 0 degrees" in caplog.text
     for text, part in (
-        (PTX.format(0) + body[:20], "lack"),
+        (PTX.format(0) + body[:-40], "expected 6 lines of 7 numbers after the header, found 5"),
         (PTX.format(0) + body + rows[0], "expected 6 lines of 7 numbers after the header, found 7"),
         (PTX.format("x") + body, "line 10: expected 4 numbers of the header, got 'x 20 30 1'"),
         (PTX.format(0).replace("3\n2\n", "99999999\n99999999\n") + body, "the file ends"),
