@@ -193,12 +193,12 @@ def _of_text(source: Source, scaled: bool) -> tuple[NDArray[np.float64], tuple[f
         source.fail(0, "expected a matrix of heights of two lines and two columns at least", "export a matrix of numbers")
     if len(signs) > 1 or "_" in signs:
         source.fail(0, "expected decimal points or decimal commas in all heights, and nothing else", "export it again")
-    if separator == "," and not signs and not scaled:
+    values = np.array(rows)
+    if separator == "," and not signs and not scaled and np.isfinite(values).any():
         source.fail(
             0, "no number has a decimal point, so the commas may be decimal commas", "export it with decimal points, or "
             "give scale_mm if these are whole numbers of steps",
         )  # fmt: skip
-    values = np.array(rows)
     x, y = values[0, 1:], values[1:, 0]
     if np.isnan(values[0, 0]) and len(values) > 2 and values.shape[1] > 2 and _even(x) and _even(y):
         return np.ascontiguousarray(values[1:, 1:]), (float(x[1] - x[0]), float(y[1] - y[0])), None
@@ -221,7 +221,10 @@ def _is_row(text: str) -> bool:
 
 
 def _separator(text: str) -> str:
-    return next((separator for separator in SEPARATORS if len(split(text, separator)) > 1), " ")
+    """Return the first separator that leaves heights, or anything, in at least two columns."""
+    columns = {separator: words for separator in SEPARATORS if len(words := split(text, separator)) > 1}
+    fits = (s for s, words in columns.items() if all(not word or is_value(word) for word in words[1:]))
+    return next(fits, next(iter(columns), " "))
 
 
 def _row(source: Source, offset: int, number: int, words: list[str], *, corner: bool) -> NDArray[np.float64]:

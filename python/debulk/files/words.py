@@ -20,7 +20,7 @@ _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
 
 def without_comment(text: str) -> str:
     """Return what stands before a comment."""
-    return _COMMENT.split(text, maxsplit=1)[0].strip()
+    return _COMMENT.split(text, maxsplit=1)[0].strip(" \r\n")
 
 
 def split(text: str, separator: str) -> list[str]:
