@@ -197,11 +197,12 @@ def rigid(value: ArrayLike, name: str) -> Floats:
     lengths = np.sqrt(np.diag(across))
     scale = float(np.abs(scales - 1).max())
     shear = float(np.abs(across / np.outer(lengths, lengths) - np.eye(3)).max())
-    does = f"over 1 m it changes lengths by up to {1000 * scale:.2g} mm and right angles by {round(1000 * shear, 6):.2g} mm"
+    across_mm = round(1000 * shear, 6)
+    does = f"over 1 m it changes lengths by up to {1000 * scale:.2g} mm and right angles by {across_mm:.2g} mm"
     if digits is None:
         raise InputError(
-            f"{name}: expected a rotation in the upper left 3 x 3, got one that scales or shears: {does}, more than the "
-            "rounding of its numbers explains; give a rigid motion"
+            f"{name}: expected a rotation in the upper left 3 x 3, got one that scales or shears: {does}, more than "
+            "rounding explains; give a rigid motion"
         )
     turned = f"turned by up to {1100 * 10.0**-digits:.2g} mm per metre of distance"
     if few:
@@ -210,8 +211,8 @@ def rigid(value: ArrayLike, name: str) -> Floats:
             "write 6 decimals or more"
         )
     log.warning(
-        "%s: its rotation has only %d decimals: %s; the nearest rotation is used, which may be %s: write 6 decimals or more",
-        name, digits, does, turned,
+        "%s: its rotation has only %d decimals: %s; the nearest rotation is used, which may be %s: write 6 decimals or "
+        "more", name, digits, does, turned,
     )  # fmt: skip
     return motion
 

@@ -66,8 +66,8 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.fl
     closed = [line for line in lines if line.closed]
     if len(lines) == len(closed) == 1:
         corners = closed[0].corners
-        apart = np.hypot(*(corners - np.roll(corners, -1, axis=0)).T) > _GAP_MM  # also the last and the first
-        return corners[apart]
+        sides = np.roll(corners, -1, axis=0) - corners  # the last corner repeats the first
+        return np.ascontiguousarray(corners[np.hypot(*sides.T) > _GAP_MM])
     where = "" if layer is None else f" on layer {layer[:40]!r}"
     if not lines:
         found = ", ".join(f"{count} {name}" for name, count in others.most_common(6)) or "nothing"
@@ -102,7 +102,9 @@ def _parts(path: Path, document: Any, mm_per_unit: float, layer: str | None) -> 
         for corners in _flattened(path, entity, mm_per_unit):
             parts.append(_Line(on, corners))
         if len(parts) > _MOST_PARTS:
-            raise InputError(f"{path}: expected at most {_MOST_PARTS} lines and curves, got more: keep only the outline")
+            raise InputError(
+                f"{path}: expected at most {_MOST_PARTS} lines and curves, got more: keep only the outline"
+            )
     return parts, others
 
 
@@ -133,7 +135,9 @@ def _flattened(path: Path, entity: Any, mm_per_unit: float) -> Iterator[NDArray[
             raise InputError(f"{path}: {kind} with a radius of {entity.dxf.radius:g}")
         points = entity.flattening(distance)
     elif kind == "SPLINE" and not len(entity.control_points):
-        raise InputError(f"{path}: a SPLINE of fit points alone, which says nothing of its course between them: explode it")
+        raise InputError(
+            f"{path}: a SPLINE of fit points alone, which says nothing of its course between them: explode it"
+        )
     else:
         points = entity.flattening(distance, 8)
     corners = np.array([(point.x, point.y) for point in islice(points, _MOST_CORNERS)], dtype=np.float64) * mm_per_unit
@@ -161,7 +165,8 @@ def _joined(path: Path, parts: list[_Line]) -> list[_Line]:
                 if len({int(place) // 2 for place in near}) > 1:
                     x, y = corners[-1]
                     raise InputError(
-                        f"{path}: more than two lines meet at ({x:.4g}, {y:.4g}) mm: keep only the outline, or give its layer"
+                        f"{path}: more than two lines meet at ({x:.4g}, {y:.4g}) mm: keep only the outline, or "
+                        "give its layer"
                     )
                 if not len(near):
                     break

@@ -6,7 +6,6 @@ import math
 import re
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,12 +37,12 @@ def load_heights(
     scale_mm: float | None = None,
     offset_mm: float = 0.0,
 ) -> NDArray[np.float32]:
-    """Read a matrix of heights as an organised cloud.
+    r"""Read a matrix of heights as an organised cloud.
 
     Parameters
     ----------
     path
-        A table of heights in text (.csv, .txt, .asc), where lines of words may come first; a .png of 8 or 16 bits, grey;
+        A table of heights in text (.csv, .txt, .asc), where lines of words may come first; a grey .png of 8 or 16 bits;
         or a .npy of (H, W) floats or whole numbers. Column i and row j become x = i dx and y = j dy.
     pitch_mm
         (dx, dy), the distance of neighbouring columns and rows, mm, whatever the unit of the heights. Where the first
@@ -70,7 +69,7 @@ def load_heights(
     --------
     >>> import tempfile, pathlib
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "scan.csv"
-    >>> _ = path.write_text("1,5;1,6;---\\n1,4;1,5;1,6\\n")
+    >>> _ = path.write_text("1,5;1,6;---\n1,4;1,5;1,6\n")
     >>> load_heights(path, (10.0, -20.0))[..., 2].round(1).tolist()
     [[1.5, 1.600000023841858, nan], [1.399999976158142, 1.5, 1.600000023841858]]
     """
@@ -103,7 +102,9 @@ def load_heights(
     values[~np.isfinite(values)] = np.nan
     points = np.empty((*values.shape, 3), dtype=np.float32)
     points[..., 0], points[..., 1], points[..., 2] = x, y[:, None], values
-    check_size(path, max(float(np.ptp(x)), float(np.ptp(y)), float(np.nanmax(values) - np.nanmin(values))), "cloud", "mm")
+    check_size(
+        path, max(float(np.ptp(x)), float(np.ptp(y)), float(np.nanmax(values) - np.nanmin(values))), "cloud", "mm"
+    )
     return points
 
 
@@ -115,11 +116,15 @@ def _axes(
         pitch = arrays.numbers(pitch_mm, "pitch_mm", (2,), "the distances of columns and of rows in mm")
         if said is not None and not np.allclose(np.abs(pitch), np.abs(said) * mm_per_unit, rtol=0.01):
             listed = " and ".join(f"{abs(step) * mm_per_unit:g}" for step in said)
-            raise InputError(f"pitch_mm: expected {listed} mm, as {path} says itself, but got {pitch[0]:g}, {pitch[1]:g}")
+            raise InputError(
+                f"pitch_mm: expected {listed} mm, as {path} says itself, but got {pitch[0]:g}, {pitch[1]:g}"
+            )
     elif said is not None:
         pitch = np.array(said) * mm_per_unit
     else:
-        raise InputError(f"{path}: expected pitch_mm, the distances of columns and of rows in mm, since the file has none")
+        raise InputError(
+            f"{path}: expected pitch_mm, the distances of columns and of rows in mm, since the file has none"
+        )
     if not (pitch != 0).all():
         raise InputError("pitch_mm: expected distances of columns and of rows that are not 0")
     return pitch[0] * np.arange(shape[1]), pitch[1] * np.arange(shape[0]) + 0.0  # no -0
@@ -137,8 +142,8 @@ def _refuse_codes(path: Path, values: NDArray[np.float64]) -> None:
         gap = float(others.min() - code if sign > 0 else code - others.max())
         if gap > 0.5 * float(np.ptp(others)):
             raise InputError(
-                f"{path}: {code:.9g} stands at {count / values.size:.2%} of the places, far from all other heights: if it "
-                f"means that nothing was seen, give missing={code:.9g}, otherwise missing=nan"
+                f"{path}: {code:.9g} stands at {count / values.size:.2%} of the places, far from all other heights: if "
+                f"it means that nothing was seen, give missing={code:.9g}, otherwise missing=nan"
             )
 
 
@@ -154,7 +159,9 @@ def _of_npy(source: Source) -> tuple[NDArray[np.float64], bool]:
     offset = source.file.tell()
     if dtype.kind not in "fiu" or dtype.itemsize > 8 or len(shape) != 2 or min(shape) < 1:
         got = f"{str(dtype)[:40]}, shape {str(shape)[:40]}"
-        source.fail(0, f"expected (H, W) floats or whole numbers, got {got}", "save it with numpy.save as (H, W) float32")
+        source.fail(
+            0, f"expected (H, W) floats or whole numbers, got {got}", "save it with numpy.save as (H, W) float32"
+        )
     source.check_size(offset, math.prod(shape), dtype.itemsize, exact=True, what="heights")
     values = np.fromfile(source.file, dtype=dtype, count=math.prod(shape)).astype(np.float64)
     values = values.reshape(shape[::-1]).T if fortran else values.reshape(shape)
@@ -190,15 +197,15 @@ def _of_text(source: Source, scaled: bool) -> tuple[NDArray[np.float64], tuple[f
     if rows and closed:  # each line ends with a separator
         rows = [row[:-1] for row in rows]
     if not rows or len(rows[0]) < 2 or len(rows) < 2:
-        source.fail(0, "expected a matrix of heights of two lines and two columns at least", "export a matrix of numbers")
+        source.fail(
+            0, "expected a matrix of heights of two lines and two columns at least", "export a matrix of numbers"
+        )
     if len(signs) > 1 or "_" in signs:
         source.fail(0, "expected decimal points or decimal commas in all heights, and nothing else", "export it again")
     values = np.array(rows)
     if separator == "," and not signs and not scaled and np.isfinite(values).any():
-        source.fail(
-            0, "no number has a decimal point, so the commas may be decimal commas", "export it with decimal points, or "
-            "give scale_mm if these are whole numbers of steps",
-        )  # fmt: skip
+        remedy = "export it with decimal points, or give scale_mm if these are whole numbers of steps"
+        source.fail(0, "no number has a decimal point, so the commas may be decimal commas", remedy)
     x, y = values[0, 1:], values[1:, 0]
     if np.isnan(values[0, 0]) and len(values) > 2 and values.shape[1] > 2 and _even(x) and _even(y):
         return np.ascontiguousarray(values[1:, 1:]), (float(x[1] - x[0]), float(y[1] - y[0])), None
@@ -245,4 +252,6 @@ def _row(source: Source, offset: int, number: int, words: list[str], *, corner: 
 
 def _even(axis: NDArray[np.float64]) -> bool:
     steps = np.diff(axis)
-    return bool(np.isfinite(axis).all() and steps[0] != 0 and np.abs(steps - steps.mean()).max() <= 0.01 * abs(steps.mean()))
+    return bool(
+        np.isfinite(axis).all() and steps[0] != 0 and np.abs(steps - steps.mean()).max() <= 0.01 * abs(steps.mean())
+    )

@@ -79,7 +79,9 @@ def _of_yaml(path: Path, text: str) -> dict[str, Matrix]:
         depth = first.count("[") - first.count("]")
         while at < len(lines) and size < 40 * _MOST_NUMBERS:
             line = lines[at].split("#")[0].strip()
-            if not (depth > 0 or line.startswith("-") or (not line and depth == 0)) and (first or not line.startswith("[")):
+            if not (depth > 0 or line.startswith("-") or (not line and depth == 0)) and (
+                first or not line.startswith("[")
+            ):
                 break
             if depth == 0 and not first and line.startswith("["):
                 first = line

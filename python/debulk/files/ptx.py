@@ -50,7 +50,7 @@ def _name_motion(source: Source, motion: np.ndarray[tuple[int, int], np.dtype[np
     shift_mm = float(np.linalg.norm(motion[:3, 3])) * factor
     turned = math.degrees(math.acos(min(max((float(np.trace(motion[:3, :3])) - 1) / 2, -1.0), 1.0)))
     log.warning(
-        "%s: its header moves the points by %.6g mm and turns them by %.4g degrees; they are given in the scanner's frame, "
-        "without that motion: if the pose needs it, multiply it in, and scan and reference need the same one",
+        "%s: its header moves the points by %.6g mm and turns them by %.4g degrees; they are given in the scanner's "
+        "frame, without that motion: if the pose needs it, multiply it in, and scan and reference need the same one",
         source.path, shift_mm, turned,
     )  # fmt: skip

@@ -47,7 +47,7 @@ class _Head(NamedTuple):
     separator: str
     names: _Line | None
     units: _Line | None
-    count: int | None  # number of points that a line promises
+    promised: int | None  # number of points that a line promises
 
 
 def read_text(source: Source, factor: float) -> Points:
@@ -83,7 +83,7 @@ def write_text(path: Path, points: NDArray[np.float32], extension: str) -> None:
 
 def _read(source: Source, head: _Head, columns: int, xyz: list[int], factor: float) -> Points:
     return source.text_points(
-        head.first.offset, columns, xyz, factor, count=head.count, separator=head.separator, comments=True
+        head.first.offset, columns, xyz, factor, count=head.promised, separator=head.separator, comments=True
     )
 
 
@@ -245,9 +245,9 @@ def _first_columns(source: Source, head: _Head, columns: int, points: Points, fa
             counted = (np.arange(start, start + count) * factor).astype(np.float32)
             if np.array_equal(first, counted):
                 return "index"
-    if count >= 3 and (np.diff(first[:_LOOKED_AT]) > 0).all() and _whole(first[:_LOOKED_AT], factor):
-        if (np.diff(first) >= 0).all() and _whole(first, factor):  # a float32 of many digits may repeat itself
-            _fail(source, head.first, "is the first column an index, or x?", _NAME_THEM)
+    rises = count >= 3 and (np.diff(first[:_LOOKED_AT]) > 0).all() and _whole(first[:_LOOKED_AT], factor)
+    if rises and (np.diff(first) >= 0).all() and _whole(first, factor):  # a float32 of many digits may repeat itself
+        _fail(source, head.first, "is the first column an index, or x?", _NAME_THEM)
     if columns >= 5 and _image_places(source, head) and _whole(points.values[:, :2].ravel(), factor):
         problem = "are the first two columns the row and the column of an image, or x and y?"
         _fail(source, head.first, problem, "name the columns in a first line, such as row,column,x,y,z")

@@ -101,7 +101,7 @@ TEST(TextPoints, ReadsQuotesAndDecimalCommas) {
   }
   EXPECT_EQ(fault("1.234,5;2;3\n", semicolons), "0: line 1: expected a number for x, got '1.234,5' (with a sign between thousands?)");
   EXPECT_NE(fault("1,234,567 2 3\n").find("(with a sign between thousands?)"), std::string::npos);
-  EXPECT_EQ(fault("\"1,2,3\n", commas(3)), "6: line 1: expected 3 numbers, found 1");
+  EXPECT_EQ(fault("\"1,2,3\n", commas(3)), "0: line 1: expected a number for x, got '\"1,2,3'");
 }
 
 TEST(TextPoints, NamesTheLineAndTheByte) {
@@ -109,7 +109,7 @@ TEST(TextPoints, NamesTheLineAndTheByte) {
   EXPECT_EQ(fault("1 2 3\n4 5\n"), "9: line 2: expected 3 numbers, found 2");
   EXPECT_EQ(fault("1 2 3 4\n"), "6: line 1: expected 3 numbers, found more");
   EXPECT_EQ(fault("1,2\n", commas(3)), "3: line 1: expected 3 numbers, found 2");
-  EXPECT_EQ(fault("1,2,3,4\n", commas(3)), "6: line 1: expected 3 numbers, found more");
+  EXPECT_EQ(fault("1,2,3,4\n", commas(3)), "5: line 1: expected 3 numbers, found more");
   EXPECT_EQ(fault("1 1e999 3\n"), "2: line 1: expected a number for y, got '1e999'");
   EXPECT_EQ(fault("1 +-2 3\n"), "2: line 1: expected a number for y, got '+-2'");
   EXPECT_EQ(fault(std::string("1 2 \0\x80\n", 7)), "4: line 1: expected a number for z, got '..'");

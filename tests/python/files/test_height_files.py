@@ -62,7 +62,10 @@ def test_lines_of_nothing_keep_their_place(tmp_path):
 
 def test_the_pitch_that_a_file_says(tmp_path):
     esri = "ncols 4\nnrows 3\nxllcorner 7\nyllcorner 8\ncellsize 10\nNODATA_value -9999\n" + table(" ", "-9999")
-    axes = "".join(f"{edge}{row}" for edge, row in zip(("Y/X,0,10,20,30\n0,", "-10,", "-20,"), table(",").splitlines(True)))
+    axes = "".join(
+        f"{edge}{row}"
+        for edge, row in zip(("Y/X,0,10,20,30\n0,", "-10,", "-20,"), table(",").splitlines(True), strict=False)
+    )
     for text in (esri, axes, axes.replace("Y/X", "")):
         for pitch in (None, (10.0, -10.0)):
             points = load(tmp_path, "a.asc", text, pitch)
@@ -92,7 +95,12 @@ def test_pictures_and_arrays(tmp_path):
 @pytest.mark.parametrize(
     ("name", "data", "how", "part"),
     [
-        ("a.csv", table(","), {}, "expected pitch_mm, the distances of columns and of rows in mm, since the file has none"),
+        (
+            "a.csv",
+            table(","),
+            {},
+            "expected pitch_mm, the distances of columns and of rows in mm, since the file has none",
+        ),
         ("a.csv", table(","), {"pitch_mm": (0.0, 1.0)}, "that are not 0"),
         ("a.csv", table(","), {"pitch_mm": 1.0}, "pitch_mm: expected the distances"),
         ("a.csv", table(",").replace(".", ","), {"pitch_mm": (9, 9)}, "expected 7 heights, got 8"),
@@ -103,7 +111,12 @@ def test_pictures_and_arrays(tmp_path):
         ("a.csv", "1.5,1.6\n1.7,1.O\n", {"pitch_mm": (9, 9)}, "line 2: expected a height in column 2, got '1.O'"),
         ("a.csv", "1.5,1.6\n", {"pitch_mm": (9, 9)}, "two lines and two columns at least"),
         ("a.csv", "nan,nan\nnan,nan\n", {"pitch_mm": (9, 9)}, "nothing was seen"),
-        ("a.csv", "-99999.99,1.5\n-99999.99,1.7\n", {"pitch_mm": (9, 9)}, "if it means that nothing was seen, give missing="),
+        (
+            "a.csv",
+            "-99999.99,1.5\n-99999.99,1.7\n",
+            {"pitch_mm": (9, 9)},
+            "if it means that nothing was seen, give missing=",
+        ),
         ("a.csv", table(","), {"pitch_mm": (0.01, 0.01)}, "too small for a scanned ply"),
         ("a.csv", "", {"pitch_mm": (9, 9)}, "expected a matrix of heights"),
         ("a.tif", "II*", {"pitch_mm": (9, 9)}, "save it as a 16-bit .png"),
@@ -119,7 +132,25 @@ def test_what_is_refused(tmp_path, name, data, how, part):
 @given(
     parts=st.lists(
         st.sampled_from(
-            ["1.5", "2", ",", ";", "\t", " ", "\n", "\n", "-", "NA", '"', "ncols 2\n", "cellsize 1\n", "x", "1e999", "#", "_"]
+            [
+                "1.5",
+                "2",
+                ",",
+                ";",
+                "\t",
+                " ",
+                "\n",
+                "\n",
+                "-",
+                "NA",
+                '"',
+                "ncols 2\n",
+                "cellsize 1\n",
+                "x",
+                "1e999",
+                "#",
+                "_",
+            ]
         ),
         max_size=40,
     ),

@@ -65,15 +65,13 @@ def test_a_slip_in_the_first_line_loses_no_corner(tmp_path, first, part):
 def test_decimal_commas_between_commas(tmp_path):
     text = "0,0,0,0\n400,0,0,0\n400,0,300,0\n"
     assert "expected two columns x,y, got 4 (decimal commas between commas?)" in error_for(tmp_path / "o.csv", text)
-    with pytest.raises(InputError, match="layer: expected None for a file that is no .dxf"):
+    with pytest.raises(InputError, match=r"layer: expected None for a file that is no \.dxf"):
         load(tmp_path / "o.csv", text, layer="A")
 
 
 def test_without_ezdxf_one_sentence_says_so(tmp_path, monkeypatch):
     whole = builtins.__import__
-    monkeypatch.setattr(
-        builtins, "__import__", lambda name, *a, **k: whole("no" * (name == "ezdxf") + name, *a, **k)
-    )
+    monkeypatch.setattr(builtins, "__import__", lambda name, *a, **k: whole("no" * (name == "ezdxf") + name, *a, **k))
     assert "pip install 'debulk[dxf]', or export the outline as lines of x,y" in error_for(tmp_path / "o.dxf", "0\n")
 
 
@@ -104,8 +102,10 @@ class TestDxf:
             lambda space, _: space.add_polyline2d(CORNERS, close=True),
             lambda space, _: space.add_polyline3d([(x, y, 7) for x, y in CORNERS], close=True),
             lambda space, _: [space.add_line(CORNERS[k], CORNERS[(k + 1) % 4]) for k in (2, 0, 3, 1)],
-            lambda space, _: [space.add_line(CORNERS[k], CORNERS[k - 1]) for k in (0, 2)]
-            + [space.add_line((400.02, 0), (0.02, 0)), space.add_line((400, 300), (0, 300.01))],
+            lambda space, _: (
+                [space.add_line(CORNERS[k], CORNERS[k - 1]) for k in (0, 2)]
+                + [space.add_line((400.02, 0), (0.02, 0)), space.add_line((400, 300), (0, 300.01))]
+            ),
             lambda space, _: (space.add_text("PLY 7"), space.add_lwpolyline(CORNERS, close=True)),
         ],
     )
@@ -128,7 +128,12 @@ class TestDxf:
 
     def test_arcs_and_splines_are_as_flat_as_promised(self, drawn):
         def rounded(space, _):
-            for start, end in (((50, 0), (350, 0)), ((400, 50), (400, 300)), ((400, 300), (0, 300)), ((0, 300), (0, 50))):
+            for start, end in (
+                ((50, 0), (350, 0)),
+                ((400, 50), (400, 300)),
+                ((400, 300), (0, 300)),
+                ((0, 300), (0, 50)),
+            ):
                 space.add_line(start, end)
             space.add_arc((350, 50), 50, 270, 0)
             space.add_arc((50, 50), 50, 180, 270)
@@ -183,7 +188,9 @@ class TestDxf:
     @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
     @given(
         cut=st.floats(0, 1),
-        changes=st.lists(st.tuples(st.floats(0, 1), st.sampled_from([b"\0", b"-1", b"1e300", b"nan", b"LINE", b"\n", b" 0"]))),
+        changes=st.lists(
+            st.tuples(st.floats(0, 1), st.sampled_from([b"\0", b"-1", b"1e300", b"nan", b"LINE", b"\n", b" 0"]))
+        ),
     )
     def test_damaged_files_give_one_error(self, drawn, tmp_path, cut, changes):
         drawing = tmp_path / "whole.dxf"

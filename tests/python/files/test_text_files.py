@@ -54,7 +54,22 @@ def test_what_writers_write(tmp_path, text):
 
 @pytest.mark.parametrize(
     "word",
-    ["", "NA", "N/A", "#N/A", "null", "None", "---", "-", "nan", "-nan(ind)", "inf", "-Infinity", "1.#QNAN", "-1.#IND00"],
+    [
+        "",
+        "NA",
+        "N/A",
+        "#N/A",
+        "null",
+        "None",
+        "---",
+        "-",
+        "nan",
+        "-nan(ind)",
+        "inf",
+        "-Infinity",
+        "1.#QNAN",
+        "-1.#IND00",
+    ],
 )
 def test_nothing_seen(tmp_path, word):
     expected = [[1.5, np.nan, 3.5], [np.nan] * 3, [30.5, 40, 50.25]]
@@ -68,12 +83,18 @@ def test_nothing_seen(tmp_path, word):
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        ("1,5,2,5,3,5\n30,5,40,5,50,25\n", "line 1: no number has a decimal point, so the commas may be decimal commas"),
+        (
+            "1,5,2,5,3,5\n30,5,40,5,50,25\n",
+            "line 1: no number has a decimal point, so the commas may be decimal commas",
+        ),
         ("1,5, 2,5, 3,5\n30,5, 40,5, 50,2\n", "may be decimal commas"),
         ("1,5,2,3,5\n30,5,40,5,50\n", "may be decimal commas"),
         ("1,-5,2,5\n30,5,40,5\n", "may be decimal commas"),
         ("x,y,z\n1,5,2,5,3,5\n", "3 names over 6 columns (decimal commas?)"),
-        ("1,5;2,5;3,5\n30,5;4.5;50\n", "line 2: expected a number for y, got '4.5', but other numbers have decimal commas"),
+        (
+            "1,5;2,5;3,5\n30,5;4.5;50\n",
+            "line 2: expected a number for y, got '4.5', but other numbers have decimal commas",
+        ),
         ("0;10;20\n30;4,5;50.5\n", "'50.5', but other numbers have decimal commas"),
         ("1.234,5;2;3\n1;2;3\n", "'1.234,5' (with a sign between thousands?)"),
         ("1,234.5 2 3\n1 2 3\n", "'1,234.5' (with a sign between thousands?)"),
@@ -81,7 +102,10 @@ def test_nothing_seen(tmp_path, word):
         ("1O 20 30\n0 10 20\n30 40 50\n", "line 1: expected at least 3 numbers, got '1O 20 30'"),
         ("0 10 20\n30 4O 50\n", "line 2: expected a number for y, got '4O'"),
         ("3\n0 10 20\n30 40 50\n", "expected 3 lines of 3 numbers after the header, found 2"),
-        ("2\n0 10 20 1\n30 40 50 1\n2\n0 10 20 1\n30 40 50 1\n", "expected 2 lines of 4 numbers after the header, found 5"),
+        (
+            "2\n0 10 20 1\n30 40 50 1\n2\n0 10 20 1\n30 40 50 1\n",
+            "expected 2 lines of 4 numbers after the header, found 5",
+        ),
         ("99999999999\n0 10 20\n", "the file ends, but its header promises 99999999999 points"),
         ("x,y,z\n[m],[m],[m]\n0,10,20\n", "line 2: its columns are in m; load it with that unit (--unit m)"),
         ("X (µm),Y (µm),Z (µm)\n0,10,20\n", "line 1: its columns are in µm; convert it to mm or m"),
@@ -102,7 +126,10 @@ def test_whole_numbers_between_commas_need_names(tmp_path):
 
 
 def rows_of(points, before):
-    return "".join(" ".join([*map(str, place), *(f"{v:.3f}" for v in row)]) + "\n" for place, row in zip(before, points))
+    return "".join(
+        " ".join([*map(str, place), *(f"{v:.3f}" for v in row)]) + "\n"
+        for place, row in zip(before, points, strict=True)
+    )
 
 
 def test_an_index(tmp_path):
