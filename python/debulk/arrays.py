@@ -171,7 +171,7 @@ def rigid(value: ArrayLike, name: str) -> Floats:
     >>> turned = np.eye(4)
     >>> turned[:2, :2] = [[0.866, -0.5], [0.5, 0.866]]
     >>> rigid(turned, "pose")[:2, :2].round(6).tolist()
-    [[0.866025, -0.500011], [0.500011, 0.866025]]
+    [[0.866019, -0.500011], [0.500011, 0.866019]]
     """
     motion = numbers(value, name, (4, 4), "a (4, 4) matrix").copy()
     if not np.allclose(motion[3], [0, 0, 0, 1]):

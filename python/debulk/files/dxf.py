@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from debulk._core import InputError
 from debulk.files.source import open_source
+from debulk.files.units import check_size
 
 log = logging.getLogger("debulk")
 _MM_PER_UNIT = {1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0, 13: 0.001, 14: 100.0}  # by $INSUNITS; 0 names none
@@ -67,7 +68,12 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.fl
     if len(lines) == len(closed) == 1:
         corners = closed[0].corners
         sides = np.roll(corners, -1, axis=0) - corners  # the last corner repeats the first
-        return np.ascontiguousarray(corners[np.hypot(*sides.T) > _GAP_MM])
+        corners = np.ascontiguousarray(corners[np.hypot(*sides.T) > _GAP_MM])
+        try:
+            check_size(path, float(np.ptp(corners, axis=0).max(initial=0.0)), "outline", "mm")
+        except InputError as error:
+            raise InputError(f"{error}: {_unit_said(document)}") from None
+        return corners
     where = "" if layer is None else f" on layer {layer[:40]!r}"
     if not lines:
         found = ", ".join(f"{count} {name}" for name, count in others.most_common(6)) or "nothing"
@@ -77,6 +83,11 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.fl
         f"{path}: expected one closed line{where}, got {len(closed)} closed and {len(lines) - len(closed)} open: "
         f"{'; '.join(shown)}: give the layer (layer=...), or keep only the outline in the file"
     )
+
+
+def _unit_said(document: Any) -> str:
+    named = int(document.header.get("$INSUNITS", 0))
+    return f"$INSUNITS in the file says {_UNIT_NAMES[named]}" if named else "the file names no unit ($INSUNITS)"
 
 
 def _parts(path: Path, document: Any, mm_per_unit: float, layer: str | None) -> tuple[list[_Line], Counter[str]]:

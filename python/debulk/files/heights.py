@@ -24,6 +24,7 @@ __all__ = ["load_heights"]
 _TEXT = (".csv", ".txt", ".asc", ".xyz")
 _MOST_PLACES = 1 << 28
 _LONGEST_LINE = 1 << 20
+_MANY = 20
 _ESRI = re.compile(r"(ncols|nrows|[xy]ll(?:corner|center)|cellsize|nodata_value)\s+(\S+)", re.IGNORECASE)
 
 
@@ -140,7 +141,7 @@ def _refuse_codes(path: Path, values: NDArray[np.float64]) -> None:
         if len(others) < 2 or count < 2:
             continue
         gap = float(others.min() - code if sign > 0 else code - others.max())
-        if gap > 0.5 * float(np.ptp(others)):
+        if gap > (0.5 if len(others) >= _MANY else 10.0) * float(np.ptp(others)):
             raise InputError(
                 f"{path}: {code:.9g} stands at {count / values.size:.2%} of the places, far from all other heights: if "
                 f"it means that nothing was seen, give missing={code:.9g}, otherwise missing=nan"

@@ -58,12 +58,10 @@ def load_outline(path: str | PathLike[str], unit: Unit = "mm", layer: str | None
     path = Path(path)
     mm_per_unit = factor(unit)
     if path.suffix.lower() == ".dxf":
-        outline = read_dxf(path, mm_per_unit, layer)
-        unit = "mm"
-    elif layer is not None:
+        return arrays.outline(read_dxf(path, mm_per_unit, layer), str(path))
+    if layer is not None:
         raise InputError(f"layer: expected None for a file that is no .dxf, got {layer!r}")
-    else:
-        outline = _corners(path, read_table(path, read_small_text(path), headings=True), mm_per_unit)
+    outline = _corners(path, read_table(path, read_small_text(path), headings=True), mm_per_unit)
     if len(outline) >= 3:
         check_size(path, float(np.ptp(outline, axis=0).max()), "outline", unit)
     return arrays.outline(outline, str(path))

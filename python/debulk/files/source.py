@@ -119,10 +119,12 @@ class Source:
                 -1 if count is None else count, factor, 0,
             )  # fmt: skip
         if points is None or summary is None or (exact and count not in (None, rows)):
+            more = count is not None and rows > count
+            cause = "it holds several scans" if more else "the file was cut off"
             self.fail(
                 offset,
                 f"expected {count} lines of {columns} numbers after the header, found {rows}",
-                f"the file was cut off or its header is wrong: {EXPORT_AGAIN}",
+                f"{cause}, or its header is wrong: {EXPORT_AGAIN}",
             )
         if rows == 0:
             self.fail(offset, "no points in the file")

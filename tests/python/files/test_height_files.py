@@ -76,7 +76,7 @@ def test_the_pitch_that_a_file_says(tmp_path):
 
 
 def test_pictures_and_arrays(tmp_path):
-    steps = np.arange(12, dtype=np.uint16).reshape(3, 4) * 1000 + 20_000
+    steps = np.arange(12, dtype=np.uint16).reshape(3, 4) * 100 + 20_000
     steps[0, :2] = 0
     np.save(tmp_path / "a.npy", steps)
     cv2.imwrite(str(tmp_path / "a.png"), steps)

@@ -161,7 +161,7 @@ class TestDxf:
         assert "read in m, as it says itself ($INSUNITS)" in caplog.text
         np.testing.assert_allclose(drawn(build, units=6, unit="m"), CORNERS)
         np.testing.assert_allclose(drawn(build, units=0, unit="m"), CORNERS)
-        self.refused(drawn, build, "too small", units=4)
+        self.refused(drawn, build, "too small", "$INSUNITS in the file says mm", units=4)
         self.refused(drawn, build, "$INSUNITS 3, is none of inches", units=3)
 
     def test_what_is_not_one_closed_line_is_listed(self, drawn):
