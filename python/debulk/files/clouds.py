@@ -42,12 +42,12 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     Parameters
     ----------
     path
-        A .npy, .npz, .ply, .pcd, .xyz, .csv or .txt file. A PCD may be binary, compressed or text. A PLY may be binary,
-        of either byte order, or text. Both may have their fields in any order and more fields than x, y, z. Arrays are
-        float32 or float64, of either byte order, by rows or by columns; a .npz holds a single array, or one called
-        points. Each line of an .xyz, .csv or .txt is a point, with numbers separated by blanks, commas or semicolons.
-        The coordinates are in the first three columns, or in those that a header line names x, y, z. Nothing is ever
-        unpickled.
+        A .npy, .npz, .ply, .pcd, .ptx, .xyz, .csv, .txt, .pts or .asc file. A PCD may be binary, compressed or text. A
+        PLY may be binary, of either byte order, or text. Both may have their fields in any order and more fields than
+        x, y, z. Arrays are float32 or float64, of either byte order, by rows or by columns; a .npz holds a single array, or one called
+        points. Each line of text is a point, with numbers separated by blanks, tabs, commas or semicolons. The
+        coordinates are in the first three columns, or in those that a line of names calls x, y, z. Nothing is ever
+        unpickled. For a matrix of heights see `load_heights`.
     unit
         Unit of the numbers in the file, "mm" or "m".
 
@@ -91,8 +91,8 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     Parameters
     ----------
     path
-        Name of the file, which ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv or
-        .txt. An existing file is replaced only when the new one is complete.
+        Name of the file, which ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv,
+        .txt or .asc. An existing file is replaced only when the new one is complete.
     points
         (H, W, 3) or (N, 3), mm. A single row (1, W, 3) is read back from .pcd as (W, 3).
 

@@ -4,6 +4,8 @@ import logging
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from debulk import InputError, files
 
@@ -175,3 +177,25 @@ def test_ptx(tmp_path, caplog):
         (PTX.format(0), "line 11: expected x y z and more"),
     ):
         assert part in error_for(tmp_path, text, "a.ptx")
+
+
+WORDS = st.sampled_from(
+    ["1.5", "2,5", "-3", "40", "1e3", "1e400", "nan", "1.#QNAN", "NA", "---", "", '"', '"7,5"', "x", "y", "z", "X [mm]",
+     "mm", "sep=", "#", "//", "0", "1", "2", "\0", "\u00e9", "1.2.3", "1,2,3", "+-1", "\ufeff"]
+)  # fmt: skip
+
+
+@settings(max_examples=600, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    lines=st.lists(st.lists(WORDS, max_size=7), max_size=30),
+    separator=st.sampled_from([",", ";", "\t", " ", ", ", "|"]),
+    ending=st.sampled_from(["csv", "pts", "asc", "ptx", "xyz"]),
+    head=st.sampled_from(["", "x;y;z\n", "2\n", "sep=;\n", PTX.format(0)]),
+)
+def test_anything_is_a_cloud_or_one_error(tmp_path, lines, separator, ending, head):
+    text = head + "".join(separator.join(line) + "\n" for line in lines)
+    try:
+        points = load(tmp_path, text, f"a.{ending}")
+        assert points.size <= 3 * text.count("\n") and not np.isinf(points).any()
+    except InputError as error:
+        assert str(error).startswith(str(tmp_path / f"a.{ending}")) and "\n" not in str(error)
