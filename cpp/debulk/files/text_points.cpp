@@ -121,7 +121,8 @@ std::string_view TextPoints::next_word(const char* from, const char* end) const 
     if (at < end) ++at;
   }
   for (; at < end && (by_blanks ? !is_blank(*at) : *at != layout_.separator); ++at)
-    if (layout_.comments && starts_comment(at, end) && !(*at == '#' && at - from > 1 && at[-1] == '.')) break;  // not at 1.#QNAN
+    if (layout_.comments && starts_comment(at, end) && !(*at == '#' && at - from > 1 && (at[-1] == '.' || at[-1] == ',')))
+      break;  // not at 1.#QNAN
   while (at > from && is_blank(at[-1])) --at;
   return {from, static_cast<std::size_t>(at - from)};
 }

@@ -26,7 +26,7 @@ bool is_missing(std::string_view word) {
   constexpr std::array<std::string_view, 5> names{"na", "n/a", "#n/a", "null", "none"};
   if (std::find(names.begin(), names.end(), text) != names.end()) return true;
   if (text[0] == '-' || text[0] == '+') text.remove_prefix(1);
-  if (!starts_with(text, "1.#")) return false;  // as Microsoft's C library wrote nan and inf until 2015
+  if (!starts_with(text, "1.#") && !starts_with(text, "1,#")) return false;  // as Microsoft's C library wrote nan and inf until 2015
   text.remove_prefix(3);
   text = text.substr(0, text.find_last_not_of('0') + 1);
   constexpr std::array<std::string_view, 4> endings{"qnan", "snan", "ind", "inf"};

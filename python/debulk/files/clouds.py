@@ -44,10 +44,10 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     path
         A .npy, .npz, .ply, .pcd, .ptx, .xyz, .csv, .txt, .pts or .asc file. A PCD may be binary, compressed or text. A
         PLY may be binary, of either byte order, or text. Both may have their fields in any order and more fields than
-        x, y, z. Arrays are float32 or float64, of either byte order, by rows or by columns; a .npz holds a single array, or one called
-        points. Each line of text is a point, with numbers separated by blanks, tabs, commas or semicolons. The
-        coordinates are in the first three columns, or in those that a line of names calls x, y, z. Nothing is ever
-        unpickled. For a matrix of heights see `load_heights`.
+        x, y, z. Arrays are float32 or float64, of either byte order, by rows or by columns; a .npz holds a single
+        array, or one called points. Each line of text is a point, with numbers separated by blanks, tabs, commas or
+        semicolons. The coordinates are in the first three columns, or in those that a line of names calls x, y, z.
+        Nothing is ever unpickled. For a matrix of heights see `load_heights`.
     unit
         Unit of the numbers in the file, "mm" or "m".
 

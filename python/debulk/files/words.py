@@ -8,9 +8,10 @@ import re
 SEPARATORS = (";", "\t", "|", ",", " ")
 """The most telling one comes first: a comma may also be a decimal sign, and a blank may stand beside any other."""
 
-_COMMENT = re.compile(r"(?<!\d\.)#(?!N/A)|//")  # but 1.#QNAN and #N/A are missing values
+# The missing values 1.#QNAN, 1,#QNAN and #N/A start no comment.
+_COMMENT = re.compile(r"(?<!\d\.)(?!(?<=\d,)#(?:QNAN|SNAN|IND|INF))#(?!N/A)|//")
 _VALUE = re.compile(
-    r"[+-]?(?=[.,]?\d)[\d.,]+([eE][+-]?\d+)?|[+-]?(nan(\(\w*\))?|inf(inity)?|1\.#(qnan|snan|ind|inf)0*)"
+    r"[+-]?(?=[.,]?\d)[\d.,]+([eE][+-]?\d+)?|[+-]?(nan(\(\w*\))?|inf(inity)?|1[.,]#(qnan|snan|ind|inf)0*)"
     r"|#?n/a|na|null|none|-+",
     re.IGNORECASE,
 )

@@ -85,6 +85,7 @@ TEST(TextPoints, ReadsWhatWasNotSeen) {
     ASSERT_EQ(points.size(), 9U) << word;
     for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(std::isnan(points[k]), k == 1 || k == 5 || k == 6) << word;
   }
+  EXPECT_TRUE(std::isnan(read("1,5;-1,#IND;3\n", {3, {0, 1, 2}, ';', true})[1]));
   EXPECT_TRUE(std::isnan(read("1\t\t3\n", {3, {0, 1, 2}, '\t', false})[1]));
   EXPECT_NE(fault("1 nano 3\n"), "");
 }

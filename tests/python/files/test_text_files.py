@@ -75,6 +75,7 @@ def test_what_writers_write(tmp_path, text):
 )
 def test_nothing_seen(tmp_path, word):
     expected = [[1.5, np.nan, 3.5], [np.nan] * 3, [30.5, 40, 50.25]]
+    assert np.isnan(load(tmp_path, "1,#QNAN;-1,#IND;3,5\n1,5;2;3\n40;50;60\n")[0, :2]).all()
     for separator in ",;\t ":
         if word or separator != " ":
             rows = [["1.5", word, "3.5", "1"], [word, word, word, "1"], ["30.5", "40", "50.25", "1"]]
