@@ -103,7 +103,9 @@ def _parts(path: Path, document: Any, mm_per_unit: float, layer: str | None) -> 
         mm_per_unit = _MM_PER_UNIT[named]
     parts: list[_Line] = []
     others: Counter[str] = Counter()
-    for entity in islice(recursive_decompose(document.modelspace()), _MOST_PARTS + 1):
+    for number, entity in enumerate(recursive_decompose(document.modelspace())):
+        if number == _MOST_PARTS:
+            raise InputError(f"{path}: expected at most {_MOST_PARTS} entities, got more: keep only the outline")
         on = str(entity.dxf.get("layer", "0"))
         if layer is not None and on.lower() != layer.lower():  # DXF does not tell cases of names apart
             continue
@@ -112,10 +114,6 @@ def _parts(path: Path, document: Any, mm_per_unit: float, layer: str | None) -> 
             continue
         for corners in _flattened(path, entity, mm_per_unit):
             parts.append(_Line(on, corners))
-        if len(parts) > _MOST_PARTS:
-            raise InputError(
-                f"{path}: expected at most {_MOST_PARTS} lines and curves, got more: keep only the outline"
-            )
     return parts, others
 
 
