@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,12 @@ from debulk.arguments import of_type
 
 __all__ = ["came", "camera", "corners", "numbers", "outline", "pair", "points_xy", "positive", "rigid", "whole"]
 
+log = logging.getLogger("debulk")
 Floats = NDArray[np.float64]
+_EXACT = 1e-9  # a rotation that is orthonormal to this is left as it is
+_HARMLESS = 1e-4  # 0.1 mm over a metre: less than an outline is known to
+_FEWEST_DECIMALS = 3
+_FLOAT32 = 6e-8  # rounding of a number up to 1
 LARGEST_MM = 1e5
 """No corner of a ply lies farther from the origin than this, mm."""
 _GROUP = 32  # number of sides in a group
@@ -151,15 +157,83 @@ def positive(value: float, name: str) -> float:
 
 
 def rigid(value: ArrayLike, name: str) -> Floats:
-    """Return a (4, 4) rotation and translation, as a copy; refuse one that scales, shears or mirrors."""
+    """Return a (4, 4) rotation and translation, as a copy; refuse one that scales, shears or mirrors.
+
+    A rotation whose numbers were rounded is replaced by the nearest one, in the sense of least squares. It is taken as
+    rounded if it is orthonormal within 1e-4, or if rounding explains all that is wrong with it: rounding to d decimals
+    moves nine numbers by at most half a unit of the last decimal each, and so the matrix by at most 1.5e-d from the
+    rotation that was meant. At least three decimals are needed.
+
+    The nearest rotation neither scales nor shears, but it may still be turned against the one that was meant, by up to
+    1.1e-d radians: with three decimals by 1.1 mm at a distance of 1 m. Reference and scan are moved by the same pose,
+    so no height between them changes by more than a millionth. What moves is the place of the pockets against the
+    outline, and the fibres turn by up to 0.06 degrees. At a distance of 2.4 m that is 2.6 mm, which is below the 6 mm
+    from which an outline beside the ply's edge is refused; two decimals would make it 26 mm.
+
+    Warns
+    -----
+    The logger "debulk" says by how much a matrix that is off by more than 1e-4 scales and shears.
+
+    Examples
+    --------
+    >>> turned = np.eye(4)
+    >>> turned[:2, :2] = [[0.866, -0.5], [0.5, 0.866]]
+    >>> rigid(turned, "pose")[:2, :2].round(6).tolist()
+    [[0.866019, -0.500011], [0.500011, 0.866019]]
+    """
     motion = numbers(value, name, (4, 4), "a (4, 4) matrix").copy()
-    rotation = motion[:3, :3]
     if not np.allclose(motion[3], [0, 0, 0, 1]):
         last = " ".join(f"{v:g}" for v in motion[3])
-        raise InputError(f"{name}: expected a rigid motion with the last line 0 0 0 1, got {last}")
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(rotation) < 0:
-        raise InputError(f"{name}: expected a rotation in the upper left 3 x 3, got one that scales, shears or mirrors")
+        by_columns = np.allclose(motion[:, 3], [0, 0, 0, 1])
+        remedy = ": it stands by columns, with the translation in the last line; transpose it" if by_columns else ""
+        raise InputError(f"{name}: expected a rigid motion with the last line 0 0 0 1, got {last}{remedy}")
+    given = motion[:3, :3].copy()
+    if np.abs(given).max() > 1e6 or np.linalg.det(given) <= 0:
+        what = "mirrors" if np.linalg.det(given) < 0 else "scales, shears or mirrors"
+        raise InputError(f"{name}: expected a rotation in the upper left 3 x 3, got one that {what}")
+    off = float(np.abs(given @ given.T - np.eye(3)).max())
+    if off <= _EXACT:
+        return motion
+    left, scales, right = np.linalg.svd(given)
+    motion[:3, :3] = left @ right
+    away = float(np.linalg.norm(given - motion[:3, :3]))
+    digits = next((d for d in (_decimals(given), _significant(given)) if d and away <= 1.5 * 10.0**-d), None)
+    few = digits is not None and digits < _FEWEST_DECIMALS
+    if off <= _HARMLESS and not few:
+        return motion
+    across = given.T @ given
+    lengths = np.sqrt(np.diag(across))
+    scale = float(np.abs(scales - 1).max())
+    shear = float(np.abs(across / np.outer(lengths, lengths) - np.eye(3)).max())
+    across_mm = round(1000 * shear, 6)
+    does = f"over 1 m it changes lengths by up to {1000 * scale:.2g} mm and right angles by {across_mm:.2g} mm"
+    if digits is None:
+        raise InputError(
+            f"{name}: expected a rotation in the upper left 3 x 3, got one that scales or shears: {does}, more than "
+            "rounding explains; give a rigid motion"
+        )
+    turned = f"turned by up to {1100 * 10.0**-digits:.2g} mm per metre of distance"
+    if few:
+        raise InputError(
+            f"{name}: the rotation in the upper left 3 x 3 has only {digits} decimals: {does}, and it may be {turned}; "
+            "write 6 decimals or more"
+        )
+    log.warning(
+        "%s: its rotation has only %d decimals: %s; the nearest rotation is used, which may be %s: write 6 decimals or "
+        "more", name, digits, does, turned,
+    )  # fmt: skip
     return motion
+
+
+def _decimals(values: Floats) -> int:
+    """Return how many decimals the numbers have, up to 6; those of a float32 as they were before its own rounding."""
+    return next((d for d in range(7) if np.abs(values.round(d) - values).max() <= _FLOAT32), 17)
+
+
+def _significant(values: Floats) -> int:
+    """Return how many significant digits the numbers have, up to 6."""
+    off = [[abs(float(f"{v:.{d - 1}e}") - v) for v in values.flat] for d in range(1, 7)]
+    return next((d for d, part in enumerate(off, start=1) if max(part) <= _FLOAT32), 17)
 
 
 def whole(value: float, name: str) -> int:

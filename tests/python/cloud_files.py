@@ -90,8 +90,19 @@ def npz(array, save=np.savez):
     return file.getvalue()
 
 
+def ptx(points, motion="1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"):
+    """Return a Leica PTX, column by column; 0 0 0 is what was not seen."""
+    height, width = points.shape[:2] if points.ndim == 3 else (len(points), 1)
+    columns = np.nan_to_num(points.reshape(height, width, 3).swapaxes(0, 1).reshape(-1, 3))
+    rows = "".join(" ".join(map(str, row.tolist())) + " 0.5\n" for row in columns)
+    return f"{width}\n{height}\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n{motion}{rows}".encode()
+
+
+TEXT_ENDINGS = (".xyz", ".csv", ".txt", ".pts", ".asc")
+
+
 def all_kinds(points):
-    """Return (name, bytes) of the same cloud in every kind of file; the last three forget an organised shape."""
+    """Return (name, bytes) of the same cloud in every kind of file; those of TEXT_ENDINGS forget an organised shape."""
     return [
         ("le.npy", npy(points)),
         ("be.npy", npy(points.astype(">f4"))),
@@ -109,4 +120,6 @@ def all_kinds(points):
         ("blanks.xyz", b"# made by hand\n" + lines_of(points)),
         ("commas.csv", b"x,y,z\n" + lines_of(points, ",")),
         ("semicolons.txt", lines_of(points, ";")),
+        ("counted.pts", f"{points.size // 3}\n".encode() + lines_of(points)),
+        ("decimal_commas.asc", b"sep=;\r\nX;Y;Z\r\n" + lines_of(points, ";").replace(b".", b",")),
     ]

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <string>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/files/file_fault.hpp"
+#include "debulk/files/text_word.hpp"
 
 namespace debulk {
 namespace {
@@ -19,7 +21,9 @@ bool is_blank(char c) {
 }
 
 bool starts_comment(const char* at, const char* end) {
-  return at < end && (*at == '#' || (*at == '/' && at + 1 < end && at[1] == '/'));
+  if (at == end || (*at != '#' && *at != '/')) return false;
+  if (*at == '/') return at + 1 < end && at[1] == '/';
+  return end - at < 4 || std::memcmp(at, "#N/A", 4) != 0;  // spreadsheets write #N/A for a missing value
 }
 
 // The end of the line that starts at `from`, which is its newline or the end of the text.
@@ -28,11 +32,14 @@ const char* line_end(const char* from, const char* end) {
   return found ? static_cast<const char*>(found) : end;
 }
 
-std::string shown(const char* from, const char* end) {
+std::string shown(std::string_view word) {
   std::string text;
-  for (; from < end && text.size() < 40; ++from) text += *from >= ' ' && *from <= '~' ? *from : '.';
+  for (const char c : word.substr(0, 40)) text += c >= ' ' && c <= '~' ? c : '.';
   return "'" + text + "'";
 }
+
+// Thrown at the first decimal comma, since the file must then be read from its start by that sign.
+struct DecimalComma {};
 
 }  // namespace
 
@@ -105,55 +112,88 @@ bool TextPoints::holds_numbers(std::string_view line) const {
   return at < end && !(layout_.comments && starts_comment(at, end));
 }
 
-void TextPoints::read_row(std::string_view line, long long offset, long number, double factor, float* out) const {
+// The column that starts at `from`, up to its separator or a comment, with its quotes but without blanks at its end.
+std::string_view TextPoints::next_word(const char* from, const char* end) const {
+  const bool by_blanks = layout_.separator == ' ';
+  const char* at = from;
+  while (at < end && *at == '"') {  // what is between quotes may hold separators; a quote in it is written twice
+    at = std::find(at + 1, end, '"');
+    if (at < end) ++at;
+  }
+  for (; at < end && (by_blanks ? !is_blank(*at) : *at != layout_.separator); ++at)
+    if (layout_.comments && starts_comment(at, end) && !(*at == '#' && at - from > 1 && (at[-1] == '.' || at[-1] == ',')))
+      break;  // not at 1.#QNAN
+  while (at > from && is_blank(at[-1])) --at;
+  return {from, static_cast<std::size_t>(at - from)};
+}
+
+void TextPoints::read_row(std::string_view line, long long offset, long number, bool commas, double factor, float* out) const {
   const char* at = line.data();
   const char* const end = at + line.size();
   const auto fail = [&](const char* where, const std::string& problem) {
     throw FileFault(offset + (where - line.data()), "line " + std::to_string(number) + ": " + problem);
   };
+  const bool by_blanks = layout_.separator == ' ', by_tabs = layout_.separator == '\t';
+  const auto blank = [&](char c) { return is_blank(c) && !(by_tabs && c == '\t'); };
   const auto skip_blanks = [&] {
-    while (at < end && is_blank(*at)) ++at;
+    while (at < end && blank(*at)) ++at;
   };
+  const auto over = [&](const char* place) { return place == end || (layout_.comments && starts_comment(place, end)); };
   const auto expected = [&] { return "expected " + std::to_string(layout_.columns) + " numbers, found "; };
-  const bool by_blanks = layout_.separator == ' ';
   skip_blanks();
   for (int column = 0; column < layout_.columns; ++column) {
-    const char* const token = at;
     std::size_t axis = 0;
     while (axis < 3 && layout_.xyz[axis] != column) ++axis;
-    if (at == end || (layout_.comments && starts_comment(at, end))) fail(at, expected() + std::to_string(column));
+    if (over(at) && (by_blanks || column == 0)) fail(at, expected() + std::to_string(column));
     if (axis < 3) {
+      const char* const token = at;
       double value = 0;
-      const char* const digits = *at == '+' && at + 1 < end && at[1] != '-' ? at + 1 : at;
-      const std::from_chars_result read = std::from_chars(digits, end, value);
-      at = read.ptr;
-      const bool ends =
-          at == end || is_blank(*at) || (!by_blanks && *at == layout_.separator) || (layout_.comments && starts_comment(at, end));
-      if (read.ec != std::errc() || !ends) {
-        const char* stop = token;
-        while (stop < end && !is_blank(*stop) && (by_blanks || *stop != layout_.separator)) ++stop;
-        const bool comma = std::find(token, stop, ',') != stop;
-        fail(token,
-             std::string("expected a number for ") + "xyz"[axis] + ", got " + shown(token, stop) + (comma ? " (a decimal comma?)" : ""));
+      if (!commas) {
+        const std::from_chars_result read = std::from_chars(at + 1 < end && *at == '+' && at[1] != '-' ? at + 1 : at, end, value);
+        at = read.ec == std::errc() ? read.ptr : token;
+      }
+      // Neither a number that goes on, as 1.#QNAN and 4,5 do, nor a word for infinity is finished.
+      const bool finished =
+          at != token && (at == end || blank(*at) || (!by_blanks && *at == layout_.separator) || (over(at) && at[-1] != '.'));
+      if (!finished || std::isinf(value)) {
+        std::string_view word = next_word(token, end);
+        at = word.data() + word.size();
+        if (word.size() > 1 && word.front() == '"' && word.back() == '"') word = word.substr(1, word.size() - 2);
+        while (!word.empty() && is_blank(word.front())) word.remove_prefix(1);
+        while (!word.empty() && is_blank(word.back())) word.remove_suffix(1);
+        const auto wrong = [&](const std::string& why) {
+          fail(token, std::string("expected a number for ") + "xyz"[axis] + ", got " + shown(word) + why);
+        };
+        const TextWord kind = read_word(word, value);
+        if (kind == TextWord::two_signs) wrong(" (with a sign between thousands?)");
+        if (kind == TextWord::no_number) wrong("");
+        if (kind == TextWord::decimal_comma && !commas) throw DecimalComma();
+        if (kind == TextWord::number && commas && word.find('.') != std::string_view::npos)
+          wrong(", but other numbers have decimal commas");
       }
       out[axis] = static_cast<float>(value * factor);
     } else {
-      while (at < end && (by_blanks ? !is_blank(*at) : *at != layout_.separator)) ++at;
+      at += next_word(at, end).size();
     }
     skip_blanks();
     if (!by_blanks && column + 1 < layout_.columns) {
       if (at == end || *at != layout_.separator) fail(at, expected() + std::to_string(column + 1));
       ++at;
       skip_blanks();
-      // An empty column at the end of a line, as in "1,2,3,", counts as a column.
-      if (at == end && column + 2 == layout_.columns && std::find(layout_.xyz.begin(), layout_.xyz.end(), column + 1) == layout_.xyz.end())
-        return;
     }
   }
-  if (at < end && !(layout_.comments && starts_comment(at, end))) fail(at, expected() + "more");
+  if (!over(at)) fail(at, expected() + "more");
 }
 
 PointSummary TextPoints::read(long rows, double factor, float* out) const {
+  try {
+    return read(rows, false, factor, out);
+  } catch (const DecimalComma&) {
+    return read(rows, true, factor, out);
+  }
+}
+
+PointSummary TextPoints::read(long rows, bool commas, double factor, float* out) const {
   require(rows >= 0 && rows <= rows_, "rows", "at most those of the file", rows);
   std::vector<PointSummary> parts(blocks_.size());
   parallel_for(static_cast<long>(blocks_.size()), 1, threads_, [&](long k, long) {
@@ -167,7 +207,7 @@ PointSummary TextPoints::read(long rows, double factor, float* out) const {
     for (const char* at = text.lines.data(); at < last && row < last_row; ++number) {
       const char* const stop = line_end(at, last);
       const std::string_view line(at, static_cast<std::size_t>(stop - at));
-      if (holds_numbers(line)) read_row(line, text.offset + (at - text.lines.data()), number, factor, out + 3 * row++);
+      if (holds_numbers(line)) read_row(line, text.offset + (at - text.lines.data()), number, commas, factor, out + 3 * row++);
       at = stop + 1;
     }
     if (row != last_row) throw FileFault(text.offset, "the file changed while it was read");

@@ -12,16 +12,17 @@ namespace debulk {
 struct TextLayout {
   int columns = 3;                  // number of columns in every line
   std::array<int, 3> xyz{0, 1, 2};  // the columns of x, y, z
-  char separator = ' ';             // ' ' stands for blanks and tabs; any other character may have blanks round it
+  char separator = ' ';             // ' ' stands for blanks and tabs; any other character may have blanks around it
   bool comments = false;            // whether # or // starts a comment, which goes to the end of the line
 
   void check() const;
 };
 
 // The points in a part of a text file. The constructor counts them, so that the caller can provide the memory; read()
-// then reads them. Empty lines are ignored. The decimal sign of every number is a point, whatever the language of the
-// system. The file is read in blocks, each by one thread; neither the result nor the line that a FileFault names
-// depends on the number of threads.
+// then reads them. Empty lines are ignored, and columns may stand in quotes. What was not seen (see text_word.hpp) becomes
+// NaN. The decimal sign is a point in all numbers or a comma in all, whatever the language of the system; a comma that
+// separates columns is none. The file is read in blocks, each by one thread; neither the result nor the line that a
+// FileFault names depends on the number of threads.
 class TextPoints {
  public:
   // Bytes [begin, end) of the file are read. The first of them stands in line `first_line` (counted from 1).
@@ -45,7 +46,9 @@ class TextPoints {
 
   Text block_text(long long first) const;
   bool holds_numbers(std::string_view line) const;
-  void read_row(std::string_view line, long long offset, long number, double factor, float* out) const;
+  std::string_view next_word(const char* from, const char* end) const;
+  void read_row(std::string_view line, long long offset, long number, bool commas, double factor, float* out) const;
+  PointSummary read(long rows, bool commas, double factor, float* out) const;
 
   int file_;
   long long begin_, end_;

@@ -57,11 +57,11 @@ def _options(
 @app.command(epilog=epilog("inspect"))
 @with_loudness
 def inspect(
-    scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")],
+    scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .ptx or text.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
     recipe: Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")] = None,
     pose: Annotated[Path | None, typer.Option(help=POSE_HELP)] = None,
-    outline: Annotated[Path | None, typer.Option(help="The ply's outline, CSV x,y in the mold frame.")] = None,
+    outline: Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")] = None,
     angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90",
     camera: Annotated[
         str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")

@@ -23,7 +23,8 @@ EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.INVALID: 3, Verdict.U
 BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
 
 POSE_HELP = (
-    "4x4 matrix, x_mold = T x_scanner, as text; or the word identity, where the files are in the mold's frame already."
+    "4x4 matrix, x_mold = T x_scanner, as text, JSON, YAML or XML; or the word identity, where the files are in the "
+    "mold's frame already."
 )
 
 JSON = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")]

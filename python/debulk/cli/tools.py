@@ -15,9 +15,7 @@ from debulk.cli.support import FAULT, JSON, POSE_HELP, check_writable, outcome, 
 
 def compare(
     report: Annotated[Path, typer.Argument(help="Report of the inspection before debulking, .json.")],
-    scan: Annotated[
-        Path, typer.Argument(help="Cloud of the debulked ply: .npy, .npz, .ply, .pcd, .xyz, .csv or .txt.")
-    ],
+    scan: Annotated[Path, typer.Argument(help="Cloud of the debulked ply: .npy, .npz, .ply, .pcd, .ptx or text.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before the ply was draped.")],
     pose: Annotated[Path | None, typer.Option(help=POSE_HELP)] = None,
     recipe: Annotated[Path | None, typer.Option(help="Settings; unset: those of the report.")] = None,

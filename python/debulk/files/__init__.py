@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from debulk.files.clouds import load_cloud, save_cloud
+from debulk.files.heights import load_heights
 from debulk.files.mask import load_mask
-from debulk.files.placement import load_outline, load_pose
+from debulk.files.outline import load_outline
+from debulk.files.pose import load_pose
 from debulk.files.replacing import replacing
 from debulk.files.units import Unit
 
-__all__ = ["Unit", "load_cloud", "load_mask", "load_outline", "load_pose", "replacing", "save_cloud"]
+__all__ = ["Unit", "load_cloud", "load_heights", "load_mask", "load_outline", "load_pose", "replacing", "save_cloud"]

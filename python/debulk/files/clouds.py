@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
 from debulk.arguments import of_type, typed
-from debulk.files import npy, pcd, ply, text
+from debulk.files import npy, pcd, ply, ptx, text
 from debulk.files.kinds import TEXT, check_kind
 from debulk.files.replacing import replacing
 from debulk.files.source import Points, Source, open_source
@@ -25,11 +25,11 @@ __all__ = ["load_cloud", "save_cloud"]
 log = logging.getLogger("debulk")
 _READERS: dict[str, Callable[[Source, float], Points]] = {
     ".npy": npy.read_npy, ".npz": npy.read_npz, ".ply": ply.read_ply, ".pcd": pcd.read_pcd,
-    **dict.fromkeys(TEXT, text.read_text),
+    **dict.fromkeys(TEXT, text.read_text), ".ptx": ptx.read_ptx,
 }  # fmt: skip
 _WRITERS: dict[str, Callable[[Path, NDArray[np.float32]], None]] = {
     ".npy": npy.write_npy, ".npz": npy.write_npz, ".ply": ply.write_ply, ".pcd": pcd.write_pcd,
-    **{extension: partial(text.write_text, extension=extension) for extension in TEXT},
+    **{extension: partial(text.write_text, extension=extension) for extension in TEXT if extension != ".pts"},
 }  # fmt: skip
 _FAR_MM = 1e7  # ten kilometres: no scanner sees that far, so the file or its unit is wrong
 _FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan have the same position
@@ -42,12 +42,12 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     Parameters
     ----------
     path
-        A .npy, .npz, .ply, .pcd, .xyz, .csv or .txt file. A PCD may be binary, compressed or text. A PLY may be binary,
-        of either byte order, or text. Both may have their fields in any order and more fields than x, y, z. Arrays are
-        float32 or float64, of either byte order, by rows or by columns; a .npz holds a single array, or one called
-        points. Each line of an .xyz, .csv or .txt is a point, with numbers separated by blanks, commas or semicolons.
-        The coordinates are in the first three columns, or in those that a header line names x, y, z. Nothing is ever
-        unpickled.
+        A .npy, .npz, .ply, .pcd, .ptx, .xyz, .csv, .txt, .pts or .asc file. A PCD may be binary, compressed or text. A
+        PLY may be binary, of either byte order, or text. Both may have their fields in any order and more fields than
+        x, y, z. Arrays are float32 or float64, of either byte order, by rows or by columns; a .npz holds a single
+        array, or one called points. Each line of text is a point, with numbers separated by blanks, tabs, commas or
+        semicolons. The coordinates are in the first three columns, or in those that a line of names calls x, y, z.
+        Nothing is ever unpickled. For a matrix of heights see `load_heights`.
     unit
         Unit of the numbers in the file, "mm" or "m".
 
@@ -91,8 +91,8 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     Parameters
     ----------
     path
-        Name of the file, which ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv or
-        .txt. An existing file is replaced only when the new one is complete.
+        Name of the file, which ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv,
+        .txt or .asc. An existing file is replaced only when the new one is complete.
     points
         (H, W, 3) or (N, 3), mm. A single row (1, W, 3) is read back from .pcd as (W, 3).
 

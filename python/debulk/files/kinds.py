@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from debulk.files.source import Source
 
-TEXT = (".xyz", ".csv", ".txt")
+TEXT = (".xyz", ".csv", ".txt", ".pts", ".asc")
 
 _CLOUDS = {
     b"\x93NUMPY": ".npy", b"PK\x03\x04": ".npz", b"PK\x05\x06": ".npz", b"ply\n": ".ply", b"ply\r\n": ".ply",
@@ -47,5 +47,5 @@ def check_kind(source: Source, extension: str) -> None:
     for start, (what, remedy) in _OTHERS.items():
         if head.startswith(start) or (start.startswith(b"<") and opening.startswith(start)):
             source.fail(0, f"the file holds {what}", remedy)
-    if extension not in TEXT:
+    if extension not in (*TEXT, ".ptx"):
         source.fail(0, f"the file does not start like {extension} data")

@@ -83,6 +83,14 @@ def read_mask_npy(source: Source) -> NDArray[np.bool_]:
 
 def read_mask_png(source: Source) -> NDArray[np.bool_]:
     """Read a .png; true where any of its colours is not black. Transparency is ignored."""
+    image = decode_png(source)
+    if image.ndim == 2:
+        return np.asarray(image != 0)
+    return np.asarray((image[..., : min(3, image.shape[2])] != 0).any(axis=2))
+
+
+def decode_png(source: Source) -> NDArray[Any]:
+    """Read a .png as (H, W) or (H, W, channels), once its chunks are known to be whole."""
     import cv2
 
     if source.size > _MAX_PNG_BYTES:
@@ -95,9 +103,7 @@ def read_mask_png(source: Source) -> NDArray[np.bool_]:
         image = None
     if image is None or image.shape[:2] != (height, width):
         source.fail(0, "OpenCV cannot decode this .png", _PNG_REMEDY)
-    if image.ndim == 2:
-        return np.asarray(image != 0)
-    return np.asarray((image[..., : min(3, image.shape[2])] != 0).any(axis=2))
+    return image
 
 
 def _check_png(source: Source, data: bytes) -> tuple[int, int]:

@@ -115,20 +115,22 @@ class Source:
             self.check_size(offset, count, 2 * columns, exact=False, least=2 * columns * count - 1)
         with self.faults():
             rows, points, summary = _core.files.read_text(
-                self.file.fileno(), offset, self.size, self._line(offset), columns, xyz, separator, comments,
+                self.file.fileno(), offset, self.size, self.line(offset), columns, xyz, separator, comments,
                 -1 if count is None else count, factor, 0,
             )  # fmt: skip
         if points is None or summary is None or (exact and count not in (None, rows)):
+            more = count is not None and rows > count
+            cause = "it holds several scans" if more else "the file was cut off"
             self.fail(
                 offset,
                 f"expected {count} lines of {columns} numbers after the header, found {rows}",
-                f"the file was cut off or its header is wrong: {EXPORT_AGAIN}",
+                f"{cause}, or its header is wrong: {EXPORT_AGAIN}",
             )
         if rows == 0:
             self.fail(offset, "no points in the file")
         return Points(points, *summary)
 
-    def _line(self, offset: int) -> int:
+    def line(self, offset: int) -> int:
         """Return the number of the line in which the body starts."""
         self.file.seek(0)
         return self.file.read(offset).count(b"\n") + 1

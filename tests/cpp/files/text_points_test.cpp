@@ -62,7 +62,7 @@ using Floats = std::vector<float>;
 TEST(TextPoints, ReadsBlanksTabsSignsExponentsAndEmptyLines) {
   EXPECT_EQ(read("1 2 3\n\n \t-4\t+5.5  6e1 \r\n.5 -.5 1E-3"), (Floats{1, 2, 3, -4, 5.5F, 60, 0.5F, -0.5F, 1e-3F}));
   EXPECT_TRUE(std::isnan(read("1 nan 3\n")[1]));
-  EXPECT_TRUE(std::isinf(read("1 -inf 3\n")[1]));
+  EXPECT_TRUE(std::isnan(read("1 -inf 3\n")[1]));
   EXPECT_EQ(read("").size(), 0U);
   EXPECT_EQ(read("0.1 0.2 0.3", {}, 1, 1000), (Floats{100, 200, 300}));
 }
@@ -79,14 +79,38 @@ TEST(TextPoints, PassesOverCommentsWhereTheyAreAllowed) {
   EXPECT_EQ(fault("# one\n"), "0: line 1: expected a number for x, got '#'");
 }
 
+TEST(TextPoints, ReadsWhatWasNotSeen) {
+  for (const std::string word : {"", "NA", "n/a", "#N/A", "null", "None", "-", "---", "nan(ind)", "-1.#IND", "1.#QNAN0", "+inf"}) {
+    const Floats points = read("1," + word + ",3\n4,5," + word + "\n" + word + ",8,9", commas(3, true));
+    ASSERT_EQ(points.size(), 9U) << word;
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(std::isnan(points[k]), k == 1 || k == 5 || k == 6) << word;
+  }
+  EXPECT_TRUE(std::isnan(read("1,5;-1,#IND;3\n", {3, {0, 1, 2}, ';', true})[1]));
+  EXPECT_TRUE(std::isnan(read("1\t\t3\n", {3, {0, 1, 2}, '\t', false})[1]));
+  EXPECT_NE(fault("1 nano 3\n"), "");
+}
+
+TEST(TextPoints, ReadsQuotesAndDecimalCommas) {
+  const TextLayout semicolons{3, {0, 1, 2}, ';', true};
+  EXPECT_EQ(read("\"1.5\",\" 2\",3\n", commas(3)), (Floats{1.5F, 2, 3}));
+  EXPECT_EQ(read("\"1,5\",2,\"3,5\"\n", commas(3)), (Floats{1.5F, 2, 3.5F}));
+  EXPECT_EQ(read("\"a, \"\"b\"\"\",1,2,3\n", {4, {1, 2, 3}, ',', false}), (Floats{1, 2, 3}));
+  for (const long long block_bytes : {1LL, 1LL << 20}) {
+    EXPECT_EQ(read("1;2;3\n-4,25;,5;6,e1 # seven\n", semicolons, 3, 2, block_bytes), (Floats{2, 4, 6, -8.5F, 1, 120}));
+    EXPECT_EQ(fault("1;2;3\n4,5;5.5;6\n7;8,x;9\n", semicolons, 3, block_bytes),
+              "10: line 2: expected a number for y, got '5.5', but other numbers have decimal commas");
+  }
+  EXPECT_EQ(fault("1.234,5;2;3\n", semicolons), "0: line 1: expected a number for x, got '1.234,5' (with a sign between thousands?)");
+  EXPECT_NE(fault("1,234,567 2 3\n").find("(with a sign between thousands?)"), std::string::npos);
+  EXPECT_EQ(fault("\"1,2,3\n", commas(3)), "0: line 1: expected a number for x, got '\"1,2,3'");
+}
+
 TEST(TextPoints, NamesTheLineAndTheByte) {
   EXPECT_EQ(fault("1 2 3\n\n4 5x 6\n"), "9: line 3: expected a number for y, got '5x'");
   EXPECT_EQ(fault("1 2 3\n4 5\n"), "9: line 2: expected 3 numbers, found 2");
   EXPECT_EQ(fault("1 2 3 4\n"), "6: line 1: expected 3 numbers, found more");
   EXPECT_EQ(fault("1,2\n", commas(3)), "3: line 1: expected 3 numbers, found 2");
-  EXPECT_EQ(fault("1,,3\n", commas(3)), "2: line 1: expected a number for y, got ''");
-  EXPECT_EQ(fault("1,2,\n", commas(3)), "4: line 1: expected 3 numbers, found 2");
-  EXPECT_EQ(fault("1,2;3;4\n", {3, {0, 1, 2}, ';', false}), "0: line 1: expected a number for x, got '1,2' (a decimal comma?)");
+  EXPECT_EQ(fault("1,2,3,4\n", commas(3)), "5: line 1: expected 3 numbers, found more");
   EXPECT_EQ(fault("1 1e999 3\n"), "2: line 1: expected a number for y, got '1e999'");
   EXPECT_EQ(fault("1 +-2 3\n"), "2: line 1: expected a number for y, got '+-2'");
   EXPECT_EQ(fault(std::string("1 2 \0\x80\n", 7)), "4: line 1: expected a number for z, got '..'");

@@ -58,7 +58,7 @@ def test_shape_and_nan_come_back(tmp_path, kind, shape):
     assert [path.name for path in tmp_path.iterdir()] == [f"a.{kind}"]
 
 
-@pytest.mark.parametrize("kind", ["xyz", "csv", "txt", "CSV"])
+@pytest.mark.parametrize("kind", ["xyz", "csv", "txt", "asc", "CSV"])
 def test_text_comes_back_to_the_bit(tmp_path, kind):
     points = cloud(40_000)
     points[7] = np.float32(1e-30), np.nextafter(np.float32(1), np.float32(2)), -0.0
@@ -193,7 +193,7 @@ def test_a_file_cut_anywhere_is_refused(tmp_path, kind):
         ("a.pcd", b"", ["byte 0", "the file is empty"]),
         ("a.pcd", ply(f"{LE}element vertex 2\n{XYZ}", TWO.tobytes()), ["holds .ply data", "rename it"]),
         ("a.npy", b"\x93NUMPY\x01\x00\xff\xff", ["not a readable .npy header"]),
-        ("a.las", b"1 2 3\n", ["expected a file ending in .npy, .npz, .ply, .pcd, .xyz, .csv, .txt, got '.las'"]),
+        ("a.las", b"1 2 3\n", ["got '.las'"]),
         ("a", b"1 2 3\n", ["got 'no ending'"]),
         ("a.npz", b"PK\x03\x04junk", ["not a readable .npz archive"]),
     ],
@@ -318,7 +318,7 @@ def test_pose(tmp_path):
         ("0 -1 0 10", "0 -1 0 nan", "line 2: expected finite numbers"),
         ("0 -1 0 10", "0 -1 0", "line 3: expected finite numbers, as many as above"),
         ("0 -1 0 10", "0 -1 0 ten", "line 2: expected numbers, got '0 -1 0 ten'"),
-        ("0 -1 0 10\n", "", "four lines of four numbers, got 3 of 4"),
+        ("0 -1 0 10\n", "", "four lines of four numbers, got 3 of 4 that end with 0 0 0 1"),
         ("0 0 0 1", "0 0 1 1", "last line 0 0 0 1"),
         (POSE, "", "none"),
     ],
@@ -346,7 +346,7 @@ def test_outline(tmp_path):
         ("x,y\n0,0\n1,1\n", "at least 3 corners"),
         ("0,0\n10,10\n20,20\n", "3 corners round 0 mm"),
         ("0,0,0\n1,0,0\n0,1,0\n", "two columns x,y, got 3"),
-        ("x,y\nx,y\n", "line 2: expected numbers"),
+        ("x,y\nx,y\n", "none"),
         ("0,0\n1,inf\n0,1\n", "line 2: expected finite"),
         ("", "none"),
     ],

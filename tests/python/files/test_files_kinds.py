@@ -51,7 +51,7 @@ UNORGANISED = made.all_kinds(cloud(40))
 def test_organised(tmp_path, name, data):
     points = load(tmp_path, name, data)
     expected = cloud(7, 9)
-    if name.endswith((".xyz", ".csv", ".txt")):
+    if name.endswith(made.TEXT_ENDINGS):
         expected = expected.reshape(-1, 3)
     assert same_bits(points, expected)
     assert points.flags.c_contiguous and points.flags.writeable
@@ -139,15 +139,10 @@ def test_text(tmp_path, text, rows):
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        ("0,5 10,5 20,5\n30,5 1,5 2,5\n", "line 1: expected at least 3 numbers, got '0,5 10,5 20,5' (decimal commas?)"),
-        ("x;y;z\n0,5;10,5;20,5\n", "line 2: expected at least 3 numbers, got '0,5;10,5;20,5' (decimal commas?)"),
-        ("0;10;20\n30;4,5;50\n", "byte 11: line 2: expected a number for y, got '4,5' (a decimal comma?)"),
         ("x y z\n0 10 20\n\n30 forty 50\n", "line 4: expected a number for y, got 'forty'"),
         ("0 10 20\n30 40\n", "line 2: expected 3 numbers, found 2"),
         ("0 10 20\n30 40 50 60\n", "line 2: expected 3 numbers, found more"),
-        ("0,10,20\n30,,50\n", "line 2: expected a number for y, got ''"),
         ("0 10\n30 40\n", "line 1: expected at least 3 numbers"),
-        ("2\n0 10 20\n30 40 50\n", "line 1: expected at least 3 numbers, got '2'"),
         ("x y z\na b c\n0 10 20\n", "line 2: expected at least 3 numbers, got 'a b c'"),
         ("east north up\n0 10 20\n", "line 1: expected columns named x, y and z, got 'east north up'; name them"),
         ("x y x\n0 10 20\n", "expected columns named"),
@@ -192,6 +187,8 @@ def test_a_unit_that_cannot_be_right(tmp_path):
 )
 def test_clouds_that_are_no_scan(tmp_path, name, value, part):
     data = dict(made.all_kinds(np.full((40, 3), value, dtype=np.float32)))[name]
+    if np.isinf(value) and (name.endswith(made.TEXT_ENDINGS) or name.startswith("ascii")):
+        part = "nothing was seen"  # as text says it
     assert part in error_for(tmp_path, name, data)
 
 
@@ -215,7 +212,7 @@ def test_integers_are_refused(tmp_path):
 PCD = made.pcd(cloud(2, 3).tobytes(), WIDTH="3", HEIGHT="2", POINTS="6")
 
 
-@pytest.mark.parametrize("extension", ["npy", "npz", "ply", "pcd", "xyz", "csv", "txt"])
+@pytest.mark.parametrize("extension", ["npy", "npz", "ply", "pcd", "xyz", "csv", "txt", "pts", "ptx"])
 @pytest.mark.parametrize(
     ("data", "part"),
     [
