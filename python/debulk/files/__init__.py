@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from debulk.files.clouds import load_cloud, save_cloud
+from debulk.files.clouds import CloudWarning, load_cloud, save_cloud
 from debulk.files.mask import load_mask
 from debulk.files.placement import load_outline, load_pose
 from debulk.files.replacing import replacing
 from debulk.files.units import Unit
 
-__all__ = ["Unit", "load_cloud", "load_mask", "load_outline", "load_pose", "replacing", "save_cloud"]
+__all__ = ["CloudWarning", "Unit", "load_cloud", "load_mask", "load_outline", "load_pose", "replacing", "save_cloud"]
