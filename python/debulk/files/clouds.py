@@ -107,9 +107,8 @@ def read_cloud(path: Path, unit: Unit) -> Points:
         if extension not in _READERS:
             known = ", ".join(_READERS)
             if packed:
-                source.fail(
-                    0, f"expected a file ending in {known} before {PACKED}, got {extension or 'none'!r}", "rename it"
-                )
+                got = extension or "no ending"
+                source.fail(0, f"expected a file ending in {known} before {PACKED}, got {got!r}", "rename it")
             refuse_ending(source, extension, known)
         if packed:
             with unpacked(source) as inner:

@@ -10,7 +10,7 @@ TEXT = (".xyz", ".csv", ".txt")
 
 _CLOUDS = {
     rb"\x93NUMPY": ".npy", rb"PK\x03\x04|PK\x05\x06": ".npz", rb"ply[ \t]*\r?\n": ".ply",
-    rb"# ?\.?PCD|VERSION|FIELDS": ".pcd",
+    rb"# ?\.?PCD|(?:[ \t\r\n]*#[^\n]*\n)*[ \t\r\n]*(?:VERSION|FIELDS)[ \t]": ".pcd",
 }  # fmt: skip
 _EXPORT = "export the cloud as .ply or .pcd"
 _SURFACE = f"{_EXPORT}: the points as they were measured, not a surface made from them"

@@ -93,8 +93,9 @@ def test_files_cut_anywhere(tmp_path, name, data):
     text = name.endswith((".xyz", ".csv", ".txt"))  # whose end, at a line's, nobody can tell
     for length in [*range(0, len(data), 11), len(data) - 1]:
         loaded = check(tmp_path / name, data[:length])
-        # The last newline of a text may be missing.
-        assert not loaded or text or (name.startswith("ascii") and length >= len(data) - 18)
+        # The last newline of a text may be missing, and so may the zeros that pad a file.
+        spare = 4096 if name == "padded.pcd" else 18 if name.startswith("ascii") else 0
+        assert not loaded or text or length >= len(data) - spare
 
 
 ROUNDS = int(os.environ.get("DEBULK_FUZZ_ROUNDS", "1500"))

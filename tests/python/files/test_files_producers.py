@@ -41,9 +41,7 @@ def test_organised(tmp_path, name, data):
     assert points.dtype == np.float32 and points.flags.c_contiguous and points.flags.writeable
     np.testing.assert_array_equal(points, POINTS)
     in_metres = dict(made.of_producers(POINTS / np.float32(128)))[name]
-    np.testing.assert_array_equal(
-        load(tmp_path, name, in_metres, "m"), (POINTS.astype(float) * (1000 / 128)).astype("f4")
-    )
+    np.testing.assert_allclose(load(tmp_path, name, in_metres, "m"), POINTS * (1000 / 128), rtol=2e-7)
 
 
 @pytest.mark.parametrize(("name", "data"), UNORGANISED, ids=[name for name, _ in UNORGANISED])
