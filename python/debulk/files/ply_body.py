@@ -128,8 +128,9 @@ class Body:
         file, done = self._source.file, 0
         file.seek(self._offset)
         while done < element.count:
-            at = file.tell()
+            at = self._offset
             line = file.readline(_MOST_LINE_BYTES)
+            self._offset += len(line)
             if not line or len(line) == _MOST_LINE_BYTES:
                 what = "the file ends" if not line else f"a line of more than {_MOST_LINE_BYTES} bytes"
                 lack = f"{element.count - done} of {element.count} elements {element.name[:40]!r} lack"
@@ -140,7 +141,6 @@ class Body:
             if places and out is not None:
                 self._keep(element, words, places, out[done], at)
             done += 1
-        self._offset = file.tell()
 
     def _keep(
         self, element: Element, words: list[bytes], places: dict[int, int], row: NDArray[np.float64], at: int

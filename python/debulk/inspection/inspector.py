@@ -293,7 +293,7 @@ class Inspector:
     ) -> Report:
         """Run the steps that follow the check of the level."""
         with cycle.stage("height map", 0.0):  # clean, grid, find
-            found = watched(cycle.stop, lambda: self.find(points, cycle.stop))
+            found = watched(cycle.stop, lambda: self._find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
         with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
             placed = self._placing.judge(sample, found)
@@ -352,7 +352,10 @@ class Inspector:
         InputError
             Names what was wrong with the scan.
         """
-        scan = self.prepared.place.near(scan, "scan", stop)
+        return self._find(self.prepared.place.near(scan, "scan", stop), stop)
+
+    def _find(self, scan: ArrayLike, stop: _core.Stop | None) -> Found:
+        """Find the pockets of a scan without the shift of far clouds."""
         with self._finding:
             found = self._finder.find(scan, self.mask, stop)
         if self._below is not None:
