@@ -110,9 +110,7 @@ class Tensor:
 
 def test_tensors_and_clouds_of_open3d():
     np.testing.assert_array_equal(cloud.from_memory(Tensor(POINTS)), POINTS)
-    with pytest.raises(
-        InputError, match=r"a Tensor that NumPy cannot read \(the memory of a GPU\); pass a NumPy array"
-    ):
+    with pytest.raises(InputError, match=r"a Tensor that NumPy cannot read \(the memory of a GPU\); pass"):
         cloud.from_memory(Tensor(POINTS, "gpu"))
     flat = POINTS.reshape(-1, 3).astype(np.float64)
     np.testing.assert_array_equal(cloud.from_memory(SimpleNamespace(points=flat.tolist())), flat)

@@ -7,6 +7,7 @@ import os
 import pickle
 import socket
 import struct
+import warnings
 import zipfile
 from pathlib import Path
 
@@ -70,7 +71,9 @@ def test_captures_of_a_depth_camera(name):
     path = CAPTURES / f"{name}.pcd"
     if not path.is_file():
         pytest.skip("the captures in ../shared/data are not there")
-    points = files.load_cloud(path, unit="m")
+    with warnings.catch_warnings():  # old versions of PCL wrote half a turn where they meant the identity
+        warnings.simplefilter("ignore", files.CloudWarning)
+        points = files.load_cloud(path, unit="m")
     assert points.shape == (480, 640, 3) and points.dtype == np.float32
     seen = np.isfinite(points).all(axis=2)
     assert np.isnan(points[~seen]).any() and 0.3 < seen.mean() < 0.95
