@@ -62,8 +62,8 @@ def shifted(points: NDArray[np.floating[Any]], shift: Floats) -> NDArray[np.floa
     Examples
     --------
     >>> far = np.array([[5e9 + 0.125, 0, 0]])
-    >>> far.astype(np.float32)[0, 0] - 5e9, shifted(far, np.array([5e9, 0, 0]))[0, 0]
-    (np.float64(0.0), np.float32(0.125))
+    >>> float(far.astype(np.float32)[0, 0]) - 5e9, float(shifted(far, np.array([5e9, 0, 0]))[0, 0])
+    (0.0, 0.125)
     """
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(points - shift, dtype=np.float32)

@@ -40,8 +40,7 @@ class FarPlace:
         if mold_from_scanner is None or camera is not None or not is_plain(points) or points.dtype.kind != "f":
             return cls()
         shift = origin.shift_of(points)
-        step = 0.0 if shift is None or points.dtype.itemsize > 4 else origin.resolution_mm(float(np.abs(shift).max()))
-        return cls(shift, step if step > _COARSE_MM else 0.0)
+        return cls(shift, _rounded_mm(points, shift))
 
     def near(self, points: Any, name: str, stop: _core.Stop | None = None) -> Any:
         """Return a cloud, in any form that is known, as an array without the shift; what is no cloud is passed on."""
@@ -61,9 +60,8 @@ class FarPlace:
         moved[:3, 3] += mold_from_scanner[:3, :3] @ self.shift_mm
         return moved
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Sentences for the reader of the report."""
+    def warnings(self, scan: Any) -> tuple[str, ...]:
+        """Sentences for the reader of the report of this scan, which is as it came."""
         if self.shift_mm is None:
             return ()
         shift = ", ".join(f"{value:.0f}" for value in self.shift_mm)
@@ -71,13 +69,21 @@ class FarPlace:
             f"the clouds lie far from the origin of the scanner's frame: ({shift}) mm were subtracted from all of them "
             "before they were rounded to float32, and added again by the pose",
         )
-        if not self.rounded_mm:
-            return said
-        return (
-            *said,
-            f"the reference came as float32, which so far from the origin has steps of {self.rounded_mm:.2g} mm; give "
-            "clouds nearer to the origin, or as float64",
+        steps_mm = {"reference": self.rounded_mm, "scan": _rounded_mm(foreign.plain(scan, "scan"), self.shift_mm)}
+        return said + tuple(
+            f"the {name} came as float32, which so far from the origin has steps of {step_mm:.2g} mm; give clouds nearer "
+            "to the origin, or as float64"
+            for name, step_mm in steps_mm.items()
+            if step_mm
         )
+
+
+def _rounded_mm(points: Any, shift_mm: Floats | None) -> float:
+    """Return to how many mm the coordinates of a far cloud have been rounded; 0: to less than what matters."""
+    if shift_mm is None or not is_plain(points) or points.dtype.itemsize > 4:
+        return 0.0
+    step_mm = origin.resolution_mm(float(np.abs(shift_mm).max()))
+    return step_mm if step_mm > _COARSE_MM else 0.0
 
 
 NEAR = FarPlace()

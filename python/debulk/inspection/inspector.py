@@ -256,7 +256,7 @@ class Inspector:
                     raise Cancelled("the inspection was cancelled") from None
                 report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
             seconds = None if deadline_s is None else float(deadline_s)
-            warnings = (*self.prepared.place.warnings, *report.warnings)
+            warnings = (*self.prepared.place.warnings(scan), *report.warnings)
             return replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
 
     def _near(self, scan: Any, stop: _core.Stop) -> Any:
