@@ -71,8 +71,8 @@ class FarPlace:
         )
         steps_mm = {"reference": self.rounded_mm, "scan": _rounded_mm(foreign.plain(scan, "scan"), self.shift_mm)}
         return said + tuple(
-            f"the {name} came as float32, which so far from the origin has steps of {step_mm:.2g} mm; give clouds nearer "
-            "to the origin, or as float64"
+            f"the {name} came as float32, which so far from the origin has steps of {step_mm:.2g} mm; give clouds "
+            "nearer to the origin, or as float64"
             for name, step_mm in steps_mm.items()
             if step_mm
         )
