@@ -1,13 +1,17 @@
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <vector>
 
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/files/file_fault.hpp"
 #include "debulk/files/lzf.hpp"
+#include "debulk/files/ply_elements.hpp"
 #include "debulk/files/point_records.hpp"
 #include "debulk/files/point_summary.hpp"
 #include "debulk/files/text_points.hpp"
@@ -32,6 +36,12 @@ py::tuple to_tuple(const PointSummary& s) {
   return py::make_tuple(s.low, s.high, s.sampled, s.at_origin);
 }
 
+using TypeNames = std::array<std::string, 3>;
+
+std::array<NumberType, 3> types_of(const TypeNames& names) {
+  return {number_type(names[0]), number_type(names[1]), number_type(names[2])};
+}
+
 py::array_t<float> new_points(long count) {
   return py::array_t<float>({static_cast<py::ssize_t>(count), py::ssize_t{3}});
 }
@@ -49,28 +59,28 @@ void bind_files(py::module_ m) {
 
   m.def(
       "read_records",
-      [fault](int file, long long offset, long record_bytes, const std::array<long, 3>& offsets, const std::array<int, 3>& widths,
-              bool big_endian, double factor, py::array_t<float> out, int threads) {
+      [fault](int file, long long offset, long record_bytes, const std::array<long, 3>& offsets, const TypeNames& types, bool big_endian,
+              double factor, py::array_t<float> out, int threads) {
         const long count = out.ndim() > 0 ? static_cast<long>(out.shape(0)) : 0;
         float* const points = checked_out(out, count);
-        const RecordLayout layout{record_bytes, offsets, widths, big_endian};
+        const RecordLayout layout{record_bytes, offsets, types_of(types), big_endian};
         return to_tuple(reading(fault, [&] { return read_records(file, offset, count, layout, factor, points, threads); }));
       },
-      py::arg("file"), py::arg("offset"), py::arg("record_bytes"), py::arg("offsets"), py::arg("widths"), py::arg("big_endian"),
+      py::arg("file"), py::arg("offset"), py::arg("record_bytes"), py::arg("offsets"), py::arg("types"), py::arg("big_endian"),
       py::arg("factor"), py::arg("out").noconvert(), py::arg("threads"));
 
   m.def(
       "read_compressed",
       [fault](const py::array_t<std::uint8_t>& compressed, py::array_t<std::uint8_t> columns, const std::array<long long, 3>& offsets,
-              const std::array<int, 3>& widths, double factor, py::array_t<float> out, int threads) {
+              const TypeNames& names, double factor, py::array_t<float> out, int threads) {
         const long count = out.ndim() > 0 ? static_cast<long>(out.shape(0)) : 0;
         float* const points = checked_out(out, count);
         const bool flat = compressed.ndim() == 1 && columns.ndim() == 1 && (compressed.flags() & columns.flags() & py::array::c_style);
         require(flat, "columns", "a flat array, as the compressed one", shape_of(columns));
         const auto size = static_cast<long long>(columns.size());
+        const std::array<NumberType, 3> types = types_of(names);
         for (std::size_t k = 0; k < 3; ++k) {
-          require(widths[k] == 4 || widths[k] == 8, "widths", "4 or 8 bytes", widths[k]);
-          const bool inside = offsets[k] >= 0 && offsets[k] <= size - static_cast<long long>(count) * widths[k];
+          const bool inside = offsets[k] >= 0 && offsets[k] <= size - static_cast<long long>(count) * bytes_of(types[k]);
           require(inside, "offsets", "columns inside the data", offsets[k]);
         }
         const std::uint8_t* const in = compressed.data();
@@ -78,11 +88,11 @@ void bind_files(py::module_ m) {
         std::uint8_t* const unpacked = columns.mutable_data();
         return to_tuple(reading(fault, [&] {
           decompress_lzf(in, in_bytes, unpacked, static_cast<std::size_t>(size));
-          return gather_columns({unpacked + offsets[0], unpacked + offsets[1], unpacked + offsets[2]}, widths, count, factor, points,
+          return gather_columns({unpacked + offsets[0], unpacked + offsets[1], unpacked + offsets[2]}, types, count, factor, points,
                                 threads);
         }));
       },
-      py::arg("compressed").noconvert(), py::arg("columns").noconvert(), py::arg("offsets"), py::arg("widths"), py::arg("factor"),
+      py::arg("compressed").noconvert(), py::arg("columns").noconvert(), py::arg("offsets"), py::arg("types"), py::arg("factor"),
       py::arg("out").noconvert(), py::arg("threads"));
 
   m.def(
@@ -110,6 +120,22 @@ void bind_files(py::module_ m) {
       },
       py::arg("file"), py::arg("begin"), py::arg("end"), py::arg("first_line"), py::arg("columns"), py::arg("xyz"), py::arg("separator"),
       py::arg("comments"), py::arg("most_rows"), py::arg("factor"), py::arg("threads"));
+
+  m.def(
+      "read_elements",
+      [fault](int file, long long begin, long long end, const std::vector<std::tuple<std::string, std::string, int>>& properties,
+              bool big_endian, py::array_t<double> out) {
+        require(out.ndim() == 2 && (out.flags() & py::array::c_style), "out", "a C-contiguous (count, columns) array", shape_of(out));
+        PlyElement element{{}, static_cast<long>(out.shape(0)), static_cast<int>(out.shape(1)), big_endian};
+        for (const auto& [type, length, column] : properties) {
+          PlyProperty property{number_type(type), std::nullopt, column};
+          if (!length.empty()) property.length = number_type(length);
+          element.properties.push_back(property);
+        }
+        double* const values = out.mutable_data();
+        return reading(fault, [&] { return read_elements(file, begin, end, element, values); });
+      },
+      py::arg("file"), py::arg("begin"), py::arg("end"), py::arg("properties"), py::arg("big_endian"), py::arg("out").noconvert());
 
   m.attr("MAX_LZF_RATIO") = max_lzf_ratio;
 }

@@ -2,19 +2,20 @@
 
 A cloud is an array of points in mm: (H, W, 3) as an organised scanner delivers it, one point per pixel, or (N, 3) in
 any order. A point with a coordinate that is not finite is missing, because nothing was seen there. The functions
-compute on float32, without a copy if the array is C-contiguous float32, and never change their input.
+compute on float32, without a copy if the array is C-contiguous float32, and never change their input. They also take
+what `from_memory` takes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from os import PathLike
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, arrays
+from debulk import _core, arrays, foreign, origin
 from debulk.arguments import typed
 
 _OUTLIERS = _core.cloud.OutlierOptions()  # each default is defined only in cpp/debulk/cloud/outliers.hpp
@@ -23,6 +24,43 @@ InputError = _core.InputError
 
 SMALLEST_EXTENT_MM = 10.0
 """`checked` takes a cloud smaller than this for one in metres."""
+
+
+@typed
+def from_memory(points: Any, unit: Literal["mm", "m"] = "mm", name: str = "points") -> NDArray[np.floating[Any]]:
+    """Convert a cloud that another program holds in memory into an array of points in mm.
+
+    Parameters
+    ----------
+    points
+        An array (H, W, 3) or (N, 3); a NumPy array of records with fields x, y, z (or X, Y, Z, or f0, f1, f2, or one
+        field xyz, points or position of three numbers), (H, W) or (N,); a ``sensor_msgs/PointCloud2`` message of ROS or
+        rosbags; a point cloud of Open3D; or anything that speaks DLPack, in the memory of the CPU.
+    unit
+        Unit of its numbers. Messages of ROS are in metres by convention, and so are clouds of RealSense.
+    name
+        What the cloud is called in error messages.
+
+    Returns
+    -------
+    (H, W, 3) or (N, 3), float32 or float64, mm, NaN where nothing was seen; a view of the same memory if nothing had to
+    be converted.
+
+    Raises
+    ------
+    InputError
+        If x, y, z cannot be had from it, or the unit is another.
+
+    Examples
+    --------
+    >>> records = np.array([(0.5, 0.25, 2.0)], dtype=[("x", "f4"), ("y", "f4"), ("z", "f4")])
+    >>> from_memory(records, unit="m").tolist()
+    [[500.0, 250.0, 2000.0]]
+    """
+    if unit not in ("mm", "m"):
+        raise InputError(f'unit: expected "mm" or "m", got {unit!r}')
+    array = _array(points, name)
+    return array if unit == "mm" else array * array.dtype.type(1000)
 
 
 def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True) -> NDArray[np.float32]:
@@ -207,6 +245,22 @@ _CLOUD = "an (H, W, 3) or (N, 3) array of points"
 
 def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     """Bring points into the form that the package computes on, like `checked`, but check only shape and type."""
+    array = _array(points, name)
+    if array.dtype.itemsize == 8 and (shift := origin.shift_of(array)) is not None:
+        away = float(np.abs(shift).max())
+        if away > arrays.LARGEST_MM:
+            raise InputError(
+                f"{name}: expected coordinates within {arrays.LARGEST_MM / 1000:g} m of the origin, but got a cloud "
+                f"about {away:.4g} mm away, where float32 resolves {origin.resolution_mm(away):.2g} mm only; subtract "
+                "the same offset from all clouds, or give an Inspector the pose (mold_from_scanner)"
+            )
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(array, dtype=np.float32)
+
+
+def _array(points: Any, name: str) -> NDArray[Any]:
+    """Return the points as an array of float32 or float64, (H, W, 3) or (N, 3), without a copy where that can be."""
+    points = foreign.plain(points, name)
     if isinstance(points, np.ma.MaskedArray):  # masked points were not seen
         if points.dtype.kind != "f":
             raise InputError(
@@ -222,8 +276,7 @@ def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
         raise InputError(f"{name}: expected {_CLOUD}, but got {arrays.came(points, array)}{remedy}")
     if array.dtype.newbyteorder("=") not in (np.float32, np.float64):  # in either byte order
         raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}{_convert(array)}")
-    with np.errstate(over="ignore"):
-        return np.ascontiguousarray(array, dtype=np.float32)
+    return array
 
 
 def _convert(array: NDArray[Any]) -> str:

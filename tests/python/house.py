@@ -22,7 +22,19 @@ LINES = tuple(
 )
 # The package from below to above; between the public rooms the order is that of LINES. Inside a folder only circles are
 # forbidden. The package itself, "debulk", is its `__init__.py`.
-PYTHON_BELOW = ("_core", "arguments", "forking", "workers", "grid", "debulk", "arrays", "stopping", "recipe")
+PYTHON_BELOW = (
+    "_core",
+    "arguments",
+    "forking",
+    "workers",
+    "grid",
+    "debulk",
+    "arrays",
+    "foreign",
+    "origin",
+    "stopping",
+    "recipe",
+)
 PYTHON_ROOMS = ("cloud", "surface", "pocket", "net", "sheet", "solve", "ridge", "section", "verdict", "scanner")
 PYTHON_ABOVE = (
     "files", "results", "page", "report", "comparison", "inspection", "scenes", "study", "view", "doctor", "cli",

@@ -14,30 +14,22 @@ namespace {
 
 constexpr long chunk_bytes = 1 << 18;  // together with the converted points, well inside a core's second-level cache
 
-template <class T, class Bits>
-T load(const std::uint8_t* from, bool swapped) {
-  Bits bits;
-  std::memcpy(&bits, from, sizeof bits);
+template <class T>
+void gather(const std::uint8_t* from, long stride, long count, bool swapped, double factor, float* to) {
+  const auto all = [&](bool swap) {
+    for (long i = 0; i < count; ++i) to[3 * i] = static_cast<float>(static_cast<double>(load_number<T>(from + i * stride, swap)) * factor);
+  };
   if (swapped)
-    bits = sizeof bits == 4 ? static_cast<Bits>(__builtin_bswap32(static_cast<std::uint32_t>(bits)))
-                            : static_cast<Bits>(__builtin_bswap64(bits));
-  T value;
-  std::memcpy(&value, &bits, sizeof value);
-  return value;
-}
-
-void gather_doubles(const std::uint8_t* from, long stride, long count, bool swapped, double factor, float* to) {
-  if (swapped)
-    for (long i = 0; i < count; ++i) to[3 * i] = static_cast<float>(load<double, std::uint64_t>(from + i * stride, true) * factor);
+    all(true);
   else
-    for (long i = 0; i < count; ++i) to[3 * i] = static_cast<float>(load<double, std::uint64_t>(from + i * stride, false) * factor);
+    all(false);
 }
 
-void gather_floats(const std::uint8_t* from, long stride, long count, double factor, float* to) {
-  if (factor == 1)
+void gather(const std::uint8_t* from, NumberType type, long stride, long count, bool swapped, double factor, float* to) {
+  if (type == NumberType::f4 && factor == 1 && !swapped)
     for (long i = 0; i < count; ++i) std::memcpy(to + 3 * i, from + i * stride, 4);
   else
-    for (long i = 0; i < count; ++i) to[3 * i] = static_cast<float>(load<float, std::uint32_t>(from + i * stride, false) * factor);
+    with_type(type, [&](auto value) { gather<decltype(value)>(from, stride, count, swapped, factor, to); });
 }
 
 // Copies points whose three floats are adjacent. One wide copy takes a point and four bytes more, which the next point
@@ -66,20 +58,12 @@ void convert(const std::uint8_t* from, const RecordLayout& layout, long count, d
     if (at[1] == at[0] + 4 && at[2] == at[0] + 8)
       copy_points(from + at[0], layout.bytes, count, to);
     else
-      for (std::size_t k = 0; k < 3; ++k) gather_floats(from + at[k], layout.bytes, count, 1, to + k);
+      for (std::size_t k = 0; k < 3; ++k) gather(from + at[k], NumberType::f4, layout.bytes, count, false, 1, to + k);
     if (layout.big_endian) swap_bytes(to, 3 * count);
     if (factor != 1) scale(to, 3 * count, factor);
     return;
   }
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint8_t* const start = from + at[k];
-    if (layout.widths[k] == 8)
-      gather_doubles(start, layout.bytes, count, layout.big_endian, factor, to + k);
-    else
-      for (long i = 0; i < count; ++i)
-        to[3 * i + static_cast<long>(k)] =
-            static_cast<float>(load<float, std::uint32_t>(start + i * layout.bytes, layout.big_endian) * factor);
-  }
+  for (std::size_t k = 0; k < 3; ++k) gather(from + at[k], layout.types[k], layout.bytes, count, layout.big_endian, factor, to + k);
 }
 
 PointSummary merged(const std::vector<PointSummary>& parts) {
@@ -91,7 +75,7 @@ PointSummary merged(const std::vector<PointSummary>& parts) {
 }  // namespace
 
 bool RecordLayout::all_floats() const {
-  return widths == std::array<int, 3>{4, 4, 4};
+  return types == std::array<NumberType, 3>{NumberType::f4, NumberType::f4, NumberType::f4};
 }
 
 bool RecordLayout::packed() const {
@@ -100,10 +84,8 @@ bool RecordLayout::packed() const {
 
 void RecordLayout::check() const {
   require(bytes > 0, "bytes", "a positive number of bytes a record", bytes);
-  for (std::size_t k = 0; k < 3; ++k) {
-    require(widths[k] == 4 || widths[k] == 8, "widths", "4 or 8 bytes", widths[k]);
-    require(offsets[k] >= 0 && offsets[k] <= bytes - widths[k], "offsets", "a place inside the record", offsets[k]);
-  }
+  for (std::size_t k = 0; k < 3; ++k)
+    require(offsets[k] >= 0 && offsets[k] <= bytes - bytes_of(types[k]), "offsets", "a place inside the record", offsets[k]);
 }
 
 PointSummary read_records(int file, long long offset, long count, const RecordLayout& layout, double factor, float* out, int threads) {
@@ -128,19 +110,15 @@ PointSummary read_records(int file, long long offset, long count, const RecordLa
   return merged(parts);
 }
 
-PointSummary gather_columns(const std::array<const std::uint8_t*, 3>& columns, const std::array<int, 3>& widths, long count, double factor,
-                            float* out, int threads) {
+PointSummary gather_columns(const std::array<const std::uint8_t*, 3>& columns, const std::array<NumberType, 3>& types, long count,
+                            double factor, float* out, int threads) {
   constexpr long chunk = 1 << 14;
   std::vector<PointSummary> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
   parallel_for(count, chunk, threads, [&](long begin, long end) {
     float* const points = out + 3 * begin;
     for (std::size_t k = 0; k < 3; ++k) {
-      require(widths[k] == 4 || widths[k] == 8, "widths", "4 or 8 bytes", widths[k]);
-      const std::uint8_t* from = columns[k] + begin * widths[k];
-      if (widths[k] == 4)
-        gather_floats(from, 4, end - begin, factor, points + k);
-      else
-        gather_doubles(from, 8, end - begin, false, factor, points + k);
+      const int bytes = bytes_of(types[k]);
+      gather(columns[k] + begin * bytes, types[k], bytes, end - begin, false, factor, points + k);
     }
     parts[static_cast<std::size_t>(begin / chunk)] = summarise(points, begin, end - begin);
   });

@@ -4,15 +4,16 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "debulk/files/number_type.hpp"
 #include "debulk/files/point_summary.hpp"
 
 namespace debulk {
 
-// Where x, y and z stand in a record of a binary file. Each is a float or a double.
+// Where x, y and z stand in a record of a binary file.
 struct RecordLayout {
   long bytes = 12;                       // length of one record
   std::array<long, 3> offsets{0, 4, 8};  // bytes from the start of the record to x, y, z
-  std::array<int, 3> widths{4, 4, 4};    // 4: float, 8: double
+  std::array<NumberType, 3> types{NumberType::f4, NumberType::f4, NumberType::f4};
   bool big_endian = false;
 
   bool all_floats() const;
@@ -27,7 +28,7 @@ PointSummary read_records(int file, long long offset, long count, const RecordLa
 
 // The same from memory, where x, y and z each have a column of their own, in the machine's byte order, as in a PCD
 // file of kind binary_compressed.
-PointSummary gather_columns(const std::array<const std::uint8_t*, 3>& columns, const std::array<int, 3>& widths, long count, double factor,
-                            float* out, int threads = 0);
+PointSummary gather_columns(const std::array<const std::uint8_t*, 3>& columns, const std::array<NumberType, 3>& types, long count,
+                            double factor, float* out, int threads = 0);
 
 }  // namespace debulk

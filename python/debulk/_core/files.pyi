@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from debulk._core import _Bytes, _Singles
+from debulk._core import _Bytes, _Floats, _Singles
 
 MAX_LZF_RATIO: int
 
@@ -12,17 +12,25 @@ def read_compressed(
     compressed: _Bytes,
     columns: _Bytes,
     offsets: Sequence[int],
-    widths: Sequence[int],
+    types: Sequence[str],
     factor: float,
     out: _Singles,
     threads: int,
 ) -> tuple[list[float], list[float], int, int]: ...
+def read_elements(
+    file: int,
+    begin: int,
+    end: int,
+    properties: Sequence[tuple[str, str, int]],
+    big_endian: bool,
+    out: _Floats,
+) -> int: ...
 def read_records(
     file: int,
     offset: int,
     record_bytes: int,
     offsets: Sequence[int],
-    widths: Sequence[int],
+    types: Sequence[str],
     big_endian: bool,
     factor: float,
     out: _Singles,

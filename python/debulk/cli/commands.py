@@ -92,6 +92,7 @@ def inspect(
             raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
 
         from debulk import files
+        from debulk.files.clouds import read_cloud
         from debulk.recipe import Recipe
 
         settings = Recipe() if recipe is None else Recipe.load(recipe)
@@ -100,16 +101,16 @@ def inspect(
         hidden = None if mask is None else files.load_mask(mask)
         with shown_progress() as progress:
             progress("reading", 0.0)
-            reference_cloud = files.load_cloud(reference, unit)
+            reference_cloud = read_cloud(reference, unit)
             progress("reading", 0.5)
-            scan_cloud = files.load_cloud(scan, unit)
+            scan_cloud = read_cloud(scan, unit)
             progress("reading", 1.0)
 
             from debulk.inspection.inspector import Inspector
 
             inspector = Inspector(
                 settings,
-                reference_cloud,
+                reference_cloud.values,
                 ply_outline=ply_outline,
                 fibre_angles_deg=fibre_angles,
                 mold_from_scanner=transform,
@@ -117,8 +118,11 @@ def inspect(
                 mask=hidden,
                 progress=progress,
             )
-            report = inspector.inspect(scan_cloud, deadline_s=deadline, progress=progress, context=kept)
-        report = dataclasses.replace(report, source={"scan": scan.name, "reference": reference.name, **report.source})
+            report = inspector.inspect(scan_cloud.values, deadline_s=deadline, progress=progress, context=kept)
+        read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
+        notes = [f"{name}: {note}" for name, cloud in read for note in cloud.notes]
+        source = {"scan": scan.name, "reference": reference.name, **report.source}
+        report = dataclasses.replace(report, source=source, warnings=(*notes, *report.warnings))
         _leave(report, outputs, as_json)
         raise typer.Exit(EXIT_CODES[report.verdict])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from debulk.files.clouds import load_cloud, save_cloud
+from debulk.files.clouds import CloudWarning, load_cloud, save_cloud
 from debulk.files.heights import load_heights
 from debulk.files.mask import load_mask
 from debulk.files.outline import load_outline
@@ -10,4 +10,14 @@ from debulk.files.pose import load_pose
 from debulk.files.replacing import replacing
 from debulk.files.units import Unit
 
-__all__ = ["Unit", "load_cloud", "load_heights", "load_mask", "load_outline", "load_pose", "replacing", "save_cloud"]
+__all__ = [
+    "CloudWarning",
+    "Unit",
+    "load_cloud",
+    "load_heights",
+    "load_mask",
+    "load_outline",
+    "load_pose",
+    "replacing",
+    "save_cloud",
+]

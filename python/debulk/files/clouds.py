@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 import time
+import warnings
 from collections.abc import Callable
 from functools import partial
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,12 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 from debulk._core import InputError
 from debulk.arguments import of_type, typed
 from debulk.files import npy, pcd, ply, ptx, text
-from debulk.files.kinds import TEXT, check_kind
+from debulk.files.kinds import TEXT, check_kind, refuse_ending
+from debulk.files.packed import PACKED, unpacked
 from debulk.files.replacing import replacing
 from debulk.files.source import Points, Source, open_source
 from debulk.files.units import Unit, check_size, factor
 
-__all__ = ["load_cloud", "save_cloud"]
+__all__ = ["CloudWarning", "load_cloud", "read_cloud", "save_cloud"]
 
 log = logging.getLogger("debulk")
 _READERS: dict[str, Callable[[Source, float], Points]] = {
@@ -32,28 +35,44 @@ _WRITERS: dict[str, Callable[[Path, NDArray[np.float32]], None]] = {
     **{extension: partial(text.write_text, extension=extension) for extension in TEXT if extension != ".pts"},
 }  # fmt: skip
 _FAR_MM = 1e7  # ten kilometres: no scanner sees that far, so the file or its unit is wrong
+_FARTHEST_MM = 1e10  # ten thousand kilometres: no map's northing is larger
 _FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan have the same position
 
 
+class CloudWarning(UserWarning):
+    """Says what a file holds beside its points, such as a pose that is not applied."""
+
+
 @typed
-def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float32]:
+def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.floating[Any]]:
     """Read a point cloud.
 
     Parameters
     ----------
     path
-        A .npy, .npz, .ply, .pcd, .ptx, .xyz, .csv, .txt, .pts or .asc file. A PCD may be binary, compressed or text. A
-        PLY may be binary, of either byte order, or text. Both may have their fields in any order and more fields than
-        x, y, z. Arrays are float32 or float64, of either byte order, by rows or by columns; a .npz holds a single
-        array, or one called points. Each line of text is a point, with numbers separated by blanks, tabs, commas or
-        semicolons. The coordinates are in the first three columns, or in those that a line of names calls x, y, z.
-        Nothing is ever unpickled. For a matrix of heights see `load_heights`.
+        A .npy, .npz, .ply, .pcd, .ptx, .xyz, .csv, .txt, .pts or .asc file, or one of these packed by gzip (.pcd.gz and
+        so on). A PCD may be binary, compressed or text. A PLY may be binary, of either byte order, or text; its shape
+        may come from a range_grid, from num_cols and num_rows, or from PCL's camera. Both may have their fields in any
+        order, more fields than x, y, z, capital letters, and numbers of any type. Arrays are float32 or float64, of
+        either byte order, by rows or by columns: (H, W, 3) or (N, 3), or with four values per point, of which the first
+        three are taken, or (3, N) or (3, H, W); or arrays of records with fields x, y, z. A .npz holds a single array,
+        or one called points, cloud, scan, xyz, point_cloud or pcd, or X, Y and Z. Each line of text is a point, with
+        numbers separated by blanks, tabs, commas or semicolons. The coordinates are in the first three columns, or in
+        those that a line of names calls x, y, z. Nothing is ever unpickled. For a matrix of heights see `load_heights`.
     unit
         Unit of the numbers in the file, "mm" or "m".
 
     Returns
     -------
-    (H, W, 3) float32 if the file marks the cloud as organised, otherwise (N, 3); mm; NaN where nothing was seen.
+    (H, W, 3) if the file marks the cloud as organised, otherwise (N, 3); mm; NaN where nothing was seen. The points are
+    float32; or float64, if the file has that precision and all points lie farther than `debulk.origin.FAR_MM` (32.8 m)
+    from the origin along an axis, where float32 would round them by more than 0.002 mm. An Inspector takes both.
+
+    Warns
+    -----
+    CloudWarning
+        If the file holds something that the points do not show: a VIEWPOINT or a camera's pose, which is never applied,
+        or faces of a mesh.
 
     Raises
     ------
@@ -70,18 +89,43 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     >>> load_cloud(path).shape
     (2, 5, 3)
     """
-    path = Path(path)
+    points = read_cloud(Path(path), unit)
+    for note in points.notes:
+        warnings.warn(f"{path}: {note}", CloudWarning, stacklevel=3)  # past the check of the arguments
+    return points.values
+
+
+def read_cloud(path: Path, unit: Unit) -> Points:
+    """Do what `load_cloud` does, but return its warnings as notes with the points."""
     mm_per_unit = factor(unit)
     extension = path.suffix.lower()
-    if extension not in _READERS:
-        raise InputError(f"{path}: expected a file ending in {', '.join(_READERS)}, got {extension or 'no ending'!r}")
+    packed = extension == PACKED
+    if packed:
+        extension = path.with_suffix("").suffix.lower()
     began = time.perf_counter()
     with open_source(path) as source:
-        check_kind(source, extension)
-        points = _READERS[extension](source, mm_per_unit)
-        _check_plausible(source, points, unit)
+        if extension not in _READERS:
+            known = ", ".join(_READERS)
+            if packed:
+                got = extension or "no ending"
+                source.fail(0, f"expected a file ending in {known} before {PACKED}, got {got!r}", "rename it")
+            refuse_ending(source, extension, known)
+        if packed:
+            with unpacked(source) as inner:
+                points = _read(inner, extension, mm_per_unit, unit)
+        else:
+            points = _read(source, extension, mm_per_unit, unit)
     log.debug("reading %s: %.1f ms", path, 1e3 * (time.perf_counter() - began))
-    return points.values
+    for note in points.notes:
+        log.info("%s: %s", path, note)
+    return points
+
+
+def _read(source: Source, extension: str, mm_per_unit: float, unit: Unit) -> Points:
+    check_kind(source, extension)
+    points = _READERS[extension](source, mm_per_unit)
+    _check_plausible(source, points, unit)
+    return points
 
 
 @typed
@@ -131,12 +175,13 @@ def _check_plausible(source: Source, points: Points, unit: Unit) -> None:
     low, high = np.array(points.low), np.array(points.high)
     if (low > high).any():
         source.fail(0, "no point has three numbers: nothing was seen", "check the scanner and its export")
-    if max(high.max(), -low.min()) > _FAR_MM:
+    most = _FAR_MM if points.values.dtype == np.float32 else _FARTHEST_MM
+    if max(high.max(), -low.min()) > most:
         flat = points.values.reshape(-1)
-        place = int(np.argmax(np.abs(flat) > _FAR_MM))  # false for NaN
+        place = int(np.argmax(np.abs(flat) > most))  # false for NaN
         raise InputError(
             f"{source.path}: point {place // 3}: {'xyz'[place % 3]} = {flat[place]:g} mm, expected at most "
-            f"{_FAR_MM:g}; write NaN where nothing was seen, and check the unit ({unit})"
+            f"{most:g}; write NaN where nothing was seen, and check the unit ({unit})"
         )
     size_mm = float((high - low).max())
     if points.values.size > 3 and size_mm == 0:

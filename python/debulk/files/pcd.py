@@ -1,6 +1,7 @@
 """PCD, the Point Cloud Library's format: binary, compressed and text. HEIGHT above 1 makes the cloud organised.
 
-VIEWPOINT is not applied: the points are returned as they are stored in the file.
+VIEWPOINT is not applied: the points are returned as they are stored in the file. If it is not the identity, a note
+says so, because CloudCompare keeps the result of a registration there and nowhere else.
 """
 
 from __future__ import annotations
@@ -14,10 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
-from debulk.files.source import EXPORT_AGAIN, MAX_COLUMNS, Layout, Points, Source, check_unique_xyz, whole_number
+from debulk.files.source import (
+    EXPORT_AGAIN,
+    MAX_COLUMNS,
+    Layout,
+    Points,
+    Source,
+    check_unique_xyz,
+    summarised,
+    whole_number,
+)
 
 _SIZES = {"F": (4, 8), "I": (1, 2, 4, 8), "U": (1, 2, 4, 8)}
-_PAGE_BYTES = 1 << 16
+_PAGE_BYTES = 1 << 16  # the largest page of the systems that PCL runs on
 _KEYS = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
 
 
@@ -42,9 +52,10 @@ def read_pcd(source: Source, factor: float) -> Points:
     kinds = columns[1][1]
     places = check_unique_xyz(source, where, fields)
     for i in range(len(fields)):
-        if i in places and (kinds[i] != "F" or sizes[i] < 4 or counts[i] != 1):
-            source.fail(columns[1][0], f"expected {fields[i]} as one F of 4 or 8 bytes, got {kinds[i]} of {sizes[i]}")
-        if sizes[i] not in _SIZES.get(kinds[i], ()) or not 1 <= counts[i] <= 4096:
+        if i in places and counts[i] != 1:
+            source.fail(columns[2][0], f"expected {fields[i]} as one number, got COUNT {counts[i]}")
+        # A COUNT of 0 marks padding of no bytes, as in clouds of Ouster's sensors.
+        if sizes[i] not in _SIZES.get(kinds[i], ()) or counts[i] > 4096:
             source.fail(
                 columns[1][0], f"field {fields[i][:40]!r}: TYPE {kinds[i][:9]}, SIZE {sizes[i]}, COUNT {counts[i]}"
             )
@@ -52,18 +63,35 @@ def read_pcd(source: Source, factor: float) -> Points:
     count = width * height
     if "POINTS" in lines and whole_number(source, lines["POINTS"][0], " ".join(lines["POINTS"][1]), "POINTS") != count:
         source.fail(lines["POINTS"][0], f"POINTS is not WIDTH x HEIGHT = {count}")
-    points = _points(source, lines["DATA"], offset, factor, _Fields(sizes, counts, places), count)
+    points = _points(source, lines["DATA"], offset, factor, _Fields(kinds, sizes, counts, places), count)
+    points = points.noted(_viewpoint_note(lines.get("VIEWPOINT", (0, []))[1]))
     return points.organised(height, width) if height > 1 else points
 
 
+def _viewpoint_note(words: list[str]) -> str:
+    """Return a note about a viewpoint, a translation and a quaternion w x y z, that is not the identity."""
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    identity = not any(numbers[:3] + numbers[4:])
+    if not words or (len(numbers) == 7 and identity):
+        return ""
+    return (
+        f"its VIEWPOINT, {' '.join(words)[:100]}, is not applied: the points are read as they are stored; if it is the "
+        "result of a registration, as CloudCompare stores it, apply it and export again"
+    )
+
+
 class _Fields(NamedTuple):
+    kinds: list[str]
     sizes: list[int]
     counts: list[int]
     xyz: list[int]
 
     @property
-    def widths(self) -> list[int]:
-        return [self.sizes[place] for place in self.xyz]
+    def types(self) -> list[str]:
+        return [f"{self.kinds[place].lower()}{self.sizes[place]}" for place in self.xyz]
 
     def starts(self, item_sizes: list[int]) -> tuple[int, list[int]]:
         """Return the length of a point and where its x, y, z start, for the given item sizes of the fields."""
@@ -78,22 +106,22 @@ def _points(
     point_bytes, starts = fields.starts(fields.sizes)
     match words:
         case ["binary"]:
-            source.check_size(offset, count, point_bytes, exact=True)
-            return source.points(offset, count, Layout(point_bytes, starts, fields.widths), factor)
+            source.check_size(offset, count, point_bytes, exact=not _padded(source, offset, count * point_bytes))
+            return source.points(offset, count, Layout(point_bytes, starts, fields.types), factor)
         case ["ascii"]:
             columns, xyz = fields.starts([1] * len(fields.sizes))
             if columns > MAX_COLUMNS:
                 source.fail(line, f"{columns} numbers a line, expected at most {MAX_COLUMNS}")
             return source.text_points(offset, columns, xyz, factor, count=count)
         case ["binary_compressed"]:
-            return _compressed_points(source, offset, count, point_bytes, starts, fields.widths, factor)
+            return _compressed_points(source, offset, count, point_bytes, starts, fields.types, factor)
     return source.fail(
         line, f"expected DATA binary, binary_compressed or ascii, got {' '.join(words)[:40]!r}", "export it as binary"
     )
 
 
 def _compressed_points(
-    source: Source, offset: int, count: int, point_bytes: int, starts: list[int], widths: list[int], factor: float
+    source: Source, offset: int, count: int, point_bytes: int, starts: list[int], types: list[str], factor: float
 ) -> Points:
     """Read the block that follows the two sizes: field by field, of all points, compressed as a whole."""
     if count < 1 or source.size - offset < 8:
@@ -123,8 +151,24 @@ def _compressed_points(
     columns, points = np.empty(unpacked, dtype=np.uint8), np.empty((count, 3), dtype=np.float32)
     with source.faults(after=offset):
         first = [count * start for start in starts]
-        summary = _core.files.read_compressed(data, columns, first, widths, factor, points, 0)
-    return Points(points, *summary)
+        summary = _core.files.read_compressed(data, columns, first, types, factor, points, 0)
+    read = Points(points, *summary)
+    if not read.far:
+        return read
+    exact = [columns[at : at + count * int(kind[1])].view(f"<{kind}") for at, kind in zip(first, types, strict=True)]
+    return summarised(np.stack(exact, axis=1), factor)
+
+
+def _padded(source: Source, offset: int, data_bytes: int) -> bool:
+    """Whether only zeros follow the data, fewer than a page, as in files that PCL's PCDWriter makes outside Windows.
+
+    PCL first stretches the file to the length of the data and a whole page, in which the header then takes its room.
+    """
+    end = offset + data_bytes
+    if not 0 < source.size - end < _PAGE_BYTES:
+        return False
+    source.file.seek(end)
+    return not any(source.file.read(source.size - end))
 
 
 def _read_header(source: Source) -> dict[str, tuple[int, list[str]]]:

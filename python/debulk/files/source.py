@@ -8,41 +8,75 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, NamedTuple, NoReturn
+from typing import Any, BinaryIO, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
 from debulk._core import InputError
+from debulk.origin import is_far, resolution_mm
 
 MAX_POINTS = (1 << 31) - 1
 MAX_COLUMNS = 1 << 12
 MAX_HEADER_BYTES = 1 << 16
 EXPORT_AGAIN = "export the cloud again"
+_PRECISE = ("f8", "i4", "u4", "i8", "u8")  # types of numbers that float32 cannot hold
+_RECORDS_AT_ONCE = 1 << 18
 
 
 class Points(NamedTuple):
-    """Points, (H, W, 3) or (N, 3) in mm, and the figures gathered while they were read."""
+    """Points, (H, W, 3) or (N, 3) in mm, and the figures gathered while they were read.
 
-    values: NDArray[np.float32]
+    They are float32, or float64 where the file has such precision and they lie so far away that float32 would lose it.
+    The notes are whole sentences about what the file holds and the points do not show.
+    """
+
+    values: NDArray[np.floating[Any]]
     low: list[float]
     high: list[float]
     sampled: int
     at_origin: int
+    notes: tuple[str, ...] = ()
+
+    @property
+    def far(self) -> bool:
+        """Whether all points lie so far from the origin that float32 loses some of their precision."""
+        return is_far(self.low, self.high)
 
     def organised(self, height: int, width: int) -> Points:
         """Return the same points as an image of this height and width."""
         return self._replace(values=self.values.reshape(height, width, 3))
 
+    def noted(self, *notes: str) -> Points:
+        """Return the same points with more notes; empty ones are left out."""
+        return self._replace(notes=self.notes + tuple(note for note in notes if note))
+
 
 class Layout(NamedTuple):
-    """Where x, y, z are in a record of a binary file; each is 4 (float) or 8 (double) bytes wide."""
+    """Where x, y, z are in a record of a binary file, and their types by NumPy's names without the byte order."""
 
     record_bytes: int
     offsets: Sequence[int]
-    widths: Sequence[int]
+    types: Sequence[str]
     big_endian: bool = False
+
+
+def summarised(values: NDArray[Any], factor: float) -> Points:
+    """Multiply points in memory, of any type of number, (H, W, 3) or (N, 3), by `factor`, and summarise them.
+
+    The memory may be changed.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow is found afterwards as an infinite value
+        narrow = np.require(values, dtype=np.float32, requirements=["C", "W"])
+    points = Points(narrow, *_core.files.scale_and_summarise(narrow.reshape(-1, 3), factor, 0))
+    if not points.far or values.dtype == np.float32 or values.dtype.itemsize < 4:
+        return points
+    wide = np.multiply(values, factor, dtype=np.float64)
+    flat = wide.reshape(-1, 3)
+    low = np.fmin.reduce(flat, axis=0, initial=np.inf).tolist()  # NaN is ignored
+    high = np.fmax.reduce(flat, axis=0, initial=-np.inf).tolist()
+    return points._replace(values=wide, low=low, high=high)
 
 
 @dataclass(frozen=True)
@@ -63,10 +97,7 @@ class Source:
         line = self.file.readline(MAX_HEADER_BYTES)
         if not line.endswith(b"\n") or offset + len(line) > MAX_HEADER_BYTES:
             self.fail(offset, "the header does not end")
-        try:
-            return offset, line.decode("ascii").strip()
-        except UnicodeDecodeError:
-            return self.fail(offset, "the header is not plain text")
+        return offset, line.decode("utf-8", errors="replace").strip()  # comments and names may be in any language
 
     def check_size(
         self, offset: int, count: int, item_bytes: int, *, exact: bool, what: str = "points", least: int | None = None
@@ -98,10 +129,29 @@ class Source:
         points = np.empty((count, 3), dtype=np.float32)
         with self.faults():
             summary = _core.files.read_records(
-                self.file.fileno(), offset, layout.record_bytes, layout.offsets, layout.widths, layout.big_endian,
+                self.file.fileno(), offset, layout.record_bytes, layout.offsets, layout.types, layout.big_endian,
                 factor, points, 0,
             )  # fmt: skip
-        return Points(points, *summary)
+        read = Points(points, *summary)
+        precise = any(kind in _PRECISE for kind in layout.types)
+        return summarised(self._doubles(offset, count, layout), factor) if precise and read.far else read
+
+    def _doubles(self, offset: int, count: int, layout: Layout) -> NDArray[np.float64]:
+        """Read x, y, z without loss, which takes longer."""
+        formats = [(">" if layout.big_endian else "<") + kind for kind in layout.types]
+        names = ["x", "y", "z"]
+        record = np.dtype(
+            {"names": names, "formats": formats, "offsets": list(layout.offsets), "itemsize": layout.record_bytes}
+        )
+        values = np.empty((count, 3))
+        self.file.seek(offset)
+        for first in range(0, count, _RECORDS_AT_ONCE):
+            part = np.fromfile(self.file, dtype=record, count=min(_RECORDS_AT_ONCE, count - first))
+            if len(part) < min(_RECORDS_AT_ONCE, count - first):
+                self.fail(self.size, "the file ended while it was read")
+            for k, name in enumerate(names):
+                values[first : first + len(part), k] = part[name]
+        return values
 
     def text_points(
         self, offset: int, columns: int, xyz: Sequence[int], factor: float, *, count: int | None = None,
@@ -128,7 +178,28 @@ class Source:
             )
         if rows == 0:
             self.fail(offset, "no points in the file")
-        return Points(points, *summary)
+        read = Points(points, *summary)
+        return self._far_text(offset, read, xyz, factor, separator) if read.far else read
+
+    def _far_text(self, offset: int, read: Points, xyz: Sequence[int], factor: float, separator: str) -> Points:
+        """Read the lines again without loss, by NumPy's reader, which takes longer and knows numbers only."""
+        self.file.seek(offset)
+        lines = (line.decode("utf-8", errors="replace") for line in self.file)
+        comments, delimiter = ["#", "//"], None if separator.isspace() else separator
+        try:
+            values = np.loadtxt(
+                lines, comments=comments, delimiter=delimiter, usecols=xyz, max_rows=len(read.values), ndmin=2
+            )
+        except ValueError:
+            values = np.empty((0, 3))
+        if values.shape != read.values.shape:
+            step = resolution_mm(max(map(abs, read.low)))
+            self.fail(
+                offset,
+                f"its points lie so far from the origin that they are known to {step:.2g} mm only",
+                "subtract the same offset from all files, or save the cloud as .npy of float64",
+            )
+        return summarised(values, factor)
 
     def line(self, offset: int) -> int:
         """Return the number of the line in which the body starts."""
@@ -182,9 +253,10 @@ def whole_number(source: Source, offset: int, text: str, what: str) -> int:
 
 
 def check_unique_xyz(source: Source, offset: int, names: list[str]) -> list[int]:
-    """Return the places of x, y, z among the fields of a header."""
-    for axis in "xyz":
+    """Return the places of x, y, z among the fields of a header, or of X, Y, Z if there is no small letter."""
+    axes = "xyz" if any(axis in names for axis in "xyz") else "XYZ"
+    for axis in axes:
         if names.count(axis) != 1:
             problem = "more than one field" if axis in names else "no field"
-            source.fail(offset, f"{problem} {axis!r} among {', '.join(names)[:80] or 'none'}")
-    return [names.index(axis) for axis in "xyz"]
+            source.fail(offset, f"{problem} {axis.lower()!r} among {', '.join(names)[:80] or 'none'}")
+    return [names.index(axis) for axis in axes]

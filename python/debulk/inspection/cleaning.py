@@ -16,7 +16,7 @@ from debulk.recipe import options
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["check_mask", "clean", "hide", "masked", "owned", "pieces", "taken"]
+__all__ = ["check_mask", "clean", "hide", "is_plain", "masked", "owned", "pieces", "slices", "taken"]
 
 Cloud = NDArray[np.float32]
 _PIECE = 1 << 19  # points; they take a few milliseconds, and a raised stop is heeded between pieces
@@ -30,23 +30,29 @@ def pieces(points: ArrayLike, name: str, stop: _core.Stop | None = None) -> Iter
     Stopped
         Before the next piece, once the stop is raised.
     """
-    array = points if _is_plain(points) else cloud.as_cloud(points, name)  # as_cloud raises an error if it is no cloud
+    array = points if is_plain(points) else cloud.as_cloud(points, name)  # as_cloud raises an error if it is no cloud
+    for rows in slices(array, stop):
+        yield cloud.as_cloud(array[rows], name)
+
+
+def slices(array: NDArray[Any], stop: _core.Stop | None = None) -> Iterator[slice]:
+    """Yield the rows of each piece of a cloud, and heed the stop before each."""
     rows = max(1, 3 * _PIECE * len(array) // max(1, array.size))
     for first in range(0, max(1, len(array)), rows):
         heed(stop, "the taking of a cloud")
-        yield cloud.as_cloud(array[first : first + rows], name)
+        yield slice(first, first + rows)
 
 
 def taken(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     """Do what `as_cloud` does, but heed the stop, because it takes a while to copy a cloud of another type."""
-    if not _is_plain(points) or (points.dtype == np.float32 and points.flags.c_contiguous):
+    if not is_plain(points) or (points.dtype == np.float32 and points.flags.c_contiguous):
         return cloud.as_cloud(points, name)
     return owned(points, name, stop)
 
 
 def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     """Copy a cloud, because its owner may write into its memory while it is being processed."""
-    array = points if _is_plain(points) else cloud.as_cloud(points, name)
+    array = points if is_plain(points) else cloud.as_cloud(points, name)
     out = np.empty(array.shape, dtype=np.float32)
     filled = 0
     for piece in pieces(array, name, stop):
@@ -55,7 +61,8 @@ def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     return out
 
 
-def _is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
+def is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
+    """Whether this is an array of numbers in the shape of a cloud."""
     plain = isinstance(points, np.ndarray) and not isinstance(points, np.ma.MaskedArray) and points.dtype.kind in "fiu"
     return plain and np.ndim(points) in (2, 3) and np.shape(points)[-1] == 3
 

@@ -61,8 +61,10 @@ class Inspector:
     recipe
         All settings. None means ``Recipe()``.
     reference
-        (H, W, 3) organised or (N, 3) cloud of the surface below the ply, mm, NaN = nothing seen. In a layup of several
-        plies this is the scan taken after the previous ply.
+        (H, W, 3) organised or (N, 3) cloud of the surface below the ply, mm, NaN = nothing seen, in any form that
+        `debulk.cloud.from_memory` takes. In a layup of several plies this is the scan taken after the previous ply. If
+        it lies farther than 32.8 m from the origin of the scanner's frame, whole metres are subtracted from it and from
+        every scan before they are rounded to float32; the pose adds them again, and the reports say so.
     ply_outline
         (M, 2) outline of the ply, mold XY, mm, closed from last to first. None means that it is unknown; then no edge
         of a pocket is free, and the report says so.
@@ -137,7 +139,8 @@ class Inspector:
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
-        given = (self.mold_from_scanner, self.ply_outline)
+        self._pose = reference.place.pose(self.mold_from_scanner)
+        given = (self._pose, self.ply_outline)
         self._below: mold_edge.Below | None = None
         if self.ply_outline is None:
             reference, self._below = mold_edge.parted(reference, recipe)
@@ -215,10 +218,10 @@ class Inspector:
         Parameters
         ----------
         scan
-            (H, W, 3) organised or (N, 3) cloud, float32 or float64, mm, in the reference's frame, NaN = nothing seen.
-            It is borrowed: a C-contiguous float32 array is read in place, so do not change it until the call returns.
-            If a scanner writes the next scan into it meanwhile, nothing crashes and nothing outside it is read, but
-            the report describes a mixture of both scans.
+            (H, W, 3) organised or (N, 3) cloud, float32 or float64, mm, in the reference's frame, NaN = nothing seen,
+            in any form that `debulk.cloud.from_memory` takes. It is borrowed: a C-contiguous float32 array is read in
+            place, so do not change it until the call returns. If a scanner writes the next scan into it meanwhile,
+            nothing crashes and nothing outside it is read, but the report describes a mixture of both scans.
         deadline_s
             Seconds from now; None means no deadline. When it passes, all stages end early, and what was cut off is
             UNDECIDED: pockets that were not evaluated, and pockets for which not all starts that the rule asks for
@@ -246,16 +249,24 @@ class Inspector:
         cycle = Cycle(deadline_s, progress)
         with (
             self._running.holding(cycle.stop),
-            fingerprint.beside(scan, cycle.stop, self.recipe.run.scan_hash) as scanned,
+            fingerprint.beside(near := self._near(scan, cycle.stop), cycle.stop, self.recipe.run.scan_hash) as scanned,
         ):
             try:
-                report = self._inspect(scan, cycle)
+                report = self._inspect(near, cycle)
             except _core.Stopped:
                 if cycle.stop.cancelled:
                     raise Cancelled("the inspection was cancelled") from None
                 report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
             seconds = None if deadline_s is None else float(deadline_s)
-            return replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds))
+            warnings = (*self.prepared.place.warnings(scan), *report.warnings)
+            return replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
+
+    def _near(self, scan: Any, stop: _core.Stop) -> Any:
+        """Return the scan as an array near the origin; as it came if the stop is raised, which the next step heeds."""
+        try:
+            return self.prepared.place.near(scan, "scan", stop)
+        except _core.Stopped:
+            return scan
 
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Run the steps of an inspection, one after the other."""
@@ -284,7 +295,7 @@ class Inspector:
     ) -> Report:
         """Run the steps that follow the check of the level."""
         with cycle.stage("height map", 0.0):  # clean, grid, find
-            found = watched(cycle.stop, lambda: self.find(points, cycle.stop))
+            found = watched(cycle.stop, lambda: self._find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
         with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
             placed = self._placing.judge(sample, found)
@@ -320,7 +331,7 @@ class Inspector:
         on = riders.carriers(pockets, [one.report for one in done], bumps, self.ply.recipe)
         if not on:
             return []
-        raw = RawPoints(points, self.mask, self.mold_from_scanner, sample.pitch_mm, self.prepared.image)
+        raw = RawPoints(points, self.mask, self._pose, sample.pitch_mm, self.prepared.image)
         return riders.doubts(raw, on, self.ply, stop)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
@@ -343,6 +354,10 @@ class Inspector:
         InputError
             Names what was wrong with the scan.
         """
+        return self._find(self.prepared.place.near(scan, "scan", stop), stop)
+
+    def _find(self, scan: ArrayLike, stop: _core.Stop | None) -> Found:
+        """Find the pockets of a scan without the shift of far clouds."""
         with self._finding.held():
             if self._finding.torn:
                 self._finder, self._finding.torn = self._make_finder(), False
@@ -351,7 +366,7 @@ class Inspector:
             found = replace(found, left_out=(*found.left_out, self._below.left_out()))
         if self.mask is None:
             return found
-        return replace(found, masked=masked_holes(found, self.mask, self.prepared, self.mold_from_scanner))
+        return replace(found, masked=masked_holes(found, self.mask, self.prepared, self._pose))
 
     @typed
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
@@ -374,12 +389,13 @@ class Inspector:
         stop = _core.Stop()
         try:
             with self._running.holding(stop):
-                points = owned(debulked_scan, "debulked_scan", stop)
+                near = self.prepared.place.near(debulked_scan, "debulked_scan", stop)
+                points = owned(near, "debulked_scan", stop)
                 hide(points, self.mask, "debulked_scan", stop)
-                placing = placing_of(report, self.prepared, self.mold_from_scanner, self.mask, self.recipe)
+                placing = placing_of(report, self.prepared, self._pose, self.mask, self.recipe)
                 _, sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 image = self.prepared.image
-                clean(points, self.mold_from_scanner, None if image is None else image.camera, self.recipe, stop)
+                clean(points, self._pose, None if image is None else image.camera, self.recipe, stop)
                 heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
                     points,
                     self.reference,

@@ -14,6 +14,7 @@ from debulk._core import InputError
 from debulk.files import replacing
 from debulk.grid import Grid
 from debulk.inspection.camera import PinholeImage
+from debulk.inspection.far_place import NEAR, FarPlace
 from debulk.inspection.prepared import Prepared
 from debulk.results.trace import ArrayTrace
 from debulk.surface import Reference
@@ -40,6 +41,7 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "image?": ("f", (5,)),
     "mask?": ("b", (None, None)),
     "sample?": ("f", (None, 3)),
+    "far_place?": ("f", (4,)),  # the shift, and to how many mm the reference had been rounded
     "cloud_shape?": ("i", (None,)),
     "cloud_sha256?": ("U", ()),
 }
@@ -63,6 +65,7 @@ def write(inspector: Inspector, path: Path) -> None:
         "image": None if prepared.image is None else np.array(prepared.image, dtype=np.float64),
         "mask": inspector.mask,
         "sample": prepared.sample,
+        "far_place": None if prepared.place.shift_mm is None else [*prepared.place.shift_mm, prepared.place.rounded_mm],
         "cloud_shape": None if prepared.cloud is None else prepared.cloud.shape,
         "cloud_sha256": None if prepared.cloud is None else prepared.cloud.sha256,
     }
@@ -92,6 +95,7 @@ def read(path: Path) -> dict[str, Any]:
             _image(path, a.get("image")),
             a.get("sample"),
             _cloud(a),
+            _place(a.get("far_place")),
         )
     except InputError as error:
         _fail(path, str(error))
@@ -116,6 +120,14 @@ def _image(path: Path, values: NDArray[Any] | None) -> PinholeImage | None:
     if not (np.isfinite(values).all() and 2 <= height < 1 << 16 and 2 <= width < 1 << 16 and f > 0):
         _fail(path, f"image is {values.tolist()}")
     return PinholeImage(int(height), int(width), f, cx, cy)
+
+
+def _place(values: NDArray[Any] | None) -> FarPlace:
+    if values is None:
+        return NEAR
+    if not np.isfinite(values).all():
+        raise InputError(f"far_place is {values.tolist()}")
+    return FarPlace(values[:3], float(values[3]))
 
 
 def _cloud(arrays: dict[str, NDArray[Any]]) -> ArrayTrace | None:

@@ -16,6 +16,7 @@ from debulk.inspection import fingerprint, frame, resolution
 from debulk.inspection.camera import PinholeImage, fit_camera
 from debulk.inspection.cleaning import clean, hide, owned
 from debulk.inspection.effort import check_map
+from debulk.inspection.far_place import NEAR, FarPlace
 from debulk.inspection.preparation import Preparation
 from debulk.inspection.thinning import complete, pitch_of, thinned
 from debulk.inspection.unseen_marks import refuse_marks
@@ -49,6 +50,8 @@ class Prepared:
         points is the reference itself. None: not kept.
     cloud
         Shape and fingerprint of the cloud; None: not kept.
+    place
+        The shift of clouds that lie far from the origin of the scanner's frame.
     """
 
     reference: surface.Reference
@@ -57,6 +60,7 @@ class Prepared:
     image: PinholeImage | None = None
     sample: NDArray[np.float32] | None = None
     cloud: ArrayTrace | None = None
+    place: FarPlace = NEAR
 
     def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:
         """Return `seen` in the form that the C++ core takes: values, origin, spacing."""
@@ -73,10 +77,12 @@ def prepare(
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
-    heights, image, sample, trace = _gridded(reference, mold_from_scanner, camera, mask, recipe, preparation)
+    place = FarPlace.of(reference, mold_from_scanner, camera)
+    reference, pose = place.near(reference, "reference", stop), place.pose(mold_from_scanner)
+    heights, image, sample, trace = _gridded(reference, pose, camera, mask, recipe, preparation)
     fitted = step("reference: fit", 0.65, lambda: _fitted(heights, threads, stop))
     step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
-    return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace)
+    return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace, place)
 
 
 def _gridded(

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.inspection import fingerprint, inputs
+from debulk.inspection.far_place import FarPlace
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.report import Report
 from debulk.results.trace import ArrayTrace
@@ -93,9 +94,11 @@ def repeat(
     if trace is None:
         raise InputError("report: expected one with the record of its inspection (trace), but it has none")
     hidden = inputs.image_mask(mask)
+    place = FarPlace.of(reference, trace.mold_from_scanner, trace.camera)
+    near_scan, near_reference = place.near(scan, "scan"), place.near(reference, "reference")
     found = {
-        "scan": (fingerprint.of_cloud(scan, name="scan", kind=_hash_of(trace.scan)), trace.scan),
-        "reference": (fingerprint.of_cloud(reference, name="reference"), trace.reference),
+        "scan": (fingerprint.of_cloud(near_scan, name="scan", kind=_hash_of(trace.scan)), trace.scan),
+        "reference": (fingerprint.of_cloud(near_reference, name="reference"), trace.reference),
         "mask": (None if hidden is None else fingerprint.of_mask(hidden), trace.mask),
     }
     for name, (given, kept) in found.items():

@@ -26,7 +26,8 @@ class ArrayTrace:
         Shape of the array.
     sha256
         SHA-256, hexadecimal, of its values row by row. For a cloud these are float32, little-endian, mm, before mask
-        and pose; for a mask, one byte per pixel, 0 or 1. None: not computed.
+        and pose, less the shift of a far cloud that the report's warnings state; for a mask, one byte per pixel, 0 or
+        1. None: not computed.
     xxh3
         XXH3 of 128 bits, hexadecimal, of the same values: tells another array from this one, but not one that somebody
         has forged to have the same hash. None: not computed.

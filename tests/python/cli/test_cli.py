@@ -78,6 +78,15 @@ def test_inspect_hands_everything_on(cell):
     assert Report.load(cell / "b.json").source == {"scan": "scan <1>.pcd", "reference": "ref.pcd"}
 
 
+def test_what_a_file_holds_beside_its_points_is_in_the_report(cell):
+    data = (cell / "scan.pcd").read_bytes()
+    (cell / "scan.pcd").write_bytes(data.replace(b"VIEWPOINT 0 0 0 1 0 0 0", b"VIEWPOINT 5 0 0 1 0 0 0"))
+    result = run(*BASIC, "-o", "b.json")
+    warning = Report.load(cell / "b.json").warnings[0]
+    assert warning.startswith("scan.pcd: its VIEWPOINT, 5 0 0 1 0 0 0, is not applied")
+    assert "scan.pcd: its VIEWPOINT, 5 0 0 1 0 0 0" in " ".join(result.stdout.split()) and result.stderr == ""
+
+
 def test_metres_apply_to_all_files(cell):
     run(*BASIC, "--pose", "pose.txt", "--outline", "outline.csv", "--unit", "m")
     seen = FakeInspector.seen

@@ -7,6 +7,7 @@ import os
 import pickle
 import socket
 import struct
+import warnings
 import zipfile
 from pathlib import Path
 
@@ -70,7 +71,9 @@ def test_captures_of_a_depth_camera(name):
     path = CAPTURES / f"{name}.pcd"
     if not path.is_file():
         pytest.skip("the captures in ../shared/data are not there")
-    points = files.load_cloud(path, unit="m")
+    with warnings.catch_warnings():  # old versions of PCL wrote half a turn where they meant the identity
+        warnings.simplefilter("ignore", files.CloudWarning)
+        points = files.load_cloud(path, unit="m")
     assert points.shape == (480, 640, 3) and points.dtype == np.float32
     seen = np.isfinite(points).all(axis=2)
     assert np.isnan(points[~seen]).any() and 0.3 < seen.mean() < 0.95
@@ -200,13 +203,9 @@ def test_zeros_where_nothing_was_seen(tmp_path):
     assert load(tmp_path, "a.npy", made.npy(points)).shape == (30, 40, 3)
 
 
-def test_integers_are_refused(tmp_path):
-    integers = np.arange(30, dtype=np.int32).reshape(10, 3)
+def test_integers_are_refused_in_plain_arrays(tmp_path):
+    integers = np.arange(30, dtype=np.int32).reshape(10, 3)  # which may be a picture, as in (H, W, 3) uint8
     assert "expected float32 or float64, got int32" in error_for(tmp_path, "a.npy", made.npy(integers))
-    as_pcd = made.pcd(integers.tobytes(), TYPE="I I I", WIDTH="10", POINTS="10")
-    assert "expected x as one F" in error_for(tmp_path, "a.pcd", as_pcd)
-    as_ply = made.ply(integers.astype("f4")).replace(b"property float", b"property int")
-    assert "expected x as float or double, got int" in error_for(tmp_path, "a.ply", as_ply)
 
 
 PCD = made.pcd(cloud(2, 3).tobytes(), WIDTH="3", HEIGHT="2", POINTS="6")
@@ -216,7 +215,7 @@ PCD = made.pcd(cloud(2, 3).tobytes(), WIDTH="3", HEIGHT="2", POINTS="6")
 @pytest.mark.parametrize(
     ("data", "part"),
     [
-        (gzip.compress(PCD), "gzip data; unpack it first"),
+        (gzip.compress(PCD), "gzip data; let its name end in .gz"),
         (bz2.compress(PCD), "bzip2 data; unpack it first"),
         (lzma.compress(PCD), "xz data; unpack it first"),
         (b"\n <!DOCTYPE html><html><body>404</body></html>", "a web page; the download went wrong"),
