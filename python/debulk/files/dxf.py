@@ -45,7 +45,7 @@ class _Line(NamedTuple):
 def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.float64]:
     """Return the corners of the only closed line, (M, 2) in mm; `mm_per_unit` holds where the file names no unit."""
     try:
-        import ezdxf
+        from ezdxf.filemanagement import readfile
     except ImportError:
         raise InputError(
             f"{path}: a DXF is read by ezdxf, which is not installed: pip install 'debulk[dxf]', or export the outline "
@@ -57,7 +57,7 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.fl
         if source.file.read(4) == b"AC10":
             raise InputError(f"{path}: the file holds DWG data; save it as DXF")
     try:
-        document = ezdxf.readfile(str(path))
+        document = readfile(str(path))
         parts, others = _parts(path, document, mm_per_unit, layer)
     except InputError:
         raise

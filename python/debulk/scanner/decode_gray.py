@@ -145,6 +145,7 @@ def decode_gray(
         (float(noise[0]), float(noise[1])),
         float(np.sqrt(variance)),
         (count,),
+        float(start_rad),
         counts,
     )
 
