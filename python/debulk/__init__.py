@@ -11,6 +11,7 @@ from debulk.grid import Grid
 if TYPE_CHECKING:
     from debulk import (
         cloud,
+        fibre,
         files,
         net,
         pocket,
@@ -45,6 +46,7 @@ __all__ = [
     "__version__",
     "cloud",
     "compare",
+    "fibre",
     "files",
     "inspect",
     "net",

@@ -17,6 +17,7 @@ LINES = tuple(
         "core solve sheet",
         "core solve section ridge",
         "pocket region",
+        "pocket fibre verdict",
         "core files",
     )
 )
@@ -35,7 +36,7 @@ PYTHON_BELOW = (
     "stopping",
     "recipe",
 )
-PYTHON_ROOMS = ("cloud", "surface", "pocket", "net", "sheet", "solve", "ridge", "section", "verdict", "scanner")
+PYTHON_ROOMS = ("cloud", "surface", "pocket", "fibre", "net", "sheet", "solve", "ridge", "section", "verdict", "scanner")
 PYTHON_ABOVE = (
     "files", "results", "page", "report", "comparison", "inspection", "scenes", "study", "view", "doctor", "cli",
     "pyinstaller",

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import cloud as cloud
+from debulk._core import fibre as fibre
 from debulk._core import files as files
 from debulk._core import net as net
 from debulk._core import pocket as pocket

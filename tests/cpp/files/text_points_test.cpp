@@ -177,10 +177,13 @@ TEST(PointRecords, ReadsAnyLayoutLikeTheObviousLoop) {
     RecordLayout layout;
     double factor;
   };
-  const std::vector<Case> cases{{{12, {0, 4, 8}, {4, 4, 4}, false}, 1},     {{12, {0, 4, 8}, {4, 4, 4}, false}, 1000},
-                                {{12, {0, 4, 8}, {4, 4, 4}, true}, 1},      {{16, {8, 0, 12}, {4, 4, 4}, false}, 1},
-                                {{31, {1, 13, 22}, {8, 8, 8}, true}, 1000}, {{21, {0, 5, 13}, {4, 8, 8}, false}, 1},
-                                {{700000, {9, 5, 1}, {4, 4, 4}, false}, 1}};
+  using T = NumberType;
+  const std::vector<Case> cases{
+      {{12, {0, 4, 8}, {T::f4, T::f4, T::f4}, false}, 1},     {{12, {0, 4, 8}, {T::f4, T::f4, T::f4}, false}, 1000},
+      {{12, {0, 4, 8}, {T::f4, T::f4, T::f4}, true}, 1},      {{16, {8, 0, 12}, {T::f4, T::f4, T::f4}, false}, 1},
+      {{31, {1, 13, 22}, {T::f8, T::f8, T::f8}, true}, 1000}, {{21, {0, 5, 13}, {T::f4, T::f8, T::f8}, false}, 1},
+      {{15, {1, 3, 11}, {T::u2, T::i8, T::i4}, true}, 1},     {{9, {0, 1, 2}, {T::u1, T::i1, T::u4}, false}, 1000},
+      {{700000, {9, 5, 1}, {T::f4, T::f4, T::f4}, false}, 1}};
   std::mt19937 random(4);
   for (const Case& c : cases) {
     const long count = c.layout.bytes > 1000 ? 3 : 150001;
@@ -189,13 +192,14 @@ TEST(PointRecords, ReadsAnyLayoutLikeTheObviousLoop) {
     for (long i = 0; i < count; ++i) {
       std::string record(static_cast<std::size_t>(c.layout.bytes), '\0');
       for (std::size_t k = 0; k < 3; ++k) {
-        const float value = static_cast<float>(random() % 100000) / 64;
-        const double wide = value;
-        const auto width = static_cast<std::size_t>(c.layout.widths[k]);
-        std::string raw(width == 4 ? reinterpret_cast<const char*>(&value) : reinterpret_cast<const char*>(&wide), width);
-        if (c.layout.big_endian) raw = std::string(raw.rbegin(), raw.rend());
-        record.replace(static_cast<std::size_t>(c.layout.offsets[k]), width, raw);
-        expected.push_back(static_cast<float>(wide * c.factor));
+        const float value = static_cast<float>(random() % 6400) / 64;
+        with_type(c.layout.types[k], [&](auto number) {
+          number = static_cast<decltype(number)>(value);
+          std::string raw(reinterpret_cast<const char*>(&number), sizeof number);
+          if (c.layout.big_endian) raw = std::string(raw.rbegin(), raw.rend());
+          record.replace(static_cast<std::size_t>(c.layout.offsets[k]), raw.size(), raw);
+          expected.push_back(static_cast<float>(static_cast<double>(number) * c.factor));
+        });
       }
       bytes += record;
     }

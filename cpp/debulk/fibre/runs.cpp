@@ -1,0 +1,91 @@
+#include "debulk/fibre/runs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace debulk {
+namespace {
+
+// One span with the noise's share taken out.
+struct Measured {
+  ExcessRange excess;
+  double variance = 0.0;  // mm2
+};
+
+Measured measured(const FibreSpan& span, const FlatNoise& noise, const ScaleBlurs& blurs, const FibreOptions& options) {
+  Measured out;
+  const double fine = span.fine - noise.fine_per_mm() * span.length, coarse = span.coarse - noise.coarse_per_mm() * span.length;
+  // White noise of the heights, correlated over the finer mean's width, moves the length by its product with the
+  // curvature; its own slopes add the scatter that flat ply shows.
+  const double width = std::sqrt(12 * blurs.fine);
+  out.variance = noise.variance_per_mm(options.step) * span.length + noise.gap_variance() * width * span.bend;
+  out.excess = before_filters(fine, coarse, blurs.fine, blurs.coarse, blurs.least);
+  return out;
+}
+
+struct Held {
+  FibreEnd end = FibreEnd::held;
+  double beyond = 0.0;
+};
+
+// Follows the line outwards from one of its points.
+Held held_beyond(const FibreLine& line, int at, int side, const std::vector<UnknownStretch>& gaps, const FibreOptions& options) {
+  const double to_end = (side < 0 ? at : line.count - 1 - at) * line.step;
+  double to_gap = to_end + 1;
+  for (const UnknownStretch& gap : gaps) {
+    const int steps = side < 0 ? at - gap.last : gap.first - at;
+    if (steps >= 0) to_gap = std::min(to_gap, steps * line.step);
+  }
+  Held out;
+  out.beyond = std::min(to_end, to_gap);
+  if (out.beyond >= options.hold) return out;
+  out.end = to_gap <= to_end || !line.to_edge[side < 0 ? 0 : 1] ? FibreEnd::unknown : FibreEnd::free;
+  return out;
+}
+
+bool parted_by(const std::vector<UnknownStretch>& gaps, int last, int first) {
+  return std::any_of(gaps.begin(), gaps.end(), [&](const UnknownStretch& gap) { return gap.first > last && gap.last < first; });
+}
+
+}  // namespace
+
+void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& spans, const std::vector<UnknownStretch>& gaps,
+                const FlatNoise& noise, const ScaleBlurs& blurs, const FibreOptions& options, std::vector<FibreRun>& out) {
+  std::vector<Measured> each;
+  each.reserve(spans.size());
+  for (const FibreSpan& span : spans) each.push_back(measured(span, noise, blurs, options));
+  for (std::size_t m = 0; m < spans.size(); ++m) {
+    FibreRun run;
+    double variance = 0.0, most = 0.0, together = 0.0;
+    for (std::size_t n = m; n < spans.size(); ++n) {
+      if (n > m) {
+        if (parted_by(gaps, spans[n - 1].last, spans[n].first)) break;
+        const double apart = (spans[n].first - spans[n - 1].last) * line.step - spans[n - 1].tails[1] - spans[n].tails[0];
+        if (apart > 0) run.flat += apart, together = 0.0;
+        if (run.flat > options.draw) break;
+      }
+      // Whether one fold draws the spans beyond flat ply depends on how the vacuum rises, so only what no flat ply parts is
+      // surely in one fold.
+      together += each[n].excess.low;
+      run.excess.low = n == m ? together : std::max(run.excess.low, together);
+      run.excess.mid += each[n].excess.mid, run.excess.high += each[n].excess.high;
+      run.turn += spans[n].turn;
+      variance += each[n].variance;
+      if (n == m || spans[n].gap > run.gap) run.gap = spans[n].gap, run.top = line.at(spans[n].top);
+      most = n == m ? run.excess.high : std::max(most, each[n].excess.high);
+      if (n > m && run.excess.high <= most) continue;
+      run.family = line.family, run.line = index, run.spans = static_cast<int>(n - m) + 1;
+      run.first = spans[m].first, run.last = spans[n].last;
+      run.from = line.at(spans[m].first), run.to = line.at(spans[n].last);
+      run.length = (spans[n].last - spans[m].first) * line.step;
+      run.uncertainty = 2 * std::sqrt(variance);
+      for (const int side : {0, 1}) {
+        const Held held = held_beyond(line, side == 0 ? spans[m].first : spans[n].last, side == 0 ? -1 : 1, gaps, options);
+        run.ends[static_cast<std::size_t>(side)] = held.end, run.beyond[static_cast<std::size_t>(side)] = held.beyond;
+      }
+      out.push_back(run);
+    }
+  }
+}
+
+}  // namespace debulk

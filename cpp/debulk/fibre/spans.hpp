@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "debulk/core/stop.hpp"
+#include "debulk/fibre/fibre_lines.hpp"
+#include "debulk/fibre/filter_loss.hpp"
+#include "debulk/fibre/two_scales.hpp"
+
+namespace debulk {
+
+// A stretch of a line off the mold. Its excess is e(s) = sqrt(1 + (m' + g')^2) - sqrt(1 + m'^2), summed over the
+// stretch and over its tails, on which the ply comes down from the mold tolerance to the mold.
+struct FibreSpan {
+  int first = 0, last = 0;          // points of the line, the first and the last off the mold
+  int top = 0;                      // the point with the largest gap
+  double gap = 0.0;                 // mm, that gap, by the finer mean
+  std::array<double, 2> tails{};    // mm, lengths of the tails
+  double fine = 0.0, coarse = 0.0;  // mm, excess by either mean, with the noise's share in it
+  double length = 0.0;              // mm, of what is summed, tails included
+  double bend = 0.0;                // 1/mm, sum of the squared curvature of the ply along the line
+  double turn = 0.0;                // mm/rad, change of the excess as the fibre's direction turns
+};
+
+// A stretch of a line on which nothing is known, from point to point.
+struct UnknownStretch {
+  int first = 0, last = 0;
+};
+
+// What the flat ply of the same scan shows of its noise, per mm of line.
+struct FlatNoise {
+  double length = 0.0;              // mm of flat ply that were read
+  double fine = 0.0, coarse = 0.0;  // mm, false excess in all
+  double blocks = 0.0;              // number of blocks of kBlock steps, and the sums of their false excess and its square
+  double block_sum = 0.0, block_square = 0.0;
+  double triples = 0.0, second_square = 0.0;  // sums of squared second differences of the gap over the finer mean's width
+
+  void add(const FlatNoise& other);
+  double fine_per_mm() const { return length > 0 ? fine / length : 0.0; }
+  double coarse_per_mm() const { return length > 0 ? coarse / length : 0.0; }
+  // mm2 per mm of line: variance of the false excess.
+  double variance_per_mm(double step) const;
+  // mm2: variance of the gap.
+  double gap_variance() const { return triples > 0 ? second_square / (6 * triples) : 0.0; }
+};
+
+struct LineSpans {
+  std::vector<FibreSpan> spans;
+  std::vector<UnknownStretch> gaps;
+  FlatNoise noise;
+};
+
+// Reads the points [begin, end) of a line.
+LineSpans read_line(const FibreLine& line, int begin, int end, const TwoScales& scales, const FibreOptions& options, bool whole);
+
+}  // namespace debulk
