@@ -36,7 +36,19 @@ PYTHON_BELOW = (
     "stopping",
     "recipe",
 )
-PYTHON_ROOMS = ("cloud", "surface", "pocket", "fibre", "net", "sheet", "solve", "ridge", "section", "verdict", "scanner")
+PYTHON_ROOMS = (
+    "cloud",
+    "surface",
+    "pocket",
+    "fibre",
+    "net",
+    "sheet",
+    "solve",
+    "ridge",
+    "section",
+    "verdict",
+    "scanner",
+)
 PYTHON_ABOVE = (
     "files", "results", "page", "report", "comparison", "inspection", "scenes", "study", "view", "doctor", "cli",
     "pyinstaller",

@@ -1,4 +1,4 @@
-"""The public stage that measures the excess of fibre lines; its closed forms are tests of the core (tests/cpp/fibre)."""
+"""The public stage that measures the excess of fibre lines; its closed forms are tests of the core."""
 
 from __future__ import annotations
 

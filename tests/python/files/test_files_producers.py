@@ -155,7 +155,7 @@ def test_gzip_that_cannot_be_unpacked(tmp_path):
     assert "not readable gzip data" in error_for(tmp_path, "a.npy.gz", data[:40] + b"\xff" + data[41:])
     assert "not readable gzip data" in error_for(tmp_path, "a.npy.gz", made.npy(POINTS))
     assert "holds .npy data; rename it to end in .npy" in error_for(tmp_path, "a.ply.gz", data)
-    assert ".txt before .gz, got '.q'; rename it" in error_for(tmp_path, "a.q.gz", data)
+    assert ".ptx before .gz, got '.q'; rename it" in error_for(tmp_path, "a.q.gz", data)
     bomb = gzip.compress(b"\0" * (40 << 20))
     tracemalloc.start()
     assert "unpack to more than" in error_for(tmp_path, "a.npy.gz", bomb)
