@@ -96,9 +96,9 @@ def main() -> None:
     lines += [
         "",
         *(f"{count:4} layups: {true}, {said} by the largest held run" for (true, said), count in sorted(table.items())),
-        f"estimate less true ridge: median {np.median(off):+.3f} mm; within 0.03 mm on {np.mean(away <= 0.03):.0%}, within",
-        f"0.10 mm on {np.mean(away <= 0.10):.0%} of the layups. True ridges are those of single places: a run over two places",
-        "that so little flat ply parts that one fold may draw both is longer than either.",
+        f"estimate less true ridge: median {np.median(off):+.3f} mm; within 0.03 mm on {np.mean(away <= 0.03):.0%},",
+        f"within 0.10 mm on {np.mean(away <= 0.10):.0%} of all. True ridges are of single places: runs over two",
+        "places that so little flat ply parts that one fold may draw both are longer.",
     ]
     text = "\n".join(lines) + "\n"
     print(text[text.index("\n\n") :])
