@@ -92,7 +92,6 @@ trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (a
 .PHONY: study
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
 	$(python) -m debulk.study
-	$(python) bench/study/spacings.py
 	$(python) bench/study/limit.py
 	$(python) bench/study/bridge_nets.py --out bench/study/bridge_nets.txt
 	$(python) bench/study/profiles.py

@@ -2,25 +2,20 @@
 
 The virtual layups are of the second family with white noise only, and each is inspected as a whole. Only pockets inside
 the ply count whose true held excess makes a ridge of 0.3 to 0.9 mm. Each twelfth of that range has the same weight,
-however many pockets fall into it. Nets of other sizes are judged as well. Writes limit.txt, limit.csv and limit.png.
+however many pockets fall into it. Writes limit.txt, limit.csv and limit.png.
 """
 
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
 
 import numpy as np
 
-from debulk import InputError, Inspector, _core, scenes
-from debulk.inspection import excess
-from debulk.inspection.found import FoundPocket
-from debulk.inspection.laid_pocket import lay_net
-from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk import Inspector, scenes
 from debulk.recipe import Recipe
 from debulk.scenes.varied import Given, VariedLayup, given_right
 from debulk.scenes.varied.polygons import inside
@@ -28,25 +23,20 @@ from debulk.study.pictures import STYLE, pyplot
 from debulk.study.summary import write_csv
 
 LOW_MM, HIGH_MM, BINS = 0.3, 0.9, 12
-NODES = (50, 100, 200, 400)
 SHOWN_MM = 0.1
-INSPECTED = "the inspection"
-ALONE = "the net alone, 100 nodes"
 DECIDED = ("cease", "crease")
 
 
 @dataclass
 class Row:
-    """The judgement of a pocket by the inspection or by a net of another size."""
+    """The judgement of a pocket."""
 
     layup: int
     kinds: str
     truth_mm: float
-    reading: str
     verdict: str
     height_mm: float
     uncertainty_mm: float
-    cpu_ms: float  # to lay the nets; not measured for the inspection
     decided_by: str
     reason: str
 
@@ -64,10 +54,9 @@ def prepared(seed: int, pixels: tuple[int, int], recipe: Recipe) -> tuple[Varied
 
 
 def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
-    """Inspect a layup, lay other nets on its pockets, and yield the rows."""
+    """Inspect a layup and yield the rows."""
     layup, given, inspector = prepared(seed, pixels, Recipe())
     report = inspector.inspect(given.scan)
-    found = {f.number: f for f in inspector.find(given.scan).pockets}
     for truth in layup.truth.pockets:
         if truth.touches_ply_edge or not LOW_MM <= truth.ridge_mm <= HIGH_MM:
             continue
@@ -76,48 +65,13 @@ def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
         kinds = "+".join(truth.kinds)
         if said is None or said.excess is None:
             verdict, why = ("not found", "") if said is None else (said.verdict.value, said.reason)
-            yield Row(seed, kinds, truth.ridge_mm, INSPECTED, verdict, np.nan, np.nan, np.nan, "minima", why)
+            yield Row(seed, kinds, truth.ridge_mm, verdict, np.nan, np.nan, "minima", why)
             continue
         known = said.excess
         yield Row(
-            seed, kinds, truth.ridge_mm, INSPECTED, said.verdict.value, known.height_mm, known.uncertainty_mm, np.nan,
-            said.decided_by, said.reason,
+            seed, kinds, truth.ridge_mm, said.verdict.value, known.height_mm, known.uncertainty_mm, said.decided_by,
+            said.reason,
         )  # fmt: skip
-        yield from _other_nets(found[said.id], inspector.ply, seed, kinds, truth.ridge_mm)
-
-
-def _other_nets(found: FoundPocket, ply: PlyOnMold, seed: int, kinds: str, truth_mm: float) -> Iterator[Row]:
-    for nodes in NODES:
-        recipe = ply.recipe.model_copy(update={"net": {"node_target": nodes}})
-        began = time.thread_time()
-        try:
-            laid = lay_net(replace(found, net=None), replace(ply, recipe=recipe))
-        except InputError:
-            continue
-        known = excess.of_net(laid, ply, found)
-        cpu_ms = 1e3 * (time.thread_time() - began)
-        if known is None:
-            continue
-        verdict = _verdict(*known.range_mm, recipe)
-        reading = f"two nets, {nodes} nodes"
-        yield Row(seed, kinds, truth_mm, reading, verdict, known.height_mm, known.uncertainty_mm, cpu_ms, "excess", "")
-        if nodes == Recipe().net.node_target:
-            one = _core.verdict.ExcessLengths()
-            one.at_spacing_mm = one.at_half_mm = known.at_spacing_mm
-            one.half_spacing_mm = laid.spacing_mm
-            ply_of, limits = recipe.material, recipe.verdict
-            alone = _core.verdict.ridge_by_excess(
-                one, ply_of.thickness_mm, ply_of.bulk_factor, limits.excess_margin_mm
-            )  # fmt: skip
-            verdict = _verdict(alone.range.low, alone.range.high, recipe)
-            yield Row(
-                seed, kinds, truth_mm, ALONE, verdict, alone.height_mm, alone.uncertainty_mm, np.nan, "excess", ""
-            )  # fmt: skip
-
-
-def _verdict(low_mm: float, high_mm: float, recipe: Recipe) -> str:
-    limit = recipe.verdict.max_ridge_mm
-    return "crease" if low_mm > limit else "cease" if high_mm <= limit else "undecided"
 
 
 def share(rows: list[Row], said: tuple[str, ...]) -> tuple[float, float]:
@@ -144,48 +98,42 @@ def wrong(row: Row) -> bool:
 
 def table(rows: list[Row], layups: int) -> str:
     """Return the results as text."""
-    inspected = [r for r in rows if r.reading == INSPECTED]
-    bins = [sum(_bin(r.truth_mm) == k for r in inspected) for k in range(BINS)]
+    bins = [sum(_bin(r.truth_mm) == k for r in rows) for k in range(BINS)]
     limit = Recipe().verdict.max_ridge_mm
     about = (
-        f"{layups} virtual layups of the second family with white noise of the scanner alone, {len(inspected)} pockets "
+        f"{layups} virtual layups of the second family with white noise of the scanner alone, {len(rows)} pockets "
         f"inside the ply whose true ridge, half the held excess and 0.43 of the thickness, is {LOW_MM:g} to "
         f"{HIGH_MM:g} mm; the limit is {limit:g} mm. Shares with a standard error: each of {BINS} parts of the range, "
         f"with {min(bins)} to {max(bins)} pockets, counts the same. Wrong side: CEASE with a true ridge above the "
         "limit, CREASE with one below. Height: measured less true, mm. A ring's true ridge counts each side of its "
-        "laid middle by itself, the rule lets one fold draw both together. The inspection, and the excess alone "
-        "of nets of other sizes; ms: CPU time to lay both nets."
+        "laid middle by itself, the rule lets one fold draw both together."
     )
     lines = ["POCKETS ROUND THE LIMIT", "", fill(about, 116), ""]
     lines.append(
-        f"  {'':<26} {'pockets':>7} {'UNDECIDED':>15} {'INVALID':>7} {'false CEASE':>11} {'false CREASE':>12} "
-        f"{'height median':>13} {'90 % within':>11} {'ms':>5}"
+        f"  {'pockets':>7} {'UNDECIDED':>15} {'INVALID':>7} {'false CEASE':>11} {'false CREASE':>12} "
+        f"{'height median':>13} {'90 % within':>11}"
     )
-    for reading in dict.fromkeys([INSPECTED, ALONE, *(r.reading for r in rows)]):
-        mine = [r for r in rows if r.reading == reading]
-        part, error = share(mine, ("undecided",))
-        off = np.array([r.height_mm - r.truth_mm for r in mine if np.isfinite(r.height_mm) and r.height_mm > 0])
-        ms = np.array([r.cpu_ms for r in mine])
-        lines.append(
-            f"  {reading:<26} {len(mine):>7} {f'{100 * part:.1f} ± {100 * error:.1f} %':>15} "
-            f"{sum(r.verdict not in (*DECIDED, 'undecided') for r in mine):>7} "
-            f"{sum(wrong(r) and r.verdict == 'cease' for r in mine):>11} "
-            f"{sum(wrong(r) and r.verdict == 'crease' for r in mine):>12} {np.median(off):>+13.4f} "
-            f"{np.quantile(np.abs(off), 0.9, method='higher'):>11.4f} "
-            + (f"{np.median(ms):>5.1f}" if np.isfinite(ms).all() else f"{'–':>5}")
-        )
+    part, error = share(rows, ("undecided",))
+    off = np.array([r.height_mm - r.truth_mm for r in rows if np.isfinite(r.height_mm) and r.height_mm > 0])
+    lines.append(
+        f"  {len(rows):>7} {f'{100 * part:.1f} ± {100 * error:.1f} %':>15} "
+        f"{sum(r.verdict not in (*DECIDED, 'undecided') for r in rows):>7} "
+        f"{sum(wrong(r) and r.verdict == 'cease' for r in rows):>11} "
+        f"{sum(wrong(r) and r.verdict == 'crease' for r in rows):>12} {np.median(off):>+13.4f} "
+        f"{np.quantile(np.abs(off), 0.9, method='higher'):>11.4f}"
+    )
     lines += ["", "Height measured less true, mm, by the shapes of the second family: median, least and most"]
-    for kinds in sorted({r.kinds for r in inspected}):
-        off = np.array([r.height_mm - r.truth_mm for r in inspected if r.kinds == kinds and r.height_mm > 0])
+    for kinds in sorted({r.kinds for r in rows}):
+        off = np.array([r.height_mm - r.truth_mm for r in rows if r.kinds == kinds and r.height_mm > 0])
         if off.size:
             lines.append(f"  {kinds:<26} {off.size:>7} {np.median(off):>+8.4f} {off.min():>+8.3f} {off.max():>+8.3f}")
     lines += ["", "Not decided by the excess, or decided on the wrong side, by the inspection"]
-    for r in sorted(inspected, key=lambda r: r.truth_mm):
+    for r in sorted(rows, key=lambda r: r.truth_mm):
         if r.decided_by != "excess" or wrong(r) or r.verdict not in (*DECIDED, "undecided"):
             lines.append(
                 f"  layup {r.layup}, {r.kinds}, true ridge {r.truth_mm:.3f} mm: {r.verdict.upper()}, {r.reason}"
             )
-    widest = max((abs(r.truth_mm - limit) for r in inspected if r.verdict == "undecided" and r.decided_by == "excess"),
+    widest = max((abs(r.truth_mm - limit) for r in rows if r.verdict == "undecided" and r.decided_by == "excess"),
                  default=0.0)  # fmt: skip
     lines.append(f"  UNDECIDED by the excess: true ridges up to {widest:.3f} mm from the limit")
     return "\n".join(lines) + "\n"
@@ -194,13 +142,13 @@ def table(rows: list[Row], layups: int) -> str:
 def picture(rows: list[Row], path: Path) -> None:
     """Draw the measured ridge over the true ridge, coloured by the verdict."""
     plt = pyplot()
-    inspected = [r for r in rows if r.reading == INSPECTED and np.isfinite(r.height_mm)]
+    rows = [r for r in rows if np.isfinite(r.height_mm)]
     limit = Recipe().verdict.max_ridge_mm
     colours = {"cease": "#0072b2", "undecided": "#8a6d00", "crease": "#d55e00", "invalid": "#505050"}
     with plt.rc_context(STYLE):
         figure, (ax, off) = plt.subplots(1, 2, figsize=(13, 6), layout="constrained")
         for verdict, colour in colours.items():
-            mine = [r for r in inspected if r.verdict == verdict]
+            mine = [r for r in rows if r.verdict == verdict]
             if not mine:
                 continue
             label = f"{verdict.upper()} ({len(mine)})"
@@ -218,7 +166,7 @@ def picture(rows: list[Row], path: Path) -> None:
             panel.axvline(limit, color="black", lw=0.8, ls="--")
             panel.set_xlabel("true ridge by the held excess, mm")
         off.set_ylim(-SHOWN_MM, SHOWN_MM)
-        beyond = sum(abs(r.height_mm - r.truth_mm) > SHOWN_MM for r in inspected)
+        beyond = sum(abs(r.height_mm - r.truth_mm) > SHOWN_MM for r in rows)
         ax.set_ylabel("ridge by the measured excess, mm")
         off.set_ylabel("measured less true, mm")
         ax.set_title("Measured and true ridge; dashed: the limit", loc="left", fontweight="bold")
@@ -244,7 +192,7 @@ def main(arguments: list[str] | None = None) -> None:
     rows: list[Row] = []
     for seed in range(wanted.first, wanted.first + wanted.layups):
         rows += rows_of(seed, tuple(wanted.pixels))
-        print(f"layup {seed}: {sum(r.reading == INSPECTED for r in rows)} pockets", flush=True)
+        print(f"layup {seed}: {len(rows)} pockets", flush=True)
     wanted.out.mkdir(parents=True, exist_ok=True)
     text = table(rows, wanted.layups)
     (wanted.out / "limit.txt").write_text(text, encoding="utf-8")

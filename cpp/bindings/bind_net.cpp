@@ -78,8 +78,6 @@ void bind_net(py::module_ m) {
       .def_readonly("net", &PocketNet::net)
       .def_readonly("area", &PocketNet::area)
       .def_readonly("finer", &PocketNet::finer)
-      .def_readonly("noise", &PocketNet::noise)
-      .def_readonly("hold_ways", &PocketNet::hold_ways)
       .def_property_readonly("held_all_round", &PocketNet::held_all_round)
       .def_property_readonly("open_ends", [](const PocketNet& pocket) { return column_array<std::int32_t>(pocket.open_ends); });
 

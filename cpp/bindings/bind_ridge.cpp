@@ -11,7 +11,6 @@
 #include "debulk/ridge/mold_length.hpp"
 #include "debulk/ridge/post_process.hpp"
 #include "debulk/ridge/ridge_height.hpp"
-#include "debulk/ridge/straight_fibres.hpp"
 #include "debulk/sheet/minimise.hpp"
 #include "debulk/surface/reference.hpp"
 
@@ -89,9 +88,7 @@ void bind_ridge(py::module_ m) {
   py::class_<HeldExcess>(m, "HeldExcess")
       .def_readonly("fibres", &HeldExcess::fibres)
       .def_readonly("largest_mm", &HeldExcess::largest)
-      .def_readonly("bridge_bound_mm", &HeldExcess::bridge_bound)
-      .def_readonly("segments", &HeldExcess::segments)
-      .def_readonly("noise_gain", &HeldExcess::noise_gain);
+      .def_readonly("bridge_bound_mm", &HeldExcess::bridge_bound);
   m.def("held_excess", &held_excess, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
 
   py::class_<ExcessCrest>(m, "ExcessCrest")
@@ -99,25 +96,6 @@ void bind_ridge(py::module_ m) {
       .def_property_readonly("mirrored_mm", [](const ExcessCrest& crest) { return to_array(crest.mirrored); })
       .def_readonly("peak", &ExcessCrest::peak);
   m.def("excess_crest", &excess_crest, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
-
-  py::class_<StraightFibre>(m, "StraightFibre")
-      .def_readonly("excess_mm", &StraightFibre::excess)
-      .def_property_readonly("points_mm", [](const StraightFibre& line) { return to_array(line.points); })
-      .def_property_readonly(
-          "gaps_mm", [](const StraightFibre& line) { return to_array(std::vector<double>(line.gaps), {py::ssize_t(line.gaps.size())}); })
-      .def_property_readonly("molds_mm", [](const StraightFibre& line) {
-        return to_array(std::vector<double>(line.molds), {py::ssize_t(line.molds.size())});
-      });
-  m.def(
-      "straight_fibres",
-      [](const FootMap& feet, const Foot& foot, const Surface& mold, const FibreAngles& angles, const std::optional<Array<double>>& ply,
-         double held_over, double apart, const Stop& stop) {
-        const LinesHeld held{ply ? points<2>(*ply, "ply_outline_mm") : Polygon(), held_over, apart};
-        const py::gil_scoped_release release;
-        return straight_fibres(feet, foot, mold, angles, held, stop);
-      },
-      py::arg("feet"), py::arg("foot"), py::arg("mold"), py::arg("angles"), py::arg("ply_outline_mm"), py::arg("held_over_mm"),
-      py::arg("apart_mm"), py::arg("stop"));
 
   py::class_<BridgeSection>(m, "BridgeSection")
       .def_readonly("gap_mm", &BridgeSection::gap)

@@ -2,7 +2,6 @@
 
 #include "bindings/bind.hpp"
 #include "debulk/verdict/excess_bounds.hpp"
-#include "debulk/verdict/excess_rule.hpp"
 #include "debulk/verdict/judge.hpp"
 
 namespace debulk {
@@ -69,25 +68,6 @@ void bind_evidence(py::module_ m) {
 }
 
 void bind_excess(py::module_ m) {
-  py::class_<ExcessLengths>(m, "ExcessLengths")
-      .def(py::init<>())
-      .def_readwrite("at_spacing_mm", &ExcessLengths::at_spacing)
-      .def_readwrite("at_half_mm", &ExcessLengths::at_half)
-      .def_readwrite("half_spacing_mm", &ExcessLengths::half_spacing)
-      .def_readwrite("segments", &ExcessLengths::segments)
-      .def_readwrite("noise_gain", &ExcessLengths::noise_gain)
-      .def_readwrite("noise_mm", &ExcessLengths::noise);
-
-  py::class_<ExcessRidge>(m, "ExcessRidge")
-      .def_readonly("excess_mm", &ExcessRidge::excess)
-      .def_readonly("noise_bias_mm", &ExcessRidge::noise_bias)
-      .def_readonly("height_mm", &ExcessRidge::height)
-      .def_readonly("noise_mm", &ExcessRidge::noise)
-      .def_readonly("spacing_error_mm", &ExcessRidge::spacing_error)
-      .def_readonly("uncertainty_mm", &ExcessRidge::uncertainty)
-      .def_readonly("range", &ExcessRidge::range);
-  m.def("ridge_by_excess", &ridge_by_excess, py::arg("lengths"), py::arg("thickness_mm"), py::arg("bulk_factor"), py::arg("margin_mm"));
-
   py::class_<RidgeBounds>(m, "RidgeBounds")
       .def_readonly("least_mm", &RidgeBounds::least)
       .def_readonly("geometric_mm", &RidgeBounds::geometric)

@@ -191,7 +191,7 @@ def judge(
     inside_ply
         Whether every node of the rim is held; only then can the excess decide.
     excess_range_mm
-        Lowest and highest height of the ridge from the excess length, mm (`ridge_by_excess`). None: it is not known.
+        Lowest and highest height of the ridge from the excess length, mm. None: it is not known.
     no_bridge
         Whether no fibre is, as a whole, short enough to bridge up to the limit. A bridge in a certified minimum counts
         nevertheless.

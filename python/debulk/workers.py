@@ -65,8 +65,8 @@ class Workers(Executor):
             if len(self._threads) < self._most:
                 name = f"{self._name}_{len(self._threads)}"
                 thread = threading.Thread(target=_run, args=(self._tasks,), name=name, daemon=self._daemon)
+                self._threads.append(thread)  # before it starts: Ctrl-C in between must not leave it behind
                 thread.start()
-                self._threads.append(thread)
             self._tasks.put(task)
         return future
 
@@ -79,7 +79,8 @@ class Workers(Executor):
                     self._tasks.put(None)
         if wait:
             for thread in self._threads:
-                thread.join()
+                if thread.ident is not None:  # else Ctrl-C came before it began: it finds its end in the queue
+                    thread.join()
 
 
 def _run(tasks: SimpleQueue[Callable[[], None] | None]) -> None:

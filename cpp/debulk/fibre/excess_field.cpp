@@ -11,8 +11,10 @@
 namespace debulk {
 namespace {
 
-constexpr long kChunk = 16;         // lines
-constexpr double kNarrowest = 0.8;  // squares of the spacing: a bump five cells wide at its foot
+constexpr long kChunk = 16;  // lines
+// Variance of the narrowest bump that is judged by lines, in squares of the spacing, or in mm2 if that is finer: five
+// cells, or 5 mm, wide at its foot. Narrower ones are looked for in the raw scan.
+constexpr double kNarrowest = 0.8;
 
 // The points [begin, end) of a line that may lie in a box.
 std::array<int, 2> points_within(const FibreLine& line, const Box& box) {
@@ -86,7 +88,7 @@ ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWind
     const PlyMask mask = ply.empty() ? PlyMask() : PlyMask(ply, *heights);
     const TwoScales scales(*heights, mask, mold, options, stop);
     blurs.fine = std::max(blurs.fine, scales.fine_blur_mm2()), blurs.coarse = std::max(blurs.coarse, scales.coarse_blur_mm2());
-    blurs.least = std::max(blurs.least, kNarrowest * heights->spacing * heights->spacing);
+    blurs.least = std::max(blurs.least, kNarrowest * std::max(1.0, heights->spacing * heights->spacing));
     const Box box = box_of(*heights);
     parallel_for(static_cast<long>(lines.size()), kChunk, options.threads, stop, [&](long begin, long end) {
       for (long n = begin; n < end; ++n) {

@@ -49,7 +49,6 @@ struct PocketNet {
   // The net at half the spacing. It is empty if it was not asked for, if a node is free, if its rim does not close, or
   // if no net can be laid. Only its lengths are used, so it has no distances to the ply's edge.
   Net finer;
-  double noise = 0.0;  // set by lay_pocket() only: the scan's noise in the height of a node, mm, one standard deviation
 
   bool held_all_round() const { return std::count(net.kinds.begin(), net.kinds.end(), NodeKind::free) == 0; }
 };

@@ -94,7 +94,6 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
     } catch (const InputError&) {  // no net can be laid this way: the present one is kept
     }
   }
-  out.noise = feet.noise_mm * smoothing_gain(feet.options.smooth_mm, feet.heights.spacing);
   return out;
 }
 

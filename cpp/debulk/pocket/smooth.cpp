@@ -339,10 +339,4 @@ Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const
   return out;
 }
 
-double smoothing_gain(double window_mm, double spacing_mm) {
-  const int half = static_cast<int>(std::lround(window_mm / (2 * spacing_mm)));
-  // The weights are a row of a projection, so the sum of their squares is the weight of the point itself.
-  return half < 1 ? 1.0 : std::sqrt(WindowFit(half, 0).a());
-}
-
 }  // namespace debulk

@@ -22,8 +22,4 @@ struct SmoothOptions {
 Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options,
                            const Grid<std::uint8_t>* where = nullptr, int threads = 0, const Stop& stop = Stop());
 
-// Standard deviation that smooth_heights() leaves of white noise of standard deviation 1, where the whole window is
-// known. More is left of correlated noise.
-double smoothing_gain(double window_mm, double spacing_mm);
-
 }  // namespace debulk

@@ -1,23 +1,11 @@
 #include "debulk/ridge/held_excess.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "debulk/ridge/mold_length.hpp"
 
 namespace debulk {
 namespace {
-
-// To first order, a node that is higher by d lengthens the polyline by d times the change of its segments' slopes
-// there.
-double noise_gain(const std::vector<Eigen::Vector3d>& ply) {
-  double squares = 0;
-  for (std::size_t i = 1; i + 1 < ply.size(); ++i) {
-    const double before = (ply[i] - ply[i - 1]).normalized().z(), after = (ply[i + 1] - ply[i]).normalized().z();
-    squares += (after - before) * (after - before);
-  }
-  return std::sqrt(squares);
-}
 
 // Returns the largest height of the upper convex hull above its points (distance along the chord, height).
 double taut_string_gap(const std::vector<Eigen::Vector2d>& profile) {
@@ -62,10 +50,7 @@ HeldExcess held_excess(const Net& laid, const Surface& mold) {
     const double excess = fibre_excess(ply, mold);
     ++out.fibres;
     if (excess < 0) out.bridge_bound = std::max(out.bridge_bound, taut_string_gap(ply, mold));
-    if (excess <= out.largest) continue;
-    out.largest = excess;
-    out.segments = static_cast<int>(ply.size()) - 1;
-    out.noise_gain = noise_gain(ply);
+    out.largest = std::max(out.largest, excess);
   }
   return out;
 }

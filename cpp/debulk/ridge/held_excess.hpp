@@ -15,8 +15,6 @@ struct HeldExcess {
   // over the mold from end to end of such a fibre. 0 if no fibre is too short, or if the mold below such fibres is
   // nowhere hollow. In a minimum a fibre can also be too short in one place and too long in another.
   double bridge_bound = 0.0;
-  int segments = 0;         // of the fibre with the largest excess
-  double noise_gain = 0.0;  // standard deviation of its length over that of independent noise in the heights of its nodes
 };
 
 // Each fibre counts as a whole, even if it passes fixed nodes of the rim on the way: these lie on the mold, and a fold

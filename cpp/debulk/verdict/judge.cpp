@@ -114,8 +114,7 @@ Judgement by_minima(const PocketEvidence& evidence, const Criteria& criteria) {
 }
 
 Judgement by_excess(const PocketEvidence& evidence, const Criteria& criteria) {
-  if (!evidence.excess_ridge || !usable(*evidence.excess_ridge))
-    return {Verdict::undecided, "the excess length is not known: no closed net could be laid at half the spacing"};
+  if (!evidence.excess_ridge || !usable(*evidence.excess_ridge)) return {Verdict::undecided, "the excess length is not known"};
   // The margin of this figure is 0, because the range includes it already.
   std::vector<Figure> figures = {{"ridge by the excess length", *evidence.excess_ridge, criteria.max_ridge_height, 0.0}};
   const Judgement alone = worst_of(figures, Criterion::excess);

@@ -4,9 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "debulk/verdict/excess_rule.hpp"
-
 namespace debulk {
+
+// The least and the greatest value that a figure may have: over the certified solutions from several starts, or within
+// its uncertainty.
+struct Spread {
+  double low = 0.0;
+  double high = 0.0;
+};
 
 // The verdicts, from best to worst. Of two verdicts the worse one counts.
 enum class Verdict {
@@ -37,7 +42,7 @@ struct Criteria {
   // about as much (bench/study).
   double rms_margin = 0.01;
   double ridge_margin = 0.05;
-  double excess_margin = 0.02;  // for the ridge that the excess length makes (ExcessRidge)
+  double excess_margin = 0.02;  // for the ridge that the excess length makes
   // mm; the margin if the length constraints needed a compliance. A strain of 1e-3 was observed to change an RMS by
   // 0.018 mm.
   double compliance_margin = 0.05;
@@ -48,7 +53,7 @@ struct Criteria {
 // The evidence about one pocket. The defaults prove nothing: a pocket is UNDECIDED until it is certified.
 struct PocketEvidence {
   bool inside_ply = false;             // true: every node of the rim is held
-  std::optional<Spread> excess_ridge;  // mm, ExcessRidge::range; no value: the excess could not be extrapolated
+  std::optional<Spread> excess_ridge;  // mm, that the excess length of the fibres makes; no value: it is not known
   bool no_bridge = false;              // true: no fibre is short enough to bridge above the limit in any minimum
   // Figures of the minima:
   Spread rms;                // mm

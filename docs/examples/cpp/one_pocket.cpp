@@ -1,14 +1,16 @@
-// Will it crease or cease? One round pocket on a flat mold, from its net to its verdict: one_pocket HEIGHT_MM
+// Will it crease or cease? One round pocket on a flat mold, from its heights to its verdict: one_pocket HEIGHT_MM
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 
 #include <debulk/core/error.hpp>
+#include <debulk/fibre/excess_field.hpp>
 #include <debulk/net/fibre_net.hpp>
-#include <debulk/ridge/held_excess.hpp>
 #include <debulk/ridge/post_process.hpp>
 #include <debulk/sheet/minimise.hpp>
+#include <debulk/verdict/excess_bounds.hpp>
 #include <debulk/verdict/judge.hpp>
 
 namespace {
@@ -53,24 +55,31 @@ int main(int arguments, char** argument) try {
   shape.angles = {0, kPi / 2};
   for (int k = 0; k < 200; ++k) shape.outline.push_back(kRadiusMm * Eigen::Vector2d(std::cos(k * kPi / 100), std::sin(k * kPi / 100)));
 
-  // The net at two spacings: of the length that a held fibre has to spare, chords miss a share that falls with the square of it.
-  FibreNetOptions options;
-  const PocketNet net = fibre_net(ply, *mold, shape, options);
-  options.spacing = net.net.spacing / 2;
-  const PocketNet finer = fibre_net(ply, *mold, shape, options);
-  const HeldExcess coarse = held_excess(net.net, *mold), fine = held_excess(finer.net, *mold);
+  // By how much the fibres are too long for the mold: lines along them, read from heights as a scan gives them.
   const Criteria criteria;
-  const ExcessRidge excess = ridge_by_excess({coarse.largest, fine.largest, finer.net.spacing, fine.segments, fine.noise_gain, 0.0},
-                                             material.thickness_mm, RidgeOptions().bulk_factor, criteria.excess_margin);
+  const Box box{{-2 * kRadiusMm, -2 * kRadiusMm}, {2 * kRadiusMm, 2 * kRadiusMm}};
+  FibreOptions lines;
+  Grid<float> heights(241, 241, box.low, 0.5, 0.0F);
+  for (int j = 0; j < heights.ny; ++j)
+    for (int i = 0; i < heights.nx; ++i) heights.at(i, j) = static_cast<float>(lines.thickness + ply.sample(heights.position(i, j)).height);
+  const ExcessField field = measure_excess(straight_lines(shape.angles, {}, box, lines), {&heights}, {}, *mold, true, lines);
+  double excess = 0, least = 0, most = 0;
+  for (const FibreRun& run : field.runs) {
+    const double margin = std::max(run.uncertainty, 2 * criteria.excess_margin);  // a ridge is half as high as its excess is long
+    excess = std::max(excess, run.excess.mid);
+    least = std::max(least, run.excess.low - margin), most = std::max(most, run.excess.high + margin);
+  }
+  const auto ridge = [&](double length) { return ridge_by_formula(length, material.thickness_mm, RidgeOptions().bulk_factor); };
 
-  // The ply under vacuum, with a certificate, and what will be seen of it.
+  // The net, and the ply under vacuum, with a certificate, and what will be seen of it.
+  const PocketNet net = fibre_net(ply, *mold, shape, FibreNetOptions());
   const Minimum minimum = best(minimise(Sheet(net.net, net.area, material, mold), MinimiseOptions()));
   const PostProcessed seen = post_process(minimum.nodes, net.net.neighbours, net.net.inside, *mold);
 
   PocketEvidence evidence;
   evidence.inside_ply = net.held_all_round();
   evidence.closed_rim = net.open_ends.empty();
-  evidence.excess_ridge = excess.range;
+  evidence.excess_ridge = Spread{ridge(least), ridge(most)};
   evidence.rms = {seen.rms, seen.rms};
   evidence.ridge_height = {seen.ridge_height, seen.ridge_height};
   evidence.bridge_height = {seen.bridge_height, seen.bridge_height};
@@ -78,8 +87,8 @@ int main(int arguments, char** argument) try {
   evidence.solve_status = name(minimum.status);
   const Judgement judgement = judge(evidence, criteria);
 
-  std::printf("%zu nodes, %.2f mm apart; excess length %.3f mm; RMS %.3f mm; %s\n", net.net.nodes.size(), net.net.spacing, excess.excess,
-              seen.rms, minimum.certified() ? "certified" : "not certified");
+  std::printf("%zu nodes, %.2f mm apart; excess length %.3f mm; RMS %.3f mm; %s\n", net.net.nodes.size(), net.net.spacing, excess, seen.rms,
+              minimum.certified() ? "certified" : "not certified");
   std::printf("%s: %s\n", name(judgement.verdict), judgement.reason.c_str());
   return 0;
 } catch (const debulk::InputError& error) {

@@ -41,10 +41,6 @@ class HeldExcess(_Made):
     def fibres(self) -> int: ...
     @property
     def largest_mm(self) -> float: ...
-    @property
-    def noise_gain(self) -> float: ...
-    @property
-    def segments(self) -> int: ...
 
 class PostProcessed(_Made):
     @property
@@ -96,16 +92,6 @@ class RidgeSection(_Made):
     @property
     def ply_length_mm(self) -> float: ...
 
-class StraightFibre(_Made):
-    @property
-    def excess_mm(self) -> float: ...
-    @property
-    def gaps_mm(self) -> _Floats: ...
-    @property
-    def molds_mm(self) -> _Floats: ...
-    @property
-    def points_mm(self) -> _Floats: ...
-
 def bridge_section(
     feet: FootMap,
     foot: Foot,
@@ -128,13 +114,3 @@ def post_process(
     minimum: Minimum, net: PocketNet, surface: Surface, options: RidgeOptions, ply: PlyMaterial
 ) -> PostProcessed: ...
 def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: float) -> float: ...
-def straight_fibres(
-    feet: FootMap,
-    foot: Foot,
-    mold: Surface,
-    angles: ArrayLike,
-    ply_outline_mm: ArrayLike | None,
-    held_over_mm: float,
-    apart_mm: float,
-    stop: Stop,
-) -> list[StraightFibre]: ...

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from debulk import _core, pocket
 from debulk.grid import Grid
-from debulk.inspection import narrow
+from debulk.inspection import polyline
+from debulk.inspection.fibre_runs import ScanRuns
 from debulk.inspection.found import FoundPocket
 from debulk.inspection.hills import apart, without_tolerances
 from debulk.inspection.ply_on_mold import PlyOnMold
@@ -42,6 +43,8 @@ class BumpPlace:
         Segmentation and feet of the piece of the scan.
     unseen, masked
         What the scan does not show, and for each of its holes whether the mask hides it.
+    runs
+        The runs of the fibre lines over the scan.
     """
 
     dropped: Dropped
@@ -50,6 +53,7 @@ class BumpPlace:
     feet: Feet
     unseen: Unseen
     masked: tuple[bool, ...]
+    runs: ScanRuns | None
 
     def cell(self, heights: Grid) -> tuple[int, int]:
         """Return the column and the row of the bump's middle on a grid."""
@@ -78,12 +82,12 @@ def looked_at_again(place: BumpPlace, ply: PlyOnMold, stop: _core.Stop) -> Found
         lower.noise_mm = feet.noise_mm  # the noise of the whole scan: a window is too small to estimate it
         # Smoothed over the window that suits a pocket, a bump 10 mm wide would lose half of its excess.
         bump = again.pockets[index]
-        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / narrow.perimeter_mm(bump.outline_mm))
+        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / _perimeter_mm(bump.outline_mm))
         again.pockets[index] = replace(
             again.pockets[index], measured_share=dropped.measured_share, touches_unknown=dropped.touches_unknown
         )
         its_feet = pocket.feet_with(lower, again, 1, stop)
-        one = FoundPocket(0, again, its_feet, index, place.unseen, masked=place.masked)
+        one = FoundPocket(0, again, its_feet, index, place.unseen, masked=place.masked, runs=place.runs)
         if one.foot.closed:
             break
     return one
@@ -104,6 +108,10 @@ def _frayed(
     i, j = place.cell(window)
     number = lower.labels.values[j, i]
     return bool(number > 0 and (labels[lower.labels.values == number] > 0).any())
+
+
+def _perimeter_mm(outline: NDArray[np.float64]) -> float:
+    return polyline.length_mm(np.vstack([outline, outline[:1]]))
 
 
 def _windows(place: BumpPlace) -> Iterator[tuple[slice, slice]]:

@@ -1,96 +1,90 @@
-"""The ridge that a pocket's excess length makes, known from the laid net before anything is solved."""
+"""The ridge that the excess of the fibres makes, read from the runs that cross a pocket (docs/model.md, section 9)."""
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from debulk import _core, ridge, section
-from debulk.inspection import straight_fibres
-from debulk.inspection.found import FoundPocket
-from debulk.inspection.missed import missed_share
-from debulk.inspection.net_fibres import ALONG, fibres
-from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.net import Net
+from debulk import ridge, section
+from debulk.fibre import FREE, FibreRuns
+from debulk.inspection.polyline import direction_deg
 from debulk.results.report import ExcessReport
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["of_held_fibres", "of_net", "ridge_of"]
-
-# From scan to scan the outline moves with the noise, and the net moves with it. So the excess scatters by this multiple
-# of the noise of the heights, far more than the noise of its nodes explains. Root mean square over 24 pockets of the
-# layups 3 and 4, four scans each; the same with noise of 0.02 and of 0.05 mm in the scan.
-_SCATTER = 1.3
-_INNER = 0  # kind of a movable node within the net
+__all__ = ["alone", "bound", "of_runs", "ridge_of", "upper_mm"]
 
 
-def of_net(laid: Net, ply: PlyOnMold, found: FoundPocket, stop: _core.Stop | None = None) -> ExcessReport | None:
-    """Measure the excess of the fibres of a net that `lay_net` has laid on a pocket; raises `Stopped`.
+def of_runs(runs: FibreRuns, bridge_bound_mm: float | None, recipe: Recipe) -> ExcessReport:
+    """Return the ridge that the runs over a pocket make, with its range.
 
-    Returns
-    -------
-    ExcessReport or None
-        None if the ply can slide in at its edge, as the excess of the held fibres is then no bound; and None if no
-        closed net could be laid at half the spacing, as the excess is then not known well enough.
+    What surely stands is that of a run with no free end, and with no flat ply in it. The upper end is that of all runs:
+    what is free may be held, and what so little flat ply parts may gather in one fold.
+
+    Parameters
+    ----------
+    runs
+        The runs that cross the pocket's foot.
+    bridge_bound_mm
+        As in `ExcessReport`.
+    recipe
+        Material and limits.
     """
-    made, finer, reference, recipe = laid._core, laid._core.finer, ply.reference, ply.recipe
-    if not made.held_all_round or finer.spacing <= 0:
-        return None
-    coarse, half = _core.ridge.held_excess(made.net, reference), _core.ridge.held_excess(finer, reference)
-    lengths = _core.verdict.ExcessLengths()
-    lengths.at_spacing_mm, lengths.at_half_mm = coarse.largest_mm, half.largest_mm
-    lengths.half_spacing_mm = finer.spacing
-    lengths.segments, lengths.noise_gain = half.segments, half.noise_gain
-    if made.noise > 0:
-        lengths.noise_mm = made.noise
-        lengths.noise_gain = math.hypot(half.noise_gain, _SCATTER * found.feet.noise_mm / made.noise)
-    rule = recipe.material.thickness_mm, recipe.material.bulk_factor, recipe.verdict.excess_margin_mm
-    made_of_it = _core.verdict.ridge_by_excess(lengths, *rule)
-    # Filters only reduce the excess, so what they take away raises only the upper end of the range.
-    missed_mm = missed_share(found, laid, reference) * max(made_of_it.excess_mm, 0.0)
-    if made_of_it.range.low <= recipe.verdict.max_ridge_mm:  # else it creases, whatever stands between the fibres
-        between_mm = straight_fibres.longest(found, ply, stop=stop).excess_mm - made_of_it.excess_mm
-        # The longest of hundreds of lines is the one that noise lengthens most. So what the lines add does not count up
-        # to half the uncertainty of the excess, and counts fully from the whole uncertainty on; in between it grows
-        # without a step.
-        clear_mm = between_mm - missed_mm - made_of_it.uncertainty_mm
-        missed_mm = min(missed_mm + 2 * max(clear_mm, 0.0), max(missed_mm, between_mm))
-    lengths.at_spacing_mm, lengths.at_half_mm = coarse.largest_mm + missed_mm, half.largest_mm + missed_mm
-    most = _core.verdict.ridge_by_excess(lengths, *rule)
+    least_mm = 2 * recipe.verdict.excess_margin_mm  # an excess is twice as long as its ridge is high
+    spare_mm = np.maximum(runs.uncertainty_mm, least_mm)
+    single = alone(runs)
+    sure = single & bound(runs)
+    low_mm = float((runs.low_mm - spare_mm)[sure].max(initial=0.0))
+    high_mm = float((runs.high_mm + spare_mm).max(initial=0.0))
+    alone_mm = float((runs.high_mm + spare_mm)[single].max(initial=0.0))
+    if not len(runs):
+        return ExcessReport(
+            length_mm=0.0,
+            height_mm=0.0,
+            range_mm=(0.0, 0.0),
+            alone_mm=0.0,
+            elastic_mm=0.0,
+            noise_mm=0.0,
+            uncertainty_mm=least_mm / 2,
+            bridge_bound_mm=bridge_bound_mm,
+        )
+    # A line has a run for each stretch off the mold by itself, so that one without flat ply is always among them.
+    worst = int(np.argmax(np.where(sure if sure.any() else single, runs.excess_mm, -np.inf)))
+    excess_mm = float(runs.excess_mm[worst])
+    (x0, y0), (x1, y1) = runs.from_mm[worst].tolist(), runs.to_mm[worst].tolist()
     return ExcessReport(
-        length_mm=made_of_it.excess_mm,
-        at_spacing_mm=coarse.largest_mm,
-        at_half_mm=half.largest_mm,
-        noise_bias_mm=made_of_it.noise_bias_mm,
-        height_mm=made_of_it.height_mm,
-        range_mm=(made_of_it.range.low, most.range.high),
-        elastic_mm=section.elastic_height(made_of_it.excess_mm, recipe),
-        noise_mm=made_of_it.noise_mm,
-        spacing_error_mm=made_of_it.spacing_error_mm,
-        missed_mm=missed_mm / 2,
-        uncertainty_mm=made_of_it.uncertainty_mm,
-        bridge_bound_mm=max(coarse.bridge_bound_mm, half.bridge_bound_mm),
+        length_mm=excess_mm,
+        height_mm=_standing(excess_mm, recipe),
+        range_mm=(_standing(low_mm, recipe), _standing(high_mm, recipe)),
+        alone_mm=_standing(alone_mm, recipe),
+        elastic_mm=section.elastic_height(excess_mm, recipe),
+        noise_mm=float(runs.uncertainty_mm[worst]) / 4,
+        uncertainty_mm=float(spare_mm[worst]) / 2,
+        missed_mm=max(0.0, high_mm - excess_mm - float(spare_mm[worst])) / 2,
+        bridge_bound_mm=bridge_bound_mm,
+        fibre=int(runs.family[worst]),
+        direction_deg=direction_deg(np.array([x1 - x0, y1 - y0])),
+        from_mm=(x0, y0),
+        to_mm=(x1, y1),
     )
 
 
-def of_held_fibres(laid: Net, ply: PlyOnMold) -> float:
-    """Return the largest excess, mm, of the fibres that friction holds at both ends, whatever the rest of the net does.
+def alone(runs: FibreRuns) -> NDArray[np.bool_]:
+    """Return which runs have no flat ply within them, (N,): nothing holds apart what gathers in their fold."""
+    return np.asarray(runs.flat_mm <= 0)
 
-    Such an end lies on the mold, and the ply continues beyond it along the fibre for the length over which an edge
-    slips. Near an edge a net lets the nodes of such a fibre slide nevertheless: sideways, if the fibre runs along it.
-    """
-    on_mold = laid.kinds != _INNER
-    ways_mm, enough_mm = laid._core.hold_ways, max(ply.recipe.net.free_edge_mm, laid.spacing_mm)
-    neighbours = laid.neighbours.copy()
-    for direction, fibre in fibres(laid.neighbours):
-        goes_on = not ways_mm or ways_mm[fibre[0]][direction] >= enough_mm
-        if not (len(fibre) > 1 and on_mold[fibre[0]] and on_mold[fibre[-1]] and goes_on):
-            neighbours[np.ix_(fibre, ALONG[direction])] = -1
-    return float(_core.ridge.largest_fibre_excess(laid.nodes_mm, neighbours, ply.reference))
+
+def bound(runs: FibreRuns) -> NDArray[np.bool_]:
+    """Return which runs have no free end, (N,): neither end lets the ply slide in, as far as is known."""
+    return np.asarray((runs.ends != FREE).all(axis=1))
+
+
+def upper_mm(runs: FibreRuns) -> float:
+    """Return the largest excess length, mm, that one of the runs may have; 0 if there is none."""
+    return float((runs.high_mm + runs.uncertainty_mm).max(initial=0.0))
 
 
 def ridge_of(excess_mm: float, recipe: Recipe) -> float:
@@ -101,3 +95,9 @@ def ridge_of(excess_mm: float, recipe: Recipe) -> float:
         return base_mm
     span_mm = 2 * material.thickness_mm + excess_mm  # any mold length with room for the ridge gives the same
     return max(base_mm, ridge.ridge_height(span_mm + excess_mm, span_mm, material.thickness_mm))
+
+
+def _standing(excess_mm: float, recipe: Recipe) -> float:
+    """Return the ridge's height; 0 if it is within the consolidated ply."""
+    height_mm = ridge_of(excess_mm, recipe)
+    return height_mm if height_mm > recipe.material.thickness_mm / recipe.material.bulk_factor else 0.0

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.fibre import FibreRuns
 from debulk.forking import kept
 from debulk.grid import Grid
-from debulk.inspection.foot_slope import foot_slope
-from debulk.net import Net
+from debulk.inspection.fibre_runs import ScanRuns
 from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen
 from debulk.results.report import LeftOut
 
-__all__ = ["Found", "FoundPocket", "RegionFigures"]
+__all__ = ["Found", "FoundPocket", "RegionFigures", "runs_over"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +38,7 @@ class FoundPocket:
         Why it may crease although its net does not; empty if nothing suggests that.
     joined
         Numbers of the other pockets that share their foot with this one; its net spans them too.
-    net
-        The net, if it was already laid to bound the excess of the pocket; None if not.
-    masked
+    masked, runs
         As in the `Found` that the pocket comes from.
     """
 
@@ -48,8 +50,8 @@ class FoundPocket:
     promoted: str = ""
     doubt: str = ""
     joined: tuple[int, ...] = ()
-    net: Net | None = None
     masked: tuple[bool, ...] = ()
+    runs: ScanRuns | None = None
 
     @property
     def hidden(self) -> tuple[bool, ...]:
@@ -67,9 +69,19 @@ class FoundPocket:
         return self.feet.feet[self.index]
 
     @kept
-    def foot_slope(self) -> float:
-        """Mean slope of the heights along the foot's outline; cached, as it is needed several times."""
-        return foot_slope(self.feet.heights, self.foot.outline_mm)
+    def crossing(self) -> NDArray[np.intp]:
+        """Numbers of the runs that cross its foot."""
+        return np.zeros(0, dtype=np.intp) if self.runs is None else self.runs.crossing(self.feet, self.index)
+
+    @property
+    def excess(self) -> FibreRuns | None:
+        """The runs that cross its foot; None if no line was read."""
+        return None if self.runs is None else self.runs.runs[self.crossing]
+
+
+def runs_over(pockets: Iterable[FoundPocket]) -> NDArray[np.intp]:
+    """Return the numbers of the runs that cross the foot of any of the pockets, in order."""
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *(one.crossing for one in pockets)]))
 
 
 @dataclass(frozen=True)
@@ -131,6 +143,8 @@ class Found:
         Why no pockets were looked for: the scan shows far too little of the ply. Empty if they were looked for.
     masked
         For each of the holes of `unseen`, whether the mask hides it. Empty if there is no mask.
+    runs
+        The runs of the fibre lines over the parts; None: not read.
 
     Examples
     --------
@@ -151,6 +165,7 @@ class Found:
     regions: RegionFigures | None = None
     doubt: str = ""
     masked: tuple[bool, ...] = ()
+    runs: ScanRuns | None = None
 
     @property
     def pockets(self) -> tuple[FoundPocket, ...]:
@@ -163,7 +178,12 @@ class Found:
             sharing.setdefault(key, []).append(number)
         return tuple(
             FoundPocket(
-                number, *place, self.unseen, joined=tuple(n for n in sharing[key] if n != number), masked=self.masked
+                number,
+                *place,
+                self.unseen,
+                joined=tuple(n for n in sharing[key] if n != number),
+                masked=self.masked,
+                runs=self.runs,
             )
             for number, (place, key) in enumerate(zip(places, keys, strict=True), start=1)
         )

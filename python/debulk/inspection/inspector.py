@@ -146,6 +146,7 @@ class Inspector:
             reference, self._below = mold_edge.parted(reference, recipe)
         self._placing = preparation.step("checks", 0.9, lambda: Placing(reference, *given, self.mask, recipe))
         self._wrinkles = WrinkleSearch(reference, *given, recipe)
+        preparation.step("fibres", 0.94, lambda: self.ply.fibres)
         self._make_finder = partial(finder_for, reference, *given, recipe)
         self._finder = preparation.step("regions", 0.96, self._make_finder)
         self._tracing = Tracing(self)
@@ -297,6 +298,8 @@ class Inspector:
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self._find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
+        with cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
+            found = watched(cycle.stop, lambda: self._with_runs(found, cycle.stop))
         with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
             placed = self._placing.judge(sample, found)
             laid_wrong = self._placing.plateaus(found, cycle.stop)
@@ -328,7 +331,7 @@ class Inspector:
         """Look for narrow bumps on top of pockets and of wider bumps, if all pockets are CEASE so far."""
         if any(one.report.verdict is not Verdict.CEASE for one in done):
             return []
-        on = riders.carriers(pockets, [one.report for one in done], bumps, self.ply.recipe)
+        on = riders.carriers(pockets, bumps)
         if not on:
             return []
         raw = RawPoints(points, self.mask, self._pose, sample.pitch_mm, self.prepared.image)
@@ -354,7 +357,14 @@ class Inspector:
         InputError
             Names what was wrong with the scan.
         """
-        return self._find(self.prepared.place.near(scan, "scan", stop), stop)
+        found = self._find(self.prepared.place.near(scan, "scan", stop), stop)
+        return self._with_runs(found, stop or _core.Stop())
+
+    def _with_runs(self, found: Found, stop: _core.Stop) -> Found:
+        """Return what was found, with the runs of the fibre lines over it."""
+        threads = self.recipe.run.threads
+        runs = self.ply.fibres.over(found.parts, stop, whole=found.regions is None, threads=threads)
+        return replace(found, runs=runs)
 
     def _find(self, scan: ArrayLike, stop: _core.Stop | None) -> Found:
         """Find the pockets of a scan without the shift of far clouds."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypedDict
 
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
-from debulk.inspection import excess, narrow, straight_fibres
+from debulk.inspection import excess
 from debulk.inspection.effort import check_solves
 from debulk.inspection.fibre_angles import angles_at
 from debulk.inspection.found import FoundPocket
@@ -30,6 +30,7 @@ REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface")
 _FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
 _FREE = 2  # kind of a node at the ply's edge
 _SLIPS = 2.0
+_NARROW = "; by so much the filters may have lowered what is narrow for such heights: give a denser scan"
 
 
 class _ExcessEvidence(TypedDict):
@@ -54,16 +55,12 @@ class LaidPocket:
         Share of the pocket's area that the scanner saw.
     closed_rim
         Whether fixed nodes, or the ply's edge, close the pocket all round.
-    inside_ply
-        Whether every node of the rim is held; only then can the excess decide.
     excess
-        The ridge that the fibres' excess makes; None if it is not known.
+        The ridge that the fibres' excess makes; None if it cannot decide.
     held_excess_mm
         Largest excess of a fibre that is held at both ends, at the net's spacing.
     doubt
         Why the pocket may crease although its net does not; empty if nothing suggests that.
-    lowered
-        By how much the filters may have lowered its ridge.
     recipe
         All settings.
     """
@@ -73,17 +70,15 @@ class LaidPocket:
     reference: surface.Reference
     measured_share: float
     closed_rim: bool
-    inside_ply: bool
     excess: ExcessReport | None
     held_excess_mm: float
     doubt: str
-    lowered: narrow.Lowered
     recipe: Recipe
 
     @property
     def by_excess(self) -> bool:
         """Whether the recipe judges this pocket by its excess."""
-        return self.inside_ply and self.recipe.verdict.criterion == "excess"
+        return self.excess is not None and self.recipe.verdict.criterion == "excess"
 
     def __getstate__(self) -> dict[str, object]:
         """Leave out the compiled objects; a copy that comes from another process can still be judged."""
@@ -154,23 +149,18 @@ class LaidPocket:
         return self._doubted(judged, self.recipe)
 
     def _doubted(self, judged: verdict.Judgement, recipe: Recipe) -> verdict.Judgement:
-        limit_mm = recipe.verdict.max_ridge_mm
-        taken = self.lowered.reason(limit_mm)
-        doubt = self.doubt or taken
-        if judged.verdict is verdict.Verdict.CEASE and doubt:
-            return verdict.Judgement(verdict.Verdict.UNDECIDED, doubt)
-        if judged.verdict is verdict.Verdict.UNDECIDED and taken and self._only_missed(limit_mm):
-            return verdict.Judgement(verdict.Verdict.UNDECIDED, taken)  # this reason says what to do
-        return judged
-
-    def _only_missed(self, limit_mm: float) -> bool:
-        """Return whether the excess would be below the limit without what the filters may have taken away."""
-        return self.excess is not None and self.excess.range_mm[1] - self.excess.missed_mm < limit_mm
+        if judged.verdict is verdict.Verdict.CEASE and self.doubt:
+            return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt)
+        known, limit_mm = self.excess, recipe.verdict.max_ridge_mm
+        if judged.verdict is not verdict.Verdict.UNDECIDED or known is None:
+            return judged
+        by_filters = known.range_mm[0] + 2 * known.uncertainty_mm <= limit_mm < known.alone_mm
+        return replace(judged, reason=f"{judged.reason}{_NARROW}") if by_filters else judged
 
     def _excess_evidence(self) -> _ExcessEvidence:
         known = self.excess
         return {
-            "inside_ply": self.inside_ply,
+            "inside_ply": known is not None,
             "excess_range_mm": None if known is None else known.range_mm,
             "no_bridge": known is not None and options.cannot_bridge(known.bridge_bound_mm, self.recipe),
         }
@@ -187,32 +177,38 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
     laid = lay_net(found, ply, stop)
     if not laid.inside.any():
         raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
-    known = excess.of_net(laid, ply, found, stop)
-    if known is None:
-        held_mm = _core.ridge.held_excess(laid._core.net, ply.reference).largest_mm
-        taken = narrow.lowered(found, excess.of_held_fibres(laid, ply), ply.recipe.verdict.ridge_margin_mm, ply.recipe)
-    else:
-        held_mm = known.at_spacing_mm
-        taken = narrow.lowered(found, known.length_mm, known.uncertainty_mm, ply.recipe)
+    known = _excess(found, laid, ply)
     return LaidPocket(
         net=laid,
         sheet=sheet.Sheet.of_net(laid, ply.reference, ply.recipe),
         reference=ply.reference,
         measured_share=found.pocket.measured_share,
         closed_rim=found.foot.closed and len(laid.open_ends) == 0,
-        inside_ply=laid._core.held_all_round,
         excess=known,
-        held_excess_mm=held_mm,
-        doubt=_doubt(found, laid, ply, stop),
-        lowered=taken,
+        held_excess_mm=_core.ridge.held_excess(laid._core.net, ply.reference).largest_mm,
+        doubt=found.doubt or ("" if known is not None else _doubt(found, laid, ply)),
         recipe=ply.recipe,
     )
 
 
-def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold, stop: _core.Stop | None) -> str:
-    """Say why a net proves little if the ply stands off the mold widely round the pocket; empty if it proves enough."""
-    if found.doubt:
-        return found.doubt
+def _excess(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> ExcessReport | None:
+    """Return the ridge that the excess makes; None where it does not decide.
+
+    Where the ply can slide in at its edge, the excess is an upper bound: it decides if its ridge stays below the limit.
+    """
+    runs, made, recipe = found.excess, laid._core, ply.recipe
+    if runs is None:
+        return None
+    if not made.held_all_round:
+        stays = excess.ridge_of(excess.upper_mm(runs), recipe) <= options.counts_from_mm(recipe)
+        return excess.of_runs(runs, None, recipe) if stays else None
+    nets = [made.net, made.finer] if made.finer.spacing > 0 else [made.net]
+    bound_mm = max(_core.ridge.held_excess(one, ply.reference).bridge_bound_mm for one in nets)
+    return excess.of_runs(runs, bound_mm, recipe)
+
+
+def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
+    """Say why a minimum at the ply's edge proves little; empty if it proves enough."""
     times = found.foot.area_mm2 / found.pocket.area_mm2
     round_it = f"the ply stands off the mold round it, on {times:.0f} times its area; lay it down there and scan again"
     inside = int(np.count_nonzero(laid.inside))
@@ -231,22 +227,20 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold, stop: _core.Stop |
         )
     # A net at the edge may let a fibre that is held at both ends bow sideways to where the ply is free. It is not known
     # whether friction allows that.
-    straight = straight_fibres.longest(found, ply, slip_mm, stop)
-    held_mm = max(excess.of_held_fibres(laid, ply), straight.excess_mm)
-    limits = ply.recipe.verdict
+    runs, limits = found.excess, ply.recipe.verdict
+    held_mm = 0.0 if runs is None else excess.upper_mm(runs[runs.held])
     if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > options.counts_from_mm(ply.recipe):
         side = "above" if ridge_mm > limits.max_ridge_mm else f"within {limits.ridge_margin_mm:.2f} mm of"
         return (
-            f"a fibre that is held at both ends is {held_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm "
-            f"{side} the limit of {limits.max_ridge_mm:.2f} mm unless it moves sideways to the ply's edge"
+            f"a fibre that is held at both ends is up to {held_mm:.2f} mm longer than the mold, a ridge of "
+            f"{ridge_mm:.2f} mm {side} the limit of {limits.max_ridge_mm:.2f} mm unless it moves sideways to the ply's "
+            "edge"
         )
     return ""
 
 
 def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> net.Net:
-    """Return the net of a pocket, laid on its patch if that was not done before."""
-    if found.net is not None:
-        return found.net
+    """Lay the net of a pocket on its patch."""
     check_solves(ply.recipe, found.foot.area_mm2)
     return net.from_core(
         _core.net.lay_pocket(

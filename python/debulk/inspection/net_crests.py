@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import ridge
-from debulk.inspection.net_fibres import ALONG
 
 __all__ = ["NetCrest", "net_crests"]
 
-_ACROSS = ALONG[::-1]  # columns of the neighbours on the next fibre, to either side
+_ALONG = ((0, 1), (2, 3))  # columns of a net's neighbours, ahead and back, for each of the two fibre directions
+_ACROSS = _ALONG[::-1]  # columns of the neighbours on the next fibre, to either side
 
 Floats = NDArray[np.float64]
 Links = list[list[int]]
@@ -60,7 +60,7 @@ def net_crests(found: ridge.PostProcessed, neighbours: NDArray[np.int32], nodes_
 
 def _trace(start: int, fibre: int, links: Links, peaks: Collection[int], nodes_mm: Floats) -> tuple[int, ...]:
     """Follow a crest both ways to the nearest peak on each next fibre, at most one node along that fibre."""
-    ahead, back = ALONG[fibre]
+    ahead, back = _ALONG[fibre]
     ways = []
     for side in _ACROSS[fibre]:
         way = [start]
@@ -86,7 +86,7 @@ def _outward(node: int, links: Links, nodes_mm: Floats, side: int, fibre: int) -
         return np.asarray(nodes_mm[links[node][side]] - nodes_mm[node])
     if links[node][other] >= 0:
         return np.asarray(nodes_mm[node] - nodes_mm[links[node][other]])
-    ends = [nodes_mm[links[node][way] if links[node][way] >= 0 else node] for way in ALONG[fibre]]
+    ends = [nodes_mm[links[node][way] if links[node][way] >= 0 else node] for way in _ALONG[fibre]]
     x, y = (ends[0] - ends[1])[:2]
     segment_mm = max(float(np.linalg.norm(end - nodes_mm[node])) for end in ends)
     to_north = 1.0 if (side == _ACROSS[fibre][0]) == (fibre == 0) else -1.0

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.forking import kept
 from debulk.grid import Grid
+from debulk.inspection.fibre_runs import PlyFibres
 from debulk.surface import Reference
 
 if TYPE_CHECKING:
@@ -39,3 +41,8 @@ class PlyOnMold:
     outline: Floats | None
     fibre_angles_deg: Floats | Grid
     recipe: Recipe
+
+    @kept
+    def fibres(self) -> PlyFibres:
+        """The lines along its fibres, which are the same for every scan of it."""
+        return PlyFibres(self.reference, self.outline, self.fibre_angles_deg, self.recipe)

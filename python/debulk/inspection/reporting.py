@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from debulk.grid import Grid
-from debulk.inspection import common_fibres, left_out, tolerances, unseen, wrinkles
+from debulk.inspection import left_out, shared_runs, tolerances, unseen, wrinkles
 from debulk.inspection.evaluation import Evaluation
 from debulk.inspection.filled import Filled
 from debulk.inspection.found import Found, FoundPocket
@@ -45,16 +45,15 @@ def report(
     Evaluations and `judged_as` are in the same order: first the pockets found, then the bumps judged as pockets.
     """
     seen = found.unseen.coverage
-    pockets = common_fibres.without_shared_folds(
-        [evaluation.report for evaluation in evaluations], judged_as, bumps, ply
-    )
+    pockets = shared_runs.named([evaluation.report for evaluation in evaluations], judged_as, bumps, ply)
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], seen, criteria(ply.recipe))
     judged = unseen.missing_reference(judged, found, ply.recipe)
     taken = [bump.dropped for bump in bumps if bump.found is not None]  # the last of the pockets
     halves = [p.half_seen for p in pockets[len(pockets) - len(taken) :]]
     judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
     unknown = unseen.doubts(found, pockets, ply.recipe, judged_bumps)
-    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps), *common_fibres.doubts(bumps, ply), *others])
+    shared = shared_runs.doubts(found.runs, judged_as, ply)
+    judged = unseen.worst(judged, [*unknown, *tolerances.doubts(bumps), *shared, *others])
     judged = unseen.worst(judged, [*wrinkles.doubts(standing, ply.recipe), *filled.doubts(ply.recipe)])
     if ply.outline is None and judged.verdict is Verdict.INVALID:
         judged = replace(judged, reason=f"{judged.reason}; {_NO_OUTLINE}")
@@ -82,6 +81,7 @@ def report(
         level=placed.level,
         warnings=placed.warnings,
         height_map=found.overview,
+        excess_map=None if found.runs is None else found.runs.largest,
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
     )

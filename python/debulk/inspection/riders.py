@@ -8,7 +8,7 @@ other stand above these heights, with hardly any below, there is one. Riders are
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from debulk import _core
 from debulk.inspection import excess
@@ -17,13 +17,9 @@ from debulk.inspection.narrow_bumps import bell_excess_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.raw_points import RawPoints
 from debulk.inspection.tolerances import Bump, bump_name
-from debulk.results.report import PocketReport
 from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
 from debulk.workers import Workers
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 __all__ = ["Carrier", "Rider", "carriers", "doubts", "riders_on"]
 
@@ -55,19 +51,11 @@ class Rider(NamedTuple):
     excess_mm: float
 
 
-def carriers(
-    pockets: Sequence[FoundPocket], reports: Sequence[PocketReport], bumps: Sequence[Bump], recipe: Recipe
-) -> list[Carrier]:
-    """List the pockets, whose reports are in the same order, and the bumps that are not judged as pockets."""
-    listed = [
-        Carrier(f"pocket {report.id}", one, _excess_mm(report, recipe))
-        for one, report in zip(pockets, reports, strict=True)
-    ]
-    for bump in bumps:
-        if bump.found is None and bump.stands is not None and bump.spare is not None:
-            spare_mm = max(bump.excess_mm or 0.0, bump.spare.most_mm(recipe))
-            listed.append(Carrier(f"the {bump_name(bump.dropped)}", bump.stands, spare_mm))
-    return listed
+def carriers(pockets: Sequence[FoundPocket], bumps: Sequence[Bump]) -> list[Carrier]:
+    """List the pockets, and the bumps that are not judged as pockets."""
+    named = [(f"pocket {one.number}", one) for one in pockets]
+    named += [(f"the {bump_name(b.dropped)}", b.stands) for b in bumps if b.found is None and b.stands is not None]
+    return [Carrier(name, one, _spare_mm(one)) for name, one in named]
 
 
 def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Judgement]:
@@ -116,11 +104,9 @@ def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.St
     return [Rider((x, y), high_mm, wide_mm, bell_excess_mm(high_mm, wide_mm)) for x, y, high_mm, wide_mm in listed]
 
 
-def _excess_mm(report: PocketReport, recipe: Recipe) -> float:
-    """Return the largest excess length that a pocket's fibres may have, mm."""
-    if report.excess is None:
-        return max(report.excess_length_mm or 0.0, 0.0)
-    return max(report.excess.length_mm + 2 * (report.excess.missed_mm + report.excess.uncertainty_mm), 0.0)
+def _spare_mm(found: FoundPocket) -> float:
+    runs = found.excess
+    return 0.0 if runs is None else excess.upper_mm(runs[excess.bound(runs)])
 
 
 def _reason(name: str, rider: Rider, ridge_mm: float) -> str:

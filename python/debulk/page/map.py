@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.page import map_frame, map_marks
+from debulk.page.excess_layer import ExcessLayer, excess_layer
 from debulk.page.heights import MAX_PNG_BYTES, picture
 from debulk.page.map_frame import Frame, Rose
 from debulk.page.map_labels import labels
@@ -62,6 +63,7 @@ class PlyMap(NamedTuple):
     measured: str
     frame: Frame
     rose: Rose | None
+    excess: ExcessLayer | None
 
 
 def path(points: NDArray[np.float64], corners: int) -> str:
@@ -100,7 +102,8 @@ def ply_map(
     top_mm
         Upper end of the colours; None: the highest that was seen, apart from a thousandth of the map.
     report
-        Report whose holes, bumps and fibre directions are marked; None marks none.
+        Report whose holes, bumps and fibre directions are marked, and whose excess of the fibres is a second layer;
+        None: none of these.
     ridges, measured
         Predicted ridges, and the path of the ridges that a second scan shows.
     png_bytes
@@ -135,6 +138,7 @@ def ply_map(
         map_marks.fibres(report.pockets if report else (), 0.7 * font),
         ridges, measured,
         map_frame.frame(low, high, font), map_frame.rose(report, outlines, low, high, font),
+        excess_layer(report) if report and drawn else None,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from debulk.page import net
+from debulk.page.excess_layer import ridge_colours
 from debulk.page.scales import colours
 from debulk.results.report_text import number
 from debulk.verdict import Verdict
@@ -58,6 +59,7 @@ def render(template: str, **values: Any) -> str:
         "palette": colours(net.COLOURS),
         "ramp": colours(256),
         "stops": colours(12),
+        "ridge_ramp": ridge_colours(),
         "script": script,
         "script_hash": f"sha256-{digest}",
         "net_size": (net.WIDTH, net.HEIGHT),

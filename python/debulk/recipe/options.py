@@ -31,6 +31,8 @@ __all__ = [
     "unseen",
 ]
 
+_SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is
+
 
 def outliers(recipe: Recipe) -> _core.cloud.OutlierOptions:
     """Return the options that determine which points of the scan are removed."""
@@ -47,7 +49,8 @@ def front_end(recipe: Recipe, spacing_mm: float) -> _core.surface.FrontEndOption
     options.outliers = outliers(recipe)
     options.spacing_mm = spacing_mm
     options.hole_diameter_mm = recipe.clean.max_hole_mm
-    options.spike_mm = recipe.clean.spike_mm
+    # A bump's top stands out of what lies two cells away: on a coarse grid it must not count as a spike.
+    options.spike_mm = recipe.clean.spike_mm * max(1.0, spacing_mm / _SPIKE_SPACING_MM)
     options.median_cells = recipe.clean.median_cells
     return options
 
@@ -92,9 +95,9 @@ def bridge_mm(gap_mm: float, recipe: Recipe) -> float:
     return gap_mm + thickness_mm / recipe.material.bulk_factor if gap_mm > thickness_mm / 30 else 0.0
 
 
-def cannot_bridge(bound_mm: float, recipe: Recipe) -> bool:
-    """Return whether fibres that can bridge gaps up to this bound, mm, make no bridge that counts."""
-    return bridge_mm(bound_mm, recipe) <= counts_from_mm(recipe)
+def cannot_bridge(bound_mm: float | None, recipe: Recipe) -> bool:
+    """Return whether fibres that can bridge gaps up to this bound, mm, make no bridge that counts; None: no bound."""
+    return bound_mm is not None and bridge_mm(bound_mm, recipe) <= counts_from_mm(recipe)
 
 
 def flag_mm(recipe: Recipe) -> float:

@@ -136,51 +136,51 @@ class SolveReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ExcessReport:
-    """The ridge that the excess length of a pocket's fibres makes, computed from the laid net (docs/verdicts.md).
+    """The ridge that the excess length of a pocket's fibres makes, read from lines along them (docs/verdicts.md).
 
     Attributes
     ----------
     length_mm
-        Largest excess of a fibre held at both ends, extrapolated to a net of zero spacing, minus the bias of the noise.
-    at_spacing_mm, at_half_mm
-        The same for the net and for a net at half its spacing, as laid.
-    noise_bias_mm
-        False length that the scan's noise adds, which is subtracted.
+        Best estimate of the largest excess of a fibre that crosses the pocket's foot, with the noise's share taken out
+        and without what a fold may draw from other places; of those with no free end, if there are any.
     height_mm, range_mm
-        Height of the ridge by the paper's formula, 0 if there is none; its lowest and highest value within the
-        uncertainty.
+        Height of the ridge by the paper's formula, 0 if there is none; what surely stands, and what may stand: with
+        the noise, with what the filters may have taken away, and with all that one fold may draw from other places.
+    alone_mm
+        As the upper end of `range_mm`, without what a fold may draw from other places.
     elastic_mm
         Height of the elastic fold that the same length makes by the section model and the recipe's modulus, also where
         the formula gives no ridge. Together the two bound what a ply may do.
     noise_mm
-        Standard deviation of the height from scan to scan.
-    spacing_error_mm
-        Change of the height by the extrapolation. If the two nets differ by the whole excess of the finer one
-        or more, it is that difference.
+        Standard deviation of the height by the scan's noise.
     uncertainty_mm
-        Two standard deviations `noise_mm`, combined with the spacing error, or the recipe's margin if that is more.
+        Two of these, or the recipe's margin if that is more.
     missed_mm
-        By how much the ridge may be higher because of what the filters take away, what lies beyond the foot, and what
-        lies between the net's fibres. The upper end of `range_mm` exceeds the uncertainty by this much.
+        By how much more than this the upper end of `range_mm` lies above `height_mm`.
     bridge_bound_mm
-        mm, largest gap below a string that is pulled taut over the mold along a fibre that is too short for it; 0 if
-        none is. Bridges of minima may be higher where a fibre is too short in one place and too long in another.
+        mm, largest gap below a string that is pulled taut over the mold along a fibre of the net that is too short for
+        it; 0 if none is. Bridges of minima may be higher where a fibre is too short in one place and too long in
+        another. None at the ply's edge, where fibres that slip may bridge, too.
+    fibre, direction_deg, from_mm, to_mm
+        That fibre: of the first (0) or second (1) direction, the angle along which the ply is too long there, and where
+        it leaves the mold and comes back to it, mold XY. None if no fibre leaves the mold.
     verdict
         Verdict by this ridge alone.
     """
 
     length_mm: float
-    at_spacing_mm: float
-    at_half_mm: float
-    noise_bias_mm: float
     height_mm: float
     range_mm: tuple[float, float]
+    alone_mm: float
     elastic_mm: float
     noise_mm: float
-    spacing_error_mm: float
     uncertainty_mm: float
-    bridge_bound_mm: float
+    bridge_bound_mm: float | None
     missed_mm: float = 0.0
+    fibre: int | None = None
+    direction_deg: float | None = None
+    from_mm: tuple[float, float] | None = None
+    to_mm: tuple[float, float] | None = None
     verdict: Verdict | None = None
 
 
@@ -199,8 +199,8 @@ class PocketReport(Record):
     paper_verdict
         Verdict by RMS, ridges and bridges of the minima, whichever criterion decided; None without a minimum.
     excess
-        The ridge by the excess length; None at the ply's edge, where that length bounds nothing, and if no closed net
-        could be laid at half the spacing.
+        The ridge by the excess length; None at the ply's edge if it would exceed the limit if held: how much slides in
+        there, the minima tell.
     outline_mm, foot_outline_mm
         (M, 2) contours at the cut height, and where the ply meets the mold; mold XY, closed from last to first.
     touches_ply_edge
@@ -437,6 +437,8 @@ class ReportData(Versioned):
     height_map
         Height of the ply above the reference, mm; NaN where nothing was seen, or off the ply. It is meant for pictures
         and is coarse where no pocket was looked for.
+    excess_map
+        Largest excess of a fibre over each place, mm, 0 where none leaves the mold; on a grid of its own.
     ply_outline_mm
         (M, 2), mold XY; None means unknown.
     recipe
@@ -461,6 +463,7 @@ class ReportData(Versioned):
     wrinkles: tuple[Wrinkle, ...] = ()
     level: Level | None = None
     height_map: Grid | None = None
+    excess_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)

@@ -112,7 +112,7 @@ def study_text(results: Results) -> str:
         "THE SOLVER: ERROR AGAINST RUN TIME",
         "Of the minima and what is read from them: the figures by which pockets at the ply's edge are judged, and "
         "every pocket by the paper's criterion. Inside the ply the excess decides, which knows no minimum (by "
-        "default; bench/study/spacings.txt). There an inspection solves one perturbed start, for the picture; at the "
+        "default). There an inspection solves one perturbed start, for the picture; at the "
         f"edge it takes {Recipe().solve.starts} to {Recipe().solve.most_starts}. So do all sweeps but those of the "
         "starts and the methods. Verdicts are the paper's throughout.",
         f"{len(plan.layups)} virtual layups (seeds {min(plan.layups)} to {max(plan.layups)}), "

@@ -116,8 +116,8 @@ def test_a_wide_foot_along_an_edge_where_the_mold_ends_is_reached_by_its_net():
     layup = scenes.varied_layup(230069, (1280, 960))
     report = inspected(layup, layup.ply_outline)
     (one,) = (p for p in report.pockets if np.linalg.norm(p.outline_mm.mean(axis=0) - (24, -169)) < 20)
-    assert one.verdict is Verdict.UNDECIDED
-    assert "is free at an edge of the ply" in one.reason
+    assert one.verdict is Verdict.CEASE  # a true ridge of 0.19 mm; the longest fibre keeps the limit even if held
+    assert 0 < one.excess.range_mm[1] < 0.55
     nodes = one.net.nodes_mm[:, :2]
     arm = one.foot_outline_mm[np.argmin(one.foot_outline_mm[:, 0])]
     assert np.linalg.norm(nodes - arm, axis=1).min() < 1.5 * one.spacing_mm

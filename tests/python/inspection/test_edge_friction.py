@@ -38,8 +38,14 @@ def _ply(turn_deg, **recipe):
     return replace(laid_ply.inspector().ply, fibre_angles_deg=(turn_deg, turn_deg + 90.0), recipe=Recipe(**recipe))
 
 
+def _evaluated(found, ply):
+    """Evaluate a pocket with the fibres of this ply, not of the one in which it was found."""
+    runs = ply.fibres.over([(found.segmentation, found.feet)], _core.Stop(), whole=False, threads=1)
+    return evaluate(replace(found, runs=runs), ply, _core.Stop())
+
+
 def test_a_pocket_that_closes_only_if_it_slips_is_undecided(slipping_or_not):
-    done = evaluate(slipping_or_not, _ply(30.0), _core.Stop())
+    done = _evaluated(slipping_or_not, _ply(30.0))
     one = done.report
     assert one.verdict is Verdict.UNDECIDED
     both = one.edge_friction
@@ -59,32 +65,32 @@ def test_a_pocket_that_closes_only_if_it_slips_is_undecided(slipping_or_not):
 
 
 def test_a_pocket_that_closes_either_way_ceases(slipping_or_not):
-    one = evaluate(slipping_or_not, _ply(45.0), _core.Stop()).report
+    one = _evaluated(slipping_or_not, _ply(45.0)).report
     assert one.verdict is Verdict.CEASE, one.reason
     assert one.edge_friction.held.verdict is Verdict.CEASE
 
 
 def test_the_papers_loads_know_both_ends_too(slipping_or_not):
-    one = evaluate(slipping_or_not, _ply(30.0, loads={"lumping": "paper"}), _core.Stop()).report
+    one = _evaluated(slipping_or_not, _ply(30.0, loads={"lumping": "paper"})).report
     assert one.verdict is Verdict.UNDECIDED
     assert one.edge_friction.held.verdict is Verdict.CREASE
 
 
 def test_the_papers_criterion_judges_as_before_and_says_what_it_leaves_out(slipping_or_not):
-    done = evaluate(slipping_or_not, _ply(30.0, verdict={"criterion": "paper"}), _core.Stop())
+    done = _evaluated(slipping_or_not, _ply(30.0, verdict={"criterion": "paper"}))
     assert done.report.verdict is Verdict.CEASE
     assert done.report.edge_friction is None
     assert [entry.why for entry in done.left_out if entry.what == HELD_RIM] == ['verdict.criterion is "paper"']
 
 
 def test_without_friction_nothing_can_hold(slipping_or_not):
-    done = evaluate(slipping_or_not, _ply(30.0, material={"friction": 0.0}), _core.Stop())
+    done = _evaluated(slipping_or_not, _ply(30.0, material={"friction": 0.0}))
     assert done.report.edge_friction is None
     assert not [entry for entry in done.left_out if entry.what == HELD_RIM]
 
 
 def test_a_pocket_that_does_not_cease_anyway_is_not_settled_again():
-    done = evaluate(_found(9), _ply(15.0), _core.Stop())
+    done = _evaluated(_found(9), _ply(15.0))
     assert done.report.verdict is not Verdict.CEASE
     assert done.report.edge_friction is None
     assert [entry for entry in done.left_out if entry.what == HELD_RIM]
@@ -92,7 +98,7 @@ def test_a_pocket_that_does_not_cease_anyway_is_not_settled_again():
 
 def test_an_edited_report_does_not_pass(slipping_or_not, tmp_path):
     """The figures of CEASE with the other end still in the file."""
-    one = evaluate(slipping_or_not, _ply(30.0), _core.Stop()).report
+    one = _evaluated(slipping_or_not, _ply(30.0)).report
     both = one.edge_friction
     passed = replace(
         one, id=1, verdict=Verdict.CEASE,
@@ -105,7 +111,7 @@ def test_an_edited_report_does_not_pass(slipping_or_not, tmp_path):
 
 
 def test_a_report_that_ceases_at_the_edge_needs_the_other_end(slipping_or_not, tmp_path):
-    one = evaluate(slipping_or_not, _ply(45.0), _core.Stop()).report
+    one = _evaluated(slipping_or_not, _ply(45.0)).report
     for both in (one.edge_friction, None):
         Report(verdict=one.verdict, reason="", pockets=(replace(one, id=1, edge_friction=both),), coverage=1.0).save(
             tmp_path / f"{both is None}.json"

@@ -51,7 +51,7 @@ def test_nothing_is_lost(far, tmp_path):
     with pytest.raises(InputError, match="scan: expected the inspection's"):
         repeat(report, far.scan + 1, far.reference)
     compared = inspector.compare(report, far.scan)  # nothing was debulked
-    assert compared.pockets[0].measured_peak_mm == pytest.approx(report.pockets[0].peak_mm, abs=0.1)
+    assert compared.pockets[0].measured_peak_mm == pytest.approx(report.pockets[0].peak_mm, abs=0.3)
 
 
 def test_without_a_pose_a_far_cloud_is_refused(far):

@@ -195,7 +195,6 @@ def test_the_rms_promotes_no_bump_where_the_excess_decides():
     inspector = laid_ply.inspector()
     scan = laid_ply.scan(laid_ply.bell(50, 30, 25, 2.4))
     (bump,) = tolerances.weigh(inspector.find(scan), inspector.ply, _core.Stop())
-    assert bump.rms_mm > inspector.recipe.verdict.max_rms_mm - inspector.recipe.verdict.rms_margin_mm
     assert bump.found is None
     assert inspector.inspect(scan).verdict is Verdict.CEASE
 
@@ -245,7 +244,7 @@ def test_a_steep_bell_on_a_low_hill_is_as_narrow_as_the_bell():
     report = Inspector(None, reference, stranger_scenes.outline(*ply_mm)).inspect(scan)
     (bump,) = report.pockets
     assert bump.verdict is Verdict.UNDECIDED
-    assert "so narrow that the filters may have lowered it" in bump.reason
+    assert bump.reason.endswith("the filters may have lowered what is narrow for such heights: give a denser scan")
 
 
 @pytest.mark.parametrize("seed", [91002, 91019, 741205, 770285, 92525])

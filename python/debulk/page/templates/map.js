@@ -2,11 +2,12 @@
 // picture's own colours, so they are as exact as these.
 "use strict";
 (() => {
-  const ramp = document.currentScript.dataset.ramp.match(/.{6}/g).map(hex => [0, 2, 4].map(k => parseInt(hex.slice(k, k + 2), 16)));
+  const rgb = name => document.currentScript.dataset[name].match(/.{6}/g).map(hex => [0, 2, 4].map(k => parseInt(hex.slice(k, k + 2), 16)));
+  const heights = rgb("ramp"), ridges = rgb("ridges");
   const FAR = 12; // a colour further than this from all of the ramp is no height
   const figure = (value, digits) => value.toFixed(digits).replace(/^-(0(\.0+)?)$/, "$1").replace("-", "−");
 
-  function level(colour) {
+  function level(colour, ramp) {
     let best = -1, least = FAR + 1;
     ramp.forEach((one, k) => {
       const away = Math.max(...one.map((c, j) => Math.abs(c - colour[j])));
@@ -15,8 +16,8 @@
     return best;
   }
 
-  function heightReader(map, image) {
-    const top = Number(map.dataset.top), [left, upper, width, height] = ["x", "y", "width", "height"].map(name => Number(image.getAttribute(name)));
+  function reader(image, ramp, none, text) {
+    const [left, upper, width, height] = ["x", "y", "width", "height"].map(name => Number(image.getAttribute(name)));
     const canvas = document.createElement("canvas"), source = new Image();
     let pixels = null;
     source.src = image.getAttribute("href");
@@ -29,29 +30,52 @@
       const u = Math.floor((x - left) / width * canvas.width), v = Math.floor((y - upper) / height * canvas.height);
       if (!pixels || u < 0 || v < 0 || u >= canvas.width || v >= canvas.height) return "";
       const [r, g, b, a] = pixels.getImageData(u, v, 1, 1).data;
-      if (a < 128) return "not seen, or off the ply";
-      const found = level([r, g, b]);
-      if (found < 0) return "";
-      const share = found / 255, mm = top * share * share;
-      if (found === 255) return `${figure(top, 1)} mm high or more`;
-      return `${figure(mm, top * 2 * share / 255 < 0.03 ? 2 : 1)} mm above the reference`;
+      if (a < 128) return none;
+      const found = level([r, g, b], ramp);
+      return found < 0 ? "" : text(found);
     }
     return { say, ready };
   }
 
+  function heightText(top) {
+    return found => {
+      const share = found / 255, mm = top * share * share;
+      if (found === 255) return `${figure(top, 1)} mm high or more`;
+      return `${figure(mm, top * 2 * share / 255 < 0.03 ? 2 : 1)} mm above the reference`;
+    };
+  }
+  const ridgeText = top => found => found === 255 ? `a ridge of ${figure(top, 2)} mm or more` : `a ridge of ${figure(top * found / 255, 2)} mm`;
+
   for (const map of document.querySelectorAll(".map")) {
-    const svg = map.querySelector("svg"), output = map.querySelector("output"), image = svg.querySelector("image");
+    const svg = map.querySelector("svg"), output = map.querySelector("output"), image = svg.querySelector("image.heights"), excess = svg.querySelector("image.excess");
     const outlines = Array.from(svg.querySelectorAll("path.mark")), box = svg.viewBox.baseVal;
     const cross = document.createElementNS(svg.namespaceURI, "path");
-    let reader = null, at = null, pocket = null, finger = false;
+    const readers = new Map();
+    let at = null, pocket = null, finger = false;
     cross.setAttribute("class", "cross");
     svg.append(cross);
     svg.tabIndex = 0;
 
+    function shown() {
+      const long = map.classList.contains("long");
+      if (!readers.has(long)) readers.set(long, !image ? { say: () => "", ready: Promise.resolve() }
+        : long ? reader(excess, ridges, "no fibre is too long here", ridgeText(Number(map.dataset.ridgeTop)))
+        : reader(image, heights, "not seen, or off the ply", heightText(Number(map.dataset.top))));
+      return readers.get(long);
+    }
+
+    for (const button of map.querySelectorAll("button[data-layer]")) button.addEventListener("click", () => {
+      const long = button.dataset.layer === "excess";
+      map.classList.toggle("long", long);
+      svg.parentElement.classList.toggle("blank", long);
+      for (const one of map.querySelectorAll("button[data-layer]")) one.setAttribute("aria-pressed", String(one === button));
+      if (at) show(...at, false);
+    });
+
     function show(x, y, keyboard) {
       const point = svg.createSVGPoint();
       at = [point.x, point.y] = [x, y].map((c, k) => Math.max(k ? box.y : box.x, Math.min((k ? box.y + box.height : box.x + box.width), c)));
-      reader ??= image ? heightReader(map, image) : { say: () => "", ready: Promise.resolve() };
+      const reader = shown();
       pocket = outlines.find(outline => outline.isPointInFill(point)) ?? null;
       cross.setAttribute("d", `M${box.x} ${at[1]}h${box.width}M${at[0]} ${box.y}v${box.height}`);
       const said = () => {

@@ -44,12 +44,12 @@ def test_two_pockets_in_a_row_are_undecided_where_friction_need_not_part_them(al
     centres = (0.0, 0.0), (105.0 * along[0], 105.0 * along[1])
     exact_mm = exact_excess_mm(centres, along)
     report = inspect(bells(*centres))
-    assert [p.excess.verdict for p in report.pockets] == [Verdict.CEASE] * 2
     assert report.verdict is Verdict.UNDECIDED
     for p, other in zip(report.pockets, (2, 1), strict=True):
         assert p.verdict is Verdict.UNDECIDED
         assert p.decided_by == ""
-        said = re.match(r"a fibre over it and pocket (\d) is ([\d.]+) mm longer than the mold", p.reason)
+        assert p.excess.alone_mm < 0.6 < p.excess.range_mm[1]
+        said = re.match(r"a fibre over it and pocket (\d) is up to ([\d.]+) mm longer than the mold", p.reason)
         assert int(said[1]) == other
         assert exact_mm - 0.03 < float(said[2]) < exact_mm + 0.06
         assert p.excess.length_mm == pytest.approx(exact_mm / 2, abs=0.03)
@@ -124,9 +124,11 @@ def test_a_bump_below_the_tolerances_counts_where_it_makes_a_pocket_crease():
     assert max(singly) < 0.8 * limit_mm < limit_mm < sum(singly)
     report = beside_a_bump(71.0, 0.0, *BUMP)
     (p,) = report.pockets
-    assert p.excess.verdict is Verdict.CEASE
+    assert p.excess.alone_mm < 0.6
     assert p.verdict is report.verdict is Verdict.UNDECIDED
-    said = re.match(r"a fibre over it and the bump of [\d.]+ cm² at \(71, -?0\) mm is ([\d.]+) mm longer", p.reason)
+    said = re.match(
+        r"a fibre over it and the bump of [\d.]+ cm² at \(71, -?0\) mm is up to ([\d.]+) mm longer", p.reason
+    )
     assert sum(singly) - 0.08 < float(said[1]) < sum(singly) + 0.12  # with all that the filters may have taken
 
 
@@ -157,9 +159,7 @@ def test_two_bumps_in_a_row_are_undecided_without_a_pocket_between_them(along):
     report = bumps_alone((0.0, 0.0), (30.0 * along[0], 30.0 * along[1]))
     assert report.pockets == ()
     assert report.verdict is Verdict.UNDECIDED
-    said = re.match(
-        r"a fibre over the bump of [\d.]+ cm² at .* and the bump of .* is ([\d.]+) mm longer", report.reason
-    )
+    said = re.match(r"a fibre over the ply from .*, where no pocket is, is up to ([\d.]+) mm longer", report.reason)
     assert 2 * one_mm - 0.08 < float(said[1]) < 2 * one_mm + 0.25  # with all that the filters may have taken
 
 
@@ -169,7 +169,7 @@ def test_a_row_along_the_plys_edge_is_held_at_its_ends():
     report = bumps_alone((x, -15.0), (x, 15.0))
     assert report.pockets == ()
     assert report.verdict is Verdict.UNDECIDED
-    assert report.reason.startswith("a fibre over the bump of ")
+    assert report.reason.startswith("a fibre over the ply from ")
 
 
 @pytest.mark.parametrize("other", [(55.0, 0.0), (20.0, 24.0)], ids=["33 mm away", "not on its fibres"])
@@ -187,10 +187,9 @@ def bumps_in_field(places):
     return inspect(laid_ply.scan(shape))
 
 
-def test_a_field_of_low_bumps_is_undecided_and_its_reason_names_a_few():
+def test_a_field_of_low_bumps_is_undecided():
     """Sixty-four of 0.33 mm to spare each, in eight rows: every choice of a row's bumps is a chain of its own."""
     places = 34.0 * (np.arange(8) - 3.5)
     report = bumps_in_field(places)
     assert report.verdict is Verdict.UNDECIDED
-    assert report.reason.count("the bump of") == 4  # it, and three more
-    assert re.search(r"and \d more is [\d.]+ mm longer than the mold", report.reason)
+    assert "where no pocket is" in report.reason
