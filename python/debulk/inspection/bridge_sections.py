@@ -85,7 +85,8 @@ class Short(NamedTuple):
 def over_bump(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Short | None:
     """Say why a bump below the tolerances may be a bridge; None if not; raises `Stopped`.
 
-    A ply that is too short for a hollow stands no higher over it after debulking than before.
+    Measured are bumps whose short fibres stand as high now as a bridge that counts. A taut fibre stays as it stands;
+    for a slack one this is no bound.
     """
     recipe, runs = ply.recipe, found.excess
     least_mm = options.counts_from_mm(recipe)

@@ -177,7 +177,8 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
     laid = lay_net(found, ply, stop)
     if not laid.inside.any():
         raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
-    known = _excess(found, laid, ply)
+    held = _core.ridge.held_excess(laid._core.net, ply.reference)
+    known = _excess(found, laid, held, ply)
     return LaidPocket(
         net=laid,
         sheet=sheet.Sheet.of_net(laid, ply.reference, ply.recipe),
@@ -185,13 +186,13 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         measured_share=found.pocket.measured_share,
         closed_rim=found.foot.closed and len(laid.open_ends) == 0,
         excess=known,
-        held_excess_mm=_core.ridge.held_excess(laid._core.net, ply.reference).largest_mm,
+        held_excess_mm=held.largest_mm,
         doubt=found.doubt or ("" if known is not None else _doubt(found, laid, ply)),
         recipe=ply.recipe,
     )
 
 
-def _excess(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> ExcessReport | None:
+def _excess(found: FoundPocket, laid: net.Net, held: _core.ridge.HeldExcess, ply: PlyOnMold) -> ExcessReport | None:
     """Return the ridge that the excess makes; None where it does not decide.
 
     Where the ply can slide in at its edge, the excess is an upper bound: it decides if its ridge stays below the limit.
@@ -202,8 +203,9 @@ def _excess(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> ExcessReport |
     if not made.held_all_round:
         stays = excess.ridge_of(excess.upper_mm(runs), recipe) <= options.counts_from_mm(recipe)
         return excess.of_runs(runs, None, recipe) if stays else None
-    nets = [made.net, made.finer] if made.finer.spacing > 0 else [made.net]
-    bound_mm = max(_core.ridge.held_excess(one, ply.reference).bridge_bound_mm for one in nets)
+    bound_mm = held.bridge_bound_mm
+    if made.finer.spacing > 0:
+        bound_mm = max(bound_mm, _core.ridge.held_excess(made.finer, ply.reference).bridge_bound_mm)
     return excess.of_runs(runs, bound_mm, recipe)
 
 

@@ -16,7 +16,7 @@ from debulk.inspection.found import FoundPocket
 from debulk.inspection.narrow_bumps import bell_excess_mm
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.inspection.raw_points import RawPoints
-from debulk.inspection.tolerances import Bump, bump_name
+from debulk.inspection.tolerances import Bump, named_places
 from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
 from debulk.workers import Workers
@@ -53,9 +53,7 @@ class Rider(NamedTuple):
 
 def carriers(pockets: Sequence[FoundPocket], bumps: Sequence[Bump]) -> list[Carrier]:
     """List the pockets, and the bumps that are not judged as pockets."""
-    named = [(f"pocket {one.number}", one) for one in pockets]
-    named += [(f"the {bump_name(b.dropped)}", b.stands) for b in bumps if b.found is None and b.stands is not None]
-    return [Carrier(name, one, _spare_mm(one)) for name, one in named]
+    return [Carrier(name, one, _spare_mm(one)) for name, one in named_places(pockets, bumps)]
 
 
 def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Judgement]:

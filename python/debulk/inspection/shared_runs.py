@@ -16,7 +16,7 @@ from debulk.inspection import excess
 from debulk.inspection.found import FoundPocket, runs_over
 from debulk.inspection.friction_length import friction_length
 from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.inspection.tolerances import Bump, bump_name
+from debulk.inspection.tolerances import Bump, named_places
 from debulk.results.report import PocketReport
 from debulk.verdict import Judgement, Verdict
 
@@ -34,8 +34,7 @@ def named(
 ) -> tuple[PocketReport, ...]:
     """Name what shares a fibre with a pocket that is UNDECIDED only because one fold may draw all of it together."""
     limit_mm = ply.recipe.verdict.max_ridge_mm
-    others = [(f"pocket {one.number}", one) for one in pockets]
-    others += [(f"the {bump_name(b.dropped)}", b.stands) for b in bumps if b.found is None and b.stands is not None]
+    others = named_places(pockets, bumps)
     out = []
     for p, one in zip(reports, pockets, strict=True):
         known, runs = p.excess, one.excess

@@ -22,7 +22,7 @@ from debulk.stopping import stopping
 from debulk.verdict import Judgement, Verdict
 from debulk.workers import Workers
 
-__all__ = ["Bump", "bump_name", "doubts", "left_out", "promoted", "weigh"]
+__all__ = ["Bump", "bump_name", "doubts", "left_out", "named_places", "promoted", "weigh"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +116,16 @@ def left_out(bumps: Sequence[Bump], recipe: Recipe) -> tuple[LeftOut, ...]:
         for bump in bumps
         if bump.found is None
     )
+
+
+def named_places(pockets: Sequence[FoundPocket], bumps: Sequence[Bump]) -> list[tuple[str, FoundPocket]]:
+    """Return all places off the mold with their names: the pockets, and the bumps that are not judged as pockets."""
+    places = [(f"pocket {one.number}", one) for one in pockets]
+    return places + [
+        (f"the {bump_name(bump.dropped)}", bump.stands)
+        for bump in bumps
+        if bump.found is None and bump.stands is not None
+    ]
 
 
 def bump_name(dropped: Dropped) -> str:
