@@ -121,6 +121,7 @@ void bind_ridge(py::module_ m) {
       py::arg("feet"), py::arg("foot"), py::arg("mold"), py::arg("angles"), py::arg("ply_outline_mm"), py::arg("held"),
       py::arg("least_error_mm"), py::arg("stop"));
 
+  m.def("ridge_height_of_excess", py::vectorize(&ridge_height_of_excess), py::arg("excess_mm"), py::arg("thickness_mm"));
   m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));
   m.def("post_process", &post_process_arrays, py::arg("nodes_mm"), py::arg("neighbours"), py::arg("inside"), py::arg("surface"),
         py::arg("options"));

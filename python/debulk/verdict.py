@@ -189,7 +189,7 @@ def judge(
     refused
         Why the pocket was not evaluated at all; empty when it was.
     inside_ply
-        Whether every node of the rim is held; only then can the excess decide.
+        Whether the excess decides: every node of the rim is held, or the ridge keeps the limit even if it is.
     excess_range_mm
         Lowest and highest height of the ridge from the excess length, mm. None: it is not known.
     no_bridge

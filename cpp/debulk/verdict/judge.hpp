@@ -52,7 +52,7 @@ struct Criteria {
 
 // The evidence about one pocket. The defaults prove nothing: a pocket is UNDECIDED until it is certified.
 struct PocketEvidence {
-  bool inside_ply = false;             // true: every node of the rim is held
+  bool inside_ply = false;             // true: the rim is held, or the ridge of the excess keeps the limit even if it is
   std::optional<Spread> excess_ridge;  // mm, that the excess length of the fibres makes; no value: it is not known
   bool no_bridge = false;              // true: no fibre is short enough to bridge above the limit in any minimum
   // Figures of the minima:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import ridge, section
+from debulk import _core, section
 from debulk.fibre import FREE, FibreRuns
 from debulk.inspection.polyline import direction_deg
 from debulk.results.report import ExcessReport
@@ -15,7 +15,7 @@ from debulk.results.report import ExcessReport
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["alone", "bound", "of_runs", "ridge_of", "upper_mm"]
+__all__ = ["alone", "bound", "most_mm", "of_runs", "ridge_of", "upper_mm"]
 
 
 def of_runs(runs: FibreRuns, bridge_bound_mm: float | None, recipe: Recipe) -> ExcessReport:
@@ -82,9 +82,14 @@ def bound(runs: FibreRuns) -> NDArray[np.bool_]:
     return np.asarray((runs.ends != FREE).all(axis=1))
 
 
+def most_mm(runs: FibreRuns) -> NDArray[np.float64]:
+    """Return the excess length, mm, that each run may have at most, (N,)."""
+    return runs.high_mm + runs.uncertainty_mm
+
+
 def upper_mm(runs: FibreRuns) -> float:
     """Return the largest excess length, mm, that one of the runs may have; 0 if there is none."""
-    return float((runs.high_mm + runs.uncertainty_mm).max(initial=0.0))
+    return float(most_mm(runs).max(initial=0.0))
 
 
 def ridge_of(excess_mm: float, recipe: Recipe) -> float:
@@ -93,8 +98,7 @@ def ridge_of(excess_mm: float, recipe: Recipe) -> float:
     base_mm = material.thickness_mm / material.bulk_factor
     if excess_mm <= 0:
         return base_mm
-    span_mm = 2 * material.thickness_mm + excess_mm  # any mold length with room for the ridge gives the same
-    return max(base_mm, ridge.ridge_height(span_mm + excess_mm, span_mm, material.thickness_mm))
+    return max(base_mm, _core.ridge.ridge_height_of_excess(excess_mm, material.thickness_mm))
 
 
 def _standing(excess_mm: float, recipe: Recipe) -> float:

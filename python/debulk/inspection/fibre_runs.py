@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from debulk.fibre import FibreRuns
 from debulk.grid import Grid
 from debulk.inspection.friction_length import friction_length
 from debulk.pocket import Feet, Segmentation
+from debulk.recipe import options
 from debulk.surface import Reference
 
 if TYPE_CHECKING:
@@ -23,12 +24,6 @@ if TYPE_CHECKING:
 __all__ = ["PlyFibres", "ScanRuns"]
 
 Floats = NDArray[np.float64]
-
-_APART_MM, _NEAREST_MM = 2.0, 0.5  # between two lines: usually, and at least
-# Blur of the heights, as a variance in squares of their spacing: by gridding (surface/image_gridding.hpp), and by a
-# median of m cells, three quarters of what a mean of m cells has, by its effect on a round crest.
-_GRIDDING, _MEDIAN = 0.25, 0.75 / 12
-_ACROSS = 0.1  # of a bump's width: at least ten lines cross the smallest bump that counts as a pocket
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +42,13 @@ class ScanRuns:
     largest: Grid
     _lines: _core.fibre.FibreLines
     _field: _core.fibre.ExcessField
+    _known: WeakKeyDictionary[Feet, NDArray[np.int32]] = field(default_factory=WeakKeyDictionary)
 
     def crossing(self, feet: Feet, index: int) -> NDArray[np.intp]:
         """Return the numbers of the runs that cross the foot of one pocket."""
-        pairs = _core.fibre.crossings(self._lines, self._field, feet._core)
+        pairs = self._known.get(feet)  # of all feet of the piece: its other pockets ask for them, too
+        if pairs is None:
+            self._known[feet] = pairs = _core.fibre.crossings(self._lines, self._field, feet._core)
         return np.asarray(pairs[pairs[:, 1] == feet.feet[index].label, 0], dtype=np.intp)
 
 
@@ -69,7 +67,9 @@ class PlyFibres:
         corners = np.asarray(_core.surface.extent(reference))
         box = np.stack([corners.min(axis=0), corners.max(axis=0)])
         self._reference, self._recipe = reference, recipe
-        self._lines = fibre.lines_over(fibre_angles_deg, ply_outline, box, self._options(), _core.Stop())
+        self._draw_mm = friction_length(recipe)
+        wanted = options.fibre_lines(recipe, self._draw_mm)
+        self._lines = fibre.lines_over(fibre_angles_deg, ply_outline, box, wanted, _core.Stop())
 
     def over(
         self, parts: Sequence[tuple[Segmentation, Feet]], stop: _core.Stop, *, whole: bool, threads: int
@@ -87,20 +87,10 @@ class PlyFibres:
         threads
             0: as many as the process may use.
         """
-        wanted = self._options()
+        wanted = options.fibre_lines(self._recipe, self._draw_mm)
         wanted.threads = threads
-        wanted.mold_tol_mm = max([self._recipe.patch.mold_tol_mm, *(feet.mold_tol_mm for _, feet in parts)])
+        wanted.mold_tol_mm = max([wanted.mold_tol_mm, *(feet.mold_tol_mm for _, feet in parts)])
         windows = [segmentation._core for segmentation, _ in parts]
         field = _core.fibre.measure_excess(self._lines, windows, self._reference, whole, wanted, stop)
         made = fibre.from_core(field)
         return ScanRuns(made.runs, made.largest, self._lines, field)
-
-    def _options(self) -> _core.fibre.FibreOptions:
-        recipe = self._recipe
-        wanted = _core.fibre.FibreOptions()
-        wanted.thickness_mm = recipe.material.thickness_mm
-        wanted.apart_mm = min(_APART_MM, max(_NEAREST_MM, _ACROSS * math.sqrt(recipe.segmentation.area_tol_mm2)))
-        wanted.draw_mm = friction_length(recipe)
-        wanted.hold_mm = recipe.net.free_edge_mm
-        wanted.blur_cells2 = _GRIDDING + (recipe.clean.median_cells**2 - 1) * _MEDIAN
-        return wanted

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from debulk import _core
 from debulk.recipe import Recipe
 from debulk.results.report import LeftOut
-from debulk.ridge import ridge_height
 from debulk.verdict import Judgement, Verdict
 
 __all__ = ["NarrowBump", "bell_excess_mm", "critical", "doubts", "left_out", "not_looked_for"]
@@ -69,8 +69,7 @@ def critical(found: Sequence[Sequence[float]], pitch_mm: float, recipe: Recipe) 
         if foot_mm < _MEASURED * _narrowest_mm(pitch_mm) or height_mm > _STEEPEST * foot_mm:
             continue
         excess_mm = bell_excess_mm(height_mm, foot_mm)
-        span_mm = 2 * thickness_mm + excess_mm
-        ridge_mm = min(height_mm, ridge_height(span_mm + excess_mm, span_mm, thickness_mm))
+        ridge_mm = min(height_mm, _core.ridge.ridge_height_of_excess(excess_mm, thickness_mm))
         if ridge_mm > _SURE * limit_mm and length_mm < _LONGEST_MM:
             bumps.append(NarrowBump((x, y), height_mm, width_mm, length_mm, excess_mm, ridge_mm))
     return tuple(bumps)

@@ -42,7 +42,7 @@ def named(
         if p.verdict is not Verdict.UNDECIDED or known is None or runs is None or not together:
             out.append(p)
             continue
-        worst = int(one.crossing[np.argmax(runs.high_mm + runs.uncertainty_mm)])
+        worst = int(one.crossing[np.argmax(excess.most_mm(runs))])
         same = [name for name, other in others if other is not one and worst in other.crossing]
         with_them = f" and {_listed(same)}" if same else ""
         length_mm = float(runs.high_mm.max())
@@ -55,7 +55,7 @@ def doubts(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold
     if runs is None or ply.recipe.verdict.criterion != "excess":
         return []
     every, limit_mm = runs.runs, ply.recipe.verdict.max_ridge_mm
-    most_mm = every.high_mm + every.uncertainty_mm
+    most_mm = excess.most_mm(every)
     left = np.setdiff1d(np.flatnonzero(every.held), runs_over(pockets))
     judged: list[Judgement] = []
     told = np.zeros((0, 2))

@@ -33,8 +33,8 @@ class Bump:
     ----------
     dropped
         The bump as the segmentation lists it.
-    excess_mm, ridge_mm
-        Largest excess that a fibre over it may have, and the ridge that this makes; None if it was not bounded.
+    excess_mm
+        Largest excess that a fibre over it may have; None if it was not bounded.
     why
         How it was bounded, in words, or why it is judged as a pocket.
     found
@@ -48,7 +48,6 @@ class Bump:
     dropped: Dropped
     why: str
     excess_mm: float | None = None
-    ridge_mm: float | None = None
     found: FoundPocket | None = None
     stands: FoundPocket | None = None
     late: bool = False
@@ -156,7 +155,7 @@ def _weigh(place: BumpPlace, judged: NDArray[np.intp], ply: PlyOnMold, stop: _co
     excess_mm = 0.0 if runs is None else excess.upper_mm(runs[excess.alone(runs)])
     ridge_mm = excess.ridge_of(excess_mm, recipe)
     figures = f"a fibre over it is up to {excess_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
-    bump = Bump(dropped, figures, excess_mm, ridge_mm, stands=one)
+    bump = Bump(dropped, figures, excess_mm, stands=one)
     # The excess rule has no limit on the RMS. With the few nodes of a bump, the RMS would exceed its limit when the
     # ridge is at a third of its own.
     limits = recipe.verdict

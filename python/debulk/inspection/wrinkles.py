@@ -23,7 +23,6 @@ from debulk.inspection.narrow_bumps import NarrowBump
 from debulk.inspection.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.results.report import LeftOut, Wrinkle
-from debulk.ridge import ridge_height
 from debulk.verdict import Judgement, Verdict
 
 __all__ = ["Standing", "WrinkleSearch", "doubts"]
@@ -145,7 +144,6 @@ class WrinkleSearch:
         half_mm = max(width_mm, pitch_mm)  # across, from its foot to its top, if its sides are straight
         excess_mm = 2 * (math.hypot(height_mm, half_mm) - half_mm)
         thickness_mm = self._recipe.material.thickness_mm
-        span_mm = 2 * thickness_mm + excess_mm
         return Wrinkle(
             start_mm=(float(along[0, 0]), float(along[0, 1])),
             end_mm=(float(along[-1, 0]), float(along[-1, 1])),
@@ -153,7 +151,7 @@ class WrinkleSearch:
             height_mm=height_mm,
             width_mm=width_mm,
             excess_length_mm=excess_mm,
-            ridge_height_mm=min(height_mm, ridge_height(span_mm + excess_mm, span_mm, thickness_mm)),
+            ridge_height_mm=min(height_mm, _core.ridge.ridge_height_of_excess(excess_mm, thickness_mm)),
         )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from debulk import _core
+from debulk.page.heights import png
 
 if TYPE_CHECKING:
     from debulk.results.report import ReportData
@@ -34,25 +35,30 @@ class ExcessLayer(NamedTuple):
     lines: str
 
 
-def excess_layer(report: ReportData) -> ExcessLayer | None:
-    """Draw the ridges that the excess makes; None if the report does not have the excess, or no limit."""
+def excess_layer(report: ReportData, png_bytes: int) -> ExcessLayer | None:
+    """Draw the ridges that the excess makes; None if the report does not have the excess, or no limit.
+
+    The picture is made coarser until it has no more than `png_bytes`.
+    """
     grid, limit = report.excess_map, report.recipe.get("verdict", {}).get("max_ridge_mm")
     thickness = report.recipe.get("material", {}).get("thickness_mm")
     if grid is None or not grid.values.size or not limit or not thickness:
         return None
     values = np.asarray(grid.values, dtype=np.float64)[::-1]
-    ridge_mm = np.where(values > _LEAST_MM, values / 2 + (2 - math.pi / 2) * thickness, 0.0)
     top_mm = _TIMES_LIMIT * limit
-    levels = np.clip(255 * ridge_mm / top_mm, 0, 255).round().astype(np.uint8)
-    drawn = np.zeros((*values.shape, 4), dtype=np.uint8)
-    drawn[..., :3] = np.array(_table(), dtype=np.uint8)[levels][..., ::-1]
-    drawn[..., 3] = np.where(values > _LEAST_MM, 255, 0)
-    data = cv2.imencode(".png", drawn, [cv2.IMWRITE_PNG_COMPRESSION, 9])[1].tobytes()
+
+    def paint(size: tuple[int, int]) -> NDArray[np.uint8]:
+        excess_mm = cv2.resize(values, size, interpolation=cv2.INTER_NEAREST)
+        ridge_mm = _core.ridge.ridge_height_of_excess(excess_mm, thickness)
+        levels = np.clip(255 * ridge_mm / top_mm, 0, 255).round().astype(np.uint8)
+        alpha = np.where(excess_mm > _LEAST_MM, 255, 0)
+        return np.dstack([np.array(_table())[levels][..., ::-1], alpha]).astype(np.uint8)
+
     ny, nx = values.shape
     x, y = (np.asarray(grid.origin_mm) - grid.spacing_mm / 2).tolist()
     box = (x, -(y + ny * grid.spacing_mm), nx * grid.spacing_mm, ny * grid.spacing_mm)
     ticks = [(0.0, "0"), (50.0, f"{limit:g} limit"), (100.0, f"{top_mm:g}")]
-    return ExcessLayer(base64.b64encode(data).decode("ascii"), box, top_mm, ticks, _lines(report, limit))
+    return ExcessLayer(png(paint, (nx, ny), png_bytes), box, top_mm, ticks, _lines(report, limit))
 
 
 def ridge_colours() -> list[str]:

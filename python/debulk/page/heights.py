@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
@@ -15,7 +16,7 @@ from debulk.page.scales import HeightScale
 if TYPE_CHECKING:
     from debulk.grid import Grid
 
-__all__ = ["MAX_PNG_BYTES", "Picture", "picture"]
+__all__ = ["MAX_PNG_BYTES", "Picture", "picture", "png"]
 
 _MAX_PIXELS = 1400  # width and height
 MAX_PNG_BYTES = 1_350_000
@@ -93,13 +94,30 @@ def _png(values: NDArray[np.float32], scale: HeightScale, most_bytes: int) -> st
     seen = np.isfinite(values)
     shown = np.where(seen, values, 0).astype(np.float32)[::-1]
     weight = seen.astype(np.float32)[::-1]
-    finer = min(1.0, _MAX_PIXELS / max(values.shape))
-    while True:
-        size = tuple(max(1, round(length * finer)) for length in values.shape[::-1])
+
+    def paint(size: tuple[int, int]) -> NDArray[np.uint8]:
         share = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
         mean = cv2.resize(shown, size, interpolation=cv2.INTER_AREA) / np.maximum(share, 1e-6)
         drawn = cv2.cvtColor(cv2.applyColorMap(scale.levels(mean), cv2.COLORMAP_CIVIDIS), cv2.COLOR_BGR2BGRA)
         drawn[share < 0.5] = 0
+        return np.asarray(drawn, dtype=np.uint8)
+
+    return png(paint, (values.shape[1], values.shape[0]), most_bytes)
+
+
+def png(paint: Callable[[tuple[int, int]], NDArray[np.uint8]], full: tuple[int, int], most_bytes: int) -> str:
+    """Encode a picture in base64, with at most so many bytes before that: made coarser until it has no more.
+
+    Parameters
+    ----------
+    paint
+        Returns the picture, (height, width, 4) in blue, green, red and alpha, in a size (width, height).
+    full
+        Its largest size.
+    """
+    finer = min(1.0, _MAX_PIXELS / max(full))
+    while True:
+        drawn = paint((max(1, round(full[0] * finer)), max(1, round(full[1] * finer))))
         data = cv2.imencode(".png", drawn, [cv2.IMWRITE_PNG_COMPRESSION, 6])[1].tobytes()
         if len(data) <= most_bytes:
             return base64.b64encode(data).decode("ascii")

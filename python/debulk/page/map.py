@@ -138,7 +138,7 @@ def ply_map(
         map_marks.fibres(report.pockets if report else (), 0.7 * font),
         ridges, measured,
         map_frame.frame(low, high, font), map_frame.rose(report, outlines, low, high, font),
-        excess_layer(report) if report and drawn else None,
+        excess_layer(report, png_bytes) if report and drawn else None,
     )  # fmt: skip
 
 
