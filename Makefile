@@ -39,7 +39,7 @@ demo: setup ## Set everything up and inspect a virtual layup; the report is left
 test: $(stamps)/tests $(stamps)/docs ## Set everything up and run all tests and checks
 	ctest --test-dir build/test --output-on-failure -j 2
 	$(python) -m pytest -q -n 2 --dist worksteal tests/python
-	$(python) -m pytest -q --doctest-modules --pyargs debulk
+	$(python) -m pytest -q --doctest-modules --pyargs debulk lab
 	cmake/test_cpp_package.sh build/test
 	cmake/test_versions.sh $(python) build/test
 	$(pages)
@@ -91,7 +91,7 @@ trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (a
 
 .PHONY: study
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
-	$(python) -m debulk.study
+	$(python) -m lab.study bench/study
 	$(python) bench/study/limit.py
 	$(python) bench/study/bridge_nets.py --out bench/study/bridge_nets.txt
 	$(python) bench/study/profiles.py
@@ -163,6 +163,8 @@ $(stamps)/venv: pyproject.toml $(stamps)/system
 	@$(call required,build) > $(stamps)/build.txt
 	@$(call required,run) > $(stamps)/run.txt
 	@$(pip) -r $(stamps)/build.txt -r $(stamps)/run.txt
+	@# Programs in bench/ and the tests import bench/lab, which no wheel has.
+	@echo '$(CURDIR)/bench' > "$$($(python) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/debulk_bench.pth"
 	@touch $@
 
 # Test and lint requirements, which a demo does not need.

@@ -17,7 +17,7 @@ from edge import along_fibres
 from folds import worst_fold
 from tables import HERE
 
-from debulk import Inspector, Recipe, _core, net, ridge, scenes, sheet, solve
+from debulk import Inspector, Recipe, _core, net, ridge, sheet, solve
 from debulk.inspection import starts
 from debulk.inspection.evaluation import evaluate
 from debulk.inspection.excess import ridge_of
@@ -25,8 +25,8 @@ from debulk.inspection.found import FoundPocket
 from debulk.inspection.laid_pocket import lay_net, lay_pocket
 from debulk.inspection.ply_on_mold import PlyOnMold
 from debulk.pocket import distance_to_outline
-from debulk.scenes.varied import given_right
 from debulk.verdict import Verdict
+from lab.varied import given_right, varied_layup
 
 FIRST, LARGEST_FOOT_MM2, LEAST_MM, KEPT_MM = 7000, 3800.0, 0.25, 0.4
 KINDS = ("edge", "corner", "edge", "edge", "corner", "edge to edge")
@@ -74,7 +74,7 @@ def fine_ridges(found: FoundPocket, ply: PlyOnMold) -> dict[str, float]:
 
 def rows(seed: int) -> list[str]:
     """Return one row for each pocket of a layup."""
-    layup = scenes.varied_layup(
+    layup = varied_layup(
         seed, pockets=KINDS, severity="any", noise=(), holes_mm=0, clamp=False, borders=seed % 2
     )  # fmt: skip
     given = given_right(layup)

@@ -19,7 +19,7 @@ from debulk.inspection.cycle import Cycle
 from debulk.inspection.evaluation import evaluate_all
 from debulk.recipe import Recipe
 from debulk.results.report import PocketReport
-from debulk.scenes.varied.polygons import inside
+from lab.varied.polygons import inside
 
 NODES = (100, 200, 400, 1000, 2000)
 HERE = Path(__file__).parent

@@ -15,12 +15,12 @@ from textwrap import fill
 
 import numpy as np
 
-from debulk import Inspector, scenes
+from debulk import Inspector
 from debulk.recipe import Recipe
-from debulk.scenes.varied import Given, VariedLayup, given_right
-from debulk.scenes.varied.polygons import inside
-from debulk.study.pictures import STYLE, pyplot
-from debulk.study.summary import write_csv
+from lab.study.pictures import STYLE, pyplot
+from lab.study.summary import write_csv
+from lab.varied import Given, VariedLayup, given_right, varied_layup
+from lab.varied.polygons import inside
 
 LOW_MM, HIGH_MM, BINS = 0.3, 0.9, 12
 SHOWN_MM = 0.1
@@ -43,7 +43,7 @@ class Row:
 
 def prepared(seed: int, pixels: tuple[int, int], recipe: Recipe) -> tuple[VariedLayup, Given, Inspector]:
     """Return a layup with white noise only, the input as it should be, and an inspector for it."""
-    layup = scenes.varied_layup(
+    layup = varied_layup(
         seed, pixels, pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0
     )  # fmt: skip
     given = given_right(layup)

@@ -21,11 +21,12 @@ from textwrap import fill
 
 import numpy as np
 
-from debulk import InputError, _core, solve, study
+from debulk import InputError, _core, solve
 from debulk.recipe import Recipe
 from debulk.sheet import Sheet
-from debulk.study.pictures import STYLE, profile_panel, pyplot
-from debulk.study.summary import ratios, write_csv
+from lab.study import Plan
+from lab.study.pictures import STYLE, profile_panel, pyplot
+from lab.study.summary import ratios, write_csv
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stress"))
 from cases import build, latin_hypercube
@@ -64,7 +65,7 @@ class Run:
 
 def pockets(count: int, pixels: tuple[int, int]) -> Iterator[Problem]:
     """Yield the pockets of the first virtual layup."""
-    from debulk.study.cases import cases
+    from lab.study.cases import cases
 
     recipe = Recipe()
     for case in next(cases((0,), (recipe.net.node_target,), recipe, pixels, count)):
@@ -241,7 +242,7 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     methods = [m for m in solve.methods() if m != "auto"]
     load = os.getloadavg()[0]
-    problems = [*pockets(options.pockets, study.Plan().pixels), *stress_cases(options.count)]
+    problems = [*pockets(options.pockets, Plan().pixels), *stress_cases(options.count)]
     runs = all_runs(problems, methods, options.deadline)
     options.out.mkdir(parents=True, exist_ok=True)
     text = table(runs, methods, options.count, options.deadline, load)

@@ -19,8 +19,8 @@ import numpy as np
 from debulk import Inspector, scenes
 from debulk.recipe import Recipe
 from debulk.results.report import PocketReport
-from debulk.study import Plan
-from debulk.study.summary import write_csv
+from lab.study import Plan
+from lab.study.summary import write_csv
 
 PAPER = {"criterion": "paper"}
 RULES: dict[str, dict[str, dict[str, Any]]] = {

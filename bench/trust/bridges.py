@@ -25,7 +25,7 @@ import debulk
 from debulk import Inspector, Recipe, pocket
 from debulk.inspection.fibre_angles import angles_at
 from debulk.results.report import PocketReport
-from debulk.scenes import VariedLayup
+from lab.varied import VariedLayup
 
 Floats = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from first_family import held_excess_mm
 
 from debulk import InputError, inspect, scenes
 from debulk.recipe import Recipe
-from debulk.scenes.varied import Given, Mistake, given_right
-from debulk.scenes.varied.polygons import inside
+from lab.varied import MISTAKES, Given, Mistake, given_right, varied_layup
+from lab.varied.polygons import inside
 
 MARGIN_MM = 0.1
 """A true ridge this far above the limit must not pass: the true excess alone decides, whatever the net gives."""
@@ -38,13 +38,13 @@ def draw(number: int, seed: int) -> Case:
     family = "varied" if rng.random() < 0.7 else "first"
     layup_seed = int(rng.integers(LAYUPS_OF_FIRST if family == "first" else 1_000_000))
     spoiled = rng.random() < 0.5
-    mistake = scenes.mistakes[int(rng.integers(len(scenes.mistakes)))] if spoiled else None
+    mistake = MISTAKES[int(rng.integers(len(MISTAKES)))] if spoiled else None
     return Case(number, seed, family, layup_seed, mistake)
 
 
 def make(case: Case, pixels: tuple[int, int]) -> tuple[Any, Given]:
     """Make the layup and the data that the inspector is given."""
-    make_layup = scenes.varied_layup if case.family == "varied" else scenes.layup
+    make_layup = varied_layup if case.family == "varied" else scenes.layup
     layup: Any = make_layup(case.layup_seed, pixels)
     return layup, given_right(layup) if case.mistake is None else case.mistake.apply(layup, case.number)
 

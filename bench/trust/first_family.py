@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from debulk import scenes
-from debulk.scenes.varied.fibres import excess
-from debulk.scenes.varied.regions import label_regions
+from lab.varied.fibres import excess
+from lab.varied.regions import label_regions
 
 _DRAWN_IN = 2e-3  # share of the distance to the middle: about a millimetre
 

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from debulk import Inspector, scenes
-from debulk.scenes.varied.given import given_right
+from debulk import Inspector
+from lab.varied import varied_layup
+from lab.varied.given import given_right
 
 KINDS = ("lobes", "gaussians", "wrinkle", "crescent", "ring", "superposed")
 WIDTHS_MM = (16.0, 90.0)
@@ -37,7 +38,7 @@ def hole(rng: np.random.Generator, xy: Floats, centre: Floats, width_mm: float) 
 
 def tried(kind: str, seed: int, count: int, pixels: tuple[int, int]) -> tuple[str, Counter[str], list[str]]:
     """Inspect one layup without a hole, then with each of `count` holes."""
-    layup = scenes.varied_layup(
+    layup = varied_layup(
         seed, pixels, mold="saddle", pockets=[kind], severity="one", noise=[], holes_mm=[], clamp=False, borders=0
     )
     given = given_right(layup)

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from debulk import InputError, Inspector, scenes
-from debulk.scenes.varied.given import Floats, Given, given_right, moved, shift, turn
-from debulk.scenes.varied.mistaken_clouds import raised
+from lab.varied import varied_layup
+from lab.varied.given import Floats, Given, given_right, moved, shift, turn
+from lab.varied.mistaken_clouds import raised
 
 OFFSETS_MM = (0.1, 0.25, 0.5, 1, 2, 2.5, 5, 10, 20)
 TILTS_DEG = (0.02, 0.05, 0.1, 0.2, 0.5, 1)
@@ -54,12 +55,8 @@ def main() -> None:
     size = (width, height)
     layups: dict[str, Any] = {
         "first, creases": scenes.layup(0, size),
-        "varied, creases": scenes.varied_layup(
-            0, size, mold="saddle", severity="any", pockets=4, borders=0, clamp=False
-        ),
-        "varied, ceases": scenes.varied_layup(
-            2, size, mold="dome", severity="benign", pockets=3, borders=0, clamp=False
-        ),
+        "varied, creases": varied_layup(0, size, mold="saddle", severity="any", pockets=4, borders=0, clamp=False),
+        "varied, ceases": varied_layup(2, size, mold="dome", severity="benign", pockets=3, borders=0, clamp=False),
     }
     rows: dict[str, list[str]] = {}
     for layup in layups.values():

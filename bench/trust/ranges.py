@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 import debulk
-from debulk import Inspector, Recipe, Verdict, scenes
-from debulk.scenes.varied.given import given_right
-from debulk.scenes.varied.polygons import inside
+from debulk import Inspector, Recipe, Verdict
+from lab.varied import varied_layup
+from lab.varied.given import given_right
+from lab.varied.polygons import inside
 
 VERDICTS = (Verdict.CEASE, Verdict.UNDECIDED, Verdict.CREASE, Verdict.INVALID)
 ROUNDED_MM = 5e-4  # values that the text shows as equal count as equal
@@ -67,7 +68,7 @@ class Layup:
 
 def looked_at(seed: int, pixels: tuple[int, int]) -> tuple[Layup, list[Held]]:
     """Inspect one layup."""
-    layup = scenes.varied_layup(seed, pixels)
+    layup = varied_layup(seed, pixels)
     given = given_right(layup)
     inspector = Inspector(
         None, given.reference, given.ply_outline, given.fibre_angles_deg, given.mold_from_scanner, mask=given.mask

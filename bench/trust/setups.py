@@ -20,9 +20,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import InputError, Inspector, scenes
+from debulk import InputError, Inspector
 from debulk.recipe import Recipe
-from debulk.scenes.varied.given import Given, given_right, moved, shift
+from lab.varied import varied_layup
+from lab.varied.given import Given, given_right, moved, shift
 
 LAYUPS = (31101, 31102, 31104, 31112, 31120, 31126)
 LETTER = {"cease": "PASSED", "crease": "C", "undecided": "U", "invalid": "I"}
@@ -161,7 +162,7 @@ def of_recipe(given: Given) -> Iterator[tuple[str, Given]]:
 
 def setups(seed: int) -> Iterator[tuple[str, Given]]:
     """Yield every set-up of a layup, with its name."""
-    layup = scenes.varied_layup(seed, (1280, 960), pockets=1 + seed % 2, severity="any")
+    layup = varied_layup(seed, (1280, 960), pockets=1 + seed % 2, severity="any")
     given = given_right(layup)
     yield "as it is", given
     yield from of_place(given)

@@ -18,7 +18,8 @@ import debulk
 from debulk import pocket, scenes
 from debulk.inspection.edge_check import Outline
 from debulk.inspection.edge_spread import EdgeSpread
-from debulk.scenes.varied.filters import FILTERS, filtered
+from lab.varied import varied_layup
+from lab.varied.filters import FILTERS, filtered
 
 Floats = NDArray[np.float64]
 NOISE_MM = 0.02
@@ -73,7 +74,7 @@ def edges(number: int, seed: int, pixels: tuple[int, int]) -> list[str]:
     """Return as text by how much layups spread the ply's edge; two of three are of the second family."""
     spreads: dict[str, list[float]] = {name: [] for name in ("none", *SPREAD)}
     for k in range(number):
-        make = scenes.layup if k % 3 == 0 else scenes.varied_layup
+        make = scenes.layup if k % 3 == 0 else varied_layup
         layup = make(1000 * seed + k, pixels)
         inspector = debulk.Inspector(
             None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner

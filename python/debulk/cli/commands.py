@@ -196,7 +196,6 @@ for command in (
     cli_tools.compare,
     cli_tools.repeat,
     cli_tools.view,
-    cli_tools.study,
     cli_tools.replay,
     cli_tools.doctor,
 ):

@@ -22,7 +22,6 @@ EXAMPLES = {
     ),
     "repeat": ("debulk repeat layup.json --scan scan.pcd --reference ref.pcd",),
     "view": ("debulk view layup.json", "debulk view layup.json --pocket 2 --png pocket.png"),
-    "study": ("debulk study solver --quick -o study",),
     "replay": ("debulk replay dumps/20261122T081500_pocket_2.json",),
     "doctor": ("debulk doctor", "debulk doctor --json"),
     "completion": ('eval "$(debulk completion bash)"', "debulk completion zsh > ~/.zfunc/_debulk"),

@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 
 import typer
 
-from debulk import InputError
 from debulk.cli.loudness import print_json
 from debulk.cli.support import FAULT, JSON, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
 
@@ -111,22 +110,6 @@ def view(
         views.view(Report.load(report), output, pocket=pocket)
         if output is not None:
             print(f"written: {output}")
-
-
-def study(
-    what: Annotated[Literal["solver"], typer.Argument(help="What is studied.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for tables and pictures.")] = Path("study"),
-    quick: Annotated[bool, typer.Option("--quick", help="In seconds; the figures mean little.")] = False,
-) -> None:
-    """Study error against run time on virtual layups; needs the extra "bench" for its pictures."""
-    with outcome():
-        from debulk import study as studies
-
-        if what != "solver":
-            raise InputError(f"study: expected solver, got {what!r}")
-        with shown_progress() as progress:
-            results = studies.solver(output, quick=quick, progress=progress)
-        print(results.text)
 
 
 def replay(

@@ -7,4 +7,4 @@ this hook are for developers only.
 from PyInstaller.utils.hooks import collect_data_files, collect_submodules, copy_metadata
 
 datas = collect_data_files("debulk") + copy_metadata("debulk")
-hiddenimports = collect_submodules("debulk", lambda name: not name.startswith(("debulk.study", "debulk.pyinstaller")))
+hiddenimports = collect_submodules("debulk", lambda name: not name.startswith("debulk.pyinstaller"))

@@ -1,9 +1,7 @@
 """Virtual layups: what a scanner would see of a draped ply with air pockets, and the complete truth about it.
 
 A scene stands in for a robot cell in the demonstration, the tests and the benchmarks. It is made from its seed alone:
-the same seed gives the same bits, on any number of threads. `layup` makes scenes of the first family. `varied_layup`
-makes those of a second family, whose code is independent of the first. `mistakes` spoils the inspector's input from
-either.
+the same seed gives the same bits, on any number of threads.
 """
 
 from __future__ import annotations
@@ -12,8 +10,6 @@ from debulk.scenes.bump import Bump
 from debulk.scenes.debulked import Debulked
 from debulk.scenes.fringe_images import FringeImages, FringeTruth, fringe_images
 from debulk.scenes.scene import Layup, Truth, layup
-from debulk.scenes.varied import MISTAKES as mistakes
-from debulk.scenes.varied import VariedLayup, varied_layup
 
 __all__ = [
     "Bump",
@@ -22,9 +18,6 @@ __all__ = [
     "FringeTruth",
     "Layup",
     "Truth",
-    "VariedLayup",
     "fringe_images",
     "layup",
-    "mistakes",
-    "varied_layup",
 ]

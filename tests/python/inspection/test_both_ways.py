@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 import debulk
 import laid_ply
-from debulk import InputError, Verdict, scenes
+from debulk import InputError, Verdict
 from debulk.results.half_seen import MOST_OF_RIM
+from lab.varied import varied_layup
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -154,7 +155,7 @@ def test_a_gap_in_the_reference_beside_a_pocket_cannot_be_judged() -> None:
 @pytest.mark.parametrize("kind", ["gaussians", "wrinkle", "lobes", "crescent"])
 @pytest.mark.parametrize("severity", ["one", "benign"])
 def test_no_verdict_of_the_second_family_is_wrong(kind: str, severity: str) -> None:
-    layup = scenes.varied_layup(
+    layup = varied_layup(
         3, (640, 480), mold="saddle", pockets=[kind], severity=severity, noise=(), holes_mm=(), clamp=False, borders=0
     )
     pose, true_mm = layup.mold_from_scanner, max(p.ridge_mm for p in layup.truth.pockets)
@@ -204,7 +205,7 @@ def test_the_report_shows_the_hole_and_both_ridges_and_refuses_a_better_verdict(
 @pytest.mark.parametrize("seed", [717140, 259546])
 def test_a_net_from_a_bump_at_the_edge_closes_on_the_wide_foot_it_stands_on(seed: int) -> None:
     """On ribs and on waves: a net that begins at the edge missed a part of a loose border's foot."""
-    layup = scenes.varied_layup(seed)
+    layup = varied_layup(seed)
     inspector = debulk.Inspector(
         None,
         layup.reference,

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from debulk import InputError, Inspector, Recipe, Report, Verdict, _core, ridge, scenes
+from debulk import InputError, Inspector, Recipe, Report, Verdict, _core, ridge
 from debulk.inspection import bridge_sections
 from debulk.results.bridge_section import BridgeSection
-from debulk.scenes.varied import given_right
+from lab.varied import given_right, varied_layup
 
 THICKNESS_MM = 0.3
 HALF_PLY_MM = 600.0
@@ -236,9 +236,7 @@ def test_a_deadline_in_the_sections_of_a_bump_decides_nothing(monkeypatch):
 
 def test_a_minimum_that_bridges_is_no_cease_even_if_no_fibre_is_too_short_as_a_whole():
     """Of 400 nodes; the bound on bridges is 0.22 mm, and the minimum bridges 1.01 mm above a crescent's hollow."""
-    layup = scenes.varied_layup(
-        5084, (1280, 960), pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0
-    )
+    layup = varied_layup(5084, (1280, 960), pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0)
     given = given_right(layup)
     inspector = Inspector(
         Recipe(net={"node_target": 400}), given.reference, given.ply_outline, given.fibre_angles_deg,

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 import debulk
-from debulk import Verdict, scenes
-from debulk.scenes.varied import faults, molds
-from debulk.scenes.varied.layup import _bumps
-from debulk.scenes.varied.ply import Ply
-from debulk.scenes.varied.polygons import random_ply
-from debulk.scenes.varied.rendering import Stage
-from debulk.scenes.varied.scanning import scanned
-from debulk.scenes.varied.seeing import Camera
+from debulk import Verdict
+from lab.varied import faults, molds, varied_layup
+from lab.varied.layup import _bumps
+from lab.varied.ply import Ply
+from lab.varied.polygons import random_ply
+from lab.varied.rendering import Stage
+from lab.varied.scanning import scanned
+from lab.varied.seeing import Camera
 
 
 @pytest.fixture(scope="module")
 def layup():
-    return scenes.varied_layup(
+    return varied_layup(
         11, (640, 480), mold="cliff", pockets=["lobes"], severity="one", noise=[], holes_mm=[], clamp=False, borders=0
     )
 
@@ -113,7 +113,7 @@ def test_a_ply_that_reaches_below_the_molds_edge_is_refused_and_the_outline_aske
 
 def test_a_wide_foot_along_an_edge_where_the_mold_ends_is_reached_by_its_net():
     """A loose border and a ring stand on one foot; on the cliff beside it no node can be laid, and the rim was open."""
-    layup = scenes.varied_layup(230069, (1280, 960))
+    layup = varied_layup(230069, (1280, 960))
     report = inspected(layup, layup.ply_outline)
     (one,) = (p for p in report.pockets if np.linalg.norm(p.outline_mm.mean(axis=0) - (24, -169)) < 20)
     assert one.verdict is Verdict.CEASE  # a true ridge of 0.19 mm; the longest fibre keeps the limit even if held

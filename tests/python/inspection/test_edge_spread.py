@@ -10,8 +10,9 @@ import laid_ply
 from debulk import Inspector, Recipe, scenes
 from debulk.inspection.edge_check import Outline
 from debulk.inspection.edge_spread import EdgeSpread
-from debulk.scenes.varied.filters import FILTERS, filtered
 from debulk.verdict import Verdict
+from lab.varied import varied_layup
+from lab.varied.filters import FILTERS, filtered
 
 FLAT = laid_ply.bell(0, 0, 1, 0)
 
@@ -98,7 +99,7 @@ def test_without_an_outline_the_report_says_that_it_was_not_looked_at():
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("make", [scenes.layup, scenes.varied_layup])
+@pytest.mark.parametrize("make", [scenes.layup, varied_layup])
 def test_layups_of_both_families_are_sharp(make, seed):
     layup = make(seed, (640, 480))
     inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)

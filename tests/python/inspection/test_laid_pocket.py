@@ -6,7 +6,7 @@ import pytest
 
 from debulk import Inspector, Recipe, Verdict, scenes, solve
 from debulk.inspection.laid_pocket import REFUSED, lay_pocket
-from debulk.study.cases import Case
+from lab.study.cases import Case
 
 FEW = {
     "segmentation": {"area_tol_mm2": 3000.0},

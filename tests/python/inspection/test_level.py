@@ -12,8 +12,8 @@ import laid_ply
 from debulk import InputError, Inspector, Recipe, Report, Verdict, pocket, scenes, surface
 from debulk.inspection import frame, level
 from debulk.inspection.ply_zones import Blocks
-from debulk.scenes.varied import given_right
-from debulk.scenes.varied.given import moved, shift, turn
+from lab.varied import given_right, varied_layup
+from lab.varied.given import moved, shift, turn
 
 PIXELS = (800, 600)
 SEEDS = {"first": 911, "varied": 917}
@@ -23,7 +23,7 @@ SEEDS = {"first": 911, "varied": 917}
 def given(family):
     if family == "first":
         return given_right(scenes.layup(SEEDS[family], PIXELS))
-    return given_right(scenes.varied_layup(SEEDS[family], PIXELS, borders=0, clamp=False, holes_mm=0))
+    return given_right(varied_layup(SEEDS[family], PIXELS, borders=0, clamp=False, holes_mm=0))
 
 
 @functools.cache

@@ -10,7 +10,7 @@ import pytest
 import laid_ply
 from debulk import Inspector, Recipe, Verdict, _core, scenes
 from debulk.inspection import narrow_bumps
-from debulk.scenes.varied import given_right
+from lab.varied import given_right, varied_layup
 
 BELLS = [  # x, y, width at the foot, height, mm
     (60, 40, 5, 2),
@@ -102,7 +102,7 @@ def test_flying_pixels_highlights_and_pockets_are_no_bumps():
 @pytest.mark.parametrize("seed", [1201, 1202, 1203, 1204])
 def test_good_layups_with_holes_clamps_and_all_noise_raise_no_alarm(seed):
     noise = ["correlated", "quantised", "highlights", "flying"]
-    given = given_right(scenes.varied_layup(seed, (800, 600), noise=noise, holes_mm=[6, 15, 40], clamp=True))
+    given = given_right(varied_layup(seed, (800, 600), noise=noise, holes_mm=[6, 15, 40], clamp=True))
     ply = Inspector(None, given.reference, given.ply_outline, mold_from_scanner=given.mold_from_scanner)
     assert ply._wrinkles.find(given.scan, given.mask).bumps == ()
 

@@ -10,7 +10,7 @@ import pytest
 
 from debulk import Grid, InputError, Inspector, Recipe, Verdict, pocket, scenes
 from debulk.inspection.edge_check import Outline
-from debulk.scenes.varied import given_right
+from lab.varied import given_right, varied_layup
 
 PIXELS = (800, 600)
 
@@ -19,7 +19,7 @@ PIXELS = (800, 600)
 def given(family):
     if family == "first":
         return given_right(scenes.layup(921, PIXELS))
-    return given_right(scenes.varied_layup(923, PIXELS, borders=0, clamp=False, holes_mm=0))
+    return given_right(varied_layup(923, PIXELS, borders=0, clamp=False, holes_mm=0))
 
 
 @functools.cache
@@ -132,7 +132,7 @@ def from_y(corners, y):
 @MODES
 def test_an_outline_that_leaves_out_a_creasing_side_does_not_pass(regions):
     """It was CEASE with all of it seen: the edge lies elsewhere along 19 % of this outline, and a fifth was allowed."""
-    layup = scenes.varied_layup(70028, (1024, 768), severity="any", holes_mm=0, clamp=False, pockets=1)
+    layup = varied_layup(70028, (1024, 768), severity="any", holes_mm=0, clamp=False, pockets=1)
     g = given_right(layup)
     (creasing,) = (p.outline_mm for p in layup.truth.pockets if p.ridge_mm > 0.7)
     short = from_y(g.ply_outline, creasing[:, 1].max() + 12)

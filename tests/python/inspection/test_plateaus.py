@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import laid_ply
-from debulk import Inspector, _core, pocket, scenes
+from debulk import Inspector, _core, pocket
 from debulk.grid import Grid
 from debulk.inspection import plateaus
 from debulk.recipe import Recipe
-from debulk.scenes.varied import given_right
 from debulk.verdict import Verdict
+from lab.varied import given_right, varied_layup
 
 T = laid_ply.THICKNESS_MM
 
@@ -109,7 +109,7 @@ def test_without_an_outline_bare_mold_is_none():
 
 def test_a_loose_border_is_none():
     """Its highest strip is cut off where the ply's level is not read any more: that is no edge."""
-    layup = scenes.varied_layup(2001, (640, 480))
+    layup = varied_layup(2001, (640, 480))
     inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     assert "mm too high over" not in inspector.inspect(layup.scan).reason
 
@@ -150,7 +150,7 @@ def test_a_ply_that_runs_on_over_a_recess_is_none(monkeypatch):
 
 def test_a_ply_in_a_groove_that_the_reference_fills_in_is_none(monkeypatch):
     """On pixels of 1.5 mm the smooth surface misses half a millimetre of a groove 24 mm wide."""
-    given = given_right(scenes.varied_layup(6128, (640, 480)))
+    given = given_right(varied_layup(6128, (640, 480)))
     inspector = Inspector(
         Recipe(**given.recipe), given.reference, given.ply_outline, mold_from_scanner=given.mold_from_scanner
     )

@@ -9,7 +9,7 @@ import pytest
 
 from debulk import InputError, Inspector, Recipe, Verdict, scenes
 from debulk.inspection.thinning import pitch_of, thinned
-from debulk.scenes.varied import given_right
+from lab.varied import given_right, varied_layup
 
 PIXELS = (1280, 960)
 
@@ -18,7 +18,7 @@ PIXELS = (1280, 960)
 def given(family):
     if family == "first":
         return given_right(scenes.layup(931, PIXELS))
-    return given_right(scenes.varied_layup(935, PIXELS, borders=0, clamp=False, holes_mm=0))
+    return given_right(varied_layup(935, PIXELS, borders=0, clamp=False, holes_mm=0))
 
 
 @functools.cache

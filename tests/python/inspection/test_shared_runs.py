@@ -7,8 +7,9 @@ import pytest
 
 import debulk
 import laid_ply
-from debulk import Recipe, Verdict, scenes
+from debulk import Recipe, Verdict
 from debulk.inspection.friction_length import friction_length
+from lab.varied import varied_layup
 
 WIDE_MM, HIGH_MM = 100.0, 5.0  # a bell with 0.62 mm to spare along its middle: a ridge of 0.44 mm, two of 0.75 mm
 
@@ -82,9 +83,7 @@ def test_the_papers_criterion_knows_no_excess():
 
 def test_feet_that_merge_below_the_molds_tolerance_pass_no_pair_that_creases():
     """Between two pockets the ply comes down to 0.18 mm above the mold; 1.28 mm to spare."""
-    layup = scenes.varied_layup(
-        5000, (1280, 960), pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0
-    )
+    layup = varied_layup(5000, (1280, 960), pockets=10, severity="any", noise=(), holes_mm=0, clamp=False, borders=0)
     report = debulk.inspect(
         layup.scan,
         layup.reference,

@@ -9,8 +9,8 @@ import laid_ply
 import stranger_scenes
 from debulk import Inspector, Recipe, _core, scenes
 from debulk.inspection import tolerances
-from debulk.scenes.varied import given_right
 from debulk.verdict import Verdict
+from lab.varied import given_right, varied_layup
 
 
 @pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
@@ -255,7 +255,7 @@ def test_a_loose_border_ceases(seed):
     Beside three the mold ends in a cliff or the heights scatter along the edge: nodes past the edge followed both, and
     the ply's own nodes, which are laid from them, sheared by 60 degrees. Minima then had ridges of up to 12 mm.
     """
-    layup = scenes.varied_layup(seed, (1280, 960))
+    layup = varied_layup(seed, (1280, 960))
     assert layup.truth.ridge_mm < 0.45
     given = given_right(layup)
     inspector = Inspector(

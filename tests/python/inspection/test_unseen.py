@@ -15,6 +15,7 @@ from debulk import Verdict, pocket, scenes
 from debulk.inspection import unseen
 from debulk.inspection.evaluation import evaluate
 from debulk.verdict import Judgement, judge_layup
+from lab.varied import varied_layup
 
 Floats = NDArray[np.float64]
 PIXELS = (1280, 960)
@@ -67,7 +68,7 @@ def creasing(request: pytest.FixtureRequest) -> tuple[Any, debulk.Inspector, lis
     if family == "first":
         layup: Any = scenes.layup(int(seed), PIXELS)
     else:
-        layup = scenes.varied_layup(
+        layup = varied_layup(
             int(seed), PIXELS, pockets=3, severity="one", noise=(), holes_mm=(), clamp=False, borders=0
         )
     inspector = inspector_of(layup)
@@ -98,7 +99,7 @@ def test_no_hole_over_a_creasing_pocket_makes_it_pass(
 @pytest.fixture(scope="module")
 def flat_and_one() -> Any:
     """One gentle pocket on a dome, nothing else."""
-    return scenes.varied_layup(
+    return varied_layup(
         7, PIXELS, mold="dome", pockets=1, severity="benign", noise=(), holes_mm=(), clamp=False, borders=0
     )
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.polygons import inside
-from debulk.scenes.varied.regions import Height, Lattice
+from lab.varied.polygons import inside
+from lab.varied.regions import Height, Lattice
 
 Floats = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.bumps import Arc, Border, Bump, Gaussians, Lobes, Wrinkle
-from debulk.scenes.varied.polygons import distance
+from lab.varied.bumps import Arc, Border, Bump, Gaussians, Lobes, Wrinkle
+from lab.varied.polygons import distance
 
 Floats = NDArray[np.float64]
 Group = list[Bump]  # bumps that belong together, round the centre of the first

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from debulk.study.runs import Row
+from lab.study.runs import Row
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied import faults
-from debulk.scenes.varied.polygons import distance
-from debulk.scenes.varied.rendering import Stage
-from debulk.scenes.varied.seeing import Camera
-from debulk.scenes.varied.truth import VariedTruth, write_truth
+from lab.varied import faults
+from lab.varied.polygons import distance
+from lab.varied.rendering import Stage
+from lab.varied.seeing import Camera
+from lab.varied.truth import VariedTruth, write_truth
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

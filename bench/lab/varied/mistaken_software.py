@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from debulk.scenes.varied.given import AnyLayup, Cloud, Given, Mistake
+from lab.varied.given import AnyLayup, Cloud, Given, Mistake
 
 Rng = np.random.Generator
 
 
 def _smoothed(given: Given, rng: Rng, layup: AnyLayup) -> Given:
-    from debulk.scenes.varied.filters import FILTERS, filtered
+    from lab.varied.filters import FILTERS, filtered
 
     name = list(FILTERS)[int(rng.integers(len(FILTERS)))]
     return replace(given, scan=filtered(given.scan, FILTERS[name]), note=name)

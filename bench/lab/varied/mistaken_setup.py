@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from debulk.scenes.varied.given import AnyLayup, Change, Cloud, Floats, Given, Mistake, moved, shift, turn
+from lab.varied.given import AnyLayup, Change, Cloud, Floats, Given, Mistake, moved, shift, turn
 
 Rng = np.random.Generator
 

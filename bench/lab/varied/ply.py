@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.bumps import Box, Bump
-from debulk.scenes.varied.molds import Mold
-from debulk.scenes.varied.polygons import inside
+from lab.varied.bumps import Box, Bump
+from lab.varied.molds import Mold
+from lab.varied.polygons import inside
 
 Floats = NDArray[np.float64]
 

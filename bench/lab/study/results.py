@@ -11,12 +11,12 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from debulk.recipe import Recipe
-from debulk.study.cases import Case, cases
-from debulk.study.minima import Growth, Perturbation, growth, perturbations
-from debulk.study.plan import Plan
-from debulk.study.rules import Rule, rules
-from debulk.study.runs import Reference, Row, Setting, converge, run
-from debulk.study.summary import Line, lines, write_csv
+from lab.study.cases import Case, cases
+from lab.study.minima import Growth, Perturbation, growth, perturbations
+from lab.study.plan import Plan
+from lab.study.rules import Rule, rules
+from lab.study.runs import Reference, Row, Setting, converge, run
+from lab.study.summary import Line, lines, write_csv
 
 _Layup = tuple[list[tuple[Case, Reference]], list[Row]]
 _LIGHT = ("tolerance", "starts", "stiffness")
@@ -71,7 +71,7 @@ class Results:
     @cached_property
     def text(self) -> str:
         """The tables as plain text."""
-        from debulk.study.text import study_text
+        from lab.study.text import study_text
 
         return study_text(self)
 

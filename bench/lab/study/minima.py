@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from debulk import verdict
-from debulk.study.cases import Case
-from debulk.study.runs import DECIDED, Reference, Start
+from lab.study.cases import Case
+from lab.study.runs import DECIDED, Reference, Start
 
 _ORDERS = 20  # random orders of the perturbed starts; results are averaged over them
 _SAME = 1e-6  # minima whose energies differ by a smaller share of the fall count as one

@@ -10,8 +10,8 @@ import numpy as np
 from debulk import verdict
 from debulk.inspection import starts
 from debulk.recipe import Recipe
-from debulk.study.cases import Case
-from debulk.study.runs import DECIDED, Reference, Start
+from lab.study.cases import Case
+from lab.study.runs import DECIDED, Reference, Start
 
 AMPLITUDE = 0.1  # of the solver's own perturbations, in spacings
 ORDERS = 20  # random orders of the perturbed starts; a rule is averaged over them

@@ -1,8 +1,8 @@
 """Error against run time: the cost of each setting of the solver, and its effect on the answer.
 
 `solver` lays nets on the pockets of virtual layups, determines the converged reference of each net, and solves the net
-again under one setting at a time. Figures, tables and pictures are written into a folder; the command line calls
-`main`.
+again under one setting at a time. Figures, tables and pictures are written into a folder; `python -m lab.study`
+calls `main`.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 from debulk import solve
 from debulk._core import InputError
-from debulk.study.plan import Plan, settings
+from lab.study.plan import Plan, settings
 
 if TYPE_CHECKING:
-    from debulk.study.results import Results
+    from lab.study.results import Results
 
 __all__ = ["Plan", "main", "solver"]
 
@@ -65,7 +65,7 @@ def solver(
     if layups is not None:
         plan = plan.with_layups(layups)
     if pictures:
-        from debulk.study.pictures import pyplot
+        from lab.study.pictures import pyplot
 
         pyplot()  # fails now rather than after the work
     folder = Path(out_dir)
@@ -74,13 +74,13 @@ def solver(
     except OSError as error:
         raise InputError(f"out_dir: {folder} cannot be made: {error.strerror or error}") from None
 
-    from debulk.study.results import collect, write
+    from lab.study.results import collect, write
 
     wanted = settings(plan, [name for name in solve.methods() if name != "auto"])
     results = collect(plan, wanted, progress or (lambda stage, done: None), workers)
     write(results, folder)
     if pictures:
-        from debulk.study.pictures import draw
+        from lab.study.pictures import draw
 
         draw(results, folder)
     return results

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.polygons import distance, inside
+from lab.varied.polygons import distance, inside
 
 Floats = NDArray[np.float64]
 Height = Callable[[Floats, Floats], Floats]

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.given import Cloud
+from lab.varied.given import Cloud
 
 __all__ = ["FILTERS", "filtered"]
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from debulk._core import InputError
 from debulk.recipe import Recipe
-from debulk.study.curves import Mark, note_marks
-from debulk.study.plan import AS_INSPECTED
-from debulk.study.summary import Line, profile
+from lab.study.curves import Mark, note_marks
+from lab.study.plan import AS_INSPECTED
+from lab.study.summary import Line, profile
 
 if TYPE_CHECKING:
-    from debulk.study.results import Results
-    from debulk.study.rules import Rule
+    from lab.study.results import Results
+    from lab.study.rules import Rule
 
 # Colours that colour-blind people can also distinguish (Okabe and Ito), dark enough for thin lines on white.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#a0527f", "#8a6d00", "#505050")
@@ -160,7 +160,7 @@ def profile_panel(
     ax
         Axes to draw into.
     ratios
-        Ratios as `debulk.study.summary.ratios` returns them.
+        Ratios as `lab.study.summary.ratios` returns them.
     styles
         Colour number and line style for each label.
     title

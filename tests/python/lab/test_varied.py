@@ -7,13 +7,13 @@ import pytest
 from scipy.integrate import quad
 
 from debulk import InputError, scenes
-from debulk.scenes.varied import bumps, faults, given_right, molds, placing
-from debulk.scenes.varied.fibres import HELD_MM, excess
-from debulk.scenes.varied.ply import Ply
-from debulk.scenes.varied.polygons import distance, inside
-from debulk.scenes.varied.regions import label_regions, measure
-from debulk.scenes.varied.rendering import Clamp, Stage
-from debulk.scenes.varied.seeing import random_camera
+from lab.varied import MISTAKES, bumps, faults, given_right, molds, placing, varied_layup
+from lab.varied.fibres import HELD_MM, excess
+from lab.varied.ply import Ply
+from lab.varied.polygons import distance, inside
+from lab.varied.regions import label_regions, measure
+from lab.varied.rendering import Clamp, Stage
+from lab.varied.seeing import random_camera
 
 SQUARE = np.array([(-200.0, -200.0), (200.0, -200.0), (200.0, 200.0), (-200.0, 200.0)])
 SMALL = (320, 240)
@@ -25,7 +25,7 @@ def same(a, b):
 
 @pytest.fixture(scope="module")
 def layup():
-    return scenes.varied_layup(
+    return varied_layup(
         5, SMALL, mold="saddle", pockets=["lobes", "ring", "gaussians", "edge"], severity="any", borders=0, clamp=False
     )
 
@@ -140,8 +140,8 @@ def test_a_fibre_near_the_edge_is_not_held():
 
 
 def test_what_was_unseen_is_counted():
-    whole = scenes.varied_layup(7, SMALL, mold="dome", pockets=3, holes_mm=[], clamp=False, noise=())
-    holed = scenes.varied_layup(7, SMALL, mold="dome", pockets=3, holes_mm=[100.0] * 8, clamp=False, noise=())
+    whole = varied_layup(7, SMALL, mold="dome", pockets=3, holes_mm=[], clamp=False, noise=())
+    holed = varied_layup(7, SMALL, mold="dome", pockets=3, holes_mm=[100.0] * 8, clamp=False, noise=())
     assert [p.area_mm2 for p in whole.truth.pockets] == [p.area_mm2 for p in holed.truth.pockets]
     assert whole.truth.ply_seen_share > 0.97
     lost = np.isfinite(whole.scan[..., 2]).mean() - np.isfinite(holed.scan[..., 2]).mean()
@@ -154,7 +154,7 @@ def test_what_was_unseen_is_counted():
 
 @pytest.mark.parametrize("mold", molds.KINDS)
 def test_points_lie_on_the_surfaces(mold):
-    scene = scenes.varied_layup(
+    scene = varied_layup(
         3, SMALL, mold=mold, pockets=["gaussians", "wrinkle"], noise=(), holes_mm=[], clamp=False, borders=1
     )
     assert scene.truth.mold_kind == mold
@@ -219,7 +219,7 @@ def test_a_clamp_hides_what_is_behind_it():
 
 
 def test_the_same_seed_the_same_bits():
-    one, two, other = (scenes.varied_layup(seed, (128, 96)) for seed in (9, 9, 10))
+    one, two, other = (varied_layup(seed, (128, 96)) for seed in (9, 9, 10))
     assert same(one.scan, two.scan)
     assert same(one.reference, two.reference)
     assert same(one.mold_from_scanner, two.mold_from_scanner)
@@ -228,8 +228,8 @@ def test_the_same_seed_the_same_bits():
 
 
 def test_a_choice_leaves_the_rest_as_it_was():
-    one = scenes.varied_layup(9, (128, 96), noise=())
-    two = scenes.varied_layup(9, (128, 96), noise=("banding", "quantised"))
+    one = varied_layup(9, (128, 96), noise=())
+    two = varied_layup(9, (128, 96), noise=("banding", "quantised"))
     assert one.truth.bumps == two.truth.bumps
     assert same(one.ply_outline, two.ply_outline)
     assert not same(one.scan, two.scan)
@@ -276,7 +276,7 @@ def test_random_layups_draw_every_kind():
 )
 def test_what_cannot_be_chosen_is_named(arguments, words):
     with pytest.raises(InputError, match=words):
-        scenes.varied_layup(**arguments)
+        varied_layup(**arguments)
 
 
 # --- mistakes ---
@@ -286,15 +286,15 @@ def test_what_cannot_be_chosen_is_named(arguments, words):
 def any_layup(request):
     if request.param == "first":
         return scenes.layup(1, SMALL)
-    return scenes.varied_layup(2, SMALL, clamp=True)
+    return varied_layup(2, SMALL, clamp=True)
 
 
 def test_mistakes_have_names_of_their_own():
-    names = [m.name for m in scenes.mistakes]
+    names = [m.name for m in MISTAKES]
     assert len(set(names)) == len(names) > 35
 
 
-@pytest.mark.parametrize("mistake", scenes.mistakes, ids=lambda m: m.name)
+@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda m: m.name)
 def test_a_mistake_changes_something_and_always_the_same(mistake, any_layup):
     right = given_right(any_layup)
     wrong, again = mistake.apply(any_layup, 3), mistake.apply(any_layup, 3)
@@ -313,21 +313,21 @@ def _equal(a, b):
 
 
 def test_an_offset_lifts_the_scan_along_the_molds_z(any_layup):
-    up = next(m for m in scenes.mistakes if m.name == "a metre up")
+    up = next(m for m in MISTAKES if m.name == "a metre up")
     right, wrong = given_right(any_layup), up.apply(any_layup, 0)
     rise = wrong.in_mold(wrong.scan) - right.in_mold(right.scan)
     assert np.nanmax(np.abs(rise - [0, 0, 1000])) < 1e-2
 
 
 def test_the_next_layer_lies_a_thickness_off(any_layup):
-    mistake = next(m for m in scenes.mistakes if m.name == "reference of another ply")
+    mistake = next(m for m in MISTAKES if m.name == "reference of another ply")
     right, wrong = given_right(any_layup), mistake.apply(any_layup, 1)
     rise = (wrong.in_mold(wrong.reference) - right.in_mold(right.reference))[..., 2]
     assert np.nanmedian(np.abs(rise)) == pytest.approx(any_layup.truth.thickness_mm, abs=1e-3)
 
 
 def test_mistakes_can_be_added_up(any_layup):
-    by_name = {m.name: m for m in scenes.mistakes}
+    by_name = {m.name: m for m in MISTAKES}
     first = by_name["hole over a pocket"].apply(any_layup, 0)
     both = by_name["pose forgotten"].apply(any_layup, 0, given=first)
     assert both == replace(first, mold_from_scanner=None)

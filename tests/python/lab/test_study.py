@@ -13,11 +13,12 @@ import cv2
 import numpy as np
 import pytest
 
-from debulk import InputError, solve, study
+from debulk import InputError, solve
 from debulk.recipe import Recipe
-from debulk.study.plan import AS_INSPECTED
-from debulk.study.runs import Row
-from debulk.study.summary import lines, profile
+from lab import study
+from lab.study.plan import AS_INSPECTED
+from lab.study.runs import Row
+from lab.study.summary import lines, profile
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +235,7 @@ def test_flips_and_overconfidence(verdict, reference, of_all, flipped, overconfi
 
 def test_pictures_are_drawn(quick, tmp_path):
     pytest.importorskip("matplotlib")
-    from debulk.study.pictures import draw
+    from lab.study.pictures import draw
 
     draw(quick[0], tmp_path)
     names = {path.name for path in tmp_path.iterdir()}

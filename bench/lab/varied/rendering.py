@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.bumps import steepness
-from debulk.scenes.varied.molds import Mold
-from debulk.scenes.varied.ply import Ply
-from debulk.scenes.varied.polygons import inside
-from debulk.scenes.varied.seeing import Camera, Floats, first_hit
+from lab.varied.bumps import steepness
+from lab.varied.molds import Mold
+from lab.varied.ply import Ply
+from lab.varied.polygons import inside
+from lab.varied.seeing import Camera, Floats, first_hit
 
 Bools = NDArray[np.bool_]
 

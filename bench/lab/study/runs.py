@@ -9,8 +9,8 @@ import numpy as np
 
 from debulk import _core, solve
 from debulk.inspection import starts
-from debulk.study.cases import Case, Figures
 from debulk.verdict import Verdict
+from lab.study.cases import Case, Figures
 
 DECIDED = (Verdict.CEASE, Verdict.CREASE)
 REFERENCE_TOLERANCE = 1e-10

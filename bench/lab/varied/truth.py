@@ -8,13 +8,13 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk.scenes.varied.bumps import Bump
-from debulk.scenes.varied.fibres import Excess, excess
-from debulk.scenes.varied.ply import Ply
-from debulk.scenes.varied.polygons import distance
-from debulk.scenes.varied.regions import Height, Lattice, Measured, label_regions, measure
-from debulk.scenes.varied.rendering import Stage
-from debulk.scenes.varied.seeing import Camera
+from lab.varied.bumps import Bump
+from lab.varied.fibres import Excess, excess
+from lab.varied.ply import Ply
+from lab.varied.polygons import distance
+from lab.varied.regions import Height, Lattice, Measured, label_regions, measure
+from lab.varied.rendering import Stage
+from lab.varied.seeing import Camera
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

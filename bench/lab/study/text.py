@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk.recipe import Recipe
-from debulk.study.rules import AMPLITUDE, ORDERS
-from debulk.study.runs import REFERENCE_TOLERANCE, Reference
-from debulk.study.summary import text
+from lab.study.rules import AMPLITUDE, ORDERS
+from lab.study.runs import REFERENCE_TOLERANCE, Reference
+from lab.study.summary import text
 
 if TYPE_CHECKING:
-    from debulk.study.results import Results
+    from lab.study.results import Results
 
 _COLUMNS = {
     "label": ("setting", "s"),

@@ -5,13 +5,13 @@
 runs all of these steps. `MISTAKES` are errors that people make with layups of either family.
 """
 
-from debulk.scenes.varied.given import Given, Mistake, given_right
-from debulk.scenes.varied.layup import varied_layup
-from debulk.scenes.varied.mistaken_clouds import CLOUDS
-from debulk.scenes.varied.mistaken_ply import PLY
-from debulk.scenes.varied.mistaken_setup import SETUP
-from debulk.scenes.varied.mistaken_software import SOFTWARE
-from debulk.scenes.varied.scanning import VariedLayup
+from lab.varied.given import Given, Mistake, given_right
+from lab.varied.layup import varied_layup
+from lab.varied.mistaken_clouds import CLOUDS
+from lab.varied.mistaken_ply import PLY
+from lab.varied.mistaken_setup import SETUP
+from lab.varied.mistaken_software import SOFTWARE
+from lab.varied.scanning import VariedLayup
 
 __all__ = ["MISTAKES", "Given", "Mistake", "VariedLayup", "given_right", "varied_layup"]
 

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import InputError
-from debulk.scenes.varied import faults, molds, placing
-from debulk.scenes.varied.bumps import Bump
-from debulk.scenes.varied.ply import Ply
-from debulk.scenes.varied.polygons import random_ply
-from debulk.scenes.varied.rendering import Clamp, Stage
-from debulk.scenes.varied.scanning import VariedLayup, scanned
-from debulk.scenes.varied.seeing import random_camera
-from debulk.scenes.varied.truth import PEAK_TOL_MM
+from lab.varied import faults, molds, placing
+from lab.varied.bumps import Bump
+from lab.varied.ply import Ply
+from lab.varied.polygons import random_ply
+from lab.varied.rendering import Clamp, Stage
+from lab.varied.scanning import VariedLayup, scanned
+from lab.varied.seeing import random_camera
+from lab.varied.truth import PEAK_TOL_MM
 
 Floats = NDArray[np.float64]
 

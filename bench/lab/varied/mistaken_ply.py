@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.given import AnyLayup, Cloud, Floats, Given, Mistake
-from debulk.scenes.varied.mistaken_clouds import raised
-from debulk.scenes.varied.polygons import inside
+from lab.varied.given import AnyLayup, Cloud, Floats, Given, Mistake
+from lab.varied.mistaken_clouds import raised
+from lab.varied.polygons import inside
 
 Rng = np.random.Generator
 Bools = NDArray[np.bool_]

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from debulk.scenes.varied.faults import Hole
-from debulk.scenes.varied.given import AnyLayup, Change, Cloud, Floats, Given, Mistake
+from lab.varied.faults import Hole
+from lab.varied.given import AnyLayup, Change, Cloud, Floats, Given, Mistake
 
 Rng = np.random.Generator
 

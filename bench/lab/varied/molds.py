@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scenes.varied.polygons import inside
+from lab.varied.polygons import inside
 
 Floats = NDArray[np.float64]
 Term = Callable[[Floats, Floats], Floats]

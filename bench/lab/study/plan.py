@@ -8,7 +8,7 @@ from typing import Self
 
 from debulk._core import InputError
 from debulk.recipe import Recipe
-from debulk.study.runs import Setting
+from lab.study.runs import Setting
 
 AS_INSPECTED = "as inspected"
 
