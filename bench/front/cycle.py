@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import debulk
-from debulk.inspection import fingerprint
+from debulk.inspection.clouds import fingerprint
 
 COLOURS = (
     "#4c72b0", "#55a868", "#c44e52", "#8172b2", "#ccb974", "#64b5cd", "#8c8c8c", "#dd8452", "#222222", "#da8bc3",

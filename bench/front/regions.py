@@ -11,7 +11,7 @@ from cycle import difference
 
 import debulk
 from debulk import _core
-from debulk.inspection.regions import RegionFinder
+from debulk.inspection.find.regions import RegionFinder
 
 MESHES = ((1, 16), (2, 32), (4, 64), None, (16, 256), (32, 512), (64, 1024), (128, 2048))
 

@@ -10,7 +10,7 @@ import numpy as np
 from accuracy import middle
 
 import debulk
-from debulk.inspection.front import FrontEnd
+from debulk.inspection.find.front import FrontEnd
 from debulk.recipe import options
 
 layup = debulk.scenes.layup(seed=0, pixels=(5120, 3840))

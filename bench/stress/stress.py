@@ -2,7 +2,7 @@
 
 It varies one parameter at a time, and takes Latin-hypercube combinations of all of them. Writes stress.txt, stress.csv
 and stress.png, and each case that is neither certified nor refused to build/stress, for
-`python -m debulk.inspection.replay`.
+`python -m debulk.inspection.evaluate.replay`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from cases import Case, build, latin_hypercube, one_at_a_time
 
 from debulk import InputError, solve
-from debulk.inspection import replay
+from debulk.inspection.evaluate import replay
 
 REFUSALS = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "no net")
 

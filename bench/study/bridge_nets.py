@@ -15,8 +15,8 @@ from textwrap import fill
 import numpy as np
 from limit import INSPECTED, prepared
 
-from debulk.inspection.cycle import Cycle
-from debulk.inspection.evaluation import evaluate_all
+from debulk.inspection.evaluate.evaluation import evaluate_all
+from debulk.inspection.running.cycle import Cycle
 from debulk.recipe import Recipe
 from debulk.results.report import PocketReport
 from lab.varied.polygons import inside

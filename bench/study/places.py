@@ -16,8 +16,9 @@ from textwrap import fill
 import numpy as np
 
 from debulk import Inspector, scenes, solve
-from debulk.inspection import polyline, ridges, starts
-from debulk.inspection.laid_pocket import LaidPocket, lay_pocket
+from debulk.inspection.evaluate import ridges, starts
+from debulk.inspection.evaluate.laid_pocket import LaidPocket, lay_pocket
+from debulk.inspection.ply import polyline
 from debulk.pocket import Foot
 from debulk.recipe import Recipe
 from debulk.results.ridge import RidgeGeometry

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 import debulk
 from debulk import Inspector, Recipe, pocket
-from debulk.inspection.fibre_angles import angles_at
+from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.results.report import PocketReport
 from lab.varied import VariedLayup
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 import debulk
 from debulk import Inspector, Recipe, Verdict, pocket, scenes
-from debulk.inspection.raw_points import RawPoints
-from debulk.inspection.riders import Rider, riders_on
+from debulk.inspection.evidence.raw_points import RawPoints
+from debulk.inspection.rawscan.riders import Rider, riders_on
 
 Floats = NDArray[np.float64]
 Cloud = NDArray[np.float32]

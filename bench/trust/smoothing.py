@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 import debulk
 from debulk import pocket, scenes
-from debulk.inspection.edge_check import Outline
-from debulk.inspection.edge_spread import EdgeSpread
+from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.rawscan.edge_spread import EdgeSpread
 from lab.varied import varied_layup
 from lab.varied.filters import FILTERS, filtered
 

@@ -22,7 +22,7 @@ LINES = tuple(
     )
 )
 # The package from below to above; between the public rooms the order is that of LINES. Inside a folder only circles are
-# forbidden. The package itself, "debulk", is its `__init__.py`.
+# forbidden; the inspection's folders have an order of their own. The package itself, "debulk", is its `__init__.py`.
 PYTHON_BELOW = (
     "_core",
     "arguments",
@@ -52,6 +52,12 @@ PYTHON_ROOMS = (
 PYTHON_ABOVE = (
     "files", "results", "page", "report", "comparison", "inspection", "scenes", "view", "doctor", "cli",
     "pyinstaller",
+)  # fmt: skip
+
+# The rooms of the inspection, from below to above; its own modules stand above them all.
+INSPECTION_ROOMS = (
+    "running", "clouds", "reference", "ply", "evidence", "find", "holes", "evaluate", "bumps", "place", "rawscan",
+    "checks",
 )  # fmt: skip
 
 # A kernel or an .inl is a source in all but name: its file is included by others.
@@ -209,6 +215,17 @@ def _own_names(path: Path) -> set[str]:
     return names
 
 
+def _downhill_in_inspection(name: str, other: str) -> bool:
+    """Whether a module of the inspection stands in the room of the other or above it; others are not asked."""
+    if not (name.startswith("debulk.inspection.") and other.startswith("debulk.inspection.")):
+        return True
+    order = [*INSPECTION_ROOMS, ""]
+    here, there = (
+        order.index(room) if (room := one.split(".")[2]) in order else len(order) - 1 for one in (name, other)
+    )
+    return there <= here
+
+
 def wrong_imports(root: Path) -> list[str]:
     """Each import in python/debulk of a part that stands further up, and each detour by the package's lazy names."""
     modules = modules_of(root)
@@ -221,6 +238,8 @@ def wrong_imports(root: Path) -> list[str]:
             where = f"{path.relative_to(root)}:{line}"
             if not may_import(part, other_part):
                 wrong.append(f"{where}: {part} may not import {other_part}")
+            elif not _downhill_in_inspection(name, other):
+                wrong.append(f"{where}: {name} may not import {other}")
             elif other == "debulk" and asked not in own:
                 wrong.append(f"{where}: {asked or 'debulk'} is to be imported from the module that defines it")
     return wrong

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 import debulk
 from debulk import pocket
 from debulk.grid import Grid
-from debulk.inspection.found import FoundPocket
-from debulk.inspection.laid_pocket import lay_net
-from debulk.inspection.ply_on_mold import PlyOnMold
+from debulk.inspection.evaluate.laid_pocket import lay_net
+from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.surface import HeightMap
 
 ORIGIN = np.array([-10.0, 20.0])

@@ -99,6 +99,12 @@ FAULTS = [
         wrong_imports,
         "python/debulk/page/deep/a.py:2: page may not import inspection",
     ),
+    (
+        "python/debulk/inspection/find/a.py",
+        "from debulk.inspection.inspector import I\n",
+        wrong_imports,
+        "find/a.py:1: debulk.inspection.find.a may not import debulk.inspection.inspector",
+    ),
     ("python/debulk/report.py", "from debulk import cli\n", wrong_imports, "report may not import cli"),
     ("python/debulk/net.py", "from debulk import Recipe\n", wrong_imports, "Recipe is to be imported from the module"),
     ("python/debulk/recipe/b.py", "def f():\n    from debulk.recipe import c\n", circles, "recipe.b, debulk.recipe.c"),

@@ -247,7 +247,7 @@ def _angles(text: str) -> tuple[float, float]:
         first, second = (float(word) for word in text.split(","))
     except ValueError:
         raise InputError(f"--angles: expected two numbers like 0,90, got {text!r}") from None
-    from debulk.inspection.fibre_angles import check_apart
+    from debulk.inspection.ply.fibre_angles import check_apart
 
     check_apart((first, second), "--angles")
     return first, second

@@ -115,12 +115,12 @@ def view(
 def replay(
     file: Annotated[
         list[Path],
-        typer.Argument(help="Solves kept in the recipe's run.dump_folder, or by debulk.inspection.replay.dump()."),
+        typer.Argument(help="Solves kept in the recipe's run.dump_folder, or by evaluate.replay.dump()."),
     ],
 ) -> None:
     """Solve dumped problems again and print what came of them, then and now."""
     with outcome():
-        from debulk.inspection.replay import main
+        from debulk.inspection.evaluate.replay import main
 
         raise typer.Exit(main([str(path) for path in file]))
 

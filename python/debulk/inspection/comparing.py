@@ -12,9 +12,9 @@ from debulk import pocket, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison, PocketComparison
 from debulk.grid import Grid
-from debulk.inspection.placing import Placing
-from debulk.inspection.prepared import Prepared
-from debulk.inspection.sample import Sample
+from debulk.inspection.evidence.sample import Sample
+from debulk.inspection.place.placing import Placing
+from debulk.inspection.reference.prepared import Prepared
 from debulk.report import Report
 from debulk.verdict import Verdict
 

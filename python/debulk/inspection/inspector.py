@@ -19,25 +19,30 @@ from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.forking import Guard
 from debulk.grid import Grid
-from debulk.inspection import fingerprint, inputs, inspector_file, mold_edge, reporting, riders, tolerances
-from debulk.inspection.cleaning import clean, hide, owned, taken
+from debulk.inspection import inspector_file, reporting
+from debulk.inspection.bumps import tolerances
+from debulk.inspection.clouds import fingerprint
+from debulk.inspection.clouds.cleaning import clean, hide, owned, taken
 from debulk.inspection.comparing import check_place, compared, placing_of
-from debulk.inspection.cycle import Cancelled, Cycle, Progress, beside, watched
-from debulk.inspection.effort import check_solves
-from debulk.inspection.evaluation import Evaluation, evaluate_all, not_judged
-from debulk.inspection.fibre_angles import checked_angles
-from debulk.inspection.filled import Filled
-from debulk.inspection.finder import finder_for
-from debulk.inspection.found import Found, FoundPocket
-from debulk.inspection.masked_holes import masked_holes
-from debulk.inspection.placing import Placed, Placing
-from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.inspection.preparation import Preparation
-from debulk.inspection.prepared import Prepared, prepare
-from debulk.inspection.raw_points import RawPoints
-from debulk.inspection.sample import Sample
+from debulk.inspection.evaluate.evaluation import Evaluation, evaluate_all, not_judged
+from debulk.inspection.evidence.raw_points import RawPoints
+from debulk.inspection.evidence.sample import Sample
+from debulk.inspection.find.finder import finder_for
+from debulk.inspection.find.found import Found, FoundPocket
+from debulk.inspection.holes.masked_holes import masked_holes
+from debulk.inspection.place import mold_edge
+from debulk.inspection.place.placing import Placed, Placing
+from debulk.inspection.ply import inputs
+from debulk.inspection.ply.fibre_angles import checked_angles
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.rawscan import riders
+from debulk.inspection.rawscan.filled import Filled, FilledSearch
+from debulk.inspection.rawscan.wrinkles import Standing, WrinkleSearch
+from debulk.inspection.reference.prepared import Prepared, prepare
+from debulk.inspection.running.cycle import Cancelled, Cycle, Progress, beside, watched
+from debulk.inspection.running.effort import check_solves
+from debulk.inspection.running.preparation import Preparation
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
-from debulk.inspection.wrinkles import Standing, WrinkleSearch
 from debulk.net import Drape
 from debulk.report import Report
 from debulk.stopping import Running
@@ -146,6 +151,7 @@ class Inspector:
             reference, self._below = mold_edge.parted(reference, recipe)
         self._placing = preparation.step("checks", 0.9, lambda: Placing(reference, *given, self.mask, recipe))
         self._wrinkles = WrinkleSearch(reference, *given, recipe)
+        self._filled = FilledSearch(reference, self._pose, self._placing.zones, self._placing.outline, recipe)
         preparation.step("fibres", 0.94, lambda: self.ply.fibres)
         self._make_finder = partial(finder_for, reference, *given, recipe)
         self._finder = preparation.step("regions", 0.96, self._make_finder)
@@ -285,7 +291,7 @@ class Inspector:
 
     def _search_raw(self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> tuple[Filled, Standing]:
         """Look in the raw scan for filled-in patches, and for narrow wrinkles and bumps that the filters would hide."""
-        return self._placing.filled(points, sample, stop), self._wrinkles.find(points, self.mask, stop)
+        return self._filled.find(points, sample, self.mask, stop), self._wrinkles.find(points, self.mask, stop)
 
     def _judge(
         self,

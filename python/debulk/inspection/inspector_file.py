@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.files import replacing
 from debulk.grid import Grid
-from debulk.inspection.camera import PinholeImage
-from debulk.inspection.far_place import NEAR, FarPlace
-from debulk.inspection.prepared import Prepared
+from debulk.inspection.clouds.camera import PinholeImage
+from debulk.inspection.clouds.far_place import NEAR, FarPlace
+from debulk.inspection.reference.prepared import Prepared
 from debulk.results.trace import ArrayTrace
 from debulk.surface import Reference
 

@@ -4,51 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from debulk import sheet
-from debulk.inspection import narrow_bumps, unseen
-from debulk.inspection.found import Found
-from debulk.inspection.starts import Settled
+from debulk.inspection.find.found import Found
+from debulk.inspection.holes import unseen
+from debulk.inspection.rawscan import narrow_bumps
 from debulk.results.report import LeftOut
-from debulk.verdict import Judgement, Verdict
 
-__all__ = ["merged", "of_late", "of_pocket", "of_scan", "of_stages", "of_unsolved"]
-
-_TERMS = {
-    "friction": LeftOut(
-        what="friction of pockets inside the ply",
-        why="their nets have no free edge",
-        bound="none: friction acts on free boundary nodes only",
-    ),
-    "gravity": LeftOut(what="gravity", why="the recipe's density or gravity is zero", bound="below 1e-4 of the vacuum"),
-}
-
-
-def of_pocket(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
-    """Name the energy terms that the model of a pocket's ply omits, and the starts that a deadline cut off."""
-    entries = [_TERMS[name] for name in ply.left_out if name in _TERMS]
-    if settled.cut:
-        entries.append(
-            LeftOut(
-                what="some seeded starts",
-                why="the deadline passed",
-                bound="the ranges of RMS and ridge height come from fewer minima than the recipe asks for",
-            )
-        )
-    return tuple(entries)
-
-
-def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
-    """Name the minimum that was not computed because the excess length decides without it."""
-    bound = f"every minimum keeps the excess length: {judged.reason}"
-    if judged.verdict is Verdict.CEASE:
-        bound += "; no fibre is, as a whole, so short that it could bridge up to the limit"
-    return (
-        LeftOut(
-            what=f"the minimum of pocket {number}, its picture and the paper's figures",
-            why='solve.when is "needed", and the excess length decides',
-            bound=bound,
-        ),
-    )
+__all__ = ["merged", "of_late", "of_scan", "of_stages"]
 
 
 def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:

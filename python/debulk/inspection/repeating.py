@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from debulk._core import InputError
 from debulk.arguments import typed
-from debulk.inspection import fingerprint, inputs
-from debulk.inspection.far_place import FarPlace
+from debulk.inspection.clouds import fingerprint
+from debulk.inspection.clouds.far_place import FarPlace
 from debulk.inspection.inspector import Inspector, Progress
+from debulk.inspection.ply import inputs
 from debulk.report import Report
 from debulk.results.trace import ArrayTrace
 

@@ -7,15 +7,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from debulk.grid import Grid
-from debulk.inspection import left_out, shared_runs, tolerances, unseen, wrinkles
-from debulk.inspection.evaluation import Evaluation
-from debulk.inspection.filled import Filled
-from debulk.inspection.found import Found, FoundPocket
-from debulk.inspection.laid_pocket import criteria
-from debulk.inspection.placing import Placed
-from debulk.inspection.ply_on_mold import PlyOnMold
-from debulk.inspection.tolerances import Bump
-from debulk.inspection.wrinkles import Standing
+from debulk.inspection import left_out
+from debulk.inspection.bumps import tolerances
+from debulk.inspection.bumps.tolerances import Bump
+from debulk.inspection.checks import shared_runs
+from debulk.inspection.evaluate.evaluation import Evaluation
+from debulk.inspection.evaluate.laid_pocket import criteria
+from debulk.inspection.find.found import Found, FoundPocket
+from debulk.inspection.holes import unseen
+from debulk.inspection.place.placing import Placed
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.rawscan import wrinkles
+from debulk.inspection.rawscan.filled import Filled
+from debulk.inspection.rawscan.wrinkles import Standing
 from debulk.report import Report
 from debulk.verdict import Judgement, Verdict, judge_layup
 

@@ -17,7 +17,7 @@ from debulk import __version__, _core
 from debulk._core import InputError
 from debulk.arguments import of_type
 from debulk.grid import Grid
-from debulk.inspection import fingerprint
+from debulk.inspection.clouds import fingerprint
 from debulk.results.trace import ArrayTrace, Trace
 
 if TYPE_CHECKING:

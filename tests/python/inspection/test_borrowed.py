@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from debulk import Grid, InputError, Inspector, Recipe, scenes
-from debulk.inspection import cleaning, inspector
+from debulk.inspection import inspector
+from debulk.inspection.clouds import cleaning
 
 FEW = {"segmentation": {"area_tol_mm2": 3000.0}, "solve": {"starts": 1, "most_starts": 1}}
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from debulk import InputError, Inspector, Recipe, Report, Verdict, _core, ridge
-from debulk.inspection import bridge_sections
+from debulk.inspection.evaluate import bridge_sections
 from debulk.results.bridge_section import BridgeSection
 from lab.varied import given_right, varied_layup
 

@@ -9,7 +9,7 @@ import pytest
 
 import laid_ply
 from debulk import _core
-from debulk.inspection.evaluation import evaluate
+from debulk.inspection.evaluate.evaluation import evaluate
 from debulk.page.report import page
 from debulk.recipe import Recipe
 from debulk.report import Report

@@ -8,8 +8,8 @@ import pytest
 
 import laid_ply
 from debulk import Inspector, Recipe, scenes
-from debulk.inspection.edge_check import Outline
-from debulk.inspection.edge_spread import EdgeSpread
+from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.rawscan.edge_spread import EdgeSpread
 from debulk.verdict import Verdict
 from lab.varied import varied_layup
 from lab.varied.filters import FILTERS, filtered

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from debulk import InputError, Inspector, Recipe, scenes
-from debulk.inspection.effort import check_map, check_solves
+from debulk.inspection.running.effort import check_map, check_solves
 
 METRE = (np.zeros(2), np.array([1000.0, 1000.0]))
 

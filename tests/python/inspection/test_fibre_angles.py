@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from debulk import Grid, InputError, Inspector, Recipe, Verdict, net, scenes, surface
-from debulk.inspection.fibre_angles import angles_at, checked_angles
+from debulk.inspection.ply.fibre_angles import angles_at, checked_angles
 
 FEW = {"segmentation": {"area_tol_mm2": 3000.0}, "solve": {"starts": 1, "most_starts": 1}}
 

@@ -11,8 +11,8 @@ import pytest
 
 import debulk
 from debulk import _core
-from debulk.inspection.shared_noise import noise_is_shared
-from debulk.inspection.smooth_patches import quiet_squares, some_on_ply, squares_of, touching
+from debulk.inspection.evidence.smooth_patches import quiet_squares, some_on_ply, squares_of, touching
+from debulk.inspection.rawscan.shared_noise import noise_is_shared
 from debulk.verdict import Verdict
 from stranger_scenes import bump, cloud, flat, laid, outline, ridge_mm
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from debulk import InputError, _core, cloud, pocket, scenes, surface
-from debulk.inspection import camera, front
-from debulk.inspection.camera import PinholeImage
+from debulk.inspection.clouds import camera
+from debulk.inspection.clouds.camera import PinholeImage
+from debulk.inspection.find import front
 
 SPACING_MM = 1.0
 

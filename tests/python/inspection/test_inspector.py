@@ -7,8 +7,8 @@ import pytest
 
 from debulk import Cancelled, Grid, InputError, Inspector, Recipe, Report, Verdict, inspect, pocket, scenes
 from debulk.inspection import left_out
-from debulk.inspection.cycle import Cycle
-from debulk.inspection.evaluation import evaluate
+from debulk.inspection.evaluate.evaluation import evaluate
+from debulk.inspection.running.cycle import Cycle
 from debulk.results.advice import advice
 
 

@@ -10,8 +10,9 @@ import pytest
 
 import laid_ply
 from debulk import InputError, Inspector, Recipe, Report, Verdict, pocket, scenes, surface
-from debulk.inspection import frame, level
-from debulk.inspection.ply_zones import Blocks
+from debulk.inspection.evidence.ply_zones import Blocks
+from debulk.inspection.place import level
+from debulk.inspection.reference import frame
 from lab.varied import given_right, varied_layup
 from lab.varied.given import moved, shift, turn
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from debulk import Recipe
-from debulk.inspection import level
-from debulk.inspection.level_reason import level_reason
-from debulk.inspection.level_step import step_of
-from debulk.inspection.ply_zones import Blocks
+from debulk.inspection.evidence.ply_zones import Blocks
+from debulk.inspection.place import level
+from debulk.inspection.place.level_reason import level_reason
+from debulk.inspection.place.level_step import step_of
 
 
 def seen(shape, high_share, noise_mm=0.02):

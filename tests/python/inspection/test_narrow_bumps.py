@@ -9,7 +9,7 @@ import pytest
 
 import laid_ply
 from debulk import Inspector, Recipe, Verdict, _core, scenes
-from debulk.inspection import narrow_bumps
+from debulk.inspection.rawscan import narrow_bumps
 from lab.varied import given_right, varied_layup
 
 BELLS = [  # x, y, width at the foot, height, mm

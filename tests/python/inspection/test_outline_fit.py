@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from debulk import Grid, InputError, Inspector, Recipe, Verdict, pocket, scenes
-from debulk.inspection.edge_check import Outline
+from debulk.inspection.evidence.edge_check import Outline
 from lab.varied import given_right, varied_layup
 
 PIXELS = (800, 600)

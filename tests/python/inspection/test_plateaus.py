@@ -8,7 +8,7 @@ import pytest
 import laid_ply
 from debulk import Inspector, _core, pocket
 from debulk.grid import Grid
-from debulk.inspection import plateaus
+from debulk.inspection.place import plateaus
 from debulk.recipe import Recipe
 from debulk.verdict import Verdict
 from lab.varied import given_right, varied_layup
@@ -37,7 +37,7 @@ def folded(size_mm):
 def found(scan):
     inspector = laid_ply.inspector()
     overview = inspector.find(scan).overview
-    return plateaus.find(overview, inspector._placing._zones, inspector.prepared, inspector.recipe, outlined=True)
+    return plateaus.find(overview, inspector._placing.zones, inspector.prepared, inspector.recipe, outlined=True)
 
 
 @pytest.mark.parametrize("noise_mm", [0.0, 0.02, 0.1])
@@ -68,7 +68,7 @@ def test_the_search_heeds_a_raised_stop():
     overview = inspector.find(laid_ply.scan(place(40, 40, T))).overview
     stop.cancel()
     with pytest.raises(_core.Stopped):
-        plateaus.find(overview, inspector._placing._zones, inspector.prepared, inspector.recipe, stop, outlined=True)
+        plateaus.find(overview, inspector._placing.zones, inspector.prepared, inspector.recipe, stop, outlined=True)
 
 
 @pytest.mark.parametrize("regions", [True, False])

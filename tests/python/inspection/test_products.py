@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from debulk.inspection.products import product
+from debulk.inspection.clouds.products import product
 
 INSPECT = """
 import os

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import debulk
-from debulk.inspection import whole_scan
-from debulk.inspection.found import Found
-from debulk.inspection.front import FrontEnd
-from debulk.inspection.prepared import Prepared
-from debulk.inspection.regions import RegionFinder
+from debulk.inspection.find import whole_scan
+from debulk.inspection.find.found import Found
+from debulk.inspection.find.front import FrontEnd
+from debulk.inspection.find.regions import RegionFinder
+from debulk.inspection.reference.prepared import Prepared
 
 Floats = NDArray[np.float64]
 

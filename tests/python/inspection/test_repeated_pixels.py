@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import debulk
-from debulk.inspection.repeated_pixels import REPEATED, repeated_share
+from debulk.inspection.clouds.repeated_pixels import REPEATED, repeated_share
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from debulk import InputError, Inspector, Recipe, Verdict, scenes
-from debulk.inspection.thinning import pitch_of, thinned
+from debulk.inspection.clouds.thinning import pitch_of, thinned
 from lab.varied import given_right, varied_layup
 
 PIXELS = (1280, 960)

@@ -5,8 +5,8 @@ import pytest
 
 import laid_ply
 from debulk import Verdict, _core
-from debulk.inspection import riders
-from debulk.inspection.raw_points import RawPoints
+from debulk.inspection.evidence.raw_points import RawPoints
+from debulk.inspection.rawscan import riders
 
 WIDE = (0.0, 0.0, 260.0, 6.5)  # a ridge of 0.4 mm
 

@@ -8,8 +8,8 @@ import pytest
 
 import laid_ply
 from debulk import Inspector, Recipe, scenes
-from debulk.inspection.shared_noise import noise_is_shared
-from debulk.inspection.smooth_patches import some_on_ply, squares_of
+from debulk.inspection.evidence.smooth_patches import some_on_ply, squares_of
+from debulk.inspection.rawscan.shared_noise import noise_is_shared
 from debulk.verdict import Verdict
 
 NOISE = 0.02 * np.random.default_rng(0).standard_normal((500, 700)).astype(np.float32)

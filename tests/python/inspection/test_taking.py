@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from debulk import InputError, _core, cloud
-from debulk.inspection import cleaning, fingerprint
-from debulk.inspection.offset import raised
+from debulk.inspection.clouds import cleaning, fingerprint
+from debulk.inspection.clouds.offset import raised
 from debulk.stopping import Running, stopping
 
 RNG = np.random.default_rng(4)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from debulk import Inspector, Recipe, Verdict, _core, scenes
-from debulk.inspection import evaluation, starts
-from debulk.inspection.cycle import Cycle, beside
-from debulk.inspection.laid_pocket import LaidPocket
+from debulk.inspection.evaluate import evaluation, starts
+from debulk.inspection.evaluate.laid_pocket import LaidPocket
+from debulk.inspection.running.cycle import Cycle, beside
 from debulk.solve import minimise_with
 
 HANG_S = 60  # of this process's own time; each of these scans took minutes once

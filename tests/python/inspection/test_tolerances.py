@@ -8,7 +8,7 @@ import pytest
 import laid_ply
 import stranger_scenes
 from debulk import Inspector, Recipe, _core, scenes
-from debulk.inspection import tolerances
+from debulk.inspection.bumps import tolerances
 from debulk.verdict import Verdict
 from lab.varied import given_right, varied_layup
 

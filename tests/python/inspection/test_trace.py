@@ -9,7 +9,7 @@ import pytest
 import xxhash
 
 import debulk
-from debulk.inspection import fingerprint
+from debulk.inspection.clouds import fingerprint
 
 
 @pytest.fixture(scope="module")

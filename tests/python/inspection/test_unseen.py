@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import debulk
 import laid_ply
 from debulk import Verdict, pocket, scenes
-from debulk.inspection import unseen
-from debulk.inspection.evaluation import evaluate
+from debulk.inspection.evaluate.evaluation import evaluate
+from debulk.inspection.holes import unseen
 from debulk.verdict import Judgement, judge_layup
 from lab.varied import varied_layup
 

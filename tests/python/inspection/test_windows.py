@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from debulk.grid import Grid
-from debulk.inspection.windows import cells_round, cut_out, grown
+from debulk.inspection.find.windows import cells_round, cut_out, grown
 
 
 def _plain(marks, cells):

@@ -7,7 +7,7 @@ import pytest
 
 import laid_ply
 from debulk import _core, pocket
-from debulk.inspection import wrinkles
+from debulk.inspection.rawscan import wrinkles
 from debulk.verdict import Verdict
 
 

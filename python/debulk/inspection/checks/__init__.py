@@ -1,0 +1,1 @@
+"""What can make the verdict of a layup worse than those of its pockets."""

@@ -1,0 +1,87 @@
+"""Fibres that cross several places off the mold: the excess of all of them may gather in one fold (docs/verdicts.md).
+
+Whether the excess of one place is drawn into the fold of another depends on the history of the vacuum. So if only all
+places of a run together exceed the limit, the verdict is UNDECIDED.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from debulk.inspection.bumps.tolerances import Bump, named_places
+from debulk.inspection.find.found import FoundPocket, runs_over
+from debulk.inspection.ply import excess
+from debulk.inspection.ply.friction_length import friction_length
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.results.report import PocketReport
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.inspection.ply.fibre_runs import ScanRuns
+
+__all__ = ["doubts", "named"]
+
+_NAMED = 3  # so many pockets and so many bumps at most are named in a reason
+_APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is told if they are nearer than this
+
+
+def named(
+    reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], bumps: Sequence[Bump], ply: PlyOnMold
+) -> tuple[PocketReport, ...]:
+    """Name what shares a fibre with a pocket that is UNDECIDED only because one fold may draw all of it together."""
+    limit_mm = ply.recipe.verdict.max_ridge_mm
+    others = named_places(pockets, bumps)
+    out = []
+    for p, one in zip(reports, pockets, strict=True):
+        known, runs = p.excess, one.excess
+        together = known is not None and known.alone_mm <= limit_mm < known.range_mm[1]
+        if p.verdict is not Verdict.UNDECIDED or known is None or runs is None or not together:
+            out.append(p)
+            continue
+        worst = int(one.crossing[np.argmax(excess.most_mm(runs))])
+        same = [name for name, other in others if other is not one and worst in other.crossing]
+        with_them = f" and {_listed(same)}" if same else ""
+        length_mm = float(runs.high_mm.max())
+        out.append(replace(p, reason=_reason(f"it{with_them}", length_mm, known.range_mm[1], ply), decided_by=""))
+    return tuple(out)
+
+
+def doubts(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold) -> list[Judgement]:
+    """Judge the runs that cross no judged pocket: UNDECIDED for each place whose ridge may exceed the limit."""
+    if runs is None or ply.recipe.verdict.criterion != "excess":
+        return []
+    every, limit_mm = runs.runs, ply.recipe.verdict.max_ridge_mm
+    most_mm = excess.most_mm(every)
+    left = np.setdiff1d(np.flatnonzero(every.held), runs_over(pockets))
+    judged: list[Judgement] = []
+    told = np.zeros((0, 2))
+    for n in left[np.argsort(-most_mm[left], kind="stable")].tolist():
+        ridge_mm = excess.ridge_of(float(most_mm[n]), ply.recipe)
+        if ridge_mm <= limit_mm:
+            break
+        if (np.linalg.norm(told - every.top_mm[n], axis=1) < _APART_MM).any():
+            continue
+        told = np.vstack([told, every.top_mm[n]])
+        (x0, y0), (x1, y1) = every.from_mm[n].tolist(), every.to_mm[n].tolist()
+        where = f"the ply from ({x0:.0f}, {y0:.0f}) to ({x1:.0f}, {y1:.0f}) mm, where no pocket is,"
+        judged.append(Judgement(Verdict.UNDECIDED, _reason(where, float(every.high_mm[n]), ridge_mm, ply)))
+    return judged
+
+
+def _reason(over: str, length_mm: float, ridge_mm: float, ply: PlyOnMold) -> str:
+    limit_mm, draw_mm = ply.recipe.verdict.max_ridge_mm, friction_length(ply.recipe)
+    return (
+        f"a fibre over {over} is up to {length_mm:.2f} mm longer than the mold: a ridge of up to {ridge_mm:.2f} mm, "
+        f"above the limit of {limit_mm:.2f} mm, if one fold draws it all together; only more than {draw_mm:.3g} mm of "
+        "flat ply in between would hold it apart by friction"
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Name the first few, and count the others."""
+    more = [f"{len(names) - _NAMED} more"] if len(names) > _NAMED else []
+    return " and ".join([*names[:_NAMED], *more])

@@ -1,0 +1,129 @@
+"""The steps that prepare any cloud for a map of heights: check, mask, outlier removal, motion into the mold frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core, cloud
+from debulk._core import InputError
+from debulk.inspection.running.stopping import heed
+from debulk.recipe import options
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["check_mask", "clean", "hide", "is_plain", "masked", "owned", "pieces", "slices", "taken"]
+
+Cloud = NDArray[np.float32]
+_PIECE = 1 << 19  # points; they take a few milliseconds, and a raised stop is heeded between pieces
+
+
+def pieces(points: ArrayLike, name: str, stop: _core.Stop | None = None) -> Iterator[Cloud]:
+    """Yield a cloud in the form of `as_cloud`, some rows at a time; the pieces are views if it has that form already.
+
+    Raises
+    ------
+    Stopped
+        Before the next piece, once the stop is raised.
+    """
+    array = points if is_plain(points) else cloud.as_cloud(points, name)  # as_cloud raises an error if it is no cloud
+    for rows in slices(array, stop):
+        yield cloud.as_cloud(array[rows], name)
+
+
+def slices(array: NDArray[Any], stop: _core.Stop | None = None) -> Iterator[slice]:
+    """Yield the rows of each piece of a cloud, and heed the stop before each."""
+    rows = max(1, 3 * _PIECE * len(array) // max(1, array.size))
+    for first in range(0, max(1, len(array)), rows):
+        heed(stop, "the taking of a cloud")
+        yield slice(first, first + rows)
+
+
+def taken(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
+    """Do what `as_cloud` does, but heed the stop, because it takes a while to copy a cloud of another type."""
+    if not is_plain(points) or (points.dtype == np.float32 and points.flags.c_contiguous):
+        return cloud.as_cloud(points, name)
+    return owned(points, name, stop)
+
+
+def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
+    """Copy a cloud, because its owner may write into its memory while it is being processed."""
+    array = points if is_plain(points) else cloud.as_cloud(points, name)
+    out = np.empty(array.shape, dtype=np.float32)
+    filled = 0
+    for piece in pieces(array, name, stop):
+        out[filled : filled + len(piece)] = piece
+        filled += len(piece)
+    return out
+
+
+def is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
+    """Whether this is an array of numbers in the shape of a cloud."""
+    plain = isinstance(points, np.ndarray) and not isinstance(points, np.ma.MaskedArray) and points.dtype.kind in "fiu"
+    return plain and np.ndim(points) in (2, 3) and np.shape(points)[-1] == 3
+
+
+def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> Cloud:
+    """Check a cloud, and return it with NaN where the mask hides it."""
+    whole = taken(points, name, stop)
+    _check_bounds(whole, name, stop)
+    if mask is None:
+        return whole
+    check_mask(mask, whole, name)
+    out = np.empty_like(whole)
+    filled = 0
+    for piece in pieces(whole, name, stop):
+        rows = slice(filled, filled + len(piece))
+        out[rows] = np.where(mask[rows, :, None], np.float32(np.nan), piece)
+        filled += len(piece)
+    return out
+
+
+def _check_bounds(points: Cloud, name: str, stop: _core.Stop) -> None:
+    """Refuse what `cloud.checked` refuses, but heed the stop."""
+    parts = [_core.cloud.bounds(piece, 0) for piece in pieces(points, name, stop)]
+    cloud.check_bounds(parts, points.size // 3, name)
+
+
+def check_mask(mask: NDArray[np.bool_] | None, points: Cloud, name: str) -> None:
+    """Refuse a mask whose shape is not that of the cloud's image."""
+    if mask is not None and points.shape[:2] != mask.shape:
+        raise InputError(f"mask: expected the shape of the {name}'s image, {points.shape[:2]}, but got {mask.shape}")
+
+
+def hide(points: Cloud, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> None:
+    """Check a cloud, and set to NaN in place what the mask hides."""
+    _check_bounds(points, name, stop)
+    check_mask(mask, points, name)
+    if mask is not None:
+        filled = 0
+        for piece in pieces(points, name, stop):  # the pieces are views of the cloud
+            piece[mask[filled : filled + len(piece)]] = np.nan
+            filled += len(piece)
+
+
+def clean(
+    points: Cloud,
+    mold_from_scanner: NDArray[np.float64] | None,
+    camera: tuple[float, float, float] | None,
+    recipe: Recipe,
+    stop: _core.Stop,
+) -> None:
+    """Remove a cloud's outliers, and move it into the mold's frame, in place.
+
+    Parameters
+    ----------
+    points
+        (H, W, 3) or (N, 3), scanner frame; in memory that belongs to the caller alone.
+    camera
+        (f, cx, cy) in pixels. If the cloud comes from this camera, neighbours are found in its image, twenty times
+        faster and with the same decisions. None means that the cloud does not come from a pinhole camera.
+    """
+    threads = recipe.run.threads
+    keep = _core.cloud.remove_outliers(points, options.outliers(recipe), threads, stop, camera)
+    pose = np.eye(4) if mold_from_scanner is None else mold_from_scanner
+    _core.cloud.move_kept(points, keep, pose, threads, stop)

@@ -1,0 +1,38 @@
+"""Marks for pixels where nothing was seen: many scanners write (0, 0, 0), or a number far off, where NaN belongs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import InputError
+from debulk.inspection.clouds.thinning import complete
+
+__all__ = ["refuse_marks"]
+
+_MOST = 0.001  # of the points may share a place, as in files
+_FEW = 3  # points of a sample may share a place, by rounding or by chance at the origin
+
+
+def refuse_marks(points: NDArray[np.float32], name: str) -> None:
+    """Refuse a sample of a cloud, (N, 3), all finite, in which many points share one place.
+
+    No two points of a real scan share a place. The origin and the outermost points are checked: points far off would
+    change the bounds of the cloud, and points at the scanner would stand up from the mold.
+
+    Raises
+    ------
+    InputError
+        Many points share one place; the message names it, and shows how to write NaN there.
+    """
+    if not len(points):
+        return
+    outermost = np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])
+    for place in (np.zeros(3, dtype=points.dtype), *points[outermost]):
+        at = np.count_nonzero(complete(points == place))
+        if at > max(_FEW, _MOST * len(points)):
+            where = ", ".join(f"{value:g}" for value in place)
+            raise InputError(
+                f"{name}: expected points of a scan, but {at / len(points):.1%} of them lie at ({where}), as a mark "
+                f"for what was not seen; write NaN there: points[np.isclose(points, ({where})).all(axis=-1)] = np.nan"
+            )

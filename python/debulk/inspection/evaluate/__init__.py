@@ -1,0 +1,1 @@
+"""From a pocket to its report: net, minimum, ridges, and the same under other assumptions."""

@@ -1,0 +1,112 @@
+"""A pocket at the ply's edge that would be CEASE is settled again with its rim held, as friction may hold that much.
+
+How much ply a free node drags against friction is a choice of the model. The default, the strip to the nearest point of
+the edge, lies near the low end (docs/referee.md). So CEASE is kept only if the other end of the range gives it, too.
+That other end is a held rim, and not friction along the fibres: with friction along the fibres, a net of 100 nodes
+slips where a fine net holds, past the one or two nodes beside the edge whose fibres end soon.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from debulk import _core, net, ridge, sheet, solve
+from debulk.inspection.evaluate import starts
+from debulk.results.edge_friction import EdgeEnd, EdgeFriction
+from debulk.results.report import LeftOut
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.inspection.evaluate.laid_pocket import LaidPocket
+
+__all__ = ["BothEnds", "at_both_ends"]
+
+_REMEDY = "treat it as CREASE, or smooth it out over the ply's edge and scan again"
+
+
+@dataclass(frozen=True)
+class BothEnds:
+    """The result for a pocket from both ends of the friction's range, or its only result if it has no such range."""
+
+    judged: Judgement
+    counted: starts.Settled
+    """The minima that count: those of both ends if the held ones are certified."""
+    shown: starts.Settled
+    """The minima of the end that decides; their ridges are shown."""
+    report: EdgeFriction | None = None
+    left_out: tuple[LeftOut, ...] = ()
+    late: str = ""
+    """What a deadline left no time for; empty if it cut nothing off."""
+
+
+def at_both_ends(
+    laid: LaidPocket,
+    slipping: starts.Settled,
+    judged: Judgement,
+    post_process: Callable[[solve.Solution], ridge.PostProcessed],
+    stop: _core.Stop,
+    pool: Executor | None = None,
+) -> BothEnds:
+    """Settle a pocket at the ply's edge also with its rim held, if that can change the verdict of the slipping rim."""
+    if "friction" in laid.sheet.left_out:
+        return BothEnds(judged, slipping, slipping)
+    if laid.recipe.verdict.criterion == "paper" or judged.verdict is not Verdict.CEASE:
+        return BothEnds(judged, slipping, slipping, left_out=(_not_settled(laid),))
+    rim = net.from_core(_core.net.with_rim_held(laid.net._core))
+    held = starts.settle(sheet.Sheet.of_net(rim, laid.reference, laid.recipe), laid.recipe, post_process, stop, pool)
+    late = held.cut or (stop.past_deadline and not held.solution.certified)
+    if_held = laid.judge(held.solution, held.best, held.every, deadline_passed=late)
+    known = held.solution.certified
+    counted = slipping.and_of(held) if known else slipping
+    return BothEnds(
+        _together(laid, slipping, counted, judged, if_held, late),
+        counted,
+        held if known and if_held.verdict is not Verdict.CEASE else slipping,
+        EdgeFriction(
+            slipping=_end(slipping, judged),
+            held=_end(held, if_held),
+            held_nodes=int(np.count_nonzero(rim.kinds != laid.net.kinds)),
+        ),
+        late="the minima with a held rim" if late else "",
+    )
+
+
+def _together(
+    laid: LaidPocket,
+    slipping: starts.Settled,
+    counted: starts.Settled,
+    if_slipping: Judgement,
+    if_held: Judgement,
+    late: bool,
+) -> Judgement:
+    """Judge a pocket that is CEASE with a slipping rim."""
+    if if_held.verdict is Verdict.CEASE:
+        return laid.judge(slipping.solution, slipping.best, counted.every)
+    reason = if_held.reason
+    if not late:
+        told = f"{if_held.reason} if its rim is held, {if_slipping.reason} if it slips"
+        reason = f"friction at the ply's edge decides: {told}; {_REMEDY}"
+    return Judgement(Verdict.UNDECIDED, reason, if_held.decided_by)
+
+
+def _end(settled: starts.Settled, judged: Judgement) -> EdgeEnd:
+    known = settled.solution.certified
+    return EdgeEnd(
+        verdict=judged.verdict,
+        reason=judged.reason,
+        ridge_range_mm=settled.ridge_mm if known else None,
+        rms_range_mm=settled.rms_mm if known else None,
+    )
+
+
+def _not_settled(laid: LaidPocket) -> LeftOut:
+    if laid.recipe.verdict.criterion == "paper":
+        why, bound = 'verdict.criterion is "paper"', "ridges may come out higher than those reported, and decide"
+    else:
+        why, bound = "as their rim slips they do not cease already", "none: no verdict would be better"
+    return LeftOut(what="a held rim of pockets at the ply's edge", why=why, bound=bound)

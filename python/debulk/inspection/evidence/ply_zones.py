@@ -1,0 +1,176 @@
+"""Where the ply's level is read: well inside the outline, outside the pockets, in squares that cover the ply evenly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import pocket
+from debulk.grid import Grid
+from debulk.inspection.evidence.sample import Sample
+from debulk.surface import Reference
+
+__all__ = ["Blocks", "PlyZones"]
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+_SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
+_ENOUGH = 24  # squares
+_INSET_MM = 10.0  # from the outline: nearer to its edge, the ply is not seen from above alone
+_CELL_MM = 4.0  # of the grid that stores where the ply is
+_LEAST_POINTS = 9  # in a square: their median is uncertain by 0.4 of their noise
+_LEAST_SHARE = 0.6  # of a square's points: if pockets cover more, the ply there has not come down to the mold yet
+_OF_QUARTILES = 1.2533 / 1.349  # standard error of a median times the root of the count, over the quartiles' distance
+_CORNERS = 100  # so many corners of an outline are enough to leave out what lies inside it
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Squares of the ply with the medians of their heights.
+
+    Attributes
+    ----------
+    xy_mm
+        (B, 2) middles.
+    height_mm
+        (B,) medians above the reference.
+    error_mm
+        (B,) standard errors of these medians, from the quartiles of the heights.
+    slope_factor
+        (B,) mean of sqrt(1 + |grad F|²), F being the reference. On a slope, a ply that keeps its thickness at right
+        angles to the surface is thicker along z by this factor.
+    side_mm
+        Side of the squares.
+    ply_share
+        Share of the ply's area that lies in them.
+    """
+
+    xy_mm: Floats
+    height_mm: Floats
+    error_mm: Floats
+    slope_factor: Floats
+    side_mm: float
+    ply_share: float
+
+
+class PlyZones:
+    """Finds the squares of scan after scan; everything that does not depend on the scan is prepared once.
+
+    Parameters
+    ----------
+    reference
+        The surface below the ply.
+    ply_outline
+        (M, 2), mold XY, mm; None: all of the reference counts as the ply.
+    low_mm, high_mm
+        (2,) corners of the box around the known part of the reference.
+    """
+
+    def __init__(self, reference: Reference, ply_outline: Floats | None, low_mm: Floats, high_mm: Floats) -> None:
+        if ply_outline is not None:
+            low_mm, high_mm = np.maximum(low_mm, ply_outline.min(axis=0)), np.minimum(high_mm, ply_outline.max(axis=0))
+        size = np.maximum(high_mm - low_mm, _CELL_MM)
+        nx, ny = np.ceil(size / _CELL_MM).astype(int) + 1
+        x, y = low_mm[0] + _CELL_MM * np.arange(nx), low_mm[1] + _CELL_MM * np.arange(ny)
+        xy = np.stack(np.meshgrid(np.minimum(x, high_mm[0]), np.minimum(y, high_mm[1])), axis=-1).reshape(-1, 2)
+        on = np.ones(len(xy), dtype=np.bool_)
+        if ply_outline is not None:
+            on = pocket.inside(ply_outline, xy)
+            on[on] = pocket.distance_to_outline(ply_outline, xy[on]) > _INSET_MM
+        self._low, self._shape, self._on = low_mm, (ny, nx), on
+        self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
+        self.side_mm = next((s for s in _SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
+        self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
+        # One spare row of squares: `inside` rounds to cells, which reach past the last square by half a cell.
+        squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
+        block = self._block_of(xy[on])
+        self._block_cells = np.bincount(block, minlength=squares)
+        self.inset_mm = _INSET_MM
+        self.inner_mm2 = float(np.count_nonzero(on)) * _CELL_MM**2
+        self.squares = int(np.count_nonzero(self._block_cells * _CELL_MM**2 >= _LEAST_SHARE * self.side_mm**2))
+        factor = np.sqrt(1 + (reference.gradient(xy[on]) ** 2).sum(axis=1))
+        self._block_factor = np.bincount(block, factor, minlength=squares) / np.maximum(self._block_cells, 1)
+
+    def inside(self, sample: Sample) -> Bools:
+        """Return which points of a sample have a height and lie on the ply, well inside its outline."""
+        if (known := sample.inside.get(self)) is not None:
+            return known
+        cell = np.rint((sample.points_mm[:, :2] - self._low) / _CELL_MM)
+        ny, nx = self._shape
+        on: Bools = np.isfinite(sample.height_mm) & (cell >= 0).all(axis=1) & (cell < [nx, ny]).all(axis=1)
+        column, row = cell[on].astype(np.int64).T
+        on[on] = self._on[row * nx + column]
+        on.flags.writeable = False  # because all callers share it
+        sample.inside[self] = on
+        return on
+
+    def cells(self, heights: Grid) -> Bools:
+        """Return which cells of a map lie on the ply, well inside its outline."""
+        ny, nx = heights.values.shape
+        column, row = (
+            np.rint((heights.origin_mm[axis] + heights.spacing_mm * np.arange(n) - self._low[axis]) / _CELL_MM)
+            for axis, n in ((0, nx), (1, ny))
+        )
+        rows, columns = self._shape
+        there = ((row >= 0) & (row < rows))[:, None] & ((column >= 0) & (column < columns))
+        at = np.clip(row, 0, rows - 1).astype(np.int64), np.clip(column, 0, columns - 1).astype(np.int64)
+        return np.asarray(there & self._on.reshape(rows, columns)[np.ix_(*at)])
+
+    def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:
+        """Return the medians of the used points in each square in which most of the points on the ply are used."""
+        size = len(self._block_factor)
+        block = self._block_of(sample.points_mm[on, :2])
+        on_ply = np.bincount(block, minlength=size)
+        block = block[used[on]]
+        heights = _by_block(block, sample.height_mm[used])
+        counts = np.bincount(block, minlength=size)
+        numbers = np.flatnonzero((counts >= _LEAST_POINTS) & (counts >= _LEAST_SHARE * on_ply))
+        first, count = (np.cumsum(counts) - counts)[numbers], counts[numbers]
+        medians = 0.5 * (heights[first + (count - 1) // 2] + heights[first + count // 2])
+        quartiles = heights[first + 3 * (count - 1) // 4] - heights[first + (count - 1) // 4]
+        middle = np.stack([numbers % self._across, numbers // self._across], axis=1) + 0.5
+        cells = self._block_cells[numbers].sum()
+        return Blocks(
+            xy_mm=self._low + self.side_mm * middle,
+            height_mm=medians,
+            error_mm=_OF_QUARTILES * quartiles / np.sqrt(count),
+            slope_factor=np.maximum(self._block_factor[numbers], 1.0),
+            side_mm=self.side_mm,
+            ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
+        )
+
+    def _block_of(self, xy: Floats) -> NDArray[np.int64]:
+        column, row = (np.maximum(xy - self._low, 0.0) / self.side_mm).astype(np.int64).T
+        return np.asarray(row * self._across + column)
+
+
+def _by_block(block: NDArray[np.int64], heights: Floats) -> Floats:
+    """Sort heights by square, then by height, rounded to single precision.
+
+    The number of the square and the height are packed into one whole number, because whole numbers are sorted ten times
+    faster than pairs. The bits of a float, with all but the sign inverted in negative ones, sort as the values do.
+    """
+
+    def turned(bits: NDArray[np.int32]) -> NDArray[np.int32]:
+        return bits ^ ((bits >> 31) & np.int32(0x7FFFFFFF))
+
+    keys = (block << 32) + turned(heights.astype(np.float32).view(np.int32))
+    keys.sort()
+    return turned(keys.astype(np.int32)).view(np.float32).astype(np.float64)
+
+
+def off_pockets(points_mm: Floats, outlines_mm: Sequence[Floats]) -> Bools:
+    """Return which (N, 2 or more) points lie in none of the outlines."""
+    off = np.ones(len(points_mm), dtype=np.bool_)
+    x, y = points_mm[:, 0], points_mm[:, 1]
+    for corners in outlines_mm:
+        outline = corners[:: max(1, len(corners) // _CORNERS)]
+        (left, low), (right, high) = outline.min(axis=0), outline.max(axis=0)
+        near = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
+        if len(near):
+            off[near[pocket.inside(outline, points_mm[near, :2])]] = False
+    return off

@@ -1,0 +1,123 @@
+"""A sample of a scan's points, checked before all others: where they are, and how high above the reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core, cloud
+from debulk.grid import Grid
+from debulk.inspection.clouds.thinning import complete, thinned
+from debulk.inspection.clouds.unseen_marks import refuse_marks
+from debulk.inspection.reference.prepared import Prepared
+from debulk.surface import Reference
+
+__all__ = ["Sample", "sample_of", "sampled"]
+
+Floats = NDArray[np.float64]
+_FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Some points of a scan, mold frame.
+
+    Attributes
+    ----------
+    points_mm
+        (N, 3), all finite.
+    height_mm
+        (N,) heights above the reference along z; NaN where the reference was not seen.
+    each
+        Number of the scan's points that each of these stands for.
+    same
+        (N,) which of the points are in the reference cloud, bit for bit; all False if that is not known.
+    removed_mm
+        Offset that was subtracted from the heights.
+    pitch_mm
+        Distance from point to point of the scan, where it shows the ply; inf: not known.
+    repeated
+        Share of the scan's pixels that hold the same point as a neighbour; see `repeated_pixels`.
+    inside
+        Results of `PlyZones.inside`, by the zones, kept because several checks ask for them.
+    """
+
+    points_mm: Floats
+    height_mm: Floats
+    each: int
+    same: NDArray[np.bool_]
+    removed_mm: float = 0.0
+    pitch_mm: float = np.inf
+    repeated: float = 0.0
+    inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
+
+    def lowered(self, offset_mm: float) -> Sample:
+        """Return the same points, lower by this offset."""
+        down = self.points_mm - np.array([0.0, 0.0, offset_mm])
+        return Sample(down, self.height_mm - offset_mm, self.each, self.same, offset_mm, self.pitch_mm, self.repeated)
+
+    def overview(self) -> Grid:
+        """Return the heights as a coarse picture."""
+        seen = np.isfinite(self.height_mm)
+        xy, heights = self.points_mm[seen, :2], self.height_mm[seen]
+        if not len(xy):
+            return Grid(np.full((1, 1), np.nan, dtype=np.float32), np.zeros(2), 1.0)
+        low, size = xy.min(axis=0), np.ptp(xy, axis=0)
+        spacing = max(1.0, 1.5 * float(np.sqrt(size[0] * size[1] / len(xy))))
+        column, row = np.rint((xy - low) / spacing).astype(np.int64).T
+        values = np.full((row.max() + 1, column.max() + 1), np.nan, dtype=np.float32)
+        values[row, column] = heights
+        return Grid(values, low, spacing)
+
+
+def sampled(
+    scan: ArrayLike, prepared: Prepared, mold_from_scanner: Floats | None, mask: NDArray[np.bool_] | None, threads: int
+) -> Sample:
+    """Take a sample of a scan."""
+    whole = cloud.as_cloud(scan, "scan")
+    if whole.size < _FEW:
+        cloud.checked(whole, "scan")
+    points, each = thinned(whole, mask)
+    seen = complete(np.isfinite(points))
+    same = _same(points, prepared.sample)[seen]
+    points = points[seen]
+    refuse_marks(points, "scan")
+    return replace(sample_of(points, prepared, mold_from_scanner, threads), each=each, same=same)
+
+
+def sample_of(
+    points: NDArray[np.float32], prepared: Prepared, mold_from_scanner: Floats | None, threads: int
+) -> Sample:
+    """Make a sample of (N, 3) points of a scan, all finite, each of which stands for itself alone."""
+    if mold_from_scanner is not None and len(points):
+        points = cloud.transform(points, mold_from_scanner, threads=threads)
+    in_mold = points.astype(np.float64, order="F")  # each coordinate is contiguous: the checks read them one by one
+    return Sample(
+        in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), 1, np.zeros(len(in_mold), np.bool_)
+    )
+
+
+def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
+    """Return the heights of (N, 3) points above the reference; NaN where the grid `seen` shows nothing of it."""
+    heights = np.full(len(points_mm), np.nan)
+    corners = _core.surface.extent(reference)
+    (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
+    x, y, z = points_mm.T
+    inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
+    ny, nx = seen.values.shape
+    column = np.rint((x[inside] - seen.origin_mm[0]) / seen.spacing_mm).astype(np.int64)
+    row = np.rint((y[inside] - seen.origin_mm[1]) / seen.spacing_mm).astype(np.int64)
+    known = np.isfinite(seen.values[np.clip(row, 0, ny - 1), np.clip(column, 0, nx - 1)])
+    inside = inside[known]
+    if len(inside):
+        heights[inside] = z[inside] - reference.height(np.stack([x[inside], y[inside]], axis=1))
+    return heights
+
+
+def _same(points: NDArray[np.float32], reference: NDArray[np.float32] | None) -> NDArray[np.bool_]:
+    if reference is None or reference.shape != points.shape:
+        return np.zeros(len(points), dtype=np.bool_)
+    return complete(points == reference)

@@ -1,0 +1,149 @@
+"""Patches of an organised scan without measuring noise, where a scanner's own software filled or clipped the scan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+from debulk.inspection.clouds.thinning import complete
+
+__all__ = ["SIDE", "Quiet", "Squares", "quiet_squares", "some_on_ply", "squares_of", "touching"]
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Whole = NDArray[np.int64]
+Cloud = NDArray[np.float32]
+OnPly = Callable[[Cloud], Bools]
+
+SIDE = _core.cloud.square_side  # pixels along the side of a square
+_ACROSS = 3.0  # squares that begin within the width of the smallest patch that is looked for
+_FOR_LIMITS = 1000  # squares, spread over the image, from which the scan's noise is read
+_LEVEL = 0.01  # component of the mold's z in the scanner's XY: if smaller, depths along both z axes differ alike
+
+
+@dataclass(frozen=True, eq=False)
+class Squares:
+    """A lattice of squares of pixels, which may overlap.
+
+    Attributes
+    ----------
+    rows, columns
+        Rows and columns of the squares' first pixels.
+    step
+        Pixels from one square to the next, along rows and columns.
+    """
+
+    rows: Whole
+    columns: Whole
+    step: int
+
+    def middles(self, scan: Cloud, index: Whole) -> Cloud:
+        """Return the (N, 3) points in the middle of the squares with these numbers, counted row by row."""
+        half, wide = SIDE // 2, len(self.columns)
+        return np.asarray(scan[self.rows[index // wide] + half, self.columns[index % wide] + half])
+
+
+@dataclass(frozen=True, eq=False)
+class Quiet:
+    """Which squares of a scan carry no noise.
+
+    Attributes
+    ----------
+    squares
+        (R, C) True for the squares without noise.
+    unknown
+        Why a lack of noise would go undetected in other squares; empty: it would be detected.
+    """
+
+    squares: Bools
+    unknown: str = ""
+
+
+def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squares | None:
+    """Lay squares on a cloud's image so that a patch of this width holds some; None: no image, or one too small."""
+    if len(shape) != 3 or min(shape[:2]) < SIDE or not np.isfinite(pitch_mm):
+        return None
+    step = int(np.clip(wide_mm / (_ACROSS * pitch_mm), 4, 2 * SIDE))
+    rows, columns = (np.arange(0, n - SIDE + 1, step, dtype=np.int64) for n in shape[:2])
+    return Squares(rows, columns, step)
+
+
+def some_on_ply(scan: Cloud, squares: Squares, on_ply: OnPly) -> Whole:
+    """Return at most a thousand squares, spread over the image, whose middles were seen and lie on the ply."""
+    count = len(squares.rows) * len(squares.columns)
+    return _those_on_ply(scan, squares, np.arange(0, count, -(-count // _FOR_LIMITS)), on_ply)
+
+
+def quiet_squares(
+    scan: Cloud, squares: Squares, some: Whole, on_ply: OnPly, up: Floats, stop: _core.Stop, threads: int = 0
+) -> Quiet:
+    """Find the squares on the ply that carry none of the scan's noise.
+
+    Parameters
+    ----------
+    scan
+        (H, W, 3), scanner frame.
+    squares
+        The squares on its image.
+    some
+        Some of the squares on the ply, as `some_on_ply` returns them: the scan's noise is read from them.
+    on_ply
+        Function that returns which (N, 3) points lie on the ply.
+    up
+        (3,) the mold's z in the scanner's frame: heights may have been clipped along it, not along the scanner's z.
+    stop
+        Ends the search with `Stopped`.
+    threads
+        Number of threads; 0: as many as there are processors.
+    """
+    shape = len(squares.rows), len(squares.columns)
+    count = shape[0] * shape[1]
+    if not len(some):
+        return Quiet(np.zeros(shape, dtype=np.bool_))
+    axes = [(0.0, 0.0, 1.0), tuple(up)] if np.hypot(*up[:2]) > _LEVEL else [(0.0, 0.0, 1.0)]
+    limits = _core.cloud.quiet_limits(scan, squares.step, some, axes, threads, stop)
+    maybe = np.flatnonzero(_core.cloud.quiet_squares(scan, squares.step, limits, threads, stop))
+    quiet = np.zeros(count, dtype=np.bool_)
+    quiet[_those_on_ply(scan, squares, maybe, on_ply)] = True
+    return Quiet(quiet.reshape(shape), _unknown(limits))
+
+
+def touching(quiet: Bools) -> list[Whole]:
+    """Return the (N, 2) rows and columns of quiet squares, in groups of squares that touch along a side."""
+    left = {(int(row), int(column)) for row, column in np.argwhere(quiet)}
+    pieces = []
+    for start in sorted(left):
+        if start not in left:
+            continue
+        left.remove(start)
+        piece = [start]
+        for row, column in piece:  # the list grows during the loop
+            beside = {(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)} & left
+            left -= beside
+            piece += sorted(beside)
+        pieces.append(np.array(piece))
+    return pieces
+
+
+def _unknown(limits: list[_core.cloud.QuietLimits]) -> str:
+    if all(along.told for along in limits):
+        return ""
+    step_mm = max(along.step_mm for along in limits if not along.told)
+    if any(along.stepped for along in limits):
+        return (
+            f"the scan's depths are rounded to steps of {step_mm:.2g} mm, which hide its noise: what was filled in "
+            "before that looks like the rest"
+        )
+    return "the scan has too little noise, or is rounded too coarsely, to miss noise in a patch"
+
+
+def _those_on_ply(scan: Cloud, squares: Squares, index: Whole, on_ply: OnPly) -> Whole:
+    """Return those of the squares whose middles were seen and lie on the ply."""
+    middles = squares.middles(scan, index)
+    seen = complete(np.isfinite(middles))
+    index = index[seen]
+    return index[on_ply(middles[seen])] if len(index) else index

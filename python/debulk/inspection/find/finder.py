@@ -1,0 +1,54 @@
+"""Finders of the pockets in a scan: through regions of interest if these surely find all, else in the whole scan."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core
+from debulk.inspection.find.found import Found
+from debulk.inspection.find.regions import RegionFinder
+from debulk.inspection.find.whole_scan import WholeScanFinder
+from debulk.inspection.reference.prepared import Prepared
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Finder", "finder_for"]
+
+Floats = NDArray[np.float64]
+
+
+class Finder(Protocol):
+    """A finder is prepared once for a reference, then used for scan after scan, by one thread at a time."""
+
+    def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
+        """Find the pockets of a scan.
+
+        Parameters
+        ----------
+        scan
+            (H, W, 3) or (N, 3), scanner frame, mm, NaN = nothing seen.
+        mask
+            (H, W) of an organised scan: True where a pixel is not to be used.
+        stop
+            Ends the search with `Stopped` when it is raised from another thread, or when its deadline passes.
+
+        Raises
+        ------
+        InputError
+            For a bad cloud, or a mask of another shape.
+        """
+
+
+def finder_for(
+    prepared: Prepared, mold_from_scanner: Floats | None, ply_outline: Floats | None, recipe: Recipe
+) -> Finder:
+    """Prepare the finder that the recipe asks for: regions with the whole scan as fallback, or only the whole scan."""
+    whole = WholeScanFinder(prepared, mold_from_scanner, ply_outline, recipe)
+    if not recipe.segmentation.regions:
+        whole.prepare()
+        return whole
+    return RegionFinder(prepared, mold_from_scanner, ply_outline, recipe, whole)

@@ -1,0 +1,195 @@
+"""What a finder finds in a scan: the pockets, how much of the ply is known, and which parts were not examined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.fibre import FibreRuns
+from debulk.forking import kept
+from debulk.grid import Grid
+from debulk.inspection.ply.fibre_runs import ScanRuns
+from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen
+from debulk.results.report import LeftOut
+
+__all__ = ["Found", "FoundPocket", "RegionFigures", "runs_over"]
+
+
+@dataclass(frozen=True, eq=False)
+class FoundPocket:
+    """One pocket of a segmentation.
+
+    Attributes
+    ----------
+    number
+        1 for the largest pocket of the scan.
+    segmentation, feet
+        The piece of the scan in which the pocket was found.
+    index
+        Index of the pocket in that piece, from 0.
+    unseen
+        What the scan does not show.
+    promoted
+        Why it is judged although it is below a tolerance; empty if it is not below any.
+    doubt
+        Why it may crease although its net does not; empty if nothing suggests that.
+    joined
+        Numbers of the other pockets that share their foot with this one; its net spans them too.
+    masked, runs
+        As in the `Found` that the pocket comes from.
+    """
+
+    number: int
+    segmentation: Segmentation
+    feet: Feet
+    index: int
+    unseen: Unseen
+    promoted: str = ""
+    doubt: str = ""
+    joined: tuple[int, ...] = ()
+    masked: tuple[bool, ...] = ()
+    runs: ScanRuns | None = None
+
+    @property
+    def hidden(self) -> tuple[bool, ...]:
+        """For each of the holes of `unseen`, whether the mask hides it."""
+        return self.masked or (False,) * len(self.unseen.holes)
+
+    @property
+    def pocket(self) -> Pocket:
+        """The part above the cut; its `id` is unique only within its piece of the scan."""
+        return self.segmentation.pockets[self.index]
+
+    @property
+    def foot(self) -> Foot:
+        """The foot, where the ply comes down to the mold."""
+        return self.feet.feet[self.index]
+
+    @kept
+    def crossing(self) -> NDArray[np.intp]:
+        """Numbers of the runs that cross its foot."""
+        return np.zeros(0, dtype=np.intp) if self.runs is None else self.runs.crossing(self.feet, self.index)
+
+    @property
+    def excess(self) -> FibreRuns | None:
+        """The runs that cross its foot; None if no line was read."""
+        return None if self.runs is None else self.runs.runs[self.crossing]
+
+
+def runs_over(pockets: Iterable[FoundPocket]) -> NDArray[np.intp]:
+    """Return the numbers of the runs that cross the foot of any of the pockets, in order."""
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *(one.crossing for one in pockets)]))
+
+
+@dataclass(frozen=True)
+class RegionFigures:
+    """How much of a scan was examined if its pockets were found through regions of interest.
+
+    Attributes
+    ----------
+    rows, columns
+        Steps between the rows and the columns of pixels that the coarse pass reads.
+    pixel_mm
+        Longest side of a pixel on the ply.
+    eye_mm2
+        Area between two such rows and two such columns; nothing larger can be missed there.
+    flag_mm
+        Height above which the coarse pass takes a pixel for a part of a pocket.
+    windows
+        Number of windows that were processed.
+    read_share, image_share
+        Share of the pixels that the coarse pass and the sample of the outlier filter read, and share that lies in
+        windows.
+    threshold_mm, threshold_error_mm, sample
+        Threshold of the outlier filter, its standard error, and the number of points that it was computed from; an
+        error of 0 means that all points were used.
+    """
+
+    rows: int
+    columns: int
+    pixel_mm: float
+    eye_mm2: float
+    flag_mm: float
+    windows: int
+    read_share: float
+    image_share: float
+    threshold_mm: float
+    threshold_error_mm: float
+    sample: int
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The pockets of a scan, found in one piece or in several.
+
+    Attributes
+    ----------
+    parts
+        The segmented pieces of the scan, with their feet. No pocket is in two pieces.
+    unseen
+        How much of the ply is known (of the reference, if the outline is unknown), and the holes in it.
+    overview
+        Heights above the reference for a picture.
+    times_ms
+        Duration of each stage.
+    left_out
+        What this kind of search leaves out.
+    regions
+        Figures of the regions of interest; None if the whole scan was processed.
+    doubt
+        Why no pockets were looked for: the scan shows far too little of the ply. Empty if they were looked for.
+    masked
+        For each of the holes of `unseen`, whether the mask hides it. Empty if there is no mask.
+    runs
+        The runs of the fibre lines over the parts; None: not read.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> pose = layup.mold_from_scanner
+    >>> inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=pose)
+    >>> found = inspector.find(layup.scan)
+    >>> len(found.pockets), found.pockets[0].number, found.pockets[0].pocket.touches_ply_edge
+    (14, 1, False)
+    """
+
+    parts: tuple[tuple[Segmentation, Feet], ...]
+    unseen: Unseen
+    overview: Grid
+    times_ms: dict[str, float] = field(default_factory=dict)
+    left_out: tuple[LeftOut, ...] = ()
+    regions: RegionFigures | None = None
+    doubt: str = ""
+    masked: tuple[bool, ...] = ()
+    runs: ScanRuns | None = None
+
+    @property
+    def pockets(self) -> tuple[FoundPocket, ...]:
+        """All pockets, largest area first, numbered as if the scan were in one piece."""
+        places = [(s, feet, index) for s, feet in self.parts for index in range(len(s.pockets))]
+        places.sort(key=lambda place: -round(1e6 * place[0].pockets[place[2]].area_mm2))
+        keys = [(id(feet), feet.feet[index].label) for _, feet, index in places]
+        sharing: dict[tuple[int, int], list[int]] = {}
+        for number, key in enumerate(keys, start=1):
+            sharing.setdefault(key, []).append(number)
+        return tuple(
+            FoundPocket(
+                number,
+                *place,
+                self.unseen,
+                joined=tuple(n for n in sharing[key] if n != number),
+                masked=self.masked,
+                runs=self.runs,
+            )
+            for number, (place, key) in enumerate(zip(places, keys, strict=True), start=1)
+        )
+
+    @property
+    def dropped(self) -> tuple[Dropped, ...]:
+        """The bumps that stand above the cut but are no pockets, largest area first."""
+        dropped = [d for segmentation, _ in self.parts for d in segmentation.dropped]
+        return tuple(sorted(dropped, key=lambda d: -d.area_mm2))

@@ -1,0 +1,1 @@
+"""Whether scan, reference, pose, outline and recipe belong together."""

@@ -1,0 +1,58 @@
+"""The reason why too few squares of the ply are known to determine its level from them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.clouds.thinning import pitch_of
+from debulk.inspection.evidence.ply_zones import PlyZones
+from debulk.inspection.evidence.sample import Sample
+
+__all__ = ["few_squares_reason"]
+
+_SEEN = 0.8  # of the ply: if more was seen, squares are missing for another reason than an incomplete scan
+_ROUND_MM = 50  # margin that a cropped scan should keep round the ply
+
+
+def few_squares_reason(
+    zones: PlyZones, sample: Sample, on: NDArray[np.bool_], *, least: int, share: float, outlined: bool
+) -> str:
+    """Say why there are too few squares, and what to do.
+
+    Parameters
+    ----------
+    zones, sample, on
+        The ply's squares, the sample of the scan's points, and which of these lie well inside the ply.
+    least
+        How many squares are needed.
+    share
+        Share of the ply that the known squares cover.
+    outlined
+        Whether the ply's outline is known.
+    """
+    known = np.isfinite(sample.height_mm)
+    each_mm2 = pitch_of(sample.points_mm[known, :2], 1) ** 2
+    seen = np.count_nonzero(on) * each_mm2 / max(zones.inner_mm2, 1.0)
+    cannot = "the level of the ply cannot be determined"
+    if not outlined or not np.isfinite(each_mm2) or seen < _SEEN:
+        return (
+            f"{cannot}: between the pockets only {100 * share:.1f} % of it was seen by scan and reference; check that "
+            "the outline, the scan and the reference are of the same part, in mm, with their pose: z is to point up, "
+            "away from the mold"
+        )
+    if zones.squares < least:
+        return (
+            f"{cannot}: the ply is too small, only {zones.squares} squares of {zones.side_mm:g} mm lie "
+            f"{zones.inset_mm:g} mm inside its outline, and {least} are needed; check that the outline is in mm"
+        )
+    if len(zones.blocks(sample, on, on).height_mm) < least:
+        return (
+            f"{cannot}: the ply is a small part of the scan, only {np.count_nonzero(on)} of the {len(on)} points that "
+            f"are looked at for it lie well inside the outline; crop scan and reference to the ply and {_ROUND_MM} mm "
+            "round it"
+        )
+    return (
+        f"{cannot}: pockets with their feet leave only {100 * share:.1f} % of the ply between them; lay it down and "
+        "scan again"
+    )

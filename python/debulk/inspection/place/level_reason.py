@@ -1,0 +1,144 @@
+"""Names the likely mistake if the level cannot be that of the ply, and what to do about it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from debulk.inspection.evidence.edge_check import EdgeFit
+from debulk.inspection.place.level import Deviation
+from debulk.inspection.place.level_step import Step, step_of
+from debulk.results.level import Level
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["edge_reason", "level_reason", "same_reason", "swapped_reason"]
+
+_ROUNDS_TO_NOTHING_MM = 0.005
+_EXPLAINED = 0.25  # of the wrong squares: a fit that leaves no more of them wrong than this explains the deviation
+
+
+def same_reason(share: float) -> str:
+    """Say that scan and reference are the same cloud."""
+    return (
+        f"scan and reference are the same: {100 * share:.0f} % of their points agree bit for bit; give the scan of the "
+        "draped ply and the reference from before it was draped, with all the digits that the scanner gave"
+    )
+
+
+def swapped_reason(hanging_mm2: float, cut_height_mm: float) -> str:
+    """Say that parts of the scan lie below the reference where pockets should stand above it."""
+    return (
+        f"scan and reference look swapped: {hanging_mm2 / 100:.0f} cm² of the scan hang more than {cut_height_mm:g} mm "
+        "below the reference; give them the other way round, or check the pose: z is to point up, away from the mold"
+    )
+
+
+def edge_reason(fit: EdgeFit) -> str:
+    """Say where the outline does not fit."""
+    x, y = fit.at_mm
+    way = f"{abs(fit.off_mm):.0f} mm {'outside' if fit.off_mm > 0 else 'inside'}"
+    return (
+        f"the outline does not fit the scan: along {100 * fit.off_share:.0f} % of it the ply's edge is elsewhere, "
+        f"round ({x:.0f}, {y:.0f}) mm {way} it; check that it is this ply's, not mirrored, and in the mold's frame"
+    )
+
+
+def level_reason(
+    level: Level, found: Deviation, recipe: Recipe, pockets_share: float = 0.0, loose_share: float = 0.0
+) -> str:
+    """Say why a level cannot be that of the ply; empty if it can.
+
+    Parameters
+    ----------
+    level, found
+        Level and deviation of the ply between its pockets.
+    recipe
+        Of which the section ``level`` is used.
+    pockets_share
+        Share of the ply that pockets may cover if they have not been left out.
+    loose_share
+        Share of the ply between the pockets that may stand up because it is a loose border or low bumps.
+    """
+    tol, share = recipe.level.tol_mm, recipe.level.largest_share
+    if level.uncertainty_mm > 0.5 * tol:
+        return (
+            "the level of the ply cannot be determined: its median height between the pockets is uncertain by "
+            f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:g} mm; scan again, with less noise, "
+            "and check whether the reference is of this mold"
+        )
+    median, wrong = level.laid_mm - level.thickness_mm, level.low_share + level.high_share
+    if abs(median) <= tol and wrong - loose_share <= share:
+        return ""
+    bare = level.laid_mm <= tol and abs(level.laid_mm) < 0.5 * level.thickness_mm
+    if bare and sum(found.left(tol, 0)) <= share:
+        return (
+            f"no ply is seen: the scan stands {level.laid_mm:.2f} mm above the reference everywhere, a ply by its "
+            f"thickness of {level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, "
+            f"or the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low"
+        )
+    enough = max(share, _EXPLAINED * wrong)
+    left = [found.left(tol, k) for k in range(3)]
+    # A fit of negligible size explains nothing, even if little is left after subtracting it.
+    sizes = zip((abs(median), float(np.ptp(found.fits_mm[1])), level.bow_mm), (0.5, 1.0, 0.5), strict=True)
+    counts = [size_mm > max(share_of_tol * tol, _ROUNDS_TO_NOTHING_MM) for size_mm, share_of_tol in sizes]
+    small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
+    order = next((k for k in range(3) if counts[k] and small[k]), None)
+    step = step_of(found, 2 if order is None else max(1, order))
+    if step is not None and step.height_mm > tol and np.mean(np.abs(step.rest_mm) > tol) <= enough:
+        what, remedy = _step(step)
+    else:
+        what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
+    return (
+        f"{what} (between the pockets the ply stands {level.laid_mm:.2f} mm above the reference, its thickness is "
+        f"{level.thickness_mm:g} mm): {remedy}"
+    )
+
+
+def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[str, str]:
+    """Name the rigid motion or the bend that explains the deviation, and a remedy."""
+    offset = level.laid_mm - level.thickness_mm
+    lies = f"lies {abs(offset):.2f} mm too {'high' if offset > 0 else 'low'}"
+    if order == 0:
+        checks = "check the pose, the thickness in the recipe, and whether the reference is of this layup"
+        return f"the scan {lies} everywhere", checks
+    also = f" and {lies}" if abs(offset) > tol_mm else ""
+    if order == 1:
+        ends = float(np.ptp(found.fits_mm[1]))
+        return (
+            f"the scan is tilted by {level.tilt_deg:.2g} degrees about an axis at {level.tilt_axis_deg:.0f} degrees "
+            f"from x, {ends:.2f} mm from end to end{also}",
+            "check whether scanner or mold moved since the reference was taken",
+        )
+    return (
+        f"the scan is bent by {level.bow_mm:.2f} mm over the ply{also}",
+        "check the scanner's calibration and temperature, how the mold is held, and whether the reference is of it",
+    )
+
+
+def _step(step: Step) -> tuple[str, str]:
+    """Name a step, and a remedy."""
+    x, y = step.at_mm
+    return (
+        f"{100 * step.share:.0f} % of the ply lies {step.height_mm:.2f} mm higher than the rest, by a step along a "
+        f"line through ({x:.0f}, {y:.0f}) mm at {step.line_deg:.0f} degrees from x",
+        "look whether backing paper was left on there, or whether another ply lies below; if neither, check whether "
+        "scanner or mold moved",
+    )
+
+
+def _uneven(level: Level, found: Deviation, recipe: Recipe) -> tuple[str, str]:
+    """Name a deviation that no simple motion explains, and a remedy."""
+    worst = int(np.argmax(np.abs(found.residual_mm) - 2 * found.error_mm))
+    x, y = found.xy_mm[worst]
+    what = (
+        f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {recipe.level.tol_mm:g} mm too "
+        f"low and {100 * level.high_share:.0f} % too high, worst by {found.residual_mm[worst]:+.2f} mm at "
+        f"({x:.0f}, {y:.0f}) mm"
+    )
+    raised = level.low_share <= recipe.level.largest_share
+    if raised and abs(level.laid_mm - level.thickness_mm) <= recipe.level.tol_mm:
+        return what, "a ply that stands off the mold so widely cannot be judged; lay it down and scan again"
+    return what, "check whether the reference is of this mold and of the plies below, and whether scanner or mold moved"

@@ -1,0 +1,96 @@
+"""The mold's edge, for a ply of unknown outline: what lies below a cliff in the reference is assumed to be no ply."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+from debulk.grid import Grid
+from debulk.inspection.evidence.sample import Sample
+from debulk.inspection.find.windows import grown
+from debulk.inspection.reference.prepared import Prepared
+from debulk.results.report import LeftOut
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Below", "parted"]
+
+_SQUARE_MM = 40.0
+_LEAST_POINTS = 9  # that a square needs to be judged
+_MARGIN_MM = 8.0  # so near to the edge a scan may have points between both levels, and show the ply from the side, too
+_CLIFF_MM = 200.0  # within this distance of the edge the table is visible again, beyond the cliff's shadow
+
+
+@dataclass(frozen=True, eq=False)
+class Below:
+    """The part of the reference below the mold's edge, which is taken for a table if a scan shows nothing on it.
+
+    Attributes
+    ----------
+    heights
+        Heights of the reference there, mm; NaN elsewhere.
+    share
+        Its share of the known part of the reference.
+    laid_mm
+        The ply's thickness; what stands half of it above the table may be a ply.
+    """
+
+    heights: Grid
+    share: float
+    laid_mm: float
+
+    def doubt(self, sample: Sample) -> str:
+        """Say that a ply, or something else, lies there; empty if the scan does not stand above the reference there."""
+        grid = self.heights
+        column, row = np.rint((sample.points_mm[:, :2] - grid.origin_mm) / grid.spacing_mm).astype(np.int64).T
+        on = (column >= 0) & (row >= 0) & (column < grid.values.shape[1]) & (row < grid.values.shape[0])
+        above = np.full(len(on), np.nan)
+        above[on] = sample.points_mm[on, 2] - grid.values[row[on], column[on]]
+        known = np.flatnonzero(np.isfinite(above))
+        square = np.floor(sample.points_mm[known, :2] / _SQUARE_MM).astype(np.int64)
+        places, which, counts = np.unique(square, axis=0, return_inverse=True, return_counts=True)
+        order = np.lexsort((above[known], which.ravel()))
+        first = np.cumsum(counts) - counts
+        medians = above[known][order][first + counts // 2] if len(known) else np.zeros(0)
+        stands = (counts >= _LEAST_POINTS) & (medians > 0.5 * self.laid_mm)
+        if not stands.any():
+            return ""
+        x, y = (places[stands][0] + 0.5) * _SQUARE_MM
+        return (
+            "the ply's outline is not given, and the mold's edge does not tell where the ply ends: the reference falls "
+            f"by a cliff, and below it the scan stands above the reference in {np.count_nonzero(stands)} squares of "
+            f"{_SQUARE_MM:g} mm, the first round ({x:.0f}, {y:.0f}) mm; give the ply's outline (ply_outline, --outline)"
+        )
+
+    def left_out(self) -> LeftOut:
+        """Name the part that is not judged."""
+        return LeftOut(
+            what=f"{100 * self.share:.0f} % of the reference, below the mold's edge",
+            why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
+            "the table",
+            bound=f"no square of {_SQUARE_MM:g} mm there stands {0.5 * self.laid_mm:.2g} mm above the reference; a ply "
+            f"that hangs over the edge is judged up to {_MARGIN_MM:g} mm from the edge only",
+        )
+
+
+def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, Below | None]:
+    """Return the reference without the part below a cliff, and that part, which is None if there is no cliff."""
+    seen = prepared.seen
+    marks: NDArray[np.uint8] = _core.surface.above_cliffs(*prepared.seen_on_grid(), recipe.run.threads, _core.Stop())
+    if not marks.size:
+        return prepared, None
+    above = marks.view(np.bool_)
+    known = np.isfinite(seen.values)
+    cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (_CLIFF_MM, _MARGIN_MM))
+    beside = grown(known & ~above, cliff) & grown(~(known & above), margin)
+    below = Grid(np.where(above, np.nan, seen.values), seen.origin_mm, seen.spacing_mm)
+    share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))
+    mold = Grid(
+        np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype), seen.origin_mm, seen.spacing_mm
+    )
+    return replace(prepared, seen=mold), Below(below, share, recipe.material.thickness_mm)

@@ -1,0 +1,281 @@
+"""Checks whether scan, reference, pose, outline and recipe belong together, made before any pocket is judged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core, pocket
+from debulk.grid import Grid
+from debulk.inspection.clouds.offset import raised
+from debulk.inspection.clouds.repeated_pixels import REPEATED, repeated_reason, repeated_share
+from debulk.inspection.clouds.thinning import pitch_of
+from debulk.inspection.clouds.unit import unit_reason, width_of
+from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
+from debulk.inspection.evidence.sample import Sample, sampled
+from debulk.inspection.find.found import Found
+from debulk.inspection.place import plateaus
+from debulk.inspection.place.few_squares import few_squares_reason
+from debulk.inspection.place.level import Deviation, departure, deviation, level_of
+from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason, swapped_reason
+from debulk.inspection.reference import frame
+from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.reference.resolution import coarse_reason
+from debulk.results.level import Level
+from debulk.verdict import Judgement
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Placed", "Placing"]
+
+Floats = NDArray[np.float64]
+# Share of the points on the ply. Two scans, one without the ply and one with it, agree bit for bit in hardly any point.
+_SAME_SHARE = 0.5
+_LEAST_BLOCKS = 6  # squares: as many as a paraboloid has coefficients
+_WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
+_PLY_SHARE = 0.5  # of the ply: if more of it is off the level, pockets cannot be the cause
+_BARE_SHARE = 0.95  # of the points seen: if more of them show the bare mold, there is no ply
+_LOOSE_SHARE = 0.2  # of the ply between the pockets: the largest share that may be loose borders and low bumps
+_LOW_SHARE = 0.01  # of the ply between the pockets: if more of it lies too low, none counts as loose
+_HILL = 0.5  # of the cut's height: a square that stands as high as this is listed as a bump elsewhere
+_TOUCHING = 1.5  # sides of a square: squares nearer to one another than this touch
+_HANGING = 3.0  # times the area above the cut: if more hangs as far below, scan and reference look swapped
+_FAR_ROW = 3  # stretches, 120 mm: of 305 right layups, one had a single stretch that far off, and none had two
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """The result of the checks: the level (None: too little to read it from), and what is wrong (empty: nothing)."""
+
+    level: Level | None
+    doubt: str = ""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings for the reader of the report."""
+        out: list[str] = []
+        if self.level is None:
+            return ()
+        if removed := self.level.removed_offset_mm:
+            out.append(
+                f"the scan lay {abs(removed):.3f} mm too {'high' if removed > 0 else 'low'}; that was estimated "
+                "between the pockets and taken out (level.remove_offset_mm)"
+            )
+        if loose := self.level.loose_share:
+            out.append(
+                f"the ply stands loose in places: {100 * loose:.0f} % of it between the pockets, from its edge inwards "
+                "or round bumps below the tolerances, does not lie on the mold; what stands up there is judged or "
+                "listed as elsewhere"
+            )
+        return tuple(out)
+
+
+class Placing:
+    """Checks scan after scan. Everything that does not depend on the scan is prepared in the constructor.
+
+    Parameters
+    ----------
+    prepared
+        The prepared reference.
+    mold_from_scanner
+        (4, 4), x_mold = T x_scanner; None: clouds are in the mold's frame.
+    ply_outline
+        (M, 2), mold XY, mm, or None.
+    mask
+        (H, W), True where the image is not to be used, or None.
+    recipe
+        The sections level, material, segmentation and run are used.
+    least_mm
+        Least thickness that the ply may have; None: the recipe's thickness.
+
+    Attributes
+    ----------
+    zones
+        Where the ply is, and where its level is read.
+    outline
+        Its outline, for checks of its edge; None: not known.
+    """
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        mold_from_scanner: Floats | None,
+        ply_outline: Floats | None,
+        mask: NDArray[np.bool_] | None,
+        recipe: Recipe,
+        least_mm: float | None = None,
+    ) -> None:
+        self._prepared, self._wide_mm = prepared, width_of(prepared.seen)
+        self._pose, self._mask, self._recipe = mold_from_scanner, mask, recipe
+        self._thickness_mm = recipe.material.thickness_mm
+        self._least_mm = self._thickness_mm if least_mm is None else least_mm
+        corners = _core.surface.extent(prepared.reference)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        frame.check_tilt(prepared.reference, low, high, ply_outline)
+        if ply_outline is not None:
+            frame.check_outline_on(ply_outline, low, high)
+        self._ply_outline = ply_outline
+        self.outline = None if ply_outline is None else Outline(ply_outline)
+        self.zones = PlyZones(prepared.reference, ply_outline, low, high)
+
+    def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
+        """Return the scan, without its offset if the recipe allows removing it, and the sample for all checks."""
+        sample = sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
+        on = self.zones.inside(sample)
+        pitch_mm = pitch_of(sample.points_mm[on, :2], sample.each)
+        sample = replace(sample, pitch_mm=pitch_mm, repeated=repeated_share(scan))
+        offset_mm = self._offset(sample)
+        if not offset_mm:
+            return scan, sample
+        along_rays = self._prepared.image is not None and np.ndim(scan) == 3
+        return raised(scan, self._pose, -offset_mm, along_rays=along_rays, stop=stop), sample.lowered(offset_mm)
+
+    def gross(self, sample: Sample) -> Placed | None:
+        """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
+        on = self.zones.inside(sample)
+        same = self._same_share(sample, on)
+        if same > (_SAME_SHARE if self.outline is not None else _BARE_SHARE):
+            return Placed(None, same_reason(same))
+        unit = unit_reason(sample.points_mm, self._wide_mm)
+        if unit:
+            return Placed(None, unit)
+        if sample.repeated > REPEATED:
+            return Placed(None, repeated_reason(sample.repeated))
+        coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
+        if coarse:
+            return Placed(None, f"the scan is too coarse: {coarse}")
+        blocks = self._blocks(sample, on, ())
+        off = departure(blocks, self._thickness_mm, self._least_mm)
+        if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._recipe.level.tol_mm) <= _PLY_SHARE:
+            return None
+        placed = self._judge(sample, ())
+        return placed if placed.doubt else None
+
+    def plateaus(self, found: Found, stop: _core.Stop) -> list[Judgement]:
+        """Judge the places where the ply is missing, lies double, or lies on something."""
+        outlined = self.outline is not None
+        places = plateaus.find(found.overview, self.zones, self._prepared, self._recipe, stop, outlined=outlined)
+        return plateaus.doubts(places, self._thickness_mm)
+
+    def judge(self, sample: Sample, found: Found) -> Placed:
+        """Judge the level between the pockets, and their share of the ply."""
+        outlines = [p.foot.outline_mm if len(p.foot.outline_mm) else p.pocket.outline_mm for p in found.pockets]
+        bumps = [(bump.centroid_mm, float(np.sqrt(bump.area_mm2 / np.pi))) for bump in found.dropped]
+        placed = self.judge_between(sample, outlines, found.overview, bumps)
+        widest = max(found.pockets, key=lambda p: p.foot.area_mm2, default=None)
+        share = 0.0 if widest is None else widest.foot.area_mm2 / self.zones.area_mm2
+        most = self._recipe.level.largest_pocket_share
+        if placed.doubt or widest is None or share <= most:
+            return placed
+        doubt = (
+            f"pocket {widest.number} stands on {100 * share:.0f} % of the ply, limit {100 * most:g} % "
+            "(level.largest_pocket_share): that is no pocket, but a ply that does not lie on the mold, or a scan out "
+            "of place"
+        )
+        return replace(placed, doubt=doubt)
+
+    def judge_between(
+        self,
+        sample: Sample,
+        outlines_mm: Sequence[Floats],
+        heights: Grid,
+        bumps: Sequence[tuple[Floats, float]] = (),
+    ) -> Placed:
+        """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights.
+
+        `bumps` holds the middles and the radii of the bumps that are listed.
+        """
+        placed = self._judge(sample, outlines_mm, bumps)
+        if placed.doubt or self.outline is None:
+            return placed
+        recipe = self._recipe
+        fit = self.outline.fit(heights, self._thickness_mm, recipe.segmentation.cut_height_mm)
+        if not fit.judged or (fit.off_share <= recipe.level.largest_edge_share and fit.far_row < _FAR_ROW):
+            return placed
+        return replace(placed, doubt=edge_reason(fit))
+
+    def _same_share(self, sample: Sample, on: NDArray[np.bool_]) -> float:
+        """Return the share of the points on the ply that are the reference's own, bit for bit.
+
+        Points beside the ply do not count, for both scans show the same surface there. If the outline is not known, the
+        ply may be a small part of the scan, and the caller asks for nearly all points to be the same.
+        """
+        return float(np.mean(sample.same[on])) if on.any() else 0.0
+
+    def _offset(self, sample: Sample) -> float:
+        """Return the offset of the scan's height that is to be removed; 0: none is allowed, or it is too small."""
+        most = self._recipe.level.remove_offset_mm
+        if most <= 0:
+            return 0.0
+        on = self.zones.inside(sample)
+        off = departure(self._blocks(sample, on, ()), self._thickness_mm, self._least_mm)
+        median = float(np.median(off)) if len(off) >= _LEAST_BLOCKS else 0.0
+        return median if _WORTH * self._recipe.level.tol_mm < abs(median) <= most else 0.0
+
+    def _blocks(self, sample: Sample, on: NDArray[np.bool_], outlines: Sequence[Floats]) -> Blocks:
+        """Return the squares of the ply outside the outlines, without the bare mold if the ply's outline is unknown."""
+        used = on & off_pockets(sample.points_mm, outlines)
+        if self.outline is None:
+            bare = np.abs(sample.height_mm) <= self._recipe.level.tol_mm
+            if np.count_nonzero(bare & used) < _BARE_SHARE * np.count_nonzero(used):
+                used &= ~bare
+        return self.zones.blocks(sample, on, used)
+
+    def _judge(self, sample: Sample, outlines: Sequence[Floats], bumps: Sequence[tuple[Floats, float]] = ()) -> Placed:
+        recipe, zones = self._recipe, self.zones
+        thickness, cut = self._thickness_mm, recipe.segmentation.cut_height_mm
+        on = zones.inside(sample)
+        count = max(1, int(np.count_nonzero(on)))
+        standing = float(np.count_nonzero(sample.height_mm[on] > cut)) / count * zones.area_mm2
+        hanging = float(np.count_nonzero(sample.height_mm[on] < -cut)) / count * zones.area_mm2
+        blocks = self._blocks(sample, on, outlines)
+        if len(blocks.height_mm) < _LEAST_BLOCKS:
+            outlined = self.outline is not None
+            return Placed(
+                None,
+                few_squares_reason(zones, sample, on, least=_LEAST_BLOCKS, share=blocks.ply_share, outlined=outlined),
+            )
+        found = deviation(blocks, thickness, self._least_mm)
+        level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
+        loose = self._loose_share(found, blocks, bumps)
+        doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
+        swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0
+        if doubt and swapped and level.laid_mm > -cut:
+            doubt = swapped_reason(hanging, cut)
+        needed = level.low_share + level.high_share > recipe.level.largest_share
+        return Placed(replace(level, loose_share=loose) if needed and not doubt else level, doubt)
+
+    def _loose_share(self, found: Deviation, blocks: Blocks, bumps: Sequence[tuple[Floats, float]]) -> float:
+        """Return the share of the squares that stand up in one piece with the ply's edge or with a bump.
+
+        It is 0 if anything else is wrong. A motion or a bend of the scan, or another reference, also leaves squares too
+        low, or a fit that is not level. An area of more than a fifth of the ply that stands up is neither a loose
+        border nor a bump.
+        """
+        tol = self._recipe.level.tol_mm
+        off = found.off(tol)
+        if np.mean(off < 0) > _LOW_SHARE:
+            return 0.0
+        reach = _TOUCHING * blocks.side_mm
+        left = np.flatnonzero(off > 0)
+        begins = blocks.height_mm[left] >= _HILL * self._recipe.segmentation.cut_height_mm
+        if self._ply_outline is not None:
+            begins |= pocket.distance_to_outline(self._ply_outline, blocks.xy_mm[left]) < reach
+        for middle_mm, radius_mm in bumps:
+            begins |= np.abs(blocks.xy_mm[left] - middle_mm).max(axis=1) < radius_mm + reach
+        loose, left = left[begins], left[~begins]
+        while len(left):
+            apart = np.abs(blocks.xy_mm[left, None] - blocks.xy_mm[None, loose]).max(axis=2)
+            touches = (apart < reach).any(axis=1)
+            if not touches.any():
+                break
+            loose, left = np.concatenate([loose, left[touches]]), left[~touches]
+        share = len(loose) / len(off)
+        level = float(np.max(np.abs(found.fits_mm))) <= tol or found.level_without(loose, tol)
+        return share if level and share <= _LOOSE_SHARE else 0.0

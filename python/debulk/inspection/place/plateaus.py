@@ -1,0 +1,253 @@
+"""Flat places with a sharp edge in the ply: where it is torn or folded away, lies double, or lies on something.
+
+Air lifts a ply in the shape of a bell. Where the ply's surface rises or falls by a fraction of a millimetre within a
+millimetre, and is level beyond, there is the edge of something.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+from debulk.grid import Grid
+from debulk.inspection.running.stopping import heed
+from debulk.results.area import in_cm2
+from debulk.surface import Reference
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.inspection.evidence.ply_zones import PlyZones
+    from debulk.inspection.reference.prepared import Prepared
+    from debulk.recipe import Recipe
+
+__all__ = ["Plateau", "doubts", "find"]
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+_OFF = 0.55  # thicknesses off the ply's level: just beyond the half that the middle of a plateau's edge reaches
+_LARGEST_MM2 = 200.0  # a plateau larger than this is looked for even if the smallest pocket of the recipe is larger
+_CELL_MM = 1.5  # a finer map is thinned to about this spacing: the smallest plateau is 14 mm wide
+_QUARTERS = (0.25, 0.75)  # shares of a plateau's height between which the width of its edge is measured
+_ROUND_MM = 6.0  # distance from the rim within which the edge is measured
+_SHARP_MM = 3.5  # greatest width of the edge from one quarter to the other; a step has two cells of the map at most
+_SLENDER = 0.12  # greatest ratio of that width to the width of the plateau; a bell has 0.33
+_FLAT, _LEAST_FLAT = 0.25, 0.68  # share of its height by which a cell may be off it; least share of cells within that
+_LEAST_RIM, _LEAST_RIM_MM = 0.2, 12.0  # least share and length of a plateau's rim that must lie inside the ply
+# An even part: greatest difference between neighbours over its height, and its least area without the rim over that of
+# the smallest plateau.
+_EVEN, _LEAST_EVEN = 0.3, 0.4
+# The step down round an even part: within so many cells, by this share of its height, along this share of its rim.
+_STEP_CELLS, _STEP, _STEPPED = 2, 0.6, 0.7
+_LEAST_WIDE = 6.0  # cells: least width of an even part, for the top of a narrow wrinkle is even, too
+_BESIDE = np.ones((3, 3), np.uint8)
+_SMOOTH = 0.5  # of its height: no plateau if the reference steps the other way by more, or misses more of the mold
+_REACH_MM = (6.0, 14.0)  # distances on each side of the edge between which the reference's slope is read
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """A flat place with a sharp edge.
+
+    Attributes
+    ----------
+    centre_mm
+        Mold XY.
+    area_mm2
+        Area of the cells that make it up, at about half of its height.
+    off_mm
+        Height above the laid ply; negative below it.
+    """
+
+    centre_mm: tuple[float, float]
+    area_mm2: float
+    off_mm: float
+
+
+def doubts(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Judgement]:
+    """Judge plateaus: INVALID where the ply is missing, UNDECIDED where it lies double or on something."""
+    out = []
+    for one in plateaus:
+        x, y = one.centre_mm
+        place = f"{in_cm2(one.area_mm2)} at ({x:.0f}, {y:.0f}) mm"
+        if one.off_mm < 0:
+            left_mm = one.off_mm + thickness_mm
+            reason = (
+                f"the ply is missing over {place}: with a sharp edge the scan goes down to {left_mm:.2f} mm above the "
+                "reference there: torn, cut out or folded away? Lay it anew, or give the outline that it has"
+            )
+        else:
+            reason = (
+                f"the ply lies {one.off_mm:.2f} mm too high over {place}, flat and with a sharp edge, as air does not "
+                "lift it: double, folded over, or with something on or below it? Look at it, and scan again"
+            )
+        out.append(Judgement(Verdict.INVALID if one.off_mm < 0 else Verdict.UNDECIDED, reason))
+    return out
+
+
+def find(
+    heights: Grid,
+    zones: PlyZones,
+    prepared: Prepared,
+    recipe: Recipe,
+    stop: _core.Stop | None = None,
+    *,
+    outlined: bool,
+) -> tuple[Plateau, ...]:
+    """Find the plateaus in a map of heights above the reference, largest first.
+
+    Parameters
+    ----------
+    heights
+        Map of the whole ply, NaN where nothing is known.
+    zones
+        The zones that tell where the ply is.
+    prepared
+        The surface below the ply. Where this surface itself has a step, a ply that runs on smoothly is no plateau; nor
+        is a ply in a groove that the fitted surface fills in, or on a rib that it cuts off.
+    recipe
+        The sections level, material and segmentation are used.
+    stop
+        Checked between one place and the next.
+    outlined
+        Whether the ply's outline is known. Without it, a place without a ply may lie beside the ply, and only raised
+        plateaus are looked for.
+    """
+    every = max(1, int(_CELL_MM / heights.spacing_mm))
+    heights = Grid(heights.values[::every, ::every], heights.origin_mm, every * heights.spacing_mm)
+    thickness, cell = recipe.material.thickness_mm, float(heights.spacing_mm)
+    least = max(_OFF * thickness, recipe.level.tol_mm)
+    on = zones.cells(heights) & np.isfinite(heights.values)
+    rise = cv2.medianBlur(np.where(on, heights.values - np.float32(thickness), np.float32(0)), 3)
+    off = np.abs(rise) > least
+    least_mm2 = min(recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
+    if np.count_nonzero(off) * cell**2 < least_mm2:
+        return ()
+    out = []
+    for sign in (-1.0, 1.0) if outlined else (1.0,):
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(
+            (off & (sign * rise > 0)).astype(np.uint8), connectivity=4
+        )
+        large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * cell**2 >= least_mm2) + 1
+        for label in large:
+            heed(stop, "the search for plateaus")
+            left, top, wide, high = (int(stats[label, k]) for k in range(4))
+            around = round(_ROUND_MM / cell) + 1
+            rows = slice(max(0, top - around), top + high + around)
+            columns = slice(max(0, left - around), left + wide + around)
+            own, known = labels[rows, columns] == label, on[rows, columns]
+            origin = heights.origin_mm + cell * np.array([columns.start, rows.start])
+            for piece, height_mm in _pieces(sign * rise[rows, columns].astype(np.float64), own, known, cell, least_mm2):
+                if not 0 < height_mm <= recipe.segmentation.cut_height_mm - thickness:
+                    continue
+                row, column = np.nonzero(piece)
+                xy = origin + cell * np.stack([column, row], axis=1)
+                if sign * _of_reference(prepared.reference, piece, origin, cell) < -_SMOOTH * height_mm:
+                    continue
+                if sign * _missed_by_reference(prepared, xy) > _SMOOTH * height_mm:
+                    continue
+                x, y = xy.mean(axis=0).tolist()
+                out.append(Plateau((x, y), len(row) * cell**2, sign * height_mm))
+    return tuple(sorted(out, key=lambda one: -one.area_mm2))
+
+
+def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: float) -> Iterator[tuple[Bools, float]]:
+    """Yield what may be a plateau, with its height: a whole place among (R, C) heights, or the even parts of one.
+
+    A place that is not flat as a whole is searched for even parts, because something that lies on a pocket's foot forms
+    one place with that pocket.
+    """
+    level = float(np.median(rise[own]))
+    if _is_flat(rise[own], level):
+        yield own, _height(rise, own, known, cell)
+        return
+    uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
+    even = (own & (uneven < _EVEN * rise)).astype(np.uint8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
+    for label in range(1, count):
+        if stats[label, cv2.CC_STAT_AREA] * cell**2 < _LEAST_EVEN * least_mm2:
+            continue
+        part = own & _near(labels == label, 1)
+        if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
+            yield part, _step(rise, part, known)
+
+
+def _is_flat(rise: Floats, level: float) -> bool:
+    return bool(np.mean(np.abs(rise - level) < _FLAT * level) >= _LEAST_FLAT)
+
+
+def _step(rise: Floats, part: Bools, known: Bools) -> float:
+    """Return the height of a part that goes down sharply nearly all round, to whatever level; 0: it does not."""
+    level = float(np.median(rise[part]))
+    down = rise - cv2.erode(rise, _BESIDE, iterations=_STEP_CELLS) > _STEP * level
+    steps, length = np.count_nonzero(_rim_inside(part, known) & down), np.count_nonzero(_rim(part))
+    wide = 4 * np.count_nonzero(part) / length
+    return level if wide >= _LEAST_WIDE and steps >= _STEPPED * length else 0.0
+
+
+def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
+    """Return the height of a flat place that goes down sharply where the ply runs on; 0: it goes down gradually."""
+    level = float(np.median(rise[own]))
+    all_rim, rim = _rim(own), _rim_inside(own, known)
+    edge = _near(rim, max(1, round(_ROUND_MM / cell))) & known
+    low, high = (int(np.count_nonzero(edge & (rise > share * level))) for share in _QUARTERS)
+    length = int(np.count_nonzero(rim))
+    if length < max(_LEAST_RIM * np.count_nonzero(all_rim), _LEAST_RIM_MM / cell):
+        return 0.0
+    edge_mm = (low - high) / length * cell
+    wide_mm = 4 * int(np.count_nonzero(own)) / int(np.count_nonzero(all_rim)) * cell
+    return level if edge_mm < min(_SHARP_MM, _SLENDER * wide_mm) else 0.0
+
+
+def _near(marks: Bools, cells: int) -> Bools:
+    """Return the mask of the cells that lie within this number of rows and columns of a marked cell."""
+    return np.asarray(cv2.dilate(marks.astype(np.uint8), _BESIDE, iterations=cells) > 0)
+
+
+def _rim(own: Bools) -> Bools:
+    """Return the mask of a piece's cells that have a neighbour outside it."""
+    padded = np.pad(own, 1)
+    inner = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
+    return own & ~inner
+
+
+def _rim_inside(own: Bools, known: Bools) -> Bools:
+    """Return the rim without the cells near the ply's end, or near heights that are not known."""
+    ends = np.pad(~known, 1, constant_values=True)
+    return _rim(own) & ~_near(ends, 2)[1:-1, 1:-1]
+
+
+def _missed_by_reference(prepared: Prepared, xy: Floats) -> float:
+    """Return by how much, at these places, the reference's measured heights lie above the surface fitted to them."""
+    seen = prepared.seen
+    column, row = np.rint((xy - seen.origin_mm) / seen.spacing_mm).astype(np.intp).T
+    inside = (row >= 0) & (column >= 0) & (row < seen.values.shape[0]) & (column < seen.values.shape[1])
+    missed = seen.values[row[inside], column[inside]] - prepared.reference.height(xy[inside])
+    known = missed[np.isfinite(missed)]
+    return float(np.median(known)) if len(known) else 0.0
+
+
+def _of_reference(reference: Reference, own: Bools, origin: Floats, cell: float) -> float:
+    """Return how far the reference steps up into a piece, across its rim, beyond its slope on both sides."""
+    blurred = cv2.GaussianBlur(own.astype(np.float64), (0, 0), max(1.0, 4.0 / cell))
+    down_y, down_x = np.gradient(-blurred)
+    rim = _rim(own)
+    outwards = np.stack([down_x[rim], down_y[rim]], axis=1)
+    outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12)
+    row, column = np.nonzero(rim)
+    at = origin + cell * np.stack([column, row], axis=1)
+    near, far = _REACH_MM
+    places = np.stack([at + way * outwards for way in (-far, -near, near, far)])
+    corners = _core.surface.extent(reference)
+    inside = ((places >= corners.min(axis=0)) & (places <= corners.max(axis=0))).all(axis=(0, 2))
+    if not inside.any():
+        return 0.0
+    f = reference.height(places[:, inside].reshape(-1, 2)).reshape(4, -1)
+    slope = (f[0] - f[1] + f[2] - f[3]) / (2 * (far - near))  # inwards
+    return float(np.median(f[1] - f[2] - 2 * near * slope))

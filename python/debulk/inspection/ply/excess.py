@@ -1,0 +1,107 @@
+"""The ridge that the excess of the fibres makes, read from the runs that cross a pocket (docs/model.md, section 9)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core, section
+from debulk.fibre import FREE, FibreRuns
+from debulk.inspection.ply.polyline import direction_deg
+from debulk.results.report import ExcessReport
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["alone", "bound", "most_mm", "of_runs", "ridge_of", "upper_mm"]
+
+
+def of_runs(runs: FibreRuns, bridge_bound_mm: float | None, recipe: Recipe) -> ExcessReport:
+    """Return the ridge that the runs over a pocket make, with its range.
+
+    What surely stands is that of a run with no free end, and with no flat ply in it. The upper end is that of all runs:
+    what is free may be held, and what so little flat ply parts may gather in one fold.
+
+    Parameters
+    ----------
+    runs
+        The runs that cross the pocket's foot.
+    bridge_bound_mm
+        As in `ExcessReport`.
+    recipe
+        Material and limits.
+    """
+    least_mm = 2 * recipe.verdict.excess_margin_mm  # an excess is twice as long as its ridge is high
+    spare_mm = np.maximum(runs.uncertainty_mm, least_mm)
+    single = alone(runs)
+    sure = single & bound(runs)
+    low_mm = float((runs.low_mm - spare_mm)[sure].max(initial=0.0))
+    high_mm = float((runs.high_mm + spare_mm).max(initial=0.0))
+    alone_mm = float((runs.high_mm + spare_mm)[single].max(initial=0.0))
+    if not len(runs):
+        return ExcessReport(
+            length_mm=0.0,
+            height_mm=0.0,
+            range_mm=(0.0, 0.0),
+            alone_mm=0.0,
+            elastic_mm=0.0,
+            noise_mm=0.0,
+            uncertainty_mm=least_mm / 2,
+            bridge_bound_mm=bridge_bound_mm,
+        )
+    # A line has a run for each stretch off the mold by itself, so that one without flat ply is always among them.
+    worst = int(np.argmax(np.where(sure if sure.any() else single, runs.excess_mm, -np.inf)))
+    excess_mm = float(runs.excess_mm[worst])
+    (x0, y0), (x1, y1) = runs.from_mm[worst].tolist(), runs.to_mm[worst].tolist()
+    return ExcessReport(
+        length_mm=excess_mm,
+        height_mm=_standing(excess_mm, recipe),
+        range_mm=(_standing(low_mm, recipe), _standing(high_mm, recipe)),
+        alone_mm=_standing(alone_mm, recipe),
+        elastic_mm=section.elastic_height(excess_mm, recipe),
+        noise_mm=float(runs.uncertainty_mm[worst]) / 4,
+        uncertainty_mm=float(spare_mm[worst]) / 2,
+        missed_mm=max(0.0, high_mm - excess_mm - float(spare_mm[worst])) / 2,
+        bridge_bound_mm=bridge_bound_mm,
+        fibre=int(runs.family[worst]),
+        direction_deg=direction_deg(np.array([x1 - x0, y1 - y0])),
+        from_mm=(x0, y0),
+        to_mm=(x1, y1),
+    )
+
+
+def alone(runs: FibreRuns) -> NDArray[np.bool_]:
+    """Return which runs have no flat ply within them, (N,): nothing holds apart what gathers in their fold."""
+    return np.asarray(runs.flat_mm <= 0)
+
+
+def bound(runs: FibreRuns) -> NDArray[np.bool_]:
+    """Return which runs have no free end, (N,): neither end lets the ply slide in, as far as is known."""
+    return np.asarray((runs.ends != FREE).all(axis=1))
+
+
+def most_mm(runs: FibreRuns) -> NDArray[np.float64]:
+    """Return the excess length, mm, that each run may have at most, (N,)."""
+    return runs.high_mm + runs.uncertainty_mm
+
+
+def upper_mm(runs: FibreRuns) -> float:
+    """Return the largest excess length, mm, that one of the runs may have; 0 if there is none."""
+    return float(most_mm(runs).max(initial=0.0))
+
+
+def ridge_of(excess_mm: float, recipe: Recipe) -> float:
+    """Return the height, mm, of a single ridge that takes up all of an excess length."""
+    material = recipe.material
+    base_mm = material.thickness_mm / material.bulk_factor
+    if excess_mm <= 0:
+        return base_mm
+    return max(base_mm, _core.ridge.ridge_height_of_excess(excess_mm, material.thickness_mm))
+
+
+def _standing(excess_mm: float, recipe: Recipe) -> float:
+    """Return the ridge's height; 0 if it is within the consolidated ply."""
+    height_mm = ridge_of(excess_mm, recipe)
+    return height_mm if height_mm > recipe.material.thickness_mm / recipe.material.bulk_factor else 0.0

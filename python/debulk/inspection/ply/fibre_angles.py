@@ -1,0 +1,88 @@
+"""The fibre directions of a draped ply: two angles for all of it, or a map of them that may be known only in parts."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import arrays
+from debulk._core import InputError
+from debulk.grid import Grid
+from debulk.inspection.ply.inputs import kept
+from debulk.net import Drape
+
+__all__ = ["angles_at", "check_apart", "checked_angles"]
+
+Floats = NDArray[np.float64]
+_NAME = "fibre_angles_deg"
+_LEAST_APART_DEG = 1.0
+
+
+def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
+    """Return two angles in degrees, or a Grid of them with NaN where nothing is known; a Drape is read on such a grid.
+
+    Raises
+    ------
+    InputError
+        For another shape, an infinite angle, or a grid without a point at which both angles are known.
+    """
+    if isinstance(value, Drape):
+        return _sampled(value)
+    if not isinstance(value, Grid):
+        angles = arrays.numbers(value, _NAME, (2,), "two angles in degrees, a Grid of them or a debulk.net.Drape")
+        check_apart(angles, _NAME)
+        return kept(angles)
+    shape, expected = (None, None, 2), "an (ny, nx, 2) array of degrees, NaN where nothing is known"
+    angles = arrays.numbers(value.values, f"{_NAME}.values", shape, expected, nan=True)
+    if not np.isfinite(angles).all(axis=2).any():
+        raise InputError(f"{_NAME}.values: expected {expected}, but got no point with two known angles")
+    return Grid(
+        kept(angles),
+        kept(arrays.pair(value.origin_mm, f"{_NAME}.origin_mm")),
+        arrays.positive(value.spacing_mm, f"{_NAME}.spacing_mm"),
+    )
+
+
+def check_apart(angles_deg: ArrayLike, name: str) -> None:
+    """Refuse two fibre directions that are equal, or nearly so."""
+    first, second = np.asarray(angles_deg, dtype=np.float64)
+    apart = abs(first - second) % 180 if np.isfinite([first, second]).all() else 0.0
+    if not _LEAST_APART_DEG <= apart <= 180 - _LEAST_APART_DEG:
+        raise InputError(
+            f"{name}: expected two directions at least {_LEAST_APART_DEG:g} degree apart, but got {first:g} and "
+            f"{second:g}"
+        )
+
+
+def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
+    """Return the two angles at the nearest point of the grid, degrees.
+
+    Raises
+    ------
+    InputError
+        If the nearest point is outside the grid, or its angles are not known; names the place and a remedy.
+    """
+    if not isinstance(angles, Grid):
+        return angles
+    i, j = np.rint((xy_mm - angles.origin_mm) / angles.spacing_mm).astype(int)
+    ny, nx = angles.values.shape[:2]
+    outside = not (0 <= i < nx and 0 <= j < ny)
+    found = np.full(2, np.nan) if outside else np.asarray(angles.values[j, i], dtype=np.float64)
+    if not np.isfinite(found).all():
+        lack = "lies outside their grid" if outside else "is NaN in their grid"
+        raise InputError(
+            f"{_NAME}: expected them at the pocket's centre, but ({xy_mm[0]:.0f}, {xy_mm[1]:.0f}) mm {lack}: "
+            "give angles that cover the whole ply, as a larger grid or drape, or two numbers"
+        )
+    return found
+
+
+def _sampled(drape: Drape) -> Grid:
+    """Read a drape on the grid of its own spacing that covers its nodes: plain values, which can be saved.
+
+    A drape has one direction per segment of a fibre, that is one per cell, so a finer grid would add nothing.
+    """
+    low, high = drape.nodes_mm[:, :2].min(axis=0), drape.nodes_mm[:, :2].max(axis=0)
+    nx, ny = np.ceil((high - low) / drape.spacing_mm).astype(int) + 1
+    blank = Grid(np.empty((ny, nx, 0)), low, drape.spacing_mm)
+    return Grid(drape.angles_deg(np.dstack(np.meshgrid(blank.x_mm, blank.y_mm))), low, drape.spacing_mm)

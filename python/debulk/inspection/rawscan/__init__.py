@@ -1,0 +1,1 @@
+"""What the filters would hide: standing wrinkles, narrow bumps, filled and smoothed scans."""

@@ -1,0 +1,169 @@
+"""How far a scan spreads the ply's edge, a step of one thickness, which shows how well the scan resolves anything.
+
+Across the edge the heights, as shares u of the step, go from 1 to 0. The integral of u (1 - u) across the edge vanishes
+for a sharp step, and is sigma / sqrt(pi) for a step smoothed by a Gaussian of sigma. No fit is needed: the position of
+the edge in a window drops out, and so does noise, which contributes as much beside the edge as at it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.clouds.products import product
+from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.sample import sample_of
+from debulk.inspection.reference.prepared import Prepared
+
+__all__ = ["EdgeSpread"]
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Cloud = NDArray[np.float32]
+
+_WINDOWS = 64  # at most, evenly along the outline
+_HALF = 12  # pixels from a window's middle to its sides
+_COARSE = (24, 32)  # rows and columns that give the first estimate of the image's place on the mold
+_NEWTON = 4  # steps from that estimate to the pixel that shows a place
+_MISS = 2.0  # pixels by which that pixel may miss the place
+_NEAR, _BESIDE = 6.0, 4.0  # pixels from the edge: the spread is measured nearer, the levels on both sides farther off
+_SEEN = 0.9  # share of a window's pixels that must be seen
+_LEAST = 60  # points needed in each part of a window, and for the first estimate
+_STEP = (0.5, 1.6)  # thicknesses along z: steps of such a height are the edge of this ply alone
+_LEVEL = 0.7  # thicknesses by which the surface beside the ply may be off the reference
+_OUTLIER = 0.7  # steps above 1 or below 0 beyond which a point is not used
+_WINDOWS_NEEDED = 16
+_SURE = 2.0  # standard errors of the median over the windows
+_OF_QUARTILES = 1.2533 / 1.349  # a median's standard error over its root of n, per distance between the quartiles
+
+
+class EdgeSpread:
+    """Measures the spread of the ply's edge in scan after scan.
+
+    Parameters
+    ----------
+    prepared
+        The prepared reference.
+    mold_from_scanner
+        (4, 4); None if both frames are the same.
+    outline
+        The outline of the ply.
+    thickness_mm
+        The thickness of the ply.
+    """
+
+    def __init__(
+        self, prepared: Prepared, mold_from_scanner: Floats | None, outline: Outline, thickness_mm: float
+    ) -> None:
+        self._prepared, self._thickness_mm = prepared, thickness_mm
+        self._pose = mold_from_scanner
+        some = np.linspace(0, len(outline.places_mm), min(_WINDOWS, len(outline.places_mm)), endpoint=False).astype(int)
+        self._places, self._normals = outline.places_mm[some], outline.normals[some]
+
+    def least_mm(self, scan: Cloud, mask: Bools | None, threads: int) -> float:
+        """Return a lower bound, mm, of the sigma of a Gaussian that would spread the edge as much; NaN: not known.
+
+        Parameters
+        ----------
+        scan
+            (H, W, 3), scanner frame, NaN where nothing was seen.
+        mask
+            (H, W) True where the image is not to be used.
+        threads
+            0 means as many as there are processors.
+        """
+        if min(scan.shape[:2]) <= 2 * _HALF:
+            return float("nan")
+        pixels, kept = self._pixels_at(scan)
+        if len(kept) < _WINDOWS_NEEDED:
+            return float("nan")
+        around = np.arange(-_HALF, _HALF + 1)
+        at = pixels[:, 0, None, None] + around[:, None], pixels[:, 1, None, None] + around
+        points = scan[at].reshape(len(pixels), -1, 3)
+        if mask is not None and mask.shape == scan.shape[:2]:
+            points[mask[at].reshape(len(pixels), -1)] = np.nan
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # NaN stays NaN
+            spreads = self._spreads(points, self._places[kept], self._normals[kept], threads)
+        spreads = spreads[np.isfinite(spreads)]
+        if len(spreads) < _WINDOWS_NEEDED:
+            return float("nan")
+        low, middle, high = np.quantile(spreads, [0.25, 0.5, 0.75])
+        return float(middle - _SURE * _OF_QUARTILES * (high - low) / np.sqrt(len(spreads)))
+
+    def _pixels_at(self, scan: Cloud) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return rows and columns (N, 2) of the pixels that show places on the outline, and those places' indices."""
+        most = np.array(scan.shape[:2]) - 1
+        rows, columns = np.meshgrid(*(np.linspace(0, m, n).astype(int) for m, n in zip(most, _COARSE, strict=True)))
+        image = np.stack([rows.ravel(), columns.ravel()], axis=1)
+        mold = self._in_mold(scan[rows.ravel(), columns.ravel()])[:, :2]
+        seen = np.isfinite(mold).all(axis=1)
+        if np.count_nonzero(seen) < _LEAST:
+            return np.empty((0, 2), dtype=np.int64), np.empty(0, dtype=np.int64)
+        plane = np.column_stack([mold[seen], np.ones(np.count_nonzero(seen))])
+        image_of = np.linalg.lstsq(plane, image[seen], rcond=None)[0]  # affine; the steps below correct the rest
+        at = product(np.column_stack([self._places, np.ones(len(self._places))]), image_of)
+        for _ in range(_NEWTON):
+            pixel = np.clip(np.rint(at), _HALF, most - _HALF).astype(np.int64)
+            off = product(self._places - self._in_mold(scan[pixel[:, 0], pixel[:, 1]])[:, :2], image_of[:2])
+            at = np.asarray(pixel + np.where(np.isfinite(off), off, 0.0), dtype=np.float64)
+        kept = np.flatnonzero(np.hypot(*off.T) < _MISS)  # False where the distance is NaN
+        return pixel[kept], kept
+
+    def _in_mold(self, points: Cloud) -> Floats:
+        plain = points.astype(np.float64)
+        return plain if self._pose is None else product(plain, self._pose[:3, :3].T) + self._pose[:3, 3]
+
+    def _spreads(self, points: Cloud, places: Floats, normals: Floats, threads: int) -> Floats:
+        """Return the sigma, mm, of each of the windows, (N, M, 3), that are seen; NaN: not the edge of this ply."""
+        seen = np.asarray(np.isfinite(points).all(axis=2))
+        whole = np.flatnonzero(np.mean(seen, axis=1) >= _SEEN)
+        if len(whole) < _WINDOWS_NEEDED:
+            return np.empty(0)
+        points, seen = points[whole], seen[whole]
+        sample = sample_of(points[seen], self._prepared, self._pose, threads)
+        height, at = np.full(seen.shape, np.nan), np.full((*seen.shape, 2), np.nan)
+        height[seen], at[seen] = sample.height_mm, sample.points_mm[:, :2]
+        pitch = np.sqrt(np.prod(np.nanmax(at, axis=1) - np.nanmin(at, axis=1), axis=1)) / (2 * _HALF)
+        outwards = np.einsum("nmk,nk->nm", at - places[whole][:, None], normals[whole])
+        return np.asarray(_sigmas(height / self._thickness_mm, outwards / pitch[:, None]) * pitch)
+
+
+def _sigmas(height: Floats, out: Floats) -> Floats:
+    """Return the sigma in pixels of the edge in each of N windows of M points; NaN where it is not that of one ply.
+
+    Parameters
+    ----------
+    height
+        (N, M) heights above the reference in thicknesses, NaN where not known.
+    out
+        (N, M) distances from the outline in pixels, positive outwards.
+    """
+    known = np.isfinite(height)
+    high, low = _quantile(height, known, 0.9), _quantile(height, known, 0.1)
+    for _ in range(2):  # the levels determine where the edge is, and the edge where the levels are read
+        on_ply = height > 0.5 * (high + low)
+        edge = _quantile(out, known, np.sum(on_ply, axis=1, keepdims=True) / np.maximum(_count(known), 1))
+        inner, outer = known & (out - edge < -_BESIDE), known & (out - edge > _BESIDE)
+        high, low = _quantile(height, inner, 0.5), _quantile(height, outer, 0.5)
+    share = (height - low) / (high - low)
+    near = np.abs(out - edge) < _NEAR
+    used = known & (np.abs(share - 0.5) < 0.5 + _OUTLIER)
+    varies = np.where(used, share * (1 - share), 0.0)
+    at_edge, of_noise = (
+        np.sum(varies * where, axis=1, keepdims=True) / np.maximum(_count(used & where), 1) for where in (near, ~near)
+    )
+    good = (high - low > _STEP[0]) & (high - low < _STEP[1]) & (np.abs(low) < _LEVEL)
+    for where in (inner, outer, used & near, used & ~near):
+        good = good & (_count(where) >= _LEAST)
+    return np.ravel(np.where(good, np.sqrt(np.pi) * 2 * _NEAR * (at_edge - of_noise), np.nan))
+
+
+def _count(marks: Bools) -> NDArray[np.int64]:
+    return np.asarray(np.sum(marks, axis=1, keepdims=True))
+
+
+def _quantile(values: Floats, which: Bools, share: float | Floats) -> Floats:
+    """Return the (N, 1) quantiles of the marked ones among (N, M) values, row by row; NaN if none is marked."""
+    ranked, count = np.sort(np.where(which, values, np.nan), axis=1), _count(which)  # NaN last
+    place = np.clip(np.asarray(share * count, dtype=np.int64), 0, np.maximum(count - 1, 0))
+    return np.asarray(np.take_along_axis(ranked, place, axis=1))

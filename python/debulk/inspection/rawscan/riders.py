@@ -1,0 +1,116 @@
+"""Riders: bumps that ride on a pocket and are so narrow that the filters take them for noise.
+
+Narrow bumps on even ground are found by `narrow_bumps`. A pocket, or a bump below the tolerances, is no even ground.
+But its heights after all filters show how the ply lies without such a rider: where points of the raw scan next to each
+other stand above these heights, with hardly any below, there is one. Riders are looked for in layups that would pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from debulk import _core
+from debulk.inspection.bumps.tolerances import Bump, named_places
+from debulk.inspection.evidence.raw_points import RawPoints
+from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.ply import excess
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.rawscan.narrow_bumps import bell_excess_mm
+from debulk.stopping import stopping
+from debulk.verdict import Judgement, Verdict
+from debulk.workers import Workers
+
+__all__ = ["Carrier", "Rider", "carriers", "doubts", "riders_on"]
+
+
+class Carrier(NamedTuple):
+    """Something that a narrow bump may ride on: a pocket, or a wider bump below the tolerances.
+
+    Attributes
+    ----------
+    name
+        Its name in words.
+    found
+        The place where it stands.
+    spare_mm
+        Largest excess length that its own fibres may have, mm.
+    """
+
+    name: str
+    found: FoundPocket
+    spare_mm: float
+
+
+class Rider(NamedTuple):
+    """A bump on a pocket: its place, height above the ply round it, width at its foot, and the excess that it adds."""
+
+    top_mm: tuple[float, float]
+    height_mm: float
+    wide_mm: float
+    excess_mm: float
+
+
+def carriers(pockets: Sequence[FoundPocket], bumps: Sequence[Bump]) -> list[Carrier]:
+    """List the pockets, and the bumps that are not judged as pockets."""
+    return [Carrier(name, one, _spare_mm(one)) for name, one in named_places(pockets, bumps)]
+
+
+def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Judgement]:
+    """Judge the carriers: UNDECIDED for each one that would cease but could crease because of a bump on it.
+
+    Parameters
+    ----------
+    raw
+        The scan before any filter.
+    on
+        The carriers to search.
+    ply
+        The ply and the recipe by which they are judged.
+    stop
+        Raised from another thread, it ends the search with `Stopped`. After its deadline, carriers that were not
+        searched are in doubt.
+    """
+
+    def doubt(carrier: Carrier) -> Judgement | None:
+        try:
+            riders = riders_on(carrier.found, raw, ply, stop)
+        except _core.Stopped:
+            if stop.cancelled:
+                raise
+            late = f"the deadline passed before bumps on {carrier.name} were looked for"
+            return Judgement(Verdict.UNDECIDED, late)
+        for rider in riders:
+            ridge_mm = excess.ridge_of(carrier.spare_mm + rider.excess_mm, ply.recipe)
+            if ridge_mm > ply.recipe.verdict.max_ridge_mm:
+                return Judgement(Verdict.UNDECIDED, _reason(carrier.name, rider, ridge_mm))
+        return None
+
+    threads = ply.recipe.run.threads or _core.default_threads()
+    with Workers(threads) as pool, stopping(stop):
+        return [judged for judged in pool.map(doubt, on) if judged is not None]
+
+
+def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.Stop | None = None) -> list[Rider]:
+    """Find the narrow bumps that ride on one pocket or bump, highest first."""
+    core = found.feet._core
+    foot, reference = core.feet[found.index], ply.reference
+    if not len(found.foot.outline_mm):
+        return []
+    points = raw.over(found.foot.outline_mm, reference)
+    listed = _core.region.riders(points, raw.pitch_mm, core, foot, reference, stop or _core.Stop())
+    return [Rider((x, y), high_mm, wide_mm, bell_excess_mm(high_mm, wide_mm)) for x, y, high_mm, wide_mm in listed]
+
+
+def _spare_mm(found: FoundPocket) -> float:
+    runs = found.excess
+    return 0.0 if runs is None else excess.upper_mm(runs[excess.bound(runs)])
+
+
+def _reason(name: str, rider: Rider, ridge_mm: float) -> str:
+    x, y = rider.top_mm
+    return (
+        f"a bump about {rider.wide_mm:.0f} mm wide at its foot and {rider.height_mm:.1f} mm high, of which the "
+        f"filters keep a part, rides on {name} at ({x:.0f}, {y:.0f}) mm, and together they could make a "
+        f"ridge of {ridge_mm:.2f} mm: look there, and scan again"
+    )

@@ -1,0 +1,113 @@
+"""Whether neighbouring points of a scan share their noise, as they do after the scanner's software has smoothed it."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.clouds.products import product
+from debulk.inspection.evidence.smooth_patches import Squares
+from debulk.inspection.rawscan.repeated_depths import depths_repeat
+
+__all__ = ["noise_is_shared"]
+
+Floats = NDArray[np.float64]
+
+_SIDE = 16  # points along the side of a square
+_DEGREE = 5  # of the polynomial that removes the ply's shape from a square
+_SQUARES = 100  # looked at, at most
+_TURN = 0.618034  # share of all squares from one that is looked at to the next, so that no pattern of rows repeats
+_SEEN = 0.75  # least share of a square's points that must have been seen
+_FEWEST, _LEAST_SHARE = 20, 0.4  # squares that must give a result: their number, and their share of those looked at
+_LEAST_DIFFERENCES = 20  # in a square, out of 144: each needs 25 points
+_ROUNDED = 2.0  # times a float32's resolution: smaller scatter is no noise
+# Share of white noise below which noise is shared. White noise has 1; after a box of 3 points 0.29 of it is left, of 5
+# 0.23, after a Gaussian of 0.7 points 0.22, of 1 0.04.
+_SHARED = 0.25
+_MOST_TELL = 0.75  # quantile over the squares that is compared: an edge, or much shape, lowers the share in a square
+_FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+
+
+def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> bool:
+    """Return whether points `step` pixels apart, or twice that, have no white noise, which each point has for itself.
+
+    Noise that was smoothed varies slowly: its differences of fourth order along both axes of the image, which are 70
+    for white noise of one unit, are too small compared with its scatter. A scanner's own noise, even if correlated, has
+    a white part. Noise after a median filter has one too, but the same depth occurs again and again.
+
+    Parameters
+    ----------
+    scan
+        (H, W, 3), scanner frame, NaN where nothing was seen.
+    squares, index
+        The squares to look at: the lattice, and the numbers, counted row by row, of squares that lie on the ply.
+    step
+        Pixels from one point that is looked at to the next.
+    """
+    some = index[(_TURN * len(index) * np.arange(min(_SQUARES, len(index)))).astype(np.int64) % max(1, len(index))]
+    near, far = (_depths(scan, squares, some, apart) for apart in (step, 2 * step))
+    return _shared(near) or _shared(far) or depths_repeat(near)
+
+
+def _shared(depths: Floats) -> bool:
+    own = _own_share(depths)
+    told = len(own) >= max(_FEWEST, _LEAST_SHARE * len(depths))
+    return told and float(np.quantile(own, _MOST_TELL)) < _SHARED
+
+
+def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> Floats:
+    """Return the (N, 16, 16) depths of the squares that lie in the image."""
+    wide = len(squares.columns)
+    reach = step * np.arange(_SIDE)
+    rows, columns = squares.rows[index // wide], squares.columns[index % wide]
+    fits = (rows + reach[-1] < scan.shape[0]) & (columns + reach[-1] < scan.shape[1])
+    at = (rows[fits, None] + reach)[:, :, None], (columns[fits, None] + reach)[:, None, :]
+    depths = scan[(*at, 2)].astype(np.float64)
+    return np.where(np.isfinite(depths), depths, np.nan)
+
+
+def _own_share(depths: Floats) -> Floats:
+    """Return each usable square's fourth differences over its scatter about a polynomial; 1 for white noise."""
+    flat = depths.reshape(len(depths), _SIDE**2)
+    seen = np.isfinite(flat)
+    enough = np.mean(seen, axis=1) >= _SEEN
+    flat, seen = flat[enough], seen[enough]
+    if not len(flat):
+        return np.empty(0)
+    rest, count = _rest(np.where(seen, flat, 0.0), seen), np.sum(seen, axis=1)
+    scatter = np.sqrt(np.sum(rest**2, axis=1) / (count - _polynomials()[0].shape[1]))
+    rest = np.where(seen, rest, np.nan)  # a difference needs all of its points
+    differences = _fourth(_fourth(rest.reshape(-1, _SIDE, _SIDE)).transpose(0, 2, 1)).reshape(len(rest), -1)
+    there = np.isfinite(differences)
+    number = np.sum(there, axis=1)
+    squared = np.sum(np.where(there, differences, 0.0) ** 2, axis=1)
+    of_white = np.sqrt(squared / np.maximum(number, 1)) / np.sum(_FOURTH**2)
+    resolved = np.spacing(np.nanmax(np.abs(np.where(seen, flat, 0.0)), axis=1).astype(np.float32))
+    tells = (number >= _LEAST_DIFFERENCES) & (scatter > _ROUNDED * resolved)
+    return np.asarray(of_white[tells] / scatter[tells])
+
+
+def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:
+    """Return the residuals of each row about a polynomial fitted to its points that were seen; 0 for other points."""
+    shape, products = _polynomials()
+    level = np.sum(flat, axis=1, keepdims=True) / np.sum(seen, axis=1, keepdims=True)
+    flat = np.where(seen, flat - level, 0.0)
+    normal = product(seen.astype(np.float64), products).reshape(len(flat), shape.shape[1], shape.shape[1])
+    factors = np.linalg.solve(normal, product(flat, shape)[:, :, None])[:, :, 0]
+    return np.where(seen, flat - product(factors, shape.T), 0.0)
+
+
+def _fourth(values: Floats) -> Floats:
+    """Return differences of fourth order along the last axis."""
+    return np.asarray(sum(c * values[..., k : values.shape[-1] - 4 + k] for k, c in enumerate(_FOURTH)))
+
+
+@functools.cache
+def _polynomials() -> tuple[Floats, Floats]:
+    """Return orthonormal polynomials over a square, (256, 21), and the products of each pair of them, (256, 441)."""
+    u, v = np.meshgrid(*2 * (np.linspace(-1, 1, _SIDE),))
+    powers = [(i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]
+    shape = np.linalg.qr(np.stack([(u**i * v**j).ravel() for i, j in powers], axis=1))[0]
+    return shape, (shape[:, :, None] * shape[:, None, :]).reshape(len(shape), -1)

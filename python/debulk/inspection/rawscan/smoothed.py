@@ -1,0 +1,113 @@
+"""Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.smooth_patches import Squares
+from debulk.inspection.rawscan.edge_spread import EdgeSpread
+from debulk.inspection.rawscan.shared_noise import noise_is_shared
+from debulk.results.report import LeftOut
+from debulk.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from debulk.inspection.reference.prepared import Prepared
+    from debulk.recipe import Recipe
+
+__all__ = ["Smoothed", "SmoothedSearch"]
+
+Floats = NDArray[np.float64]
+_SPREAD = 0.9  # allowed sigma of the edge, over fine_mm or the pitch if larger; a box over three pixels has 0.8 pixels
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """The evidence that a scan was smoothed.
+
+    Attributes
+    ----------
+    shared_mm
+        Distance at which points share their noise; 0: they do not.
+    edge_mm
+        Sigma of the Gaussian that would blur the ply's edge as much as the scan does; 0: no more than is allowed; NaN:
+        not known.
+    """
+
+    shared_mm: float = 0.0
+    edge_mm: float = 0.0
+
+    def doubts(self) -> list[Judgement]:
+        """Return UNDECIDED if the scan was smoothed, else nothing."""
+        if self.shared_mm:
+            found = (
+                f"points of the scan {self.shared_mm:.2g} mm apart share their measuring noise: smoothed or "
+                "interpolated"
+            )
+        elif self.edge_mm > 0:
+            found = f"the scan spreads the ply's edge as a Gaussian of {self.edge_mm:.2g} mm does: blurred, or smoothed"
+        else:
+            return []
+        reason = (
+            f"{found} by the scanner's software, which lowers narrow bumps? Switch its smoothing off, give the raw "
+            "cloud, or allow for it (clean.fine_mm)"
+        )
+        return [Judgement(Verdict.UNDECIDED, reason)]
+
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Return an entry for the report if the blur of the ply's edge is not known."""
+        if not np.isnan(self.edge_mm):
+            return ()
+        return (
+            LeftOut(
+                what="how sharp the scan is, by the ply's edge",
+                why="the outline is not given, or too little of the edge was seen to lie flat on the reference",
+                bound="none: bumps that a filter lowered which leaves noise of its own are judged as low as they are",
+            ),
+        )
+
+
+class SmoothedSearch:
+    """Looks for signs of smoothing in scan after scan.
+
+    Parameters
+    ----------
+    prepared
+        The prepared reference.
+    mold_from_scanner
+        (4, 4), x_mold = T x_scanner; None: scans are in the mold's frame.
+    outline
+        The ply's outline; None: the ply's edge is not looked at.
+    recipe
+        The sections clean, material and run are used.
+    """
+
+    def __init__(
+        self, prepared: Prepared, mold_from_scanner: Floats | None, outline: Outline | None, recipe: Recipe
+    ) -> None:
+        thickness_mm = recipe.material.thickness_mm
+        self._edge = None if outline is None else EdgeSpread(prepared, mold_from_scanner, outline, thickness_mm)
+        self._fine_mm, self._threads = recipe.clean.fine_mm, recipe.run.threads
+
+    def find(
+        self,
+        scan: NDArray[np.float32],
+        squares: Squares,
+        some: NDArray[np.int64],
+        pitch_mm: float,
+        mask: NDArray[np.bool_] | None,
+    ) -> Smoothed:
+        """Look for smoothing in an organised scan, at the squares `some` on the ply and at the ply's edge.
+
+        The (H, W) mask is True where a pixel is not to be used.
+        """
+        step = max(1, round(self._fine_mm / pitch_mm))
+        if noise_is_shared(scan, squares, some, step):
+            return Smoothed(shared_mm=step * pitch_mm)
+        spread_mm = float("nan") if self._edge is None else self._edge.least_mm(scan, mask, self._threads)
+        allowed_mm = _SPREAD * max(self._fine_mm, pitch_mm)
+        return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)

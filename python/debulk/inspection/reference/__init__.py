@@ -1,0 +1,1 @@
+"""The cloud below the ply, prepared once: the surface fitted to it, its frame and its resolution."""

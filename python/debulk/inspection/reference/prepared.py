@@ -1,0 +1,180 @@
+"""The preparation of an inspector's reference cloud, which is done once."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from debulk import _core, cloud, surface
+from debulk._core import InputError
+from debulk.grid import Grid
+from debulk.inspection.clouds import fingerprint
+from debulk.inspection.clouds.camera import PinholeImage, fit_camera
+from debulk.inspection.clouds.cleaning import clean, hide, owned
+from debulk.inspection.clouds.far_place import NEAR, FarPlace
+from debulk.inspection.clouds.thinning import complete, pitch_of, thinned
+from debulk.inspection.clouds.unseen_marks import refuse_marks
+from debulk.inspection.reference import frame, resolution
+from debulk.inspection.running.effort import check_map
+from debulk.inspection.running.preparation import Preparation
+from debulk.results.trace import ArrayTrace
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Prepared", "prepare"]
+
+log = logging.getLogger("debulk")
+Floats = NDArray[np.float64]
+_LEAST_SPACING_MM = 0.5  # of the height map: a finer map shows no more of a pocket
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What an inspector keeps of its reference cloud.
+
+    Attributes
+    ----------
+    reference, seen
+        The smooth surface, and the heights that it was fitted to: NaN where nothing was seen, and where the surface
+        does not follow them.
+    grid_spacing_mm
+        Spacing of the height map.
+    image
+        Image of the pinhole camera that took the cloud; None: no such camera took it.
+    sample
+        (N, 3) some points of the cloud, as `debulk.inspection.clouds.thinning.thinned` takes them. A scan with these
+        points is the reference itself. None: not kept.
+    cloud
+        Shape and fingerprint of the cloud; None: not kept.
+    place
+        The shift of clouds that lie far from the origin of the scanner's frame.
+    """
+
+    reference: surface.Reference
+    seen: Grid
+    grid_spacing_mm: float
+    image: PinholeImage | None = None
+    sample: NDArray[np.float32] | None = None
+    cloud: ArrayTrace | None = None
+    place: FarPlace = NEAR
+
+    def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:
+        """Return `seen` in the form that the C++ core takes: values, origin, spacing."""
+        return np.asarray(self.seen.values, dtype=np.float32), self.seen.origin_mm, float(self.seen.spacing_mm)
+
+
+def prepare(
+    reference: ArrayLike,
+    mold_from_scanner: Floats | None,
+    camera: Floats | None,
+    mask: NDArray[np.bool_] | None,
+    recipe: Recipe,
+    preparation: Preparation,
+) -> Prepared:
+    """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
+    threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
+    place = FarPlace.of(reference, mold_from_scanner, camera)
+    reference, pose = place.near(reference, "reference", stop), place.pose(mold_from_scanner)
+    heights, image, sample, trace = _gridded(reference, pose, camera, mask, recipe, preparation)
+    fitted = step("reference: fit", 0.65, lambda: _fitted(heights, threads, stop))
+    step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
+    return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace, place)
+
+
+def _gridded(
+    reference: ArrayLike,
+    mold_from_scanner: Floats | None,
+    camera: Floats | None,
+    mask: NDArray[np.bool_] | None,
+    recipe: Recipe,
+    preparation: Preparation,
+) -> tuple[Grid, PinholeImage | None, NDArray[np.float32], ArrayTrace]:
+    """Return the cleaned cloud's heights on a grid, its camera's image, a sample, and the given cloud's fingerprint.
+
+    One copy of the cloud is made, and all work is done in that copy.
+    """
+    threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
+    points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
+    trace = step("reference: fingerprint", 0.1, lambda: fingerprint.of_cloud(points, stop))
+    hide(points, mask, "reference", stop)
+    of_scanner = thinned(points).points
+    refuse_marks(of_scanner[complete(np.isfinite(of_scanner))], "reference")
+    image = None
+    if points.ndim == 3:
+        found = fit_camera(points) if camera is None else camera
+        image = None if found is None else PinholeImage(*points.shape[:2], *map(float, found))
+    if image is not None and mold_from_scanner is None:
+        raise frame.pose_needed()
+    pinhole = None if image is None else image.camera
+    step("reference: clean", 0.15, lambda: clean(points, mold_from_scanner, pinhole, recipe, stop))
+    try:
+        spacing = _spacing_mm(points, recipe, stop)
+    except InputError as error:
+        raise (error if mask is None else InputError(f"{error}; the mask hides {_hidden(mask)}")) from None
+    heights = step(
+        "reference: grid",
+        0.3,
+        lambda: surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop),
+    )
+    if points.ndim == 3:
+        seen = of_scanner[complete(np.isfinite(of_scanner))].astype(np.float64)
+        if mold_from_scanner is not None:
+            seen = seen @ mold_from_scanner[:3, :3].T + mold_from_scanner[:3, 3]
+        resolution.check_neighbours(seen[:, :2], heights)
+    return heights, image, of_scanner, trace
+
+
+def _fitted(heights: Grid, threads: int, stop: _core.Stop) -> surface.Reference:
+    """Fit the surface; if the fit refuses the heights, raise an error that describes the cloud instead."""
+    try:
+        return surface.fit_reference(heights, threads=threads, stop=stop)
+    except InputError as error:
+        known = int(np.isfinite(heights.values).sum())
+        rows, columns = heights.values.shape
+        raise _too_narrow(heights.spacing_mm * columns, heights.spacing_mm * rows, f" with {known} heights") from error
+
+
+def _too_narrow(wide_mm: float, long_mm: float, came: str = "") -> InputError:
+    return InputError(
+        "reference: expected a cloud wide enough for a surface to be fitted to it, but got one of "
+        f"{wide_mm:.3g} by {long_mm:.3g} mm{came}; give the whole cloud of what is below the ply"
+    )
+
+
+def _hidden(mask: NDArray[np.bool_]) -> str:
+    return f"{np.count_nonzero(mask)} of {mask.size} pixels"
+
+
+def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:
+    """Set the heights that the surface does not follow to NaN, in place: the mold is not known there."""
+    off = surface.misfits(heights, fitted, threads=threads, stop=stop)
+    if off.any():
+        area_mm2 = float(np.count_nonzero(off)) * heights.spacing_mm**2
+        log.info("the smooth reference does not follow %.3g cm2 of what was measured", area_mm2 / 100)
+    heights.values[off] = np.nan
+
+
+def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -> float:
+    """Return the height map's spacing for a cloud in the mold's frame, once its frame, density and size are checked."""
+    threads = recipe.run.threads
+    sample, each = thinned(points)
+    in_mold = sample[complete(np.isfinite(sample))].astype(np.float64)
+    if not len(in_mold):
+        raise InputError("reference: expected a cloud, but of 30 000 places in it none holds a point")
+    frame.check_cloud_frame(in_mold, pitch_of(in_mold[:, :2], each))
+    resolution.check_reference(in_mold[:, :2], each, recipe)
+    spacing = recipe.clean.grid_spacing_mm
+    if not spacing:  # a multiple of 1/1024 mm, so that grid positions are exact, in the whole map and in a part of it
+        pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
+        spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
+    _, low, high = _core.cloud.bounds(points, threads)
+    wide_mm, long_mm = high[0] - low[0], high[1] - low[1]
+    if min(wide_mm, long_mm) < spacing:  # a single row of points, as from a line scanner
+        raise _too_narrow(wide_mm, long_mm)
+    check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
+    return spacing

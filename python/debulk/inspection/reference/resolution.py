@@ -1,0 +1,59 @@
+"""Whether clouds are dense enough for the smallest pocket that the recipe asks for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk._core import InputError
+from debulk.inspection.clouds.thinning import pitch_of
+
+if TYPE_CHECKING:
+    from debulk.grid import Grid
+    from debulk.recipe import Recipe
+
+__all__ = ["check_neighbours", "check_reference", "coarse_reason"]
+
+Floats = NDArray[np.float64]
+_ACROSS = 4.0  # points across the smallest pocket, 16 in it: with fewer, its area is known to a third at best
+_WIDE = 20  # rows and columns of a map: a narrower one is refused elsewhere, for being narrow
+_NEIGHBOURED = 0.5  # of an image's points: in a right image nearly all get a height, in shuffled lines a sixth at most
+
+
+def check_reference(xy_mm: Floats, each: int, recipe: Recipe) -> None:
+    """Refuse a reference too coarse for the smallest pocket, by (N, 2) of its points as `thinned` takes them."""
+    reason = coarse_reason(pitch_of(xy_mm, each), len(xy_mm), recipe)
+    if reason:
+        raise InputError(f"reference: {reason}")
+
+
+def check_neighbours(xy_mm: Floats, heights: Grid) -> None:
+    """Refuse an image whose neighbouring pixels are empty or lie apart: few of its (N, 2) points get a height then."""
+    rows, columns = heights.values.shape
+    cells = np.rint((xy_mm - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
+    inside = (cells >= 0).all(axis=1) & (cells < [columns, rows]).all(axis=1)
+    share = np.isfinite(heights.values[cells[inside, 1], cells[inside, 0]]).sum() / max(len(xy_mm), 1)
+    if min(rows, columns) >= _WIDE and share < _NEIGHBOURED:
+        raise InputError(
+            "reference: expected an image whose neighbouring pixels lie beside each other, but only "
+            f"{100 * share:.2g} % of its points have such neighbours; is every other pixel missing, "
+            "are lines out of order?"
+        )
+
+
+def coarse_reason(pitch_mm: float, count: int, recipe: Recipe) -> str:
+    """Return why a cloud of this pitch is too coarse; empty if it is not, or if the area tolerance is 0.
+
+    If there are too few points (`count`), the pitch is not known, and is infinite.
+    """
+    wanted = recipe.segmentation.area_tol_mm2
+    most = np.sqrt(wanted) / _ACROSS
+    if not wanted or pitch_mm <= most:
+        return ""
+    came = f"one for every {pitch_mm:.2g} x {pitch_mm:.2g} mm" if np.isfinite(pitch_mm) else f"only {count} of them"
+    return (
+        f"expected points at most {most:.2g} mm apart, {_ACROSS:g} across a pocket of {wanted / 100:g} cm² "
+        f"(segmentation.area_tol_mm2), but got {came}; give the full cloud"
+    )
