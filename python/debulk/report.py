@@ -6,7 +6,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from debulk.arguments import typed
-from debulk.results import codec, report_text, saving
+from debulk.results import codec, report_csv, report_text, saving
 from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT, LeftOut, PocketNet, PocketReport, ReportData, SolveReport
 from debulk.verdict import Verdict
@@ -67,7 +67,7 @@ class Report(ReportData):
         """Draw the height map with the pockets over it; needs the extra "plot" (Matplotlib).
 
         Each pocket is drawn in its verdict's colour, with its number and, if it has one, the height of the ridge that
-        decides its verdict. A white line shows where the section across the worst ridge of the minimum runs.
+        decides its verdict. The predicted ridges are drawn as on the page, thin where they stay below the limit.
 
         Parameters
         ----------
@@ -109,7 +109,7 @@ class Report(ReportData):
 
             return page(self)
 
-        json, csv = (lambda: codec.dumps(self, FORMAT)), (lambda: report_text.csv_text(self))
+        json, csv = (lambda: codec.dumps(self, FORMAT)), (lambda: report_csv.csv_text(self))
         saving.save(path, {".json": json, ".csv": csv, ".html": html})
 
     @classmethod

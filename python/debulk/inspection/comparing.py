@@ -43,6 +43,7 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
         inside = pocket.inside_outline(known.outline_mm, filtered)
         foot = known.foot_outline_mm if known.foot_outline_mm is not None else known.outline_mm
         between &= ~(inside | pocket.inside_outline(foot, filtered))
+        ridge = known.deciding_ridge
         measured, reason, figures = _measure(inside, heights, filtered, peaks, recipe)
         pockets.append(
             PocketComparison(
@@ -53,8 +54,8 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
                 reason=reason,
                 predicted_rms_mm=known.rms_mm,
                 predicted_rms_range_mm=known.rms_range_mm,
-                predicted_ridge_mm=known.ridge_height_mm,
-                predicted_ridge_range_mm=known.ridge_range_mm,
+                predicted_ridge_mm=None if ridge is None else ridge.height_mm,
+                predicted_ridge_range_mm=None if ridge is None else ridge.range_mm,
                 predicted_ridges_mm=tuple(line[:, :2] for ridge in known.ridges for line in ridge.lines_mm),
                 predicted_place_mm=known.ridges[0].place_spread_mm if known.ridges else None,
                 **figures,

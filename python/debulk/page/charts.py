@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from debulk.page.render import LOOKS
-from debulk.results.report_text import number
+from debulk.results.number import number
 from debulk.verdict import Verdict
 
 

@@ -10,7 +10,7 @@ from debulk.page.map_ridges import Ridge, ridge_path
 from debulk.page.measured_ridges import measured_ridges
 from debulk.page.render import render
 from debulk.page.scales import nice
-from debulk.results.report_text import number
+from debulk.results.number import number
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def page(comparison: ComparisonData) -> str:
             comparison.ply_outline_mm,
             [Area(p.id, p.measured.value, p.outline_mm, _says(p)) for p in pockets],
             max([*peaks, 2 * comparison.max_peak_mm]),
-            ridges=[ridge for p in pockets if (ridge := _ridge(p))],
+            ridges=[ridge for p in pockets if (ridge := _ridge(p, comparison.max_peak_mm))],
             measured=measured_ridges(comparison.height_map, [p.outline_mm for p in pockets], comparison.max_peak_mm),
         ),
         counts=[(v, n) for v in columns if (n := sum(p.measured is v for p in pockets))],
@@ -77,20 +77,22 @@ def page(comparison: ComparisonData) -> str:
                 ],
                 comparison.max_peak_mm,
                 2,
-                "bar: predicted ridge; thin line: range over the starts; ◆ measured peak",
+                "bar: predicted ridge; thin line: its range; ◆ measured peak",
             ),
         ],
         scatter=_scatter(comparison),
     )
 
 
-def _ridge(pocket: PocketComparison) -> Ridge | None:
+def _ridge(pocket: PocketComparison, limit_mm: float) -> Ridge | None:
     if not pocket.predicted_ridges_mm or pocket.predicted_place_mm is None:
         return None
     place = pocket.predicted_place_mm
     height = number(pocket.predicted_ridge_mm, 2)
     title = f"predicted ridge of pocket {pocket.id}, {height} mm high, its place known to ±{place:.1f} mm"
-    return Ridge(ridge_path(pocket.predicted_ridges_mm), 2 * place, title, pocket.predicted is Verdict.CEASE)
+    span = pocket.predicted_ridge_range_mm
+    low = span is not None and span[1] <= limit_mm
+    return Ridge(ridge_path(pocket.predicted_ridges_mm), 2 * place, title, low)
 
 
 def _says(pocket: PocketComparison) -> str:

@@ -66,10 +66,10 @@ def picture(
         return None
     values, first = cropped
     corner = first - 0.5 * grid.spacing_mm
+    seen = values[np.isfinite(values)]
     if top_mm is None or not math.isfinite(top_mm):
-        seen = values[np.isfinite(values)]
         top_mm = float(np.quantile(seen, 0.999)) if seen.size else 1.0
-    scale = HeightScale.up_to(top_mm)
+    scale = HeightScale.up_to(top_mm, float(np.quantile(seen, 0.001)) if seen.size else 0.0)
     return Picture(
         _png(values, scale, png_bytes), corner, corner + grid.spacing_mm * np.array(values.shape[::-1]), scale
     )
@@ -98,9 +98,9 @@ def _png(values: NDArray[np.float32], scale: HeightScale, most_bytes: int) -> st
     def paint(size: tuple[int, int]) -> NDArray[np.uint8]:
         share = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
         mean = cv2.resize(shown, size, interpolation=cv2.INTER_AREA) / np.maximum(share, 1e-6)
-        drawn = cv2.cvtColor(cv2.applyColorMap(scale.levels(mean), cv2.COLORMAP_CIVIDIS), cv2.COLOR_BGR2BGRA)
+        drawn = np.dstack([scale.paint(mean)[..., ::-1], np.full(mean.shape, 255, dtype=np.uint8)])
         drawn[share < 0.5] = 0
-        return np.asarray(drawn, dtype=np.uint8)
+        return drawn
 
     return png(paint, (values.shape[1], values.shape[0]), most_bytes)
 

@@ -49,6 +49,7 @@ class PlyMap(NamedTuple):
     image_box: tuple[float, float, float, float]
     hatch: str
     top_mm: float
+    stops: list[str]
     ticks: list[tuple[float, str]]
     ply: str
     marks: list[Mark]
@@ -127,7 +128,8 @@ def ply_map(
     return PlyMap(
         float(low[0]), -float(high[1]), width, height,
         drawn.png if drawn else "", image_box, map_marks.hatch(image_box, 0.35 * font) if drawn else "",
-        drawn.scale.top_mm if drawn else 1.0, drawn.scale.ticks() if drawn else [],
+        drawn.scale.top_mm if drawn else 1.0,
+        drawn.scale.stops() if drawn else [], drawn.scale.ticks() if drawn else [],
         "" if ply_outline is None else path(ply_outline, _MAX_CORNERS),
         _marks(areas, font, low, high), font,
         map_marks.ticks(float(low[0]), float(high[0]), spacing, 1),

@@ -70,12 +70,12 @@ def holes(unseen: Sequence[UnseenHole]) -> list[Spot]:
 
 
 def bumps(left_out: Sequence[LeftOut], pockets: Sequence[PocketReport], size: float) -> list[Spot]:
-    """Return crosses at bumps below the tolerances, including those that are judged as pockets."""
-    s = f"{size:.1f}"
-    cross = f"M-{s} -{s}L{s} {s}M-{s} {s}L{s} -{s}"
+    """Return diamonds at bumps below the tolerances, including those that are judged as pockets; a cross is CREASE."""
+    s, half = f"{size:.1f}", f"{0.75 * size:.1f}"
+    diamond = f"M0 -{s}L{half} 0L0 {s}L-{half} 0Z"
     named = [(entry.place_mm, f"{entry.what}: {entry.why}") for entry in left_out]
     named += [(p.centroid_mm, f"pocket {p.id} is judged: {p.promoted}") for p in pockets if p.promoted]
-    return [Spot(place[0], -place[1], cross, title) for place, title in named if place is not None]
+    return [Spot(place[0], -place[1], diamond, title) for place, title in named if place is not None]
 
 
 def wrinkles(standing: Sequence[Wrinkle]) -> list[Spot]:

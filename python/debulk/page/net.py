@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.page.scales import colours
+from debulk.page.scales import colours, ridge_colours
 
 if TYPE_CHECKING:
     from debulk.results.report import PocketNet, PocketReport
 
 WIDTH, HEIGHT = 420, 260
 COLOURS = 32
+AFTER = "after debulking"
 COARSE = "coarse net at its minimum"
 _EDGE = 12.0
 _ELEVATION = np.radians(32.0)
@@ -33,14 +34,25 @@ class View(NamedTuple):
     title: str
     markup: str
     high_mm: float
-    coarse: bool = False
+    lift: int = 1
+
+    @property
+    def coarse(self) -> bool:
+        """Whether this is the net that was solved."""
+        return self.title == COARSE
+
+    @property
+    def after(self) -> bool:
+        """Whether this is the ply after debulking, in the colours of ridges."""
+        return self.title == AFTER
 
 
 class NetViews(NamedTuple):
-    """The net before and after, at the same scale and in the same colours; `data` is what the script turns.
+    """The net before and after, at the same scale; `data` is what the script turns.
 
     The last view is the coarse net that was solved. The view before it is the ply derived from it, with ridges as high
-    as those of the real ply.
+    as those of the real ply: beside the pocket they would be invisible, so its heights are drawn `lift` times as high
+    as those of the other views, in colours that change at the limit of a ridge.
     """
 
     views: list[View]
@@ -54,13 +66,15 @@ class NetViews(NamedTuple):
         return sum(len(view.markup) for view in self.views)
 
 
-def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetViews | None:
+def net_views(pocket: PocketReport, limit_mm: float, section: list[int] | None = None) -> NetViews | None:
     """Draw a pocket's net, or return None if it has none.
 
     Parameters
     ----------
     pocket
         Pocket of the report.
+    limit_mm
+        Limit of a ridge's height.
     section
         Nodes of the fibre that the profile shows; it is drawn thick.
     """
@@ -70,7 +84,7 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
     states = [("before", net.nodes_mm, initial_gap(pocket))]
     if pocket.debulked_mm is not None and pocket.debulked_gap_mm is not None:
         if pocket.post_processed_gap_mm is not None:
-            states.append(("after debulking", pocket.debulked_mm, pocket.post_processed_gap_mm))
+            states.append((AFTER, pocket.debulked_mm, pocket.post_processed_gap_mm))
         states.append((COARSE, pocket.debulked_mm, pocket.debulked_gap_mm))
     turn = _side(net.nodes_mm)
     flat = [nodes[:, :2] @ turn for _, nodes, _ in states]
@@ -81,12 +95,20 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
     radius = max(float(np.hypot(s[:, 0], s[:, 1]).max()) for s in solids) or 1.0
     top = max(float(s[:, 2].max()) for s in solids)
     exaggeration = next((f for f in reversed(_EXAGGERATIONS) if f * top <= 0.6 * radius), 1)
-    frame = _frame(solids, radius, top, exaggeration)
+    # Twice the limit is the end of the ridges' scale, and may be as high as the pocket; a laid ply stays flat.
+    after = {title: max(float(gap.max()), 2 * limit_mm) for title, _, gap in states if title == AFTER}
+    lifts = [
+        max((f for f in _EXAGGERATIONS if f * after[title] <= top), default=1) if title in after else 1
+        for title, _, _ in states
+    ]
+    raised = [np.column_stack([s[:, :2], lift * s[:, 2]]) for s, lift in zip(solids, lifts, strict=True)]
+    frame = _frame(raised, radius, exaggeration)
+    scales = [(2 * limit_mm, ridge_colours(COLOURS)) if t in after else (top, colours(COLOURS)) for t, _, _ in states]
     shape = _Shape(_cells(net), net.kinds.tolist(), section or [])
     loose = _loose(net, shape.cells)
     views = [
-        View(title, _markup(solid, shape, loose, frame, exaggeration), float(gap.max()), title is COARSE)
-        for solid, (title, _, gap) in zip(solids, states, strict=True)
+        View(title, _markup(solid, shape, loose, frame, exaggeration * lift, scale), float(gap.max()), lift)
+        for solid, (title, _, gap), lift, scale in zip(solids, states, lifts, scales, strict=True)
     ]
     data: dict[str, Any] = {
         "states": [s.ravel().tolist() for s in solids],
@@ -95,7 +117,9 @@ def net_views(pocket: PocketReport, section: list[int] | None = None) -> NetView
         "kinds": "".join(map(str, shape.kinds)),
         "section": shape.section,
         "radius": round(radius, 2),
-        "top": round(top, 2),
+        "tops": [round(scale[0], 2) for scale in scales],
+        "lifts": lifts,
+        "after": [int(title in after) for title, _, _ in states],
         "heights": exaggeration,
     }
     return NetViews(views, exaggeration, top, json.dumps(data, separators=(",", ":")))
@@ -113,11 +137,10 @@ def initial_gap(pocket: PocketReport) -> Floats:
 
 
 class _Frame(NamedTuple):
-    """Scale, height in the middle of the picture, and the gap with the last colour."""
+    """Scale, and height in the middle of the picture."""
 
     scale: float
     middle: float
-    top: float
 
 
 class _Shape(NamedTuple):
@@ -126,14 +149,14 @@ class _Shape(NamedTuple):
     section: list[int]
 
 
-def _frame(solids: list[Floats], radius: float, top: float, exaggeration: int) -> _Frame:
+def _frame(solids: list[Floats], radius: float, exaggeration: int) -> _Frame:
     """Fit the nets into the picture for any rotation about the vertical, so that turning never changes the scale."""
     sine, cosine = np.sin(_ELEVATION), np.cos(_ELEVATION)
     every = np.concatenate(solids)
     reach, raised = np.hypot(every[:, 0], every[:, 1]) * sine, exaggeration * every[:, 2] * cosine
     low, high = float((raised - reach).min()), float((raised + reach).max())
     scale = min((WIDTH - 2 * _EDGE) / (2 * radius), (HEIGHT - 2 * _EDGE) / max(high - low, 1e-9))
-    return _Frame(scale, 0.5 * (low + high), top)
+    return _Frame(scale, 0.5 * (low + high))
 
 
 def _side(nodes: Floats) -> Floats:
@@ -163,9 +186,19 @@ def _loose(net: PocketNet, cells: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.array(loose, dtype=np.int64).reshape(-1, 2)
 
 
-def _markup(solid: Floats, shape: _Shape, loose: NDArray[np.int64], frame: _Frame, exaggeration: int) -> str:
-    """Draw cells, segments without cells and nodes from back to front, and over all of it the section."""
-    palette, cells = colours(COLOURS), shape.cells
+def _markup(
+    solid: Floats,
+    shape: _Shape,
+    loose: NDArray[np.int64],
+    frame: _Frame,
+    exaggeration: int,
+    scale: tuple[float, list[str]],
+) -> str:
+    """Draw cells, segments without cells and nodes from back to front, and over all of it the section.
+
+    `scale` has the gap with the last colour, and the colours.
+    """
+    (top, palette), cells = scale, shape.cells
     sine, cosine = np.sin(_ELEVATION), np.cos(_ELEVATION)
     x, y, h = solid.T
     raised = exaggeration * h
@@ -174,7 +207,7 @@ def _markup(solid: Floats, shape: _Shape, loose: NDArray[np.int64], frame: _Fram
     depth = y * cosine - raised * sine
 
     def colour(heights: Floats) -> list[str]:
-        level = np.clip(np.floor(heights / max(frame.top, 1e-9) * COLOURS), 0, COLOURS - 1).astype(int)
+        level = np.clip(np.floor(heights / max(top, 1e-9) * COLOURS), 0, COLOURS - 1).astype(int)
         return [palette[k] for k in level]
 
     at = [f"{a:.1f} {b:.1f}" for a, b in zip(u.tolist(), v.tolist(), strict=True)]

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from debulk.page import net
-from debulk.page.excess_layer import ridge_colours
-from debulk.page.scales import colours
-from debulk.results.report_text import number
+from debulk.page.scales import HeightScale, colours, ridge_colours
+from debulk.results.number import number
 from debulk.verdict import Verdict
 
 _TEMPLATES = Path(__file__).with_name("templates")
@@ -57,9 +56,9 @@ def render(template: str, **values: Any) -> str:
         "margin": margin,
         "colours": colours(8),
         "palette": colours(net.COLOURS),
-        "ramp": colours(256),
-        "stops": colours(12),
+        "ramp": "".join(f"{r:02x}{g:02x}{b:02x}" for r, g, b in HeightScale.table().tolist()),
         "ridge_ramp": ridge_colours(),
+        "ridge_palette": ridge_colours(net.COLOURS),
         "script": script,
         "script_hash": f"sha256-{digest}",
         "net_size": (net.WIDTH, net.HEIGHT),

@@ -10,11 +10,11 @@ from debulk.page.charts import Bar, Chart, Row, bar_chart
 from debulk.page.drawable import check_drawable
 from debulk.page.heights import MAX_PNG_BYTES
 from debulk.page.map import Area, PlyMap, ply_map
-from debulk.page.map_ridges import ridges
-from debulk.page.pockets import deciding_ridge, says, worst_first
+from debulk.page.map_ridges import ridges, says
 from debulk.page.render import render
 from debulk.page.trace import headline, trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
+from debulk.results.deciding import worst_first
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import half_seen_line
 from debulk.results.smoothing import smoothing, smoothing_line
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 # With the picture of the heights, and 3 kB of text per pocket, the page stays below 5 MB.
 _MAX_STILL_BYTES = 1_450_000  # limit for all drawings
 _MAX_DATA_BYTES = 700_000  # limit for the data that the script draws
+_LIMIT_MM = 0.6  # of a ridge, for the colours of a report without a recipe
 
 
 class Drawings(NamedTuple):
@@ -59,7 +60,6 @@ def page(report: ReportData) -> str:
         report=report,
         running=headline(report),
         pockets=pockets,
-        deciding_ridge=deciding_ridge,
         counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
         map=report_map(report),
         advice=advice(report),
@@ -72,28 +72,22 @@ def page(report: ReportData) -> str:
         verdict_of={p.id: p.verdict for p in report.pockets},
         drawings=_drawings(report),
         limits=limits,
+        limit_mm=limits.get("max_ridge_mm") or _LIMIT_MM,
         charts=[
             bar_chart(
-                "Ridge by the excess length, mm",
-                [Row(p.id, p.verdict, p.excess.height_mm, p.excess.range_mm) for p in pockets if p.excess],
+                "Ridge that decides, mm",
+                [Row(p.id, p.verdict, r.height_mm, r.range_mm) for p in pockets if (r := p.deciding_ridge)],
                 limits.get("max_ridge_mm"),
                 2,
-                "thin line: uncertainty",
+                "thin line: its range",
             ),
             bar_chart(
-                "Predicted RMS of the gaps, mm",
+                "Another model: RMS of the gaps of the net, mm",
                 [Row(p.id, p.verdict, p.rms_mm, p.rms_range_mm) for p in pockets],
                 limits.get("max_rms_mm"),
                 3,
                 "thin line: range over the minima" + (f"; {floor.why}" if floor else ""),
                 floor=floor.rms_mm if floor else 0.0,
-            ),
-            bar_chart(
-                "Predicted ridge height, mm",
-                [Row(p.id, p.verdict, p.ridge_height_mm, p.ridge_range_mm) for p in pockets],
-                limits.get("max_ridge_mm"),
-                2,
-                "thin line: range over the minima",
             ),
         ],
         timings=_timings(report),
@@ -108,7 +102,7 @@ def report_map(report: ReportData, png_bytes: int = MAX_PNG_BYTES) -> PlyMap | N
     if report.height_map is None and not report.pockets:
         return None
     areas = [Area(p.id, p.verdict.value, p.outline_mm, says(p)) for p in report.pockets]
-    found = ridges(report.pockets)
+    found = ridges(report.pockets, report.recipe.get("verdict", {}).get("max_ridge_mm"))
     return ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report, found, png_bytes=png_bytes)
 
 
@@ -148,11 +142,12 @@ def _drawings(report: ReportData) -> dict[int, Drawings]:
     """Draw the pockets, the worst first, until the page would be too large: then without stills, then not at all."""
     stills, data = _MAX_STILL_BYTES, _MAX_DATA_BYTES
     made = {}
+    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm") or _LIMIT_MM
     for pocket in worst_first(report.pockets):
         if pocket.net is None or (stills < 0 and data < 0):
             continue
         profile = page_profile.profile(pocket, report.recipe)
-        net = page_net.net_views(pocket, profile.nodes if profile else None)
+        net = page_net.net_views(pocket, limit_mm, profile.nodes if profile else None)
         if net is not None:
             data -= len(net.data)
         if data < 0:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from debulk.page.drawable import check_drawable
 from debulk.page.map import PlyMap
-from debulk.page.pockets import deciding_ridge, worst_first
 from debulk.page.render import render
 from debulk.page.report import report_map
 from debulk.page.trace import context_text
 from debulk.results.advice import advice, deciding
-from debulk.results.report_text import number
+from debulk.results.deciding import worst_first
+from debulk.results.number import number
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -92,7 +92,6 @@ def page(layups: Sequence[Layup]) -> str:
         worst=worst,
         counts=counts,
         part_names=", ".join(parts),
-        deciding_ridge=deciding_ridge,
     )
 
 

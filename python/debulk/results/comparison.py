@@ -32,13 +32,13 @@ class PocketComparison(Record):
     predicted_rms_range_mm
         Lowest and highest value over the solver's starts.
     predicted_ridge_range_mm
-        Lowest and highest value over the solver's starts.
+        Range of the predicted ridge.
     predicted_ridges_mm, predicted_place_mm
         (M, 2) lines of the predicted ridges, mold XY, including mirrored ones; and how far they may be off on either
         side. Empty and None if the report predicts no ridge.
     predicted_ridge_mm, measured_peak_mm
-        Highest ridge of the prediction; and the largest height inside the outline after a median over 5 by 5 cells,
-        which lowers a ridge less than about four cells wide.
+        Ridge by which the report judged the pocket; and the largest height inside the outline after a median over 5
+        by 5 cells, which lowers a ridge less than about four cells wide.
     noise_mm
         Standard deviation of a single height there, before the median filter.
     measured_share

@@ -6,7 +6,9 @@ import csv
 import io
 from typing import TYPE_CHECKING
 
-from debulk.results.report_text import cell, columns, fold, number
+from debulk.results.number import number
+from debulk.results.report_csv import cell
+from debulk.results.report_text import columns, fold
 
 if TYPE_CHECKING:
     from debulk.results.comparison import ComparisonData

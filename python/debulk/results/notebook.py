@@ -7,7 +7,9 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from debulk.results.advice import advice
-from debulk.results.report_text import HEADINGS, figures, number
+from debulk.results.deciding import worst_first
+from debulk.results.number import number
+from debulk.results.report_text import HEADINGS, figures
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -23,21 +25,24 @@ VERDICT_COLOURS = {
     Verdict.CREASE: "#d55e00",
     Verdict.INVALID: "#808080",
 }
-_SHOWN = ("#", "x mm", "y mm", "area cm²", "peak mm", "by ΔL mm", "RMS mm", "ridge mm", "verdict", "reason")
+_SHOWN = ("#", "verdict", "ridge mm", "range", "margin", "x mm", "y mm", "area cm²", "peak mm", "reason")
 
 
 def report_html(report: ReportData) -> str:
     """Return the verdict, what to do, and a row for each pocket."""
     columns = [HEADINGS.index(name) for name in _SHOWN]
-    rows = [[figures(pocket)[k] for k in columns] for pocket in report.pockets]
+    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
+    pockets = worst_first(report.pockets)
+    rows = [[figures(pocket, limit_mm)[k] for k in columns] for pocket in pockets]
     deeds = "".join(f"<div>do: {escape(line)}</div>" for line in advice(report))
-    table = _table(_SHOWN, rows, [pocket.verdict for pocket in report.pockets]) if rows else ""
+    table = _table(_SHOWN, rows, [pocket.verdict for pocket in pockets]) if rows else ""
     return f"<div>{_headline(report.verdict, report.reason)}{deeds}{table}</div>"
 
 
 def pocket_html(pocket: PocketReport) -> str:
     """Return the verdict of a pocket, and its figures."""
-    shown = [(name, value) for name, value in zip(HEADINGS, figures(pocket), strict=True) if name != "reason"]
+    shown = [(name, value) for name, value in zip(HEADINGS, figures(pocket, None), strict=True)]
+    shown = [one for one in shown if one[0] not in ("reason", "margin")]  # the limit stands in the report
     headline = _headline(pocket.verdict, f"pocket {pocket.id}: {pocket.reason}")
     return (
         f"<div>{headline}{_table([name for name, _ in shown], [[value for _, value in shown]], [pocket.verdict])}</div>"
@@ -85,5 +90,5 @@ def _table(names: Iterable[str], rows: Sequence[Sequence[str]], verdicts: Sequen
 def _cell(name: str, value: str, verdict: Verdict) -> str:
     if name == "verdict":
         return f"<td>{_coloured(verdict, value)}</td>"
-    side = "left" if name == "reason" else "right"
+    side = "left" if name in ("reason", "range") else "right"
     return f'<td style="text-align:{side}">{escape(value)}</td>'

@@ -10,7 +10,7 @@ from debulk._core import InputError
 from debulk.arguments import of_type
 from debulk.results.extras import imported
 from debulk.results.notebook import VERDICT_COLOURS
-from debulk.results.report_text import number
+from debulk.results.number import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["plot"]
 
 _MARGIN_MM = 20.0  # margin round the ply
+_RIDGE = "#ff2f7e"  # as on the page
 _HIGHEST = 99.9  # percentile of the heights at which the colours end: so that single spikes do not set the scale
 
 
@@ -43,31 +44,33 @@ def plot(report: ReportData, ax: Axes | None = None) -> Axes:
         ax.plot(*_closed(report.ply_outline_mm), color="white", linewidth=1.0)
         low, high = report.ply_outline_mm.min(axis=0) - _MARGIN_MM, report.ply_outline_mm.max(axis=0) + _MARGIN_MM
         ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))  # beside the ply the scan does not show its height
+    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
     for pocket in report.pockets:
-        _draw(pocket, ax)
+        _draw(pocket, ax, limit_mm)
     found = [verdict for verdict in VERDICT_COLOURS if any(p.verdict is verdict for p in report.pockets)]
     for verdict in found:
         ax.plot([], [], color=VERDICT_COLOURS[verdict], linewidth=2.5, label=verdict.name)
-    if any(p.ridge_nodes is not None for p in report.pockets):
-        ax.plot([], [], color="white", linewidth=2.0, label="across the worst ridge")
+    if any(p.ridges for p in report.pockets):
+        ax.plot([], [], color=_RIDGE, linewidth=2.0, label="predicted ridge; thin: below the limit")
     if found:
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=5, fontsize="small", facecolor="0.7")
     ax.set(aspect="equal", xlabel="mold x, mm", ylabel="mold y, mm", title=_title(report))
     return ax
 
 
-def _draw(pocket: PocketReport, ax: Axes) -> None:
+def _draw(pocket: PocketReport, ax: Axes, limit_mm: float | None) -> None:
     if len(pocket.outline_mm):
         ax.plot(*_closed(pocket.outline_mm), color="black", linewidth=3.5)
         ax.plot(*_closed(pocket.outline_mm), color=VERDICT_COLOURS[pocket.verdict], linewidth=2.2)
-    if pocket.ridge_nodes is not None and pocket.debulked_mm is not None:
-        ax.plot(*pocket.debulked_mm[pocket.ridge_nodes, :2].T, color="white", linewidth=2.0)
+    ridge = pocket.deciding_ridge
+    low = ridge is not None and limit_mm is not None and ridge.most_mm <= limit_mm
+    for line in (line for one in pocket.ridges for line in one.lines_mm):
+        ax.plot(*line[:, :2].T, color=_RIDGE, linewidth=0.8 if low else 2.2)
     if len(pocket.outline_mm) and pocket.centroid_mm is not None:
-        decides = pocket.excess.height_mm if pocket.decided_by == "excess" and pocket.excess else pocket.ridge_height_mm
-        ridge = f": {number(decides, 2)} mm" if decides else ""
+        height = f": {number(ridge.height_mm, 2)} mm" if ridge else ""
         above = pocket.centroid_mm[0], float(pocket.outline_mm[:, 1].max())
         text = ax.annotate(
-            f"{pocket.id}{ridge}", above, (0, 3), textcoords="offset points", ha="center", va="bottom", fontsize=8
+            f"{pocket.id}{height}", above, (0, 3), textcoords="offset points", ha="center", va="bottom", fontsize=8
         )
         effects = imported("matplotlib.patheffects", "plot", "plot")
         text.set_path_effects([effects.withStroke(linewidth=2.5, foreground="white")])

@@ -13,6 +13,7 @@ from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
 from debulk.results.bridge_section import BridgeSection
+from debulk.results.deciding import DecidingRidge, deciding_ridge
 from debulk.results.edge_friction import EdgeFriction
 from debulk.results.half_seen import HalfSeen
 from debulk.results.level import Level
@@ -320,6 +321,11 @@ class PocketReport(Record):
                     raise InputError(f"{name}: expected one per node, {len(self.net.nodes_mm)}, got {len(values)}")
             if self.ridge_nodes is not None:
                 _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
+
+    @property
+    def deciding_ridge(self) -> DecidingRidge | None:
+        """The ridge that decides: the highest one that any case of this pocket may have; None: none is known."""
+        return deciding_ridge(self)
 
     @property
     def elastic_mm(self) -> float | None:

@@ -116,6 +116,9 @@ def test_predicted_ridges_are_the_reports_with_their_band(comparison, before):
     for p, known in zip(comparison.pockets, before.pockets, strict=True):
         lines = [line[:, :2].tolist() for ridge in known.ridges for line in ridge.lines_mm]
         assert [line.tolist() for line in p.predicted_ridges_mm] == lines
+        ridge = known.deciding_ridge
+        assert p.predicted_ridge_mm == (ridge and ridge.height_mm)
+        assert p.predicted_ridge_range_mm == (ridge and ridge.range_mm)
         assert p.predicted_place_mm == (known.ridges[0].place_spread_mm if lines else None)
 
 

@@ -18,21 +18,35 @@ def numbers(path):
     return np.array(re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", path), float)
 
 
+def rgb(colour):
+    return [int(colour[k : k + 2], 16) for k in (1, 3, 5)]
+
+
 @pytest.mark.parametrize("top", [0.05, 0.4, 3.0, 15.0, 80.0])
-def test_the_key_says_the_height_of_each_colour(top):
-    scale = HeightScale.up_to(top)
+@pytest.mark.parametrize("lowest", [0.0, -0.05, -0.3, -2.0, -99.0])
+def test_the_key_says_the_height_of_each_colour(top, lowest):
+    scale = HeightScale.up_to(top, lowest)
+    key = scale.stops(1001)
     for at, text in scale.ticks():
-        level = int(scale.levels(np.float32([float(text)]))[0])
-        assert level == pytest.approx(255 * at / 100, abs=1.5)
+        painted = scale.paint(np.float32([float(text.replace("−", "-"))]))[0].astype(int)
+        assert np.abs(painted - rgb(key[round(10 * at)])).max() <= 12  # figures are rounded
     places = [at for at, _ in scale.ticks()]
-    assert places[0] == 0 and places[-1] == pytest.approx(100) and np.diff(places).min() > 6
+    assert places[-1] == pytest.approx(100) and np.diff(places).min() > 6
+    texts = [text for _, text in scale.ticks()]
+    assert "0" in texts and ("−" in "".join(texts)) <= (lowest <= -0.1)
+    assert scale.lowest_mm == (max(lowest, -scale.top_mm) if lowest <= -0.1 else 0)
 
 
 def test_a_ridge_at_its_limit_stands_out_beside_a_pocket_of_15_mm():
+    laid, ridge = HeightScale.up_to(15.0).paint(np.float32([0.3, 0.6])).astype(int)
+    assert np.abs(ridge - laid).max() > 10
+
+
+def test_what_lies_below_the_reference_has_colours_that_nothing_above_it_has():
     scale = HeightScale.up_to(15.0)
-    laid, ridge = scale.levels(np.float32([0.3, 0.6])).astype(int)
-    assert ridge - laid > 10
-    assert scale.levels(np.float32([-1.0, 99.0])).tolist() == [0, 255]
+    below, above = (scale.paint(sign * np.linspace(0.02, 15, 400)).astype(int) for sign in (-1, 1))
+    assert min(np.abs(above - one).max(axis=1).min() for one in below) >= 3
+    assert scale.paint(np.float32([-99.0])).tolist() == scale.paint(np.float32([-15.0])).tolist()
 
 
 def test_the_hatch_covers_its_box_and_nothing_else():

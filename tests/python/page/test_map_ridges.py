@@ -7,7 +7,8 @@ import pytest
 
 from debulk.page.map_ridges import ridges
 from debulk.page.report import page
-from debulk.verdict import Verdict
+
+LIMIT = 0.6  # mm, of a ridge
 
 
 def points(path):
@@ -15,7 +16,7 @@ def points(path):
 
 
 def test_both_lines_of_a_ridge_are_drawn_north_up(report):
-    for pocket, drawn in zip([p for p in report.pockets if p.ridges], ridges(report.pockets), strict=True):
+    for pocket, drawn in zip([p for p in report.pockets if p.ridges], ridges(report.pockets, LIMIT), strict=True):
         lines = points(drawn.path)
         assert len(lines) == sum(len(one.lines_mm) for one in pocket.ridges)
         for line, given in zip(lines, pocket.ridges[0].lines_mm, strict=True):
@@ -23,16 +24,16 @@ def test_both_lines_of_a_ridge_are_drawn_north_up(report):
         assert drawn.band_mm == 2 * pocket.ridges[0].place_spread_mm
         assert f"±{pocket.ridges[0].place_spread_mm:.1f} mm" in drawn.title
         assert ("either line" in drawn.title) == (pocket.ridges[0].mirrored_mm is not None)
-        assert drawn.low == (pocket.verdict is Verdict.CEASE)
+        assert drawn.low == (pocket.deciding_ridge.most_mm <= LIMIT)
 
 
 def test_the_band_is_clipped_to_where_the_ply_stands_off(report):
     pocket = next(p for p in report.pockets if p.ridges)
-    (drawn,) = ridges([pocket])
+    (drawn,) = ridges([pocket], LIMIT)
     (foot,) = points(drawn.foot.removesuffix("Z"))
     assert len(foot) >= 40
     np.testing.assert_allclose(foot[0] * [1, -1], pocket.foot_outline_mm[0], atol=0.051)
-    (unknown,) = ridges([dataclasses.replace(pocket, foot_outline_mm=None)])
+    (unknown,) = ridges([dataclasses.replace(pocket, foot_outline_mm=None)], LIMIT)
     assert unknown.foot == ""
 
 
@@ -47,4 +48,4 @@ def test_a_pockets_card_has_the_figures_of_acceptance(report, mirrored):
 
 
 def test_a_pocket_without_ridges_draws_none(report):
-    assert ridges([p for p in report.pockets if not p.ridges]) == []
+    assert ridges([p for p in report.pockets if not p.ridges], LIMIT) == []

@@ -15,11 +15,10 @@ from debulk.page.charts import Row, bar_chart
 from debulk.page.map import ply_map
 from debulk.page.map_labels import label_box, labels, overlap
 from debulk.page.net import HEIGHT, WIDTH, net_views
-from debulk.page.pockets import deciding_ridge
 from debulk.page.profile import profile
 from debulk.page.render import margin
 from debulk.page.report import _drawings, page
-from debulk.page.scales import colours
+from debulk.page.scales import colours, ridge_colours
 from debulk.report import Report
 from debulk.results.bridge_section import BridgeSection
 from debulk.results.report import LeftOut, UnseenHole
@@ -186,7 +185,7 @@ def test_the_margin_of_a_ridge_is_that_of_the_most_it_may_be(report):
 
 
 def test_nets_are_drawn_at_one_scale_with_their_kinds(report):
-    views = net_views(report.pockets[6], [0, 1, 2])
+    views = net_views(report.pockets[6], 0.6, [0, 1, 2])
     before, after, coarse = views.views
     net = report.pockets[6].net
     for view in views.views:
@@ -200,14 +199,32 @@ def test_nets_are_drawn_at_one_scale_with_their_kinds(report):
     assert coarse.high_mm == pytest.approx(report.pockets[6].debulked_gap_mm.max())
     assert [view.coarse for view in views.views] == [False, False, True]
     assert views.top_mm == pytest.approx(max(before.high_mm, after.high_mm, coarse.high_mm), abs=0.01)
+    assert [view.lift for view in views.views] == [1, after.lift, 1]
     # Nothing is drawn outside the frame.
     for u, v in re.findall(r"[ML](-?\d+\.\d) (-?\d+\.\d)", before.markup + after.markup + coarse.markup):
         assert 0 <= float(u) <= WIDTH and 0 <= float(v) <= HEIGHT
 
 
+def test_a_ridge_after_debulking_is_seen_beside_a_high_pocket(report):
+    """A ridge of twice the limit has the scale's last colour, and is drawn higher than by the pocket's scale."""
+    pocket = report.pockets[0]
+    gap = np.full(len(pocket.net.nodes_mm), 0.25)
+    gap[np.argmax(pocket.initial_gap_mm)] = 2.0
+    before, after, _ = net_views(dataclasses.replace(pocket, post_processed_gap_mm=gap), 0.6).views
+    assert before.high_mm > 14 and after.lift >= 5
+    assert set(re.findall(r'fill="(#\w+)"', after.markup)) <= set(ridge_colours(32))
+    assert ridge_colours(32)[-1] in after.markup and ridge_colours(32)[-1] not in before.markup
+    below, above = (rgb(colour) for colour in ridge_colours(32)[15:17])
+    assert below[2] > below[0] and above[0] > above[2]  # blue up to the limit, orange from there
+
+
+def rgb(colour):
+    return [int(colour[k : k + 2], 16) for k in (1, 3, 5)]
+
+
 def test_every_segment_is_drawn_once_as_a_cells_side_or_alone(report):
     net = report.pockets[0].net
-    data = json.loads(net_views(report.pockets[0]).data)
+    data = json.loads(net_views(report.pockets[0], 0.6).data)
     cells = np.array(data["cells"]).reshape(-1, 4)
     sides = {tuple(sorted((c[k], c[k - 1]))) for c in cells.tolist() for k in range(4)}
     loose = {tuple(sorted(edge)) for edge in np.array(data["loose"]).reshape(-1, 2).tolist()}
@@ -217,7 +234,7 @@ def test_every_segment_is_drawn_once_as_a_cells_side_or_alone(report):
 
 def test_the_height_before_follows_from_the_mold_where_it_is_not_given(report):
     pocket = report.pockets[0]
-    without = net_views(dataclasses.replace(pocket, initial_gap_mm=None))
+    without = net_views(dataclasses.replace(pocket, initial_gap_mm=None), 0.6)
     assert without.views[0].high_mm == pytest.approx(pocket.initial_gap_mm.max())
 
 
@@ -255,7 +272,7 @@ def test_heights_of_the_section_are_to_the_scale_that_is_said(report):
 
 
 def test_there_is_no_drawing_without_a_net(report):
-    assert net_views(report.pockets[5]) is None
+    assert net_views(report.pockets[5], 0.6) is None
     assert profile(report.pockets[5], {}) is None
 
 
@@ -312,9 +329,9 @@ def test_the_banner_names_the_pockets_that_decide(report, html):
 
 def test_a_bridge_above_the_ridge_is_what_the_table_shows(report):
     one = next(p for p in report.pockets if p.ridge_height_mm)
-    assert deciding_ridge(one).height_mm == one.ridge_height_mm
-    ridge = deciding_ridge(dataclasses.replace(one, bridge_height_mm=9.0))
-    assert ridge == (9.0, 9.0, "")
+    assert one.deciding_ridge.height_mm == one.ridge_height_mm
+    ridge = dataclasses.replace(one, bridge_height_mm=9.0).deciding_ridge
+    assert ridge == (9.0, (9.0, 9.0), "bridge of the net") and ridge.spread == ""
     section = BridgeSection(
         height_mm=8.0,
         range_mm=(7.5, 8.5),
@@ -324,5 +341,6 @@ def test_a_bridge_above_the_ridge_is_what_the_table_shows(report):
         hold_n_per_mm=9.0,
     )
     weighed = dataclasses.replace(one, bridge_height_mm=9.0, bridge_section=section)
-    assert deciding_ridge(weighed) == (8.0, 9.0, "(7.50 to 9.00)")
-    assert margin(deciding_ridge(weighed).most_mm, 0.6) == pytest.approx(-8.4)
+    ridge = weighed.deciding_ridge
+    assert ridge == (8.0, (7.5, 9.0), "bridge of the net") and ridge.spread == "(7.50 to 9.00)"
+    assert ridge.margin_mm(0.6) == pytest.approx(-8.4)

@@ -1,8 +1,12 @@
 """The table of pockets in a real browser: its order, its filter, and what a phone shows of it."""
 
+import dataclasses
+
 import pytest
 
-from debulk.page.pockets import worst_first
+from debulk.results.deciding import worst_first
+from debulk.results.report import ExcessReport
+from debulk.verdict import Verdict
 
 IDS = "Array.from(document.querySelectorAll('.sortable tbody tr'), row => Number(row.cells[0].textContent))"
 ROWS = "Array.from(document.querySelectorAll('.sortable tbody tr'))"
@@ -38,27 +42,72 @@ def test_failures_come_first(browser, path, report):
     assert cards == browser.run(IDS) == [p.id for p in worst_first(report.pockets)]
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "down"),
-    [
-        ("#", lambda p: p.id, False),
-        ("area", lambda p: p.area_mm2, True),
-        ("peak", lambda p: p.peak_mm, True),
-        ("at x, y", lambda p: p.centroid_mm[0], False),
-        ("why", lambda p: p.reason, False),
-    ],
-)
-def test_a_click_sorts_by_numbers_as_numbers_and_another_turns_the_order(browser, path, report, name, value, down):
+def certified(pocket):
+    return None if pocket.solve is None else "yes" if pocket.solve.certified else "no"
+
+
+COLUMNS = {
+    "#": (lambda p: p.id, False),
+    "verdict": (lambda p: p.verdict.severity, False),  # they stand the worst first: the first click turns that
+    "why": (lambda p: p.reason, False),
+    "ridgemm": (lambda p: p.deciding_ridge and p.deciding_ridge.height_mm, True),
+    "marginmm": (lambda p: p.deciding_ridge and round(0.6 - p.deciding_ridge.most_mm, 2), False),
+    "at x, y": (lambda p: p.centroid_mm[0], False),
+    "area": (lambda p: p.area_mm2, True),
+    "peak": (lambda p: p.peak_mm, True),
+    "measured": (lambda p: p.measured_share, False),
+    "Δ": (lambda p: p.spacing_mm, False),
+    "ridge byexcess": (lambda p: p.excess and p.excess.height_mm, False),
+    "ridge ofthe net": (lambda p: p.ridge_height_mm, False),
+    "elasticfold": (lambda p: p.elastic_mm, False),
+    "RMS": (lambda p: p.rms_mm and round(p.rms_mm, 3), False),
+    "its margin": (lambda p: p.rms_mm and round(0.3 - p.rms_mm, 3), False),
+    "the paper": (lambda p: p.paper_verdict and p.paper_verdict.severity, False),
+    "certified": (certified, False),
+}
+
+
+@pytest.fixture(scope="module")
+def varied(report, tmp_path_factory):
+    """Return a report with a value in each column, on both sides of each limit, and its page."""
+    excess = [0.2, 0.9, None, 2.1, 0.4, None, 10.5]
+    paper = [Verdict.CEASE, Verdict.CREASE, None, Verdict.UNDECIDED, Verdict.CEASE, None, Verdict.CREASE]
+    pockets = tuple(
+        dataclasses.replace(
+            p,
+            excess=h and ExcessReport(
+                length_mm=h, height_mm=h, range_mm=(h, h), alone_mm=h, elastic_mm=3 * h, noise_mm=0.0,
+                uncertainty_mm=0.0, bridge_bound_mm=0.0,
+            ),
+            decided_by="excess" if h else "paper",
+            paper_verdict=v,
+        )
+        for p, h, v in zip(report.pockets, excess, paper, strict=True)
+    )  # fmt: skip
+    path = tmp_path_factory.mktemp("varied") / "report.html"
+    varied = dataclasses.replace(report, pockets=pockets)
+    varied.save(path)
+    return varied, path
+
+
+@pytest.mark.parametrize("name", COLUMNS)
+def test_a_click_sorts_by_numbers_as_numbers_and_another_turns_the_order(browser, varied, name):
+    (report, path), (value, down) = varied, COLUMNS[name]
     browser.open(path)
-    click(browser, name)
-    values = [value(report.pocket(k)) for k in browser.run(IDS)]
-    assert values == sorted(values, reverse=down)
     column = head(browser, name)
-    assert [k for k, way in enumerate(sorts(browser)) if way] == [column]
-    assert sorts(browser)[column] == ("descending" if down else "ascending")
-    click(browser, name)
-    values = [value(report.pocket(k)) for k in browser.run(IDS)]
-    assert values == sorted(values, reverse=not down)
+    for turned in (down, not down):
+        click(browser, name)
+        values = [value(report.pocket(k)) for k in browser.run(IDS)]
+        known = [one for one in values if one is not None]
+        assert values == sorted(known, reverse=turned) + [None] * (len(values) - len(known))
+        assert len(set(known)) > 1
+        assert [k for k, way in enumerate(sorts(browser)) if way] == [column]
+        assert sorts(browser)[column] == ("descending" if turned else "ascending")
+
+
+def test_every_column_is_sorted_by_a_test(browser, varied):
+    browser.open(varied[1])
+    assert sorted(head(browser, name) for name in COLUMNS) == list(range(len(sorts(browser))))
 
 
 def test_what_is_not_known_comes_last_whichever_way(browser, path, report):
@@ -103,7 +152,7 @@ def test_few_columns_and_the_rest_on_demand_also_without_a_script(browser, path)
     browser("Emulation.setScriptExecutionDisabled", value=False)
     assert len(visible_heads(browser)) == 8
     browser.run("document.querySelector('.all').click()")
-    assert len(visible_heads(browser)) == 18
+    assert len(visible_heads(browser)) == 17
 
 
 def test_a_phone_shows_verdict_ridge_and_reason_of_every_pocket(browser, path, report):

@@ -11,7 +11,8 @@ from debulk.report import Report
 from debulk.results.advice import advice, deciding
 from debulk.results.level import Level
 from debulk.results.report import UnseenHole, Wrinkle
-from debulk.results.report_text import csv_text, table
+from debulk.results.report_csv import csv_text
+from debulk.results.report_text import table
 from debulk.verdict import Verdict
 
 LEVEL = Level(
@@ -42,7 +43,7 @@ def test_table_and_csv_say_where_the_pockets_are(report):
     # The made-up pockets are ellipses about these points.
     assert report.pockets[0].centroid_mm == pytest.approx((330.0, 260.0), abs=1e-6)
     line = next(line for line in table(report).splitlines() if line.split()[0] == "1")
-    assert line.split()[1:3] == ["330", "260"]
+    assert " 330   260 " in line
 
 
 def test_every_pocket_that_decides_is_named_with_its_place(report):

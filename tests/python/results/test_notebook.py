@@ -69,7 +69,7 @@ def test_a_dataframe_holds_what_the_csv_holds(report, tmp_path):
     report.save(tmp_path / "r.csv")
     read = pandas.read_csv(tmp_path / "r.csv", index_col="id")
     assert list(frame.columns) == list(read.columns) and list(frame.index) == list(read.index)
-    for name in ("area_mm2", "rms_mm", "ridge_height_mm", "kkt_error"):
+    for name in ("area_mm2", "rms_mm", "ridge_mm", "net_ridge_mm", "margin_mm", "kkt_error"):
         assert frame[name].dtype == "float64"
         assert frame[name].to_numpy() == pytest.approx(read[name].to_numpy(), nan_ok=True)
     assert math.isnan(frame.loc[6, "rms_mm"]) and frame.loc[6, "verdict"] == "INVALID"

@@ -38,10 +38,10 @@
   }
 
   function heightText(top) {
-    return found => {
-      const share = found / 255, mm = top * share * share;
-      if (found === 255) return `${figure(top, 1)} mm high or more`;
-      return `${figure(mm, top * 2 * share / 255 < 0.03 ? 2 : 1)} mm above the reference`;
+    return found => { // the middle of the ramp is 0, before it is below the reference
+      const share = Math.abs(found - 255) / 255, mm = top * share * share, side = found < 255 ? "below" : "above";
+      if (share === 1) return side === "above" ? `${figure(top, 1)} mm high or more` : `${figure(top, 1)} mm or more below the reference`;
+      return `${figure(mm, top * 2 * share / 255 < 0.03 ? 2 : 1)} mm ${side} the reference`;
     };
   }
   const ridgeText = top => found => found === 255 ? `a ridge of ${figure(top, 2)} mm or more` : `a ridge of ${figure(top * found / 255, 2)} mm`;

@@ -2,7 +2,7 @@
 "use strict";
 (() => {
   const values = (row, column) => {
-    const cell = row.cells[column], text = cell.dataset.value ?? cell.textContent.trim();
+    const cell = row.cells[column], text = (cell.dataset.value ?? cell.textContent.trim()).replace(/^−(?=\d)/, "-"); // the page's minus is no hyphen
     return text === "" || text === "–" ? null : Number.isNaN(Number(text)) ? text : Number(text);
   };
 

@@ -2,7 +2,7 @@
 "use strict";
 (() => {
   const W = 420, H = 260, EDGE = 12, START = 32, HEIGHTS = [1, 2, 3, 5, 8, 12, 20, 30, 50];
-  const palette = document.currentScript.dataset.palette.split(",");
+  const palettes = ["palette", "after"].map(name => document.currentScript.dataset[name].split(","));
   const known = new Map();
 
   function net(box) {
@@ -14,19 +14,22 @@
   }
 
   function picture(data, state, turn, tilt, heights) {
-    const { cells, loose, kinds, section, radius, top } = data, flat = data.states[state];
+    const { cells, loose, kinds, section, radius } = data, flat = data.states[state];
+    const top = data.tops[state], palette = palettes[data.after[state]], raise = heights * data.lifts[state];
     const ct = Math.cos(turn * Math.PI / 180), st = Math.sin(turn * Math.PI / 180);
     const ce = Math.cos(tilt * Math.PI / 180), se = Math.sin(tilt * Math.PI / 180);
     let low = Infinity, high = -Infinity; // of both nets, however they are turned
-    for (const other of data.states) for (let k = 0; k < other.length; k += 3) {
-      const reach = Math.hypot(other[k], other[k + 1]) * se, h = heights * other[k + 2] * ce;
-      low = Math.min(low, h - reach);
-      high = Math.max(high, h + reach);
-    }
+    data.states.forEach((other, s) => {
+      for (let k = 0; k < other.length; k += 3) {
+        const reach = Math.hypot(other[k], other[k + 1]) * se, h = heights * data.lifts[s] * other[k + 2] * ce;
+        low = Math.min(low, h - reach);
+        high = Math.max(high, h + reach);
+      }
+    });
     const scale = Math.min((W - 2 * EDGE) / (2 * radius), (H - 2 * EDGE) / Math.max(high - low, 1e-9));
     const count = kinds.length, at = new Array(count), depth = new Array(count), nearest = new Array(count);
     for (let k = 0; k < count; k++) {
-      const a = flat[3 * k], b = flat[3 * k + 1], h = heights * flat[3 * k + 2];
+      const a = flat[3 * k], b = flat[3 * k + 1], h = raise * flat[3 * k + 2];
       const x = a * ct - b * st, y = a * st + b * ct;
       const v = H / 2 - scale * (y * se + h * ce - (low + high) / 2);
       at[k] = [(W / 2 + scale * x).toFixed(1), v.toFixed(1)];
@@ -59,7 +62,7 @@
   function draw(box) {
     const { data, turn, tilt, heights } = net(box);
     box.querySelectorAll("svg.net").forEach((svg, k) => { svg.innerHTML = picture(data, k, turn, tilt, heights); });
-    box.querySelectorAll(".heights").forEach(text => { text.textContent = `, heights × ${heights}`; });
+    box.querySelectorAll(".heights").forEach(text => { text.textContent = `, heights × ${heights * text.dataset.lift}`; });
   }
 
   const waiting = new Set();

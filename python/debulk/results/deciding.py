@@ -1,0 +1,100 @@
+"""The one ridge by which a pocket is judged, and the order of pockets that follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from debulk.results.number import number
+
+if TYPE_CHECKING:
+    from debulk.results.report import PocketReport
+
+__all__ = ["DecidingRidge", "deciding_ridge", "worst_first"]
+
+
+class DecidingRidge(NamedTuple):
+    """The ridge that tables, pages, pictures and comparisons show for a pocket.
+
+    Attributes
+    ----------
+    height_mm
+        Height, mm: the best estimate, or the upper end of the range if only that is known.
+    range_mm
+        Lowest and highest height that it may have, mm.
+    by
+        What gives it: the excess length, the net, a bridge of the net, or an assumption about what is not known.
+    """
+
+    height_mm: float
+    range_mm: tuple[float, float]
+    by: str
+
+    @property
+    def most_mm(self) -> float:
+        """Upper end of the range."""
+        return self.range_mm[1]
+
+    @property
+    def spread(self) -> str:
+        """The range in words; empty if it is a single figure when rounded."""
+        low, high = (number(value, 2) for value in self.range_mm)
+        return "" if low == high else f"({low} to {high})"
+
+    def margin_mm(self, limit_mm: float | None) -> float | None:
+        """Return by how much the upper end is below a limit, negative above it; None without a limit."""
+        return None if limit_mm is None else limit_mm - self.most_mm
+
+
+def deciding_ridge(pocket: PocketReport) -> DecidingRidge | None:
+    """Return the ridge that may be the highest of all cases under which the pocket was judged; None if none is known.
+
+    A pocket beside a hole, or at the ply's edge, is judged under several assumptions, of which the report's own figures
+    are only one. Its row must not show the harmless one of them.
+    """
+    every = list(_cases(pocket))
+    return max(every, key=lambda ridge: (ridge.most_mm, ridge.range_mm[0])) if every else None
+
+
+def _cases(pocket: PocketReport) -> Iterator[DecidingRidge]:
+    own = _own(pocket)
+    if own is not None:
+        yield own
+    if pocket.half_seen is not None:
+        for way in pocket.half_seen.ways:
+            if way.ridge_range_mm is not None:
+                yield DecidingRidge(way.ridge_range_mm[1], way.ridge_range_mm, f"what was not seen {way.holes}")
+    if pocket.edge_friction is not None:
+        ends = (("its rim slipping", pocket.edge_friction.slipping), ("its rim held", pocket.edge_friction.held))
+        for by, end in ends:
+            if end.ridge_range_mm is not None:
+                yield DecidingRidge(end.ridge_range_mm[1], end.ridge_range_mm, by)
+
+
+def _own(pocket: PocketReport) -> DecidingRidge | None:
+    """Return the ridge of the criterion that decided, or of the one that is known; None if neither is known.
+
+    If the bridge of the net is higher than that ridge can be, it is returned instead. Its range then reaches from the
+    lowest height by the sections of its fibres, if they were made, to the higher of both heights.
+    """
+    height, span, by = pocket.ridge_height_mm, pocket.ridge_range_mm, "net"
+    if pocket.excess is not None and (pocket.decided_by == "excess" or height is None):
+        height, span, by = pocket.excess.height_mm, pocket.excess.range_mm, "excess length"
+    if height is None:
+        return None
+    span = span or (height, height)
+    if (bridge_mm := pocket.bridge_height_mm or 0.0) > span[1]:
+        section, by = pocket.bridge_section, "bridge of the net"
+        height, low_mm = (bridge_mm, bridge_mm) if section is None else (section.height_mm, section.range_mm[0])
+        span = low_mm, max(bridge_mm, height)
+    return DecidingRidge(height, span, by)
+
+
+def worst_first(pockets: Iterable[PocketReport]) -> list[PocketReport]:
+    """Sort pockets by verdict, the most severe first, and those with the same verdict by ridge, the highest first."""
+
+    def place(pocket: PocketReport) -> tuple[int, float, int]:
+        ridge = pocket.deciding_ridge
+        return -pocket.verdict.severity, -(ridge.height_mm if ridge else 0.0), pocket.id
+
+    return sorted(pockets, key=place)

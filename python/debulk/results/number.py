@@ -1,0 +1,17 @@
+"""Figures as text."""
+
+from __future__ import annotations
+
+__all__ = ["number"]
+
+
+def number(value: float | None, digits: int) -> str:
+    """Return a figure with the given number of decimals, or a dash if there is none.
+
+    Examples
+    --------
+    >>> number(0.125, 1), number(-0.001, 2), number(None, 2)
+    ('0.1', '0.00', '–')
+    """
+    # Adding zero turns the -0.0 that rounding makes of a tiny negative figure into 0.0.
+    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
