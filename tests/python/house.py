@@ -50,7 +50,7 @@ PYTHON_ROOMS = (
     "scanner",
 )
 PYTHON_ABOVE = (
-    "files", "results", "page", "report", "comparison", "inspection", "scenes", "view", "doctor", "cli",
+    "files", "results", "page", "report", "comparison", "history", "inspection", "scenes", "view", "doctor", "cli",
     "pyinstaller",
 )  # fmt: skip
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from debulk import InputError, __version__
+from debulk.cli import history as cli_history
 from debulk.cli import pages, scanning
 from debulk.cli import tools as cli_tools
 from debulk.cli.examples import epilog
@@ -75,6 +76,7 @@ def inspect(
     context: Annotated[
         list[str] | None, typer.Option(help="Kept in the report: part=A-17, ply=3 and the like; repeatable.")
     ] = None,
+    history: Annotated[Path | None, typer.Option(help="The cell's history, .sqlite, to which it is added.")] = None,
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,
@@ -93,8 +95,10 @@ def inspect(
 
         from debulk import files
         from debulk.files.clouds import read_cloud
+        from debulk.history.kept import history_of
         from debulk.recipe import Recipe
 
+        kept_in = history_of(history)
         settings = Recipe() if recipe is None else Recipe.load(recipe)
         transform = pose_of(pose, unit)
         ply_outline = None if outline is None else files.load_outline(outline, unit)
@@ -123,6 +127,8 @@ def inspect(
         notes = [f"{name}: {note}" for name, cloud in read for note in cloud.notes]
         source = {"scan": scan.name, "reference": reference.name, **report.source}
         report = dataclasses.replace(report, source=source, warnings=(*notes, *report.warnings))
+        if kept_in is not None:
+            report = kept_in.keep(report)
         _leave(report, outputs, as_json)
         raise typer.Exit(EXIT_CODES[report.verdict])
 
@@ -202,6 +208,7 @@ for command in (
     app.command(epilog=epilog(command.__name__))(with_loudness(command))
 app.command(epilog=epilog("completion"))(cli_tools.completion)
 app.add_typer(scanning.app, name="scan")
+app.add_typer(cli_history.app, name="history")
 
 
 def _leave(report: Report, outputs: list[Path], as_json: bool = False) -> None:

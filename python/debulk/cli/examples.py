@@ -25,6 +25,20 @@ EXAMPLES = {
     "replay": ("debulk replay dumps/20261122T081500_pocket_2.json",),
     "doctor": ("debulk doctor", "debulk doctor --json"),
     "completion": ('eval "$(debulk completion bash)"', "debulk completion zsh > ~/.zfunc/_debulk"),
+    "history": (
+        "debulk history list cell.sqlite --part A-17 --verdict crease",
+        "debulk history page cell.sqlite -o history.html",
+    ),
+    "history list": ("debulk history list cell.sqlite --near 350,-120 --within 80 --since 2026-03-01",),
+    "history get": ("debulk history get cell.sqlite 17 -o layup.html",),
+    "history add": ("debulk history add cell.sqlite archive/*.json",),
+    "history outcome": ('debulk history outcome cell.sqlite 17 3 crease --by "A. Smith"',),
+    "history export": (
+        "debulk history export cell.sqlite -o layups.csv",
+        "debulk history export cell.sqlite --table pocket --part A-17 -o pockets.parquet",
+    ),
+    "history page": ("debulk history page cell.sqlite --since 2026-03-01 -o history.html",),
+    "history check": ("debulk history check cell.sqlite",),
     "scan": ("debulk scan left/ right/ --calibration cell.json -o scan.pcd", "debulk scan patterns patterns/"),
     "scan images": (
         "debulk scan left/ right/ --calibration cell.json -o scan.pcd",
@@ -45,6 +59,7 @@ _CODES = {
     "inspect": _VERDICTS,
     "demo": "0 done, whatever the verdict, 2 bad input, 3 INVALID",
     "compare": "0 no outcome was wrong, 1 one was, 2 bad input",
+    "history check": "0 nothing was changed or is missing, 1 something, 2 bad input",
     "repeat": "0 all figures the same, 1 one differs, 2 bad input",
     "replay": "0 all solves certified, 1 one is not, 2 bad input",
 }

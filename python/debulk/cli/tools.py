@@ -23,6 +23,7 @@ def compare(
         typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
     ] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    history: Annotated[Path | None, typer.Option(help="The cell's history, .sqlite, to which it is added.")] = None,
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,
@@ -35,6 +36,7 @@ def compare(
     """
     with outcome():
         from debulk import files
+        from debulk.history.kept import history_of
         from debulk.inspection.calls import compare as held_against
         from debulk.recipe import Recipe
         from debulk.report import Report
@@ -46,6 +48,7 @@ def compare(
         for path in output or []:
             check_report_path(path)
             check_writable(path)
+        kept_in = history_of(history)
         settings = None if recipe is None else Recipe.load(recipe)
         hidden = None if mask is None else files.load_mask(mask)
         with shown_progress() as progress:
@@ -56,6 +59,8 @@ def compare(
             progress("comparing", 0.0)
             found = held_against(before, *clouds, settings, transform, hidden)
             progress("comparing", 1.0)
+        if kept_in is not None:
+            found = kept_in.keep_comparison(found, before)
         for path in output or []:
             found.save(path)
         if as_json:

@@ -19,6 +19,7 @@ from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.forking import Guard
 from debulk.grid import Grid
+from debulk.history.kept import history_of
 from debulk.inspection import inspector_file, reporting
 from debulk.inspection.bumps import tolerances
 from debulk.inspection.clouds import fingerprint
@@ -49,6 +50,7 @@ from debulk.stopping import Running
 from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
+    from debulk.history import History
     from debulk.recipe import Recipe
 
 __all__ = ["Cancelled", "Inspector", "Progress"]
@@ -92,6 +94,9 @@ class Inspector:
         Called with the name of the stage and the share of the work that is done, from the calling thread, some twenty
         times a second. To cancel the preparation, raise an exception in this function, for example `Cancelled`: all
         threads of the preparation are then ended, and the exception is passed on.
+    history
+        A `debulk.history.History`, or the name of its file: every report and comparison is stored in it before it is
+        returned. One that cannot be stored is returned all the same, with a warning. None means no history.
 
     Raises
     ------
@@ -124,6 +129,7 @@ class Inspector:
         camera: tuple[float, float, float] | None = None,
         mask: ArrayLike | None = None,
         progress: Progress | None = None,
+        history: History | str | PathLike[str] | None = None,
     ) -> None:
         if recipe is None:
             from debulk.recipe import Recipe
@@ -135,6 +141,7 @@ class Inspector:
         self.mold_from_scanner = inputs.pose(mold_from_scanner)
         self.camera = inputs.camera_parameters(camera)
         self.mask = inputs.image_mask(mask)
+        self.history = history_of(history)
 
         check_solves(recipe)
         preparation = Preparation(progress)
@@ -184,7 +191,12 @@ class Inspector:
 
     @classmethod
     @typed
-    def load(cls, path: str | PathLike[str], recipe: Recipe | None = None) -> Inspector:
+    def load(
+        cls,
+        path: str | PathLike[str],
+        recipe: Recipe | None = None,
+        history: History | str | PathLike[str] | None = None,
+    ) -> Inspector:
         """Read an inspector that `save` wrote; its reports equal those of the saved one to the last bit.
 
         Parameters
@@ -194,6 +206,8 @@ class Inspector:
         recipe
             Settings to use instead of the saved ones. Its section ``clean`` must equal the saved one, because the
             reference was cleaned with it.
+        history
+            As for a new inspector; the file has none.
 
         Raises
         ------
@@ -208,7 +222,7 @@ class Inspector:
             given["recipe"] = saved = Recipe(**given["recipe"])
             if recipe is not None and recipe.clean != saved.clean:
                 raise InputError(f"recipe: expected the section clean of the saved one, {saved.clean}")
-            return cls(**(given if recipe is None else {**given, "recipe": recipe}))
+            return cls(**{**given, "recipe": recipe or saved, "history": history})
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
 
@@ -266,7 +280,8 @@ class Inspector:
                 report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
             seconds = None if deadline_s is None else float(deadline_s)
             warnings = (*self.prepared.place.warnings(scan), *report.warnings)
-            return replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
+            report = replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
+        return report if self.history is None else self.history.keep(report)
 
     def _near(self, scan: Any, stop: _core.Stop) -> Any:
         """Return the scan as an array near the origin; as it came if the stop is raised, which the next step heeds."""
@@ -423,7 +438,8 @@ class Inspector:
                 check_place(report, placing, sample, heights)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
-        return compared(report, heights, self.recipe)
+        comparison = compared(report, heights, self.recipe)
+        return comparison if self.history is None else self.history.keep_comparison(comparison, report)
 
     def cancel(self) -> None:
         """Cancel all running calls, from any thread: they raise `Cancelled` within one iteration of the solver."""

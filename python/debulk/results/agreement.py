@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from debulk._core import InputError
 
 __all__ = ["Agreement", "agreement"]
@@ -69,14 +71,17 @@ def agreement(hits: int, total: int, confidence: float = 0.95) -> Agreement:
         raise InputError(f"confidence: expected a share between 0 and 1, but got {confidence!r}")
     tail = 0.5 * (1 - confidence)
     # The lowest rate at which `hits` or more, and the highest at which `hits` or fewer, are no rarer than the tail.
-    low = 0.0 if hits == 0 else _rate(lambda p: _at_least(hits, total, p) < tail)
-    high = 1.0 if hits == total else _rate(lambda p: 1 - _at_least(hits + 1, total, p) > tail)
+    low = 0.0 if hits == 0 else _rate(lambda p: _between(hits, total, total, p) < tail)
+    high = 1.0 if hits == total else _rate(lambda p: _between(0, hits, total, p) > tail)
     return Agreement(hits=hits, total=total, low=low, high=high)
 
 
-def _at_least(hits: int, total: int, rate: float) -> float:
-    """Probability of `hits` or more."""
-    return math.fsum(math.comb(total, k) * rate**k * (1 - rate) ** (total - k) for k in range(hits, total + 1))
+def _between(least: int, most: int, total: int, rate: float) -> float:
+    """Probability of `least` to `most` hits; by logarithms, for the coefficients of a large total overflow."""
+    steps = np.arange(1, total + 1)
+    logs = np.concatenate([[0.0], np.cumsum(np.log((total + 1 - steps) / steps))])[least : most + 1]
+    k = np.arange(least, most + 1)
+    return float(np.exp(logs + k * math.log(rate) + (total - k) * math.log1p(-rate)).sum())
 
 
 def _rate(below: Callable[[float], bool]) -> float:

@@ -1,0 +1,224 @@
+"""The commands of a history: search it, add to it, check it, and see it as a page."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from debulk import InputError
+from debulk.cli.examples import epilog
+from debulk.cli.loudness import print_json, with_loudness
+from debulk.cli.support import JSON, check_writable, outcome, show, shown_progress
+
+if TYPE_CHECKING:
+    from debulk.history import Search
+
+app = typer.Typer(
+    help="Search the history of a cell, add to it, check it, and see it as a page.",
+    epilog=epilog("history"),
+    no_args_is_help=True,
+)
+File = Annotated[Path, typer.Argument(help="The history, .sqlite.")]
+Part = Annotated[str | None, typer.Option(help="Only this part (context part=...).")]
+Ply = Annotated[str | None, typer.Option(help="Only this ply (context ply=...).")]
+VerdictName = Annotated[str | None, typer.Option("--verdict", help="Only layups of this verdict.")]
+Check = Annotated[str | None, typer.Option("--check", help="Only layups that this check kept from CEASE.")]
+Near = Annotated[str | None, typer.Option(help="Only layups with a pocket near x,y, mold mm.")]
+Within = Annotated[float, typer.Option(help="How near, mm.")]
+Since = Annotated[str | None, typer.Option(help="Not before this time, like 2026-03-01T06.")]
+Until = Annotated[str | None, typer.Option(help="Not after this time.")]
+
+
+def listed(
+    history: File,
+    part: Part = None,
+    ply: Ply = None,
+    verdict: VerdictName = None,
+    check: Check = None,
+    near: Near = None,
+    within: Within = 50.0,
+    since: Since = None,
+    until: Until = None,
+    limit: Annotated[int, typer.Option(min=1, help="Most lines.")] = 40,
+    as_json: JSON = False,
+) -> None:
+    """List the layups that fit, the newest first."""
+    with outcome():
+        from debulk.history import History
+        from debulk.results.report_text import columns
+
+        found = History(_there(history)).find(_search(part, ply, verdict, check, near, within, since, until, limit))
+        if as_json:
+            print_json(json.dumps([dataclasses.asdict(one) for one in found], ensure_ascii=False))
+            return
+        heads = ("record", "time (UTC)", "part", "ply", "verdict", "pockets", "reason")
+        rows = [(str(r.record), r.time_utc[:19], r.part, r.ply, r.verdict, str(r.pockets), r.reason) for r in found]
+        text = {1, 2, 3, 4, 6}
+        show(lambda width: "\n".join(columns([heads, *rows], text, width, 6)) if rows else "no layup fits")
+
+
+def get(
+    history: File,
+    record: Annotated[int, typer.Argument(help="Number of the record of a report or a comparison.")],
+    output: Annotated[list[Path], typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")],
+) -> None:
+    """Write a report or a comparison of a history to files."""
+    with outcome():
+        from debulk.history import History
+        from debulk.results.saving import check_report_path
+
+        for path in output:
+            check_report_path(path)
+            check_writable(path)
+        there = History(_there(history))
+        found = there.report(record) if there.kind(record) == "report" else there.comparison(record)
+        for path in output:
+            found.save(path)
+            print(f"written: {path}")
+
+
+def add(
+    history: File,
+    files: Annotated[list[Path], typer.Argument(help="Reports, .json, as debulk inspect or Report.save wrote them.")],
+) -> None:
+    """Add reports from files; those that are there already, by the time and the scan of their inspection, are not."""
+    with outcome():
+        from debulk.history import History
+        from debulk.report import Report
+
+        there = History(history)
+        with shown_progress() as progress:
+            for k, path in enumerate(files):
+                progress("adding", k / len(files))
+                report = Report.load(path)
+                number = there.number_of(report)
+                print(f"{path}: {f'is record {number} already' if number else f'record {there.add(report)}'}")
+
+
+def said(
+    history: File,
+    record: Annotated[int, typer.Argument(help="Record of the report.")],
+    pocket: Annotated[int, typer.Argument(help="Number of the pocket.")],
+    measured: Annotated[Literal["cease", "crease"], typer.Argument(help="What became of it.")],
+    by: Annotated[str, typer.Option(help="Who says so.")] = "",
+    note: Annotated[str, typer.Option(help="What else should be known.")] = "",
+) -> None:
+    """Store an operator's word on what became of a pocket."""
+    with outcome():
+        from debulk.history import History
+
+        print(f"record {History(_there(history)).add_outcome(record, pocket, measured, by, note)}")
+
+
+def export(
+    history: File,
+    output: Annotated[Path, typer.Option("-o", "--output", help=".csv, or .parquet (extra parquet).")],
+    table: Annotated[
+        Literal["layup", "pocket", "cause", "outcome"], typer.Option(help="What a line stands for.")
+    ] = "layup",
+    part: Part = None,
+    ply: Ply = None,
+    verdict: VerdictName = None,
+    check: Check = None,
+    near: Near = None,
+    within: Within = 50.0,
+    since: Since = None,
+    until: Until = None,
+) -> None:
+    """Write a table of the layups that fit, of their pockets, of what kept them from CEASE, or of their outcomes."""
+    with outcome():
+        from debulk.history import History
+        from debulk.history.export import export as exported
+
+        check_writable(output)
+        search = _search(part, ply, verdict, check, near, within, since, until, None)
+        count = exported(History(_there(history)), output, table, search)
+        print(f"written: {output}, {count} rows")
+
+
+def page(
+    history: File,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The page, .html.")],
+    part: Part = None,
+    ply: Ply = None,
+    verdict: VerdictName = None,
+    check: Check = None,
+    near: Near = None,
+    within: Within = 50.0,
+    since: Since = None,
+    until: Until = None,
+    baseline: Annotated[int, typer.Option(min=20, help="First layups that give the control limits.")] = 100,
+) -> None:
+    """Make a page of the layups that fit: where pockets recur, what was right, and what drifts."""
+    with outcome():
+        if output.suffix.lower() != ".html":
+            raise InputError(f"{output}: expected a file ending in .html")
+        check_writable(output)
+
+        from debulk.files import replacing
+        from debulk.history import History
+        from debulk.history.page import page as drawn
+
+        search = _search(part, ply, verdict, check, near, within, since, until, None)
+        html = drawn(History(_there(history)), search, baseline)
+        with replacing(output) as temporary:
+            temporary.write_text(html, encoding="utf-8", newline="\n")
+        print(f"written: {output}")
+
+
+def check(
+    history: File,
+    head: Annotated[str, typer.Option(help="The head that an earlier check printed, noted elsewhere.")] = "",
+) -> None:
+    """Find records that were changed or are missing; the exit code is 1 if there are any."""
+    with outcome():
+        from debulk.history import History
+
+        found = History(_there(history)).check(head)
+        print(found)
+        raise typer.Exit(0 if found.passed else 1)
+
+
+def _there(path: Path) -> Path:
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such history")
+    return path
+
+
+def _search(
+    part: str | None,
+    ply: str | None,
+    verdict: str | None,
+    check: str | None,
+    near: str | None,
+    within_mm: float,
+    since: str | None,
+    until: str | None,
+    limit: int | None,
+) -> Search:
+    from debulk.history import Search
+
+    near_mm = None if near is None else _place(near)
+    most = {} if limit is None else {"limit": limit}
+    return Search(
+        part=part, ply=ply, verdict=verdict, check=check, near_mm=near_mm, within_mm=within_mm, since=since,
+        until=until, **most,
+    )  # fmt: skip
+
+
+def _place(text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(word) for word in text.split(","))
+    except ValueError:
+        raise InputError(f"--near: expected two numbers in mm like 350,-120, got {text!r}") from None
+    return x, y
+
+
+app.command("list", epilog=epilog("history list"))(with_loudness(listed))
+app.command("outcome", epilog=epilog("history outcome"))(with_loudness(said))
+for command in (get, add, export, page, check):
+    app.command(epilog=epilog(f"history {command.__name__}"))(with_loudness(command))

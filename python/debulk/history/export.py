@@ -1,0 +1,92 @@
+"""A table of a history as CSV, or as Parquet (the extra "parquet"); pyarrow is imported only here."""
+
+from __future__ import annotations
+
+import csv
+import sqlite3
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from debulk._core import InputError
+from debulk.arguments import typed
+from debulk.files.replacing import replacing
+from debulk.history.rows import TABLES, columns
+from debulk.history.search import Search
+from debulk.history.store import History
+from debulk.history.tables import connected
+from debulk.results.extras import imported
+
+__all__ = ["export"]
+
+_ARROW = {"int": "int64", "str": "string", "float": "float64", "float | None": "float64"}
+_OWNER = {"outcome": "report"}  # the column that names a row's layup; in the other tables it is "record"
+
+
+@typed
+def export(history: History, path: str | PathLike[str], table: str = "layup", search: Search | None = None) -> int:
+    """Write a table of a history, and return its number of rows.
+
+    Parameters
+    ----------
+    history
+        The history.
+    path
+        Name of the file, which ends in .csv or .parquet.
+    table
+        "layup", "pocket", "cause" or "outcome"; their columns are the fields of `LayupRow`, `PocketRow`, `CauseRow`
+        and `OutcomeRow`.
+    search
+        Which layups are wanted; None: all. The rows are in the order of their records.
+
+    Raises
+    ------
+    InputError
+        If table or ending is another one, the file cannot be written, or pyarrow is missing for a .parquet.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from debulk.report import Report, Verdict
+    >>> folder = tempfile.mkdtemp()
+    >>> history = History(f"{folder}/cell.sqlite")
+    >>> number = history.add(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=()))
+    >>> export(history, f"{folder}/layups.csv")
+    1
+    """
+    path = Path(path)
+    if table not in TABLES:
+        raise InputError(f"table: expected one of {', '.join(TABLES)}, got {table!r}")
+    write = {".csv": _csv, ".parquet": _parquet}.get(path.suffix.lower())
+    if write is None:
+        raise InputError(f"{path}: expected a file ending in .csv or .parquet")
+    with connected(history.path) as connection:
+        rows = _rows(connection, table, search or Search())
+    with replacing(path) as temporary:
+        write(temporary, table, rows)
+    return len(rows)
+
+
+def _rows(connection: sqlite3.Connection, table: str, search: Search) -> list[tuple[Any, ...]]:
+    where, values = search.where()
+    names, owner = ", ".join(columns(TABLES[table])), _OWNER.get(table, "record")
+    wanted = f"SELECT record FROM layup WHERE {where} ORDER BY record DESC LIMIT ?"
+    query = f"SELECT {names} FROM {table} WHERE {owner} IN ({wanted}) ORDER BY record, rowid"
+    return connection.execute(query, (*values, search.limit)).fetchall()
+
+
+def _csv(path: Path, table: str, rows: Sequence[tuple[Any, ...]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns(TABLES[table]))
+        writer.writerows(rows)
+
+
+def _parquet(path: Path, table: str, rows: Sequence[tuple[Any, ...]]) -> None:
+    arrow, parquet = (imported(name, "parquet", "export") for name in ("pyarrow", "pyarrow.parquet"))
+    kind = TABLES[table]
+    lines = list(zip(*rows, strict=True)) or [()] * len(columns(kind))
+    fields = kind.__dataclass_fields__.values()
+    arrays = [arrow.array(line, type=_ARROW[str(field.type)]) for field, line in zip(fields, lines, strict=True)]
+    parquet.write_table(arrow.table(arrays, names=columns(kind)), path)

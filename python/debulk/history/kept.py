@@ -1,0 +1,33 @@
+"""How an inspector gets its history."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING
+
+from debulk._core import InputError
+from debulk.arguments import of_type
+
+if TYPE_CHECKING:
+    from debulk.history.store import History
+
+__all__ = ["history_of"]
+
+
+def history_of(given: History | str | PathLike[str] | None) -> History | None:
+    """Return the history itself, or the one in the named file; without any, nothing of SQLite is imported.
+
+    Raises
+    ------
+    InputError
+        If it is something else, there is no such folder, or the file is not a history.
+    """
+    if given is None:
+        return None
+    from debulk.history.store import History
+
+    if isinstance(given, History):
+        return given
+    if not isinstance(given, (str, PathLike)):
+        raise InputError(f"history: expected a debulk.history.History or the name of a file, but got {of_type(given)}")
+    return History(given)

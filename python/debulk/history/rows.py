@@ -1,0 +1,266 @@
+"""The figures of a record as rows of tables, by which a history is searched; they are made from the record alone."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.grid import Grid
+from debulk.page.trace import context_text
+from debulk.results.advice import is_off
+from debulk.results.comparison import ComparisonData
+from debulk.results.report import PocketReport, ReportData
+from debulk.verdict import Verdict
+
+__all__ = [
+    "TABLES",
+    "CauseRow",
+    "LayupRow",
+    "OutcomeRow",
+    "PocketRow",
+    "Row",
+    "digest",
+    "of_comparison",
+    "of_report",
+    "recipe_hash",
+]
+
+
+@dataclass(frozen=True)
+class LayupRow:
+    """An inspected layup; every figure is None where the report does not have it.
+
+    Attributes
+    ----------
+    record
+        Number of the report's record.
+    time_utc, part, ply
+        When the inspection began, ISO 8601; and ``context["part"]`` and ``context["ply"]`` of the inspection.
+    verdict, reason
+        Those of the report, the verdict as its name.
+    pockets, coverage
+        Number of pockets; share of the ply that was seen.
+    noise_mm
+        Standard deviation of a cell of the height map by noise, from second differences along x: after the filters, so
+        it compares layups of one recipe and one scanner.
+    level_mm, offset_mm, tilt_deg, bow_mm
+        Median height of the ply between the pockets less its thickness, and the plane and parabola fitted to it, which
+        show how well scan and reference are registered.
+    total_ms
+        Sum of the stages' times.
+    version, build, recipe, scan
+        Version and build of debulk; hash of the recipe; fingerprint of the scan. Empty if not known.
+    """
+
+    record: int
+    time_utc: str
+    part: str
+    ply: str
+    verdict: str
+    reason: str
+    pockets: int
+    coverage: float | None
+    noise_mm: float | None
+    level_mm: float | None
+    offset_mm: float | None
+    tilt_deg: float | None
+    bow_mm: float | None
+    total_ms: float
+    version: str
+    build: str
+    recipe: str
+    scan: str
+
+
+@dataclass(frozen=True)
+class PocketRow:
+    """A pocket of a layup.
+
+    `ridge_mm`, from `low_mm` to `high_mm`, is the ridge by the excess, or else that of the minima; `noise_mm` is its
+    standard deviation by the scan's noise. `x_mm`, `y_mm` is the centroid in the mold frame.
+    """
+
+    record: int
+    id: int
+    verdict: str
+    decided_by: str
+    x_mm: float | None
+    y_mm: float | None
+    area_mm2: float | None
+    peak_mm: float | None
+    ridge_mm: float | None
+    low_mm: float | None
+    high_mm: float | None
+    noise_mm: float | None
+    at_edge: int
+
+
+@dataclass(frozen=True)
+class CauseRow:
+    """A check that keeps a layup from CEASE, and the best verdict that it allows."""
+
+    record: int
+    name: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class OutcomeRow:
+    """What became of a pocket: `source` is "scan" for a comparison and "operator" for somebody's word.
+
+    `report` is the record of the pocket's report; `predicted` and `ridge_mm` are of that report, `measured`, `peak_mm`
+    and `share` (of the pocket's area that was seen) of what came after.
+    """
+
+    record: int
+    report: int
+    pocket: int
+    source: str
+    predicted: str
+    measured: str
+    ridge_mm: float | None
+    peak_mm: float | None
+    share: float | None
+
+
+Row = LayupRow | PocketRow | CauseRow | OutcomeRow
+TABLES: Mapping[str, type[Row]] = {
+    "layup": LayupRow,
+    "pocket": PocketRow,
+    "cause": CauseRow,
+    "outcome": OutcomeRow,
+}
+
+
+def digest(rows: Mapping[str, list[tuple[Any, ...]]]) -> str:
+    """Return the SHA-256 of a record's rows, by table, which shows whether one of them was changed."""
+    text = json.dumps([[name, rows.get(name, [])] for name in TABLES], ensure_ascii=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def as_tuples(rows: list[Row]) -> dict[str, list[tuple[Any, ...]]]:
+    """Return rows by table, as SQLite keeps them: what is not finite is unknown."""
+    names = {kind: name for name, kind in TABLES.items()}
+    found: dict[str, list[tuple[Any, ...]]] = {}
+    for row in rows:
+        found.setdefault(names[type(row)], []).append(tuple(_plain(value) for value in astuple(row)))
+    return found
+
+
+def columns(kind: type[Row]) -> list[str]:
+    """Return the names of a table's columns."""
+    return [entry.name for entry in fields(kind)]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    # A file name may hold halves of characters, which no database keeps as text.
+    return value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value
+
+
+def of_report(record: int, report: ReportData) -> list[Row]:
+    """Return the rows of a report: one for the layup, one for each pocket, one for each check that was not passed."""
+    level, trace = report.level, report.trace
+    scan = trace.scan.fingerprint if trace and trace.scan else None
+    layup = LayupRow(
+        record,
+        trace.time_utc if trace else "",
+        context_text(report, "part"),
+        context_text(report, "ply"),
+        report.verdict.name,
+        report.reason,
+        len(report.pockets),
+        report.coverage,
+        _noise_mm(report.height_map),
+        level.laid_mm - level.thickness_mm if level else None,
+        level.offset_mm if level else None,
+        level.tilt_deg if level else None,
+        level.bow_mm if level else None,
+        float(sum(report.timings_ms.values())),
+        report.version,
+        trace.versions.get("build", "") if trace else "",
+        recipe_hash(report.recipe),
+        scan[1] if scan else "",
+    )
+    causes = (CauseRow(record, name, verdict.name) for name, verdict in sorted(_causes(report)))
+    return [layup, *(_pocket(record, pocket) for pocket in report.pockets), *causes]
+
+
+def of_comparison(record: int, report: int, comparison: ComparisonData) -> list[Row]:
+    """Return the rows of a comparison: what became of each pocket of a report."""
+    return [
+        OutcomeRow(
+            record, report, p.id, "scan", p.predicted.name, p.measured.name, p.predicted_ridge_mm, p.measured_peak_mm,
+            p.measured_share,
+        )
+        for p in comparison.pockets
+    ]  # fmt: skip
+
+
+def recipe_hash(recipe: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of a recipe's settings, empty if there are none.
+
+    The section ``run`` is left out: threads, fingerprints and folders differ between machines, and change no verdict.
+
+    Examples
+    --------
+    >>> same = recipe_hash({"net": {"node_target": 100}, "run": {"threads": 2}})
+    >>> same == recipe_hash({"net": {"node_target": 100}}) != recipe_hash({"net": {"node_target": 90}})
+    True
+    """
+    if not recipe:
+        return ""
+    settings = {name: table for name, table in recipe.items() if name != "run"}
+    text = json.dumps(settings, sort_keys=True, ensure_ascii=False, separators=(",", ":"), default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _pocket(record: int, pocket: PocketReport) -> PocketRow:
+    x, y = pocket.centroid_mm or (None, None)
+    excess, span = pocket.excess, pocket.ridge_range_mm or (None, None)
+    ridge, (low, high) = pocket.ridge_height_mm, span
+    if excess is not None:
+        ridge, (low, high) = excess.height_mm, excess.range_mm
+    return PocketRow(
+        record, pocket.id, pocket.verdict.name, pocket.decided_by, x, y, pocket.area_mm2, pocket.peak_mm,
+        ridge, low, high, excess.noise_mm if excess else None, int(pocket.touches_ply_edge),
+    )  # fmt: skip
+
+
+def _causes(report: ReportData) -> set[tuple[str, Verdict]]:
+    """Tell what keeps a layup from CEASE, from its figures; "other" is what only its reason says."""
+    found: set[tuple[str, Verdict]] = {
+        ({"paper": "minima"}.get(p.decided_by, p.decided_by) or "not judged", p.verdict)
+        for p in report.pockets
+        if p.verdict is not Verdict.CEASE
+    }
+    found |= {("unseen", hole.at_best) for hole in report.unseen if hole.at_best is not None}
+    if report.wrinkles and report.verdict is not Verdict.CEASE:
+        found.add(("standing wrinkle", report.verdict))
+    if report.level is not None and is_off(report.level, report.recipe):
+        found.add(("level", Verdict.INVALID))
+    least = report.recipe.get("verdict", {}).get("min_coverage")
+    if report.coverage is not None and least is not None and not report.coverage >= least:
+        found.add(("coverage", Verdict.INVALID))
+    if report.verdict is not Verdict.CEASE and report.verdict not in {verdict for _, verdict in found}:
+        found.add(("other", report.verdict))
+    return found
+
+
+def _noise_mm(grid: Grid | None) -> float | None:
+    """Estimate the noise of a height map from the second differences of every fourth row; None without a map."""
+    if grid is None or grid.values.ndim != 2 or grid.values.shape[1] < 3:
+        return None
+    rows: NDArray[np.float64] = grid.values[::4].astype(np.float64)
+    second = np.abs(rows[:, 2:] - 2 * rows[:, 1:-1] + rows[:, :-2])
+    second = second[np.isfinite(second)]
+    # A median is blind to the few cells at pockets; 0.6745 is that of |z|, and sqrt(6) the sum of the weights' squares.
+    return float(np.median(second)) / (0.6745 * math.sqrt(6.0)) if second.size else None

@@ -1,0 +1,87 @@
+"""What may be looked for in a history."""
+
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import dataclass
+from typing import Any
+
+from debulk._core import InputError
+from debulk.history.rows import LayupRow, columns
+from debulk.verdict import Verdict
+
+__all__ = ["Search", "found"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """Which layups are wanted; what is None does not matter.
+
+    Attributes
+    ----------
+    part, ply
+        ``context["part"]`` and ``context["ply"]`` of the inspection, as text.
+    verdict
+        Name of the layup's verdict, such as "CREASE".
+    check
+        Name of what kept the layup from CEASE: "excess", "minima" or "not judged" of a pocket; "unseen", "level",
+        "coverage", "standing wrinkle"; "other" for what only the reason says.
+    near_mm, within_mm
+        Mold XY; a pocket's centroid must be within that many mm of it.
+    since, until
+        First and last time of the inspection, ISO 8601, also shortened: "2026-03" includes nothing after its start as
+        `until`.
+    limit
+        Most layups that are returned.
+    """
+
+    part: str | None = None
+    ply: str | None = None
+    verdict: str | None = None
+    check: str | None = None
+    near_mm: tuple[float, float] | None = None
+    within_mm: float = 50.0
+    since: str | None = None
+    until: str | None = None
+    limit: int = 1_000_000
+
+    def __post_init__(self) -> None:
+        names = [verdict.name for verdict in Verdict]
+        if self.verdict is not None and self.verdict.upper() not in names:
+            raise InputError(f"verdict: expected one of {', '.join(names)}, got {self.verdict!r}")
+        if not self.within_mm > 0:
+            raise InputError(f"within_mm: expected a positive number, got {self.within_mm!r}")
+        if self.limit < 1:
+            raise InputError(f"limit: expected at least 1, got {self.limit!r}")
+
+    def where(self) -> tuple[str, list[Any]]:
+        """Return the condition on the table `layup`, and its values."""
+        conditions, values = ["1"], list[Any]()
+        verdict = None if self.verdict is None else self.verdict.upper()
+        for condition, value in (
+            ("part = ?", self.part),
+            ("ply = ?", self.ply),
+            ("verdict = ?", verdict),
+            ("time_utc >= ?", self.since),
+            ("time_utc <= ?", self.until),
+            ("record IN (SELECT record FROM cause WHERE name = ?)", self.check),
+        ):
+            if value is not None:
+                conditions.append(condition)
+                values.append(value)
+        if self.near_mm is not None:
+            (x, y), r = self.near_mm, self.within_mm
+            conditions.append(
+                "record IN (SELECT record FROM pocket WHERE x_mm BETWEEN ? AND ? "
+                "AND (x_mm - ?) * (x_mm - ?) + (y_mm - ?) * (y_mm - ?) <= ?)"
+            )
+            values += [x - r, x + r, x, x, y, y, r * r]
+        return " AND ".join(conditions), values
+
+
+def found(connection: sqlite3.Connection, search: Search) -> list[LayupRow]:
+    """Return the layups that fit, the newest first."""
+    where, values = search.where()
+    names = ", ".join(columns(LayupRow))
+    query = f"SELECT {names} FROM layup WHERE {where} ORDER BY record DESC LIMIT ?"
+    return [LayupRow(*row) for row in connection.execute(query, (*values, search.limit))]

@@ -1,0 +1,104 @@
+"""The tables of a history, and how its file is opened."""
+
+from __future__ import annotations
+
+import dataclasses
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from debulk._core import InputError
+from debulk.history.rows import TABLES, Row
+
+__all__ = ["connected"]
+
+_APPLICATION = 0x6462_6C6B  # "dblk", in the file's header: this file is a history
+_LAYOUT = 1  # of the tables
+_PATIENCE_S = 2.0  # for which a writer waits for another one
+_TYPES = {"int": "INTEGER NOT NULL", "str": "TEXT NOT NULL", "float": "REAL NOT NULL", "float | None": "REAL"}
+
+# `of` is the report that a comparison or an operator's word is about. `figures` is the digest of the record's rows in
+# the other tables, `previous` the hash of the record before it, and `hash` is over all of them and the body.
+_RECORD = """CREATE TABLE record (
+  number INTEGER PRIMARY KEY AUTOINCREMENT,
+  kind TEXT NOT NULL,
+  of INTEGER REFERENCES record (number),
+  stored_utc TEXT NOT NULL,
+  figures TEXT NOT NULL,
+  previous TEXT NOT NULL,
+  hash TEXT NOT NULL
+);
+CREATE TABLE body (number INTEGER PRIMARY KEY REFERENCES record (number), text BLOB NOT NULL);"""
+_INDEXES = (
+    "layup (part, ply)",
+    "layup (time_utc)",
+    "layup (verdict)",
+    "pocket (record)",
+    "pocket (x_mm, y_mm, record)",
+    "cause (name)",
+    "cause (record)",
+    "outcome (report, pocket)",
+    "outcome (record)",
+)
+
+
+@contextmanager
+def connected(path: Path, *, write: bool = False) -> Iterator[sqlite3.Connection]:
+    """Open a history for one piece of work, which is committed as a whole at the end, or not at all.
+
+    A connection lives only that long: it belongs to one thread and would not outlive a fork.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or written, or is not a history.
+    """
+    connection = None
+    try:
+        if not write and not path.is_file():
+            raise InputError(f"{path}: there is no such history")
+        connection = sqlite3.connect(path, timeout=_PATIENCE_S, isolation_level=None)
+        _check(connection, path, write)
+        connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
+        yield connection
+        connection.execute("COMMIT")
+    except sqlite3.Error as error:
+        raise InputError(f"{path}: the history cannot be {'written' if write else 'read'}: {error}") from None
+    finally:
+        if connection is not None:
+            connection.close()  # rolls back what was not committed
+
+
+def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
+    empty = not application and not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+    if empty and write:
+        _make(connection)
+        return
+    if application != _APPLICATION:
+        raise InputError(f"{path}: not a history of debulk")
+    layout = connection.execute("PRAGMA user_version").fetchone()[0]
+    if layout != _LAYOUT:
+        raise InputError(f"{path}: expected a history of layout {_LAYOUT}, got {layout}; install a newer debulk")
+    connection.execute("PRAGMA synchronous = FULL")
+
+
+def _make(connection: sqlite3.Connection) -> None:
+    # Readers and a writer do not wait for each other, and a commit is on the disk before it returns.
+    connection.execute("PRAGMA journal_mode = WAL")
+    connection.execute("PRAGMA synchronous = FULL")
+    connection.execute("BEGIN IMMEDIATE")
+    if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:  # nobody else was faster
+        for statement in (*_RECORD.split(";\n"), *map(_table, TABLES, TABLES.values())):
+            connection.execute(statement)
+        for index in _INDEXES:
+            connection.execute(f"CREATE INDEX by_{''.join(c if c.isalnum() else '_' for c in index)} ON {index}")
+        connection.execute(f"PRAGMA user_version = {_LAYOUT}")
+        connection.execute(f"PRAGMA application_id = {_APPLICATION}")
+    connection.execute("COMMIT")
+
+
+def _table(name: str, kind: type[Row]) -> str:
+    columns = ", ".join(f"{entry.name} {_TYPES[str(entry.type)]}" for entry in dataclasses.fields(kind))
+    return f"CREATE TABLE {name} ({columns})"
