@@ -83,8 +83,8 @@ class LayupRow:
 class PocketRow:
     """A pocket of a layup.
 
-    `ridge_mm`, from `low_mm` to `high_mm`, is the ridge by the excess, or else that of the minima; `noise_mm` is its
-    standard deviation by the scan's noise. `x_mm`, `y_mm` is the centroid in the mold frame.
+    `ridge_mm`, from `low_mm` to `high_mm`, is the ridge by which it was judged; `noise_mm` is the standard deviation of a
+    ridge by the excess from the scan's noise. `x_mm`, `y_mm` is the centroid in the mold frame.
     """
 
     record: int
@@ -225,13 +225,11 @@ def recipe_hash(recipe: Mapping[str, Any]) -> str:
 
 def _pocket(record: int, pocket: PocketReport) -> PocketRow:
     x, y = pocket.centroid_mm or (None, None)
-    excess, span = pocket.excess, pocket.ridge_range_mm or (None, None)
-    ridge, (low, high) = pocket.ridge_height_mm, span
-    if excess is not None:
-        ridge, (low, high) = excess.height_mm, excess.range_mm
+    excess, ridge = pocket.excess, pocket.deciding_ridge
+    low, high = ridge.range_mm if ridge else (None, None)
     return PocketRow(
         record, pocket.id, pocket.verdict.name, pocket.decided_by, x, y, pocket.area_mm2, pocket.peak_mm,
-        ridge, low, high, excess.noise_mm if excess else None, int(pocket.touches_ply_edge),
+        ridge.height_mm if ridge else None, low, high, excess.noise_mm if excess else None, int(pocket.touches_ply_edge),
     )  # fmt: skip
 
 
