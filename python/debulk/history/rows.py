@@ -83,8 +83,8 @@ class LayupRow:
 class PocketRow:
     """A pocket of a layup.
 
-    `ridge_mm`, from `low_mm` to `high_mm`, is the ridge by which it was judged; `noise_mm` is the standard deviation of a
-    ridge by the excess from the scan's noise. `x_mm`, `y_mm` is the centroid in the mold frame.
+    `ridge_mm`, from `low_mm` to `high_mm`, is the ridge by which it was judged; `noise_mm` is the standard deviation of
+    a ridge by the excess from the noise of the scan. `x_mm`, `y_mm` is the centroid in the mold frame.
     """
 
     record: int
@@ -229,7 +229,8 @@ def _pocket(record: int, pocket: PocketReport) -> PocketRow:
     low, high = ridge.range_mm if ridge else (None, None)
     return PocketRow(
         record, pocket.id, pocket.verdict.name, pocket.decided_by, x, y, pocket.area_mm2, pocket.peak_mm,
-        ridge.height_mm if ridge else None, low, high, excess.noise_mm if excess else None, int(pocket.touches_ply_edge),
+        ridge.height_mm if ridge else None, low, high, excess.noise_mm if excess else None,
+        int(pocket.touches_ply_edge),
     )  # fmt: skip
 
 
