@@ -7,6 +7,7 @@ import pytest
 
 from debulk.grid import Grid
 from debulk.report import Report
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 from debulk.results.ridge import RidgeGeometry
 from debulk.results.trace import ArrayTrace, Trace
@@ -149,6 +150,11 @@ def report() -> Report:
         ply_outline_mm=outline,
         recipe=Recipe(net={"node_target": 90}, verdict={"rms_margin_mm": 0, "ridge_margin_mm": 0}).model_dump(),
         source={"scan": "scan <1>.pcd", "reference": "ref.pcd"},
+        findings=(
+            Finding("pockets", Verdict.INVALID, "pocket 6 cannot be judged: seen to 61 %", pocket=6),
+            Finding("holes", Verdict.UNDECIDED, "a hole", 0.1, 0.5, "mm", (610.0, 130.0)),
+            Finding("outline", None, "the outline <is not> known"),
+        ),
         warnings=("the ply's edge is nearer than 20 mm to pocket 7",),
         trace=Trace(
             time_utc="2026-03-01T12:00:00.250Z", scan=ArrayTrace(shape=(960, 1280, 3), sha256="ab" * 32),

@@ -93,8 +93,8 @@ def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid)
     """
     feet = [p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm for p in report.pockets]
     placed = placing.gross(sample) or placing.judge_between(sample, feet, heights)
-    if placed.doubt:
-        raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.doubt}")
+    if placed.finding:
+        raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.finding.reason}")
 
 
 def _measure(

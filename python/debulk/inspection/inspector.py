@@ -46,8 +46,9 @@ from debulk.inspection.running.preparation import Preparation
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.net import Drape
 from debulk.report import Report
+from debulk.results.finding import Finding
 from debulk.stopping import Running
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.history import History
@@ -295,8 +296,8 @@ class Inspector:
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
             points, sample = self._placing.look(taken(scan, "scan", cycle.stop), cycle.stop)
             placed = self._placing.gross(sample)
-            if placed is None and self._below is not None and (doubt := self._below.doubt(sample)):
-                placed = Placed(None, doubt)
+            if placed is None and self._below is not None and (wrong := self._below.finding(sample)):
+                placed = Placed(None, wrong)
         if placed is not None:
             return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
         with beside(
@@ -326,7 +327,7 @@ class Inspector:
             laid_wrong = self._placing.plateaus(found, cycle.stop)
         with cycle.stage("debulk", _FOUND):  # for each pocket: lay the net, settle it, post-process, judge
             pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
-            if placed.doubt:
+            if placed.finding:
                 evaluations = not_judged(pockets, "the scan is not in its place")
             else:
                 bumps = tolerances.weigh(found, self.ply, cycle.stop)
@@ -348,7 +349,7 @@ class Inspector:
         done: Sequence[Evaluation],
         bumps: Sequence[tolerances.Bump],
         stop: _core.Stop,
-    ) -> list[Judgement]:
+    ) -> list[Finding]:
         """Look for narrow bumps on top of pockets and of wider bumps, if all pockets are CEASE so far."""
         if any(one.report.verdict is not Verdict.CEASE for one in done):
             return []
@@ -356,7 +357,7 @@ class Inspector:
         if not on:
             return []
         raw = RawPoints(points, self.mask, self._pose, sample.pitch_mm, self.prepared.image)
-        return riders.doubts(raw, on, self.ply, stop)
+        return riders.findings(raw, on, self.ply, stop)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan without evaluating them; these are the first steps of `inspect`.

@@ -34,14 +34,14 @@ def advice(report: ReportData) -> list[str]:
     creasing, undecided, unjudged = (
         [p for p in report.pockets if p.verdict is v] for v in (Verdict.CREASE, Verdict.UNDECIDED, Verdict.INVALID)
     )
-    late = [p for p in undecided if _late(p.reason)]
-    undecided = [p for p in undecided if not _late(p.reason)]
+    late = {one.pocket for one in report.findings if one.check == "deadline"}
+    undecided = [p for p in undecided if p.id not in late]
     if creasing:
         lines.append(f"smooth the ply at {_places(creasing)}, then scan again")
     lines += [f"smooth {wrinkle_line(wrinkle)}, then scan again" for wrinkle in report.wrinkles]
     if undecided:
         lines.append(f"not decided at {_places(undecided)}: smooth there too, or do what its reason says")
-    if late or _late(report.reason):
+    if late:
         lines.append("give the inspection more time, and inspect the same scan again: the deadline passed")
     if unjudged:
         lines.append(f"not judged at {_places(unjudged)}: do what its reason says, then scan again")
@@ -53,15 +53,10 @@ def advice(report: ReportData) -> list[str]:
         return lines or ["change nothing"]
     # A coverage that is too low, or a bump that was cut off, appears only in the layup's reason.
     covered = [p.verdict for p in report.pockets] + [hole.at_best for hole in report.unseen if hole.at_best]
-    said = report.wrinkles or _late(report.reason)
+    said = report.wrinkles or late
     if not lines or (report.verdict not in covered and not said):
         lines.insert(0, "mend what the reason above names, then scan again")
     return lines
-
-
-def _late(reason: str) -> bool:
-    """Tell whether a pocket or a layup is undecided because time ran out; its reason then starts with that."""
-    return reason.startswith("the deadline passed")
 
 
 def level_off(report: ReportData) -> bool:

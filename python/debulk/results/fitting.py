@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from debulk._core import InputError
 from debulk.results.advice import hole_line, is_off, level_line, wrinkle_line
 from debulk.results.bridge_section import BridgeSection, bridge_section_line
+from debulk.results.compose import compose
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import HalfSeen, at_best, half_seen_line
 from debulk.verdict import Criteria, Verdict, judge
@@ -26,10 +27,10 @@ _REMEDY = "was the file edited? Inspect the scan again"
 def check_fits(report: ReportData) -> None:
     """Refuse a report whose verdict is better than its figures allow.
 
-    The verdict of a layup is at least as severe as that of each pocket, and as each hole allows. CEASE needs enough
-    coverage, a good level and no wrinkle, and for each pocket figures within the recipe's limits that are proven, by a
-    certificate or because no fibre can bridge. A verdict may be more severe than the figures, since other reasons may
-    not appear as figures.
+    The verdict of a layup is the one that its findings allow, and at least as severe as that of each pocket, and as
+    each hole allows. CEASE needs enough coverage, a good level and no wrinkle, and for each pocket figures within the
+    recipe's limits that are proven, by a certificate or because no fibre can bridge. A pocket's verdict may be more
+    severe than its figures, since other reasons may not appear as figures.
 
     Raises
     ------
@@ -49,6 +50,7 @@ def check_fits(report: ReportData) -> None:
     if worst is not None and report.verdict < worst.verdict:
         raise InputError(f"verdict: {report.verdict} does not fit pocket {worst.id}, {worst.verdict}; {_REMEDY}")
     _check_beside_pockets(report, recipe)
+    _check_findings(report)
     seen = report.coverage
     least = recipe.verdict.min_coverage
     if report.verdict is Verdict.CEASE and (seen is None or not seen >= least):
@@ -57,6 +59,17 @@ def check_fits(report: ReportData) -> None:
             f"verdict: {report.verdict} does not fit coverage, which is {share}, at least {least:g} "
             f"is needed; {_REMEDY}"
         )
+
+
+def _check_findings(report: ReportData) -> None:
+    if report.findings:
+        judged = compose(report.findings)
+        if judged.verdict is not report.verdict:
+            raise InputError(
+                f"verdict: {report.verdict} does not fit the findings, {judged.verdict}: {judged.reason}; {_REMEDY}"
+            )
+    elif report.verdict is Verdict.CEASE:
+        raise InputError(f"findings: expected those that {report.verdict} follows from, got none; {_REMEDY}")
 
 
 def _check_beside_pockets(report: ReportData, recipe: Recipe) -> None:

@@ -15,6 +15,7 @@ from debulk.results import codec
 from debulk.results.bridge_section import BridgeSection
 from debulk.results.deciding import DecidingRidge, deciding_ridge
 from debulk.results.edge_friction import EdgeFriction
+from debulk.results.finding import Finding
 from debulk.results.half_seen import HalfSeen
 from debulk.results.level import Level
 from debulk.results.record import (
@@ -424,11 +425,13 @@ class ReportData(Versioned):
     Attributes
     ----------
     verdict, reason
-        Verdict of the layup, at least as severe as that of its worst pocket, and the reason in one sentence.
+        Verdict of the layup, and the reason in one sentence: both follow from `findings` alone.
     pockets
         Pockets, largest first, followed by the bumps below the tolerances that could crease, also largest first.
     timings_ms
         Times of the stages, in order.
+    findings
+        What the checks found, in the order in which they speak; see `debulk.results.compose`.
     left_out
         What the verdict does not take into account.
     coverage
@@ -463,6 +466,7 @@ class ReportData(Versioned):
     reason: str
     pockets: tuple[PocketReport, ...]
     timings_ms: dict[str, float] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
     coverage: float | None = None
     unseen: tuple[UnseenHole, ...] = ()

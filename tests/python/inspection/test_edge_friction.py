@@ -14,6 +14,7 @@ from debulk.page.report import page
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results.edge_friction import EdgeEnd, EdgeFriction, edge_friction_line
+from debulk.results.finding import Finding
 from debulk.results.report_text import table
 from debulk.verdict import Verdict
 
@@ -113,9 +114,10 @@ def test_an_edited_report_does_not_pass(slipping_or_not, tmp_path):
 def test_a_report_that_ceases_at_the_edge_needs_the_other_end(slipping_or_not, tmp_path):
     one = _evaluated(slipping_or_not, _ply(45.0)).report
     for both in (one.edge_friction, None):
-        Report(verdict=one.verdict, reason="", pockets=(replace(one, id=1, edge_friction=both),), coverage=1.0).save(
-            tmp_path / f"{both is None}.json"
-        )
+        pockets = (replace(one, id=1, edge_friction=both),)
+        findings = (Finding("pockets", one.verdict, ""),)
+        report = Report(verdict=one.verdict, reason="", pockets=pockets, coverage=1.0, findings=findings)
+        report.save(tmp_path / f"{both is None}.json")
     assert Report.load(tmp_path / "False.json").passed
     with pytest.raises(_core.InputError, match=r"pockets\[0\].verdict: cease does not fit: .* its rim held is missing"):
         Report.load(tmp_path / "True.json")

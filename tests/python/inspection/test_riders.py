@@ -69,13 +69,13 @@ def test_what_a_deadline_cuts_is_in_doubt_and_a_cancel_ends_the_search():
     on = riders.carriers(pockets, ())
     stop = _core.Stop()
     stop.set_deadline(0.0)
-    (judged,) = riders.doubts(raw, on, inspector.ply, stop)
-    assert judged.verdict is Verdict.UNDECIDED
+    (judged,) = riders.findings(raw, on, inspector.ply, stop)
+    assert judged.check == "deadline" and judged.at_best is Verdict.UNDECIDED
     assert judged.reason == "the deadline passed before bumps on pocket 1 were looked for"
     stop = _core.Stop()
     stop.cancel()
     with pytest.raises(_core.Stopped):
-        riders.doubts(raw, on, inspector.ply, stop)
+        riders.findings(raw, on, inspector.ply, stop)
 
 
 def test_a_scan_that_shows_nothing_there_has_no_riders():

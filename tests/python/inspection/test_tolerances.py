@@ -159,8 +159,8 @@ def test_bumps_that_a_deadline_cuts_off_decide_nothing():
     (bump,) = tolerances.weigh(found, inspector.ply, stop)
     assert bump.late
     assert bump.found is None
-    (doubt,) = tolerances.doubts([bump])
-    assert doubt.verdict is Verdict.UNDECIDED
+    (doubt,) = tolerances.findings([bump])
+    assert doubt.at_best is Verdict.UNDECIDED
 
 
 @pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])

@@ -14,6 +14,8 @@ import laid_ply
 from debulk import Verdict, pocket, scenes
 from debulk.inspection.evaluate.evaluation import evaluate
 from debulk.inspection.holes import unseen
+from debulk.results.compose import compose
+from debulk.results.finding import Finding
 from debulk.verdict import Judgement, judge_layup
 from lab.varied import varied_layup
 
@@ -58,7 +60,8 @@ def verdict_round(inspector: debulk.Inspector, scan: Floats, outline: Floats, re
     ]
     pockets = [evaluate(p, inspector.ply, debulk._core.Stop()).report for p in near]
     layup = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in pockets], found.unseen.coverage)
-    return unseen.worst(layup, unseen.doubts(found, pockets, inspector.recipe)).verdict
+    known = Finding("pockets", layup.verdict, layup.reason)
+    return compose([known, *unseen.findings(found, pockets, inspector.recipe)]).verdict
 
 
 @pytest.fixture(scope="module", params=["first-0", "first-3", "varied-1", "varied-2", "varied-7"])
@@ -253,6 +256,6 @@ def test_a_hole_in_which_only_specks_stand_up_may_hide_a_pocket_and_one_whose_ri
 ) -> None:
     hole = _hole(filled=filled, outer_rim_height=outer_mm)
     found: Any = SimpleNamespace(unseen=SimpleNamespace(holes=[hole]), masked=(), parts=(), dropped=())
-    (doubt,) = unseen.doubts(found, (), debulk.Recipe())
-    assert doubt.verdict is verdict
+    (doubt,) = unseen.findings(found, (), debulk.Recipe())
+    assert doubt.at_best is verdict
     assert ("single points" in doubt.reason) == (verdict is Verdict.UNDECIDED)

@@ -86,7 +86,7 @@ def test_what_is_no_image_or_too_coarse_is_left_out_with_a_bound():
         standing = search.find(points, None)
         assert _says(standing, "wrinkles that stand already", why)
         assert standing.wrinkles == ()
-        assert standing.doubt is None
+        assert standing.unknown is None
 
 
 def test_the_width_that_the_pixels_resolve_is_named_where_it_is_coarse():
@@ -108,12 +108,12 @@ def test_a_scan_that_stands_out_everywhere_is_spoiled_unless_it_does_off_the_ply
     around[..., 2] += np.where(off, wild, 0)
     on_it[..., 2] += np.where(off, 0, wild)
     search = laid_ply.inspector()._wrinkles
-    assert search.find(around, None).doubt is None
+    assert search.find(around, None).unknown is None
     assert search.find(around, None).wrinkles
     spoiled = search.find(on_it, None)
     assert _says(spoiled, "wrinkles that stand already", "spoiled")
-    judged = wrinkles.doubts(spoiled, laid_ply.inspector().recipe)
-    assert judged[-1].verdict is Verdict.INVALID
+    judged = wrinkles.findings(spoiled, laid_ply.inspector().recipe)
+    assert judged[-1].at_best is Verdict.INVALID
     assert "scan again" in judged[-1].reason
 
 
@@ -127,7 +127,7 @@ def test_the_search_heeds_a_stop_and_a_deadline_leaves_a_doubt():
     late = _core.Stop()
     late.set_deadline(1e-9)
     standing = search.find(scan, None, late)
-    assert standing.doubt.verdict is Verdict.UNDECIDED
+    assert standing.unknown.at_best is Verdict.UNDECIDED
     assert _says(standing, "wrinkles that stand already", "deadline")
     cancelled = _core.Stop()
     cancelled.cancel()

@@ -9,6 +9,7 @@ import pytest
 
 from debulk.report import Report
 from debulk.results.advice import advice, deciding
+from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.results.report import UnseenHole, Wrinkle
 from debulk.results.report_csv import csv_text
@@ -98,9 +99,12 @@ def test_a_standing_wrinkle_is_to_be_smoothed(report):
 def test_what_a_deadline_cut_wants_time_and_no_hands(report):
     late = "the deadline passed before the solution was certified"
     cut = dataclasses.replace(report.pockets[3], reason=late)
-    lines = advice(dataclasses.replace(report, verdict=Verdict.UNDECIDED, reason="1 of 1 undecided", pockets=(cut,)))
+    known = (Finding("pockets", Verdict.UNDECIDED, late), Finding("deadline", None, late, pocket=cut.id))
+    undecided = dataclasses.replace(report, verdict=Verdict.UNDECIDED, reason="1 of 1 undecided", findings=known)
+    lines = advice(dataclasses.replace(undecided, pockets=(cut,)))
     assert lines == ["give the inspection more time, and inspect the same scan again: the deadline passed"]
-    both = dataclasses.replace(report, verdict=Verdict.UNDECIDED, pockets=(cut, report.pockets[3]))
+    both = dataclasses.replace(undecided, pockets=(cut, dataclasses.replace(report.pockets[3], id=99)))
     assert [line.split()[0] for line in advice(both)] == ["not", "give"]
-    whole = Report(verdict=Verdict.UNDECIDED, reason="the deadline passed during the stage place", pockets=())
+    found = (Finding("deadline", Verdict.UNDECIDED, "the deadline passed during the stage place"),)
+    whole = Report(verdict=Verdict.UNDECIDED, reason=found[0].reason, pockets=(), findings=found)
     assert advice(whole) == lines

@@ -69,7 +69,7 @@ def test_json_is_plain_json(report, tmp_path):
         raise AssertionError(name)
 
     tree = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"), parse_constant=refuse)
-    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 10, "invalid")
+    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 11, "invalid")
     assert tree["pockets"][3]["solve"]["curvature"] == "NaN"
     assert len(tree["pockets"][0]["net"]["nodes_mm"][0]) == 3
 
@@ -115,11 +115,11 @@ def test_saving_is_deterministic(report, tmp_path):
 @pytest.mark.parametrize(
     ("mend", "part"),
     [
-        (lambda t: t.update(schema=11), "schema: expected 10, got 11; install a newer debulk"),
-        (lambda t: t.update(schema=9), "schema: expected 10, got 9; an older debulk wrote it: inspect the scan again"),
-        (lambda t: t.update(schema=0), "schema: expected 10, got 0; an older debulk"),
-        (lambda t: t.update(schema=True), "schema: expected 10, got true"),
-        (lambda t: t.pop("schema"), "schema: expected 10, got null"),
+        (lambda t: t.update(schema=12), "schema: expected 11, got 12; install a newer debulk"),
+        (lambda t: t.update(schema=10), "schema: expected 11, got 10; an older debulk wrote it: inspect the scan again"),
+        (lambda t: t.update(schema=0), "schema: expected 11, got 0; an older debulk"),
+        (lambda t: t.update(schema=True), "schema: expected 11, got true"),
+        (lambda t: t.pop("schema"), "schema: expected 11, got null"),
         (lambda t: t.update(format="other"), "not a report"),
         (lambda t: t.pop("reason"), "reason: is missing"),
         (lambda t: t.update(extra=1), "extra: not a value"),

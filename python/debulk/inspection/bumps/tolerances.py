@@ -19,12 +19,13 @@ from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.pocket import Dropped, Feet, Segmentation
 from debulk.recipe import Recipe, options
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.stopping import stopping
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 from debulk.workers import Workers
 
-__all__ = ["Bump", "bump_name", "doubts", "left_out", "named_places", "promoted", "weigh"]
+__all__ = ["Bump", "bump_name", "findings", "left_out", "named_places", "promoted", "weigh"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +97,11 @@ def promoted(bumps: Sequence[Bump], first_number: int) -> tuple[FoundPocket, ...
     return tuple(replace(one, number=number) for number, one in enumerate(taken, start=first_number))
 
 
-def doubts(bumps: Sequence[Bump]) -> list[Judgement]:
+def findings(bumps: Sequence[Bump]) -> list[Finding]:
     """Return UNDECIDED if a deadline cut off the bounding of bumps, else nothing."""
     late = sum(bump.late for bump in bumps)
     reason = f"the deadline passed before the excess of {late} bump{'s' * (late > 1)} below the tolerances was bounded"
-    return [Judgement(Verdict.UNDECIDED, reason)] if late else []
+    return [Finding("deadline", Verdict.UNDECIDED, reason)] if late else []
 
 
 def left_out(bumps: Sequence[Bump], recipe: Recipe) -> tuple[LeftOut, ...]:

@@ -17,13 +17,14 @@ from debulk.inspection.find.found import FoundPocket, runs_over
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.friction_length import friction_length
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.results.finding import Finding
 from debulk.results.report import PocketReport
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.inspection.ply.fibre_runs import ScanRuns
 
-__all__ = ["doubts", "named"]
+__all__ = ["findings", "named"]
 
 _NAMED = 3  # so many pockets and so many bumps at most are named in a reason
 _APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is told if they are nearer than this
@@ -50,14 +51,14 @@ def named(
     return tuple(out)
 
 
-def doubts(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold) -> list[Judgement]:
+def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold) -> list[Finding]:
     """Judge the runs that cross no judged pocket: UNDECIDED for each place whose ridge may exceed the limit."""
     if runs is None or ply.recipe.verdict.criterion != "excess":
         return []
     every, limit_mm = runs.runs, ply.recipe.verdict.max_ridge_mm
     most_mm = excess.most_mm(every)
     left = np.setdiff1d(np.flatnonzero(every.held), runs_over(pockets))
-    judged: list[Judgement] = []
+    judged: list[Finding] = []
     told = np.zeros((0, 2))
     for n in left[np.argsort(-most_mm[left], kind="stable")].tolist():
         ridge_mm = excess.ridge_of(float(most_mm[n]), ply.recipe)
@@ -68,7 +69,9 @@ def doubts(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold
         told = np.vstack([told, every.top_mm[n]])
         (x0, y0), (x1, y1) = every.from_mm[n].tolist(), every.to_mm[n].tolist()
         where = f"the ply from ({x0:.0f}, {y0:.0f}) to ({x1:.0f}, {y1:.0f}) mm, where no pocket is,"
-        judged.append(Judgement(Verdict.UNDECIDED, _reason(where, float(every.high_mm[n]), ridge_mm, ply)))
+        reason = _reason(where, float(every.high_mm[n]), ridge_mm, ply)
+        x, y = every.top_mm[n].tolist()
+        judged.append(Finding("shared_fibres", Verdict.UNDECIDED, reason, ridge_mm, limit_mm, "mm", (x, y)))
     return judged
 
 

@@ -12,13 +12,14 @@ from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.holes.hole_beside import BRIDGE_MM, listed_hole
 from debulk.pocket import Dropped
 from debulk.results.area import in_cm2
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["beside", "doubts", "holes", "left_out", "missing_reference", "single_points", "standing_mm", "worst"]
+__all__ = ["beside", "findings", "holes", "left_out", "missing_reference", "single_points", "standing_mm"]
 
 _SPECK_POINTS = 8  # fewer than 3 by 3, as in the C++ core
 _NEAR_MM = 10.0  # from a hole to a foot or bump beside it: smoothed heights reach a little past what was seen
@@ -40,25 +41,25 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
             rim_height_mm=hole.rim_height,
             of=listed_hole(hole, hidden).of,
             at_ply_edge=hole.at_ply_edge,
-            at_best=None if (doubt := _doubt(hole, hidden, found, pockets, recipe)) is None else doubt.verdict,
+            at_best=None if (one := _of_hole(hole, hidden, found, pockets, recipe)) is None else one.at_best,
         )
         for hole, hidden in _with_masked(found)
         if not hole.filled
     )
 
 
-def doubts(
+def findings(
     found: Found, pockets: Sequence[PocketReport], recipe: Recipe, judged_bumps: Sequence[pocket.Dropped] = ()
-) -> list[Judgement]:
-    """Judge the parts that were not seen; the layup's verdict cannot be better than these judgements.
+) -> list[Finding]:
+    """Judge the parts that were not seen.
 
     A hole whose rim stands up may hide the rest of whatever stands there. A thick hole with a flat rim may hide a whole
     pocket, unless the hole is due to the mask; so may a hole in which single points stand up. A bump whose area and
     height are lower bounds may be a pocket, unless it is one of `judged_bumps`, which are judged as pockets together
     with the holes beside them, or lies in a hole that a pocket was judged with.
     """
-    of_holes = (_doubt(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
-    out = [doubt for doubt in of_holes if doubt is not None]
+    of_holes = (_of_hole(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
+    out = [one for one in of_holes if one is not None]
     for bump in found.dropped:
         share = bump.measured_share
         if any(bump is one for one in judged_bumps):
@@ -75,7 +76,8 @@ def doubts(
             at_best = Verdict.UNDECIDED if specks or judged else at_best
         place = f"({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm"
         reason = f"a bump of at least {in_cm2(bump.area_mm2)} at {place} {why}: scan again"
-        out.append(Judgement(at_best, reason))
+        least = recipe.verdict.min_pocket_coverage
+        out.append(Finding("bumps", at_best, reason, share, least, place_mm=_pair(bump.centroid_mm)))
     return out
 
 
@@ -111,28 +113,32 @@ def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
     return bump.area_mm2 + max(holes, default=0.5 * recipe.segmentation.area_tol_mm2)  # smaller ones are not listed
 
 
-def _doubt(
+def _of_hole(
     hole: pocket.UnseenHole, hidden: bool, found: Found, pockets: Sequence[PocketReport], recipe: Recipe
-) -> Judgement | None:
+) -> Finding | None:
     """Judge one hole; None: it leaves the verdict as it is."""
     area_tol, high = recipe.segmentation.area_tol_mm2, standing_mm(recipe)
     name = _name(hole, hidden)
+
+    def finding(at_best: Verdict, reason: str, number: int | None = None) -> Finding:
+        return Finding("holes", at_best, reason, hole.rim_height, high, "mm", _pair(hole.centre), number)
+
     specks = f"{name}, in which single points stand {hole.rim_height:.1f} mm high: scan again"
     rises = f"{name}, whose rim stands {hole.rim_height:.1f} mm high: what stands there was not seen, scan again"
     flat = hole.outer_rim_height < high
-    standing = Judgement(Verdict.UNDECIDED, specks) if flat else Judgement(Verdict.INVALID, rises)
+    standing = finding(Verdict.UNDECIDED, specks) if flat else finding(Verdict.INVALID, rises)
     if hole.filled:
         if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
             return standing
     elif hole.rim_height >= high:
         if one := _judged_with(hole, pockets):
-            return Judgement(Verdict.UNDECIDED, f"{name} borders on pocket {one.id}: scan again")
+            return finding(Verdict.UNDECIDED, f"{name} borders on pocket {one.id}: scan again", one.id)
         if hidden:  # another scan would not show it either
-            return Judgement(Verdict.UNDECIDED, f"{name}, whose rim stands {hole.rim_height:.1f} mm high")
+            return finding(Verdict.UNDECIDED, f"{name}, whose rim stands {hole.rim_height:.1f} mm high")
         if hole.thickness > BRIDGE_MM or not _bridged(hole, found, recipe):
             return standing
     elif hole.thickness > BRIDGE_MM and not hidden:
-        return Judgement(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
+        return finding(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
     return None
 
 
@@ -161,18 +167,12 @@ def beside(found: FoundPocket) -> str:
     return f"{name} borders on it: scan again"
 
 
-def worst(layup: Judgement, others: Sequence[Judgement]) -> Judgement:
-    """Return the layup's judgement, or the first worse one of the others."""
-    return max([layup, *others], key=lambda judgement: judgement.verdict.severity)
-
-
-def missing_reference(judged: Judgement, found: Found, recipe: Recipe) -> Judgement:
-    """Add to the reason that the reference is not known widely enough, if that is why the coverage is too small."""
-    reference = found.unseen.reference_coverage
-    if found.unseen.coverage >= recipe.verdict.min_coverage or reference >= recipe.verdict.min_coverage:
-        return judged
-    why = f"the reference is known on {100 * reference:.1f} % of the ply"
-    return Judgement(judged.verdict, f"{judged.reason}; {why}")
+def missing_reference(found: Found, recipe: Recipe) -> list[Finding]:
+    """Mention that the reference is not known widely enough, if that is why the coverage is too small."""
+    known, least = found.unseen.reference_coverage, recipe.verdict.min_coverage
+    if found.unseen.coverage >= least or known >= least:
+        return []
+    return [Finding("reference", None, f"the reference is known on {100 * known:.1f} % of the ply", known, least)]
 
 
 def left_out(found: Found) -> tuple[LeftOut, ...]:

@@ -13,7 +13,9 @@ from debulk.grid import Grid
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.windows import grown
 from debulk.inspection.reference.prepared import Prepared
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -44,8 +46,8 @@ class Below:
     share: float
     laid_mm: float
 
-    def doubt(self, sample: Sample) -> str:
-        """Say that a ply, or something else, lies there; empty if the scan does not stand above the reference there."""
+    def finding(self, sample: Sample) -> Finding | None:
+        """Say that a ply, or something else, lies there; None if the scan does not stand above the reference there."""
         grid = self.heights
         column, row = np.rint((sample.points_mm[:, :2] - grid.origin_mm) / grid.spacing_mm).astype(np.int64).T
         on = (column >= 0) & (row >= 0) & (column < grid.values.shape[1]) & (row < grid.values.shape[0])
@@ -59,13 +61,14 @@ class Below:
         medians = above[known][order][first + counts // 2] if len(known) else np.zeros(0)
         stands = (counts >= _LEAST_POINTS) & (medians > 0.5 * self.laid_mm)
         if not stands.any():
-            return ""
-        x, y = (places[stands][0] + 0.5) * _SQUARE_MM
-        return (
+            return None
+        x, y = ((places[stands][0] + 0.5) * _SQUARE_MM).tolist()
+        reason = (
             "the ply's outline is not given, and the mold's edge does not tell where the ply ends: the reference falls "
             f"by a cliff, and below it the scan stands above the reference in {np.count_nonzero(stands)} squares of "
             f"{_SQUARE_MM:g} mm, the first round ({x:.0f}, {y:.0f}) mm; give the ply's outline (ply_outline, --outline)"
         )
+        return Finding("mold_edge", Verdict.INVALID, reason, place_mm=(x, y))
 
     def left_out(self) -> LeftOut:
         """Name the part that is not judged."""

@@ -26,8 +26,9 @@ from debulk.inspection.place.level_reason import edge_reason, level_reason, same
 from debulk.inspection.reference import frame
 from debulk.inspection.reference.prepared import Prepared
 from debulk.inspection.reference.resolution import coarse_reason
+from debulk.results.finding import Finding
 from debulk.results.level import Level
-from debulk.verdict import Judgement
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -51,10 +52,10 @@ _FAR_ROW = 3  # stretches, 120 mm: of 305 right layups, one had a single stretch
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """The result of the checks: the level (None: too little to read it from), and what is wrong (empty: nothing)."""
+    """The result of the checks: the level (None: too little to read it from), and what is wrong (None: nothing)."""
 
     level: Level | None
-    doubt: str = ""
+    finding: Finding | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -140,28 +141,30 @@ class Placing:
         """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
         on = self.zones.inside(sample)
         same = self._same_share(sample, on)
-        if same > (_SAME_SHARE if self.outline is not None else _BARE_SHARE):
-            return Placed(None, same_reason(same))
+        limit = _SAME_SHARE if self.outline is not None else _BARE_SHARE
+        if same > limit:
+            return Placed(None, Finding("same_scan", Verdict.INVALID, same_reason(same), same, limit))
         unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
-            return Placed(None, unit)
+            return Placed(None, Finding("unit", Verdict.INVALID, unit))
         if sample.repeated > REPEATED:
-            return Placed(None, repeated_reason(sample.repeated))
+            reason = repeated_reason(sample.repeated)
+            return Placed(None, Finding("repeated_pixels", Verdict.INVALID, reason, sample.repeated, REPEATED))
         coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
         if coarse:
-            return Placed(None, f"the scan is too coarse: {coarse}")
+            return Placed(None, Finding("point_spacing", Verdict.INVALID, f"the scan is too coarse: {coarse}"))
         blocks = self._blocks(sample, on, ())
         off = departure(blocks, self._thickness_mm, self._least_mm)
         if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._recipe.level.tol_mm) <= _PLY_SHARE:
             return None
         placed = self._judge(sample, ())
-        return placed if placed.doubt else None
+        return placed if placed.finding else None
 
-    def plateaus(self, found: Found, stop: _core.Stop) -> list[Judgement]:
+    def plateaus(self, found: Found, stop: _core.Stop) -> list[Finding]:
         """Judge the places where the ply is missing, lies double, or lies on something."""
         outlined = self.outline is not None
         places = plateaus.find(found.overview, self.zones, self._prepared, self._recipe, stop, outlined=outlined)
-        return plateaus.doubts(places, self._thickness_mm)
+        return plateaus.findings(places, self._thickness_mm)
 
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets, and their share of the ply."""
@@ -171,14 +174,16 @@ class Placing:
         widest = max(found.pockets, key=lambda p: p.foot.area_mm2, default=None)
         share = 0.0 if widest is None else widest.foot.area_mm2 / self.zones.area_mm2
         most = self._recipe.level.largest_pocket_share
-        if placed.doubt or widest is None or share <= most:
+        if placed.finding or widest is None or share <= most:
             return placed
-        doubt = (
+        reason = (
             f"pocket {widest.number} stands on {100 * share:.0f} % of the ply, limit {100 * most:g} % "
             "(level.largest_pocket_share): that is no pocket, but a ply that does not lie on the mold, or a scan out "
             "of place"
         )
-        return replace(placed, doubt=doubt)
+        x, y = widest.pocket.centroid_mm.tolist()
+        finding = Finding("largest_pocket", Verdict.INVALID, reason, share, most, place_mm=(x, y), pocket=widest.number)
+        return replace(placed, finding=finding)
 
     def judge_between(
         self,
@@ -192,13 +197,16 @@ class Placing:
         `bumps` holds the middles and the radii of the bumps that are listed.
         """
         placed = self._judge(sample, outlines_mm, bumps)
-        if placed.doubt or self.outline is None:
+        if placed.finding or self.outline is None:
             return placed
         recipe = self._recipe
         fit = self.outline.fit(heights, self._thickness_mm, recipe.segmentation.cut_height_mm)
         if not fit.judged or (fit.off_share <= recipe.level.largest_edge_share and fit.far_row < _FAR_ROW):
             return placed
-        return replace(placed, doubt=edge_reason(fit))
+        most = recipe.level.largest_edge_share
+        x, y = float(fit.at_mm[0]), float(fit.at_mm[1])
+        finding = Finding("ply_edge", Verdict.INVALID, edge_reason(fit), fit.off_share, most, place_mm=(x, y))
+        return replace(placed, finding=finding)
 
     def _same_share(self, sample: Sample, on: NDArray[np.bool_]) -> float:
         """Return the share of the points on the ply that are the reference's own, bit for bit.
@@ -237,10 +245,9 @@ class Placing:
         blocks = self._blocks(sample, on, outlines)
         if len(blocks.height_mm) < _LEAST_BLOCKS:
             outlined = self.outline is not None
-            return Placed(
-                None,
-                few_squares_reason(zones, sample, on, least=_LEAST_BLOCKS, share=blocks.ply_share, outlined=outlined),
-            )
+            share = blocks.ply_share
+            reason = few_squares_reason(zones, sample, on, least=_LEAST_BLOCKS, share=share, outlined=outlined)
+            return Placed(None, Finding("level", Verdict.INVALID, reason))
         found = deviation(blocks, thickness, self._least_mm)
         level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
         loose = self._loose_share(found, blocks, bumps)
@@ -249,7 +256,10 @@ class Placing:
         if doubt and swapped and level.laid_mm > -cut:
             doubt = swapped_reason(hanging, cut)
         needed = level.low_share + level.high_share > recipe.level.largest_share
-        return Placed(replace(level, loose_share=loose) if needed and not doubt else level, doubt)
+        if not doubt:
+            return Placed(replace(level, loose_share=loose) if needed else level)
+        off_mm = level.laid_mm - level.thickness_mm
+        return Placed(level, Finding("level", Verdict.INVALID, doubt, off_mm, recipe.level.tol_mm, "mm"))
 
     def _loose_share(self, found: Deviation, blocks: Blocks, bumps: Sequence[tuple[Floats, float]]) -> float:
         """Return the share of the squares that stand up in one piece with the ply's edge or with a bump.

@@ -18,15 +18,16 @@ from debulk import _core
 from debulk.grid import Grid
 from debulk.inspection.running.stopping import heed
 from debulk.results.area import in_cm2
+from debulk.results.finding import Finding
 from debulk.surface import Reference
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.inspection.evidence.ply_zones import PlyZones
     from debulk.inspection.reference.prepared import Prepared
     from debulk.recipe import Recipe
 
-__all__ = ["Plateau", "doubts", "find"]
+__all__ = ["Plateau", "find", "findings"]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -70,7 +71,7 @@ class Plateau:
     off_mm: float
 
 
-def doubts(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Judgement]:
+def findings(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Finding]:
     """Judge plateaus: INVALID where the ply is missing, UNDECIDED where it lies double or on something."""
     out = []
     for one in plateaus:
@@ -87,7 +88,8 @@ def doubts(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Judgement
                 f"the ply lies {one.off_mm:.2f} mm too high over {place}, flat and with a sharp edge, as air does not "
                 "lift it: double, folded over, or with something on or below it? Look at it, and scan again"
             )
-        out.append(Judgement(Verdict.INVALID if one.off_mm < 0 else Verdict.UNDECIDED, reason))
+        at_best = Verdict.INVALID if one.off_mm < 0 else Verdict.UNDECIDED
+        out.append(Finding("plateaus", at_best, reason, one.off_mm, unit="mm", place_mm=one.centre_mm))
     return out
 
 

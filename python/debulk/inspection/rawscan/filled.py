@@ -14,8 +14,9 @@ from debulk.inspection.evidence.smooth_patches import SIDE, Squares, quiet_squar
 from debulk.inspection.holes import unseen
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
 from debulk.results.area import in_cm2
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.inspection.evidence.edge_check import Outline
@@ -71,19 +72,20 @@ class Filled:
     unknown: str = ""
     smoothed: Smoothed = field(default_factory=Smoothed)
 
-    def doubts(self, recipe: Recipe) -> list[Judgement]:
+    def findings(self, recipe: Recipe) -> list[Finding]:
         """Judge each patch as a hole of its size: INVALID if it stands up, else UNDECIDED, as it may hide a pocket."""
         out = []
         for patch in self.patches:
             x, y = patch.centre_mm
-            high = patch.height_mm >= unseen.standing_mm(recipe)
+            rim_mm = unseen.standing_mm(recipe)
             reason = (
                 f"some {in_cm2(patch.area_mm2)} at ({x:.0f}, {y:.0f}) mm, up to {patch.height_mm:.1f} mm high, "
                 "carry no measuring noise, unlike the rest of the scan: filled in or clipped by the scanner's "
                 "software? Switch its hole filling and clipping off, or give the raw cloud"
             )
-            out.append(Judgement(Verdict.INVALID if high else Verdict.UNDECIDED, reason))
-        return out + self.smoothed.doubts()
+            at_best = Verdict.INVALID if patch.height_mm >= rim_mm else Verdict.UNDECIDED
+            out.append(Finding("filled", at_best, reason, patch.height_mm, rim_mm, "mm", patch.centre_mm))
+        return out + self.smoothed.findings()
 
     def left_out(self) -> tuple[LeftOut, ...]:
         """Say what could not be looked for."""

@@ -17,10 +17,11 @@ import numpy as np
 
 from debulk import _core
 from debulk.recipe import Recipe
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 
-__all__ = ["NarrowBump", "bell_excess_mm", "critical", "doubts", "left_out", "not_looked_for"]
+__all__ = ["NarrowBump", "bell_excess_mm", "critical", "findings", "left_out", "not_looked_for"]
 
 _SURE = 0.75  # of the limit: a lower estimate is surely below the limit, although pixels miss the bump's top and foot
 _PIXELS = 5.0  # narrowest foot searched for, in pixels (in mm if they are finer): in a narrower one too few stand up
@@ -75,13 +76,18 @@ def critical(found: Sequence[Sequence[float]], pitch_mm: float, recipe: Recipe) 
     return tuple(bumps)
 
 
-def doubts(bumps: Sequence[NarrowBump]) -> list[Judgement]:
+def findings(bumps: Sequence[NarrowBump], limit_mm: float) -> list[Finding]:
     """Judge bumps: the height map resolves none of them, so that each leaves the layup undecided."""
     return [
-        Judgement(
+        Finding(
+            "narrow_bumps",
             Verdict.UNDECIDED,
             f"{_named(bump)}, is narrower than what the height map resolves, and its excess length could make a ridge "
             f"of {bump.ridge_mm:.2f} mm: look there, and scan again",
+            bump.ridge_mm,
+            limit_mm,
+            "mm",
+            bump.top_mm,
         )
         for bump in bumps
     ]

@@ -17,11 +17,12 @@ from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan.narrow_bumps import bell_excess_mm
+from debulk.results.finding import Finding
 from debulk.stopping import stopping
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 from debulk.workers import Workers
 
-__all__ = ["Carrier", "Rider", "carriers", "doubts", "riders_on"]
+__all__ = ["Carrier", "Rider", "carriers", "findings", "riders_on"]
 
 
 class Carrier(NamedTuple):
@@ -56,7 +57,7 @@ def carriers(pockets: Sequence[FoundPocket], bumps: Sequence[Bump]) -> list[Carr
     return [Carrier(name, one, _spare_mm(one)) for name, one in named_places(pockets, bumps)]
 
 
-def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Judgement]:
+def findings(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Finding]:
     """Judge the carriers: UNDECIDED for each one that would cease but could crease because of a bump on it.
 
     Parameters
@@ -71,24 +72,26 @@ def doubts(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.St
         Raised from another thread, it ends the search with `Stopped`. After its deadline, carriers that were not
         searched are in doubt.
     """
+    limit_mm = ply.recipe.verdict.max_ridge_mm
 
-    def doubt(carrier: Carrier) -> Judgement | None:
+    def look_at(carrier: Carrier) -> Finding | None:
         try:
             riders = riders_on(carrier.found, raw, ply, stop)
         except _core.Stopped:
             if stop.cancelled:
                 raise
             late = f"the deadline passed before bumps on {carrier.name} were looked for"
-            return Judgement(Verdict.UNDECIDED, late)
+            return Finding("deadline", Verdict.UNDECIDED, late)
         for rider in riders:
             ridge_mm = excess.ridge_of(carrier.spare_mm + rider.excess_mm, ply.recipe)
-            if ridge_mm > ply.recipe.verdict.max_ridge_mm:
-                return Judgement(Verdict.UNDECIDED, _reason(carrier.name, rider, ridge_mm))
+            if ridge_mm > limit_mm:
+                reason = _reason(carrier.name, rider, ridge_mm)
+                return Finding("riders", Verdict.UNDECIDED, reason, ridge_mm, limit_mm, "mm", rider.top_mm)
         return None
 
     threads = ply.recipe.run.threads or _core.default_threads()
     with Workers(threads) as pool, stopping(stop):
-        return [judged for judged in pool.map(doubt, on) if judged is not None]
+        return [judged for judged in pool.map(look_at, on) if judged is not None]
 
 
 def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.Stop | None = None) -> list[Rider]:

@@ -12,8 +12,9 @@ from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.smooth_patches import Squares
 from debulk.inspection.rawscan.edge_spread import EdgeSpread
 from debulk.inspection.rawscan.shared_noise import noise_is_shared
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.inspection.reference.prepared import Prepared
@@ -41,7 +42,7 @@ class Smoothed:
     shared_mm: float = 0.0
     edge_mm: float = 0.0
 
-    def doubts(self) -> list[Judgement]:
+    def findings(self) -> list[Finding]:
         """Return UNDECIDED if the scan was smoothed, else nothing."""
         if self.shared_mm:
             found = (
@@ -56,7 +57,7 @@ class Smoothed:
             f"{found} by the scanner's software, which lowers narrow bumps? Switch its smoothing off, give the raw "
             "cloud, or allow for it (clean.fine_mm)"
         )
-        return [Judgement(Verdict.UNDECIDED, reason)]
+        return [Finding("smoothed", Verdict.UNDECIDED, reason, self.shared_mm or self.edge_mm, unit="mm")]
 
     def left_out(self) -> tuple[LeftOut, ...]:
         """Return an entry for the report if the blur of the ply's edge is not known."""

@@ -22,10 +22,11 @@ from debulk.inspection.rawscan import narrow_bumps
 from debulk.inspection.rawscan.narrow_bumps import NarrowBump
 from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, Wrinkle
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Verdict
 
-__all__ = ["Standing", "WrinkleSearch", "doubts"]
+__all__ = ["Standing", "WrinkleSearch", "findings"]
 
 Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
@@ -48,15 +49,15 @@ class Standing:
         The wrinkles found, longest first.
     left_out
         Wrinkles and narrow bumps that could not be looked for, that the search may miss, or that cannot bear a net.
-    doubt
-        Judgement if it is not known whether wrinkles stand or not; else None.
+    unknown
+        Why it is not known whether wrinkles stand or not; None if it is known.
     bumps
         Narrow bumps whose ridge could be above the limit, highest first; None: not looked for.
     """
 
     wrinkles: tuple[Wrinkle, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
-    doubt: Judgement | None = None
+    unknown: Finding | None = None
     bumps: tuple[NarrowBump, ...] | None = None
 
 
@@ -97,7 +98,7 @@ class WrinkleSearch:
         mask
             (H, W), True where the image is not to be used, or None.
         stop
-            Raised from another thread, it ends the search with `Stopped`; after its deadline, it ends it with a doubt.
+            Raised from another thread, it ends the search with `Stopped`; its deadline ends the search with a finding.
         """
         if scan.ndim != 3 or min(scan.shape[:2]) < _FEWEST_PIXELS:
             return Standing(left_out=(_not_searched("the scan is no image: which points are neighbours is not known"),))
@@ -116,7 +117,7 @@ class WrinkleSearch:
             if stop.cancelled:
                 raise
             why = "the deadline passed before the scan was searched for wrinkles that stand already"
-            return Standing((), (_not_searched("the deadline passed"),), Judgement(Verdict.UNDECIDED, why))
+            return Standing((), (_not_searched("the deadline passed"),), Finding("deadline", Verdict.UNDECIDED, why))
         wrinkles = self._longest_first(found, pitch_mm)
         narrow = tuple(b for b in narrow_bumps.critical(bumps, pitch_mm, self._recipe) if not _on_any(b, wrinkles))
         if gave_up or wild:
@@ -124,7 +125,7 @@ class WrinkleSearch:
                 f"the scan is spoiled: in more than {_SEARCH.most} places it stands out sharply from both sides, and "
                 "among them no standing wrinkle can be found or ruled out"
             )
-            return Standing(wrinkles, (_not_searched(why),), Judgement(Verdict.INVALID, f"{why}; scan again"))
+            return Standing(wrinkles, (_not_searched(why),), Finding("raw_scan", Verdict.INVALID, f"{why}; scan again"))
         return Standing(wrinkles, _too_narrow(pitch_mm) + narrow_bumps.left_out(narrow, pitch_mm), None, narrow)
 
     def _longest_first(self, found: Sequence[tuple[Floats, float, float]], pitch_mm: float) -> tuple[Wrinkle, ...]:
@@ -155,19 +156,24 @@ class WrinkleSearch:
         )
 
 
-def doubts(standing: Standing, recipe: Recipe) -> list[Judgement]:
+def findings(standing: Standing, recipe: Recipe) -> list[Finding]:
     """Judge standing wrinkles: none closes under vacuum, and one whose ridge is above the limit decides the verdict."""
     limit = recipe.verdict.max_ridge_mm
     judged = [
-        Judgement(
+        Finding(
+            "wrinkles",
             Verdict.CREASE if w.ridge_height_mm > limit else Verdict.UNDECIDED,
             f"a wrinkle stands already: {w.height_mm:.1f} mm high, {w.width_mm:.1f} mm wide and {w.length_mm:.0f} mm "
             f"long, from ({w.start_mm[0]:.0f}, {w.start_mm[1]:.0f}) to ({w.end_mm[0]:.0f}, {w.end_mm[1]:.0f}) mm",
+            w.ridge_height_mm,
+            limit,
+            "mm",
+            w.start_mm,
         )
         for w in standing.wrinkles
     ]
-    judged += narrow_bumps.doubts(standing.bumps or ())
-    return [*judged, standing.doubt] if standing.doubt else judged
+    judged += narrow_bumps.findings(standing.bumps or (), limit)
+    return [*judged, standing.unknown] if standing.unknown else judged
 
 
 def _not_searched(why: str) -> LeftOut:

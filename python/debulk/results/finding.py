@@ -1,0 +1,40 @@
+"""A finding: what one check of an inspection found, and how good the layup's verdict can be at best with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from debulk.verdict import Verdict
+
+__all__ = ["Finding"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one check found.
+
+    Attributes
+    ----------
+    check
+        Name of the check, such as ``"level"`` or ``"holes"``. Programs test this name instead of reading the reason.
+        ``"deadline"`` is the name of whatever time did not allow.
+    at_best
+        The layup's verdict can be no better than this. None: the finding is only mentioned.
+    reason
+        What was found and what to do about it, in words.
+    measured, limit, unit
+        The figure that the check compared, its limit, and the unit of both; None and empty if there is no such figure.
+    place_mm
+        (x, y) in the mold's frame; None: it is not about one place.
+    pocket
+        Number of the pocket that it is about; None: it is not about a pocket.
+    """
+
+    check: str
+    at_best: Verdict | None
+    reason: str
+    measured: float | None = None
+    limit: float | None = None
+    unit: str = ""
+    place_mm: tuple[float, float] | None = None
+    pocket: int | None = None
