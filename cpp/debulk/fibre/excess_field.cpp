@@ -5,8 +5,6 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
-#include "debulk/fibre/two_scales.hpp"
-#include "debulk/pocket/ply_mask.hpp"
 
 namespace debulk {
 namespace {
@@ -83,17 +81,18 @@ ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWind
   std::vector<LineSpans> read(lines.size());
   ScaleBlurs blurs;
   ExcessField out;
-  for (const Grid<float>* heights : windows) {
+  for (const Grid<float>* heights : windows)
     require(heights->nx >= 2 && heights->ny >= 2, "heights", "at least 2 by 2 points", heights->size());
-    const PlyMask mask = ply.empty() ? PlyMask() : PlyMask(ply, *heights);
-    const TwoScales scales(*heights, mask, mold, options, stop);
+  const std::vector<TwoScales> all_scales = TwoScales::of(windows, ply, mold, options, stop);
+  for (const TwoScales& scales : all_scales) {
     blurs.fine = std::max(blurs.fine, scales.fine_blur_mm2()), blurs.coarse = std::max(blurs.coarse, scales.coarse_blur_mm2());
-    blurs.least = std::max(blurs.least, kNarrowest * std::max(1.0, heights->spacing * heights->spacing));
-    const Box box = box_of(*heights);
-    parallel_for(static_cast<long>(lines.size()), kChunk, options.threads, stop, [&](long begin, long end) {
-      for (long n = begin; n < end; ++n) {
+    blurs.least = std::max(blurs.least, kNarrowest * std::max(1.0, scales.spacing() * scales.spacing()));
+  }
+  parallel_for(static_cast<long>(lines.size()), kChunk, options.threads, stop, [&](long begin, long end) {
+    for (long n = begin; n < end; ++n)
+      for (const TwoScales& scales : all_scales) {
         const FibreLine& line = lines[static_cast<std::size_t>(n)];
-        const auto [first, last] = whole ? std::array<int, 2>{0, line.count} : points_within(line, box);
+        const auto [first, last] = whole ? std::array<int, 2>{0, line.count} : points_within(line, box_of(scales.heights()));
         if (first >= last) continue;
         LineSpans found = read_line(line, first, last, scales, options, whole);
         LineSpans& all = read[static_cast<std::size_t>(n)];
@@ -101,8 +100,7 @@ ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWind
         all.gaps.insert(all.gaps.end(), found.gaps.begin(), found.gaps.end());
         all.noise.add(found.noise);
       }
-    });
-  }
+  });
   for (LineSpans& line : read) {
     put_in_order(line);
     out.noise.add(line.noise);

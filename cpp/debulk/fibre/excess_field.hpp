@@ -6,6 +6,7 @@
 #include "debulk/core/stop.hpp"
 #include "debulk/fibre/fibre_lines.hpp"
 #include "debulk/fibre/runs.hpp"
+#include "debulk/fibre/two_scales.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/surface/surface.hpp"
 
@@ -18,10 +19,6 @@ struct ExcessField {
   Grid<float> largest;         // mm, per cell, the largest excess of a run over it, of either family; 0 where none is
   Grid<std::uint8_t> family;   // per cell, of that run; 0 where none is
 };
-
-// Heights of the ply's upper side above the mold, mm, NaN where nothing is known: of a whole map or of windows of it,
-// which may not overlap.
-using HeightWindows = std::vector<const Grid<float>*>;
 
 // Reads the lines over the windows. `whole`: beyond the windows nothing is known; otherwise the ply lies flat there.
 // The same input gives the same bits on any number of threads. Throws InputError and Stopped.

@@ -7,22 +7,22 @@
 namespace debulk {
 namespace {
 
+constexpr int kAtOnce = 32;            // points of a line that are looked for before they are read
 constexpr int kBlock = 16;             // steps
 constexpr double kFlat = 0.6;          // of the mold tolerance: flat ply, whose noise counts, is nearer to the mold
 constexpr double kLongestTail = 20.0;  // mm
 constexpr int kReach = 2;              // steps to either side, over which a slope is read
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-struct Point {
-  double fine = kUnknown, coarse = kUnknown, mold = kUnknown;
+struct Point : ScaleSample {
   TwoScales::Place place = TwoScales::Place::outside;
 
   bool raised() const { return place == TwoScales::Place::raised && !std::isnan(fine); }
   bool unknown() const { return place == TwoScales::Place::unknown || (place == TwoScales::Place::raised && std::isnan(fine)); }
 };
 
-double longer(double step, double rise, double climb) {
-  return std::hypot(step, rise + climb) - std::hypot(step, rise);
+double length(double step, double rise) {
+  return std::sqrt(step * step + rise * rise);
 }
 
 class Reader {
@@ -32,18 +32,20 @@ class Reader {
     // Heights beside the ply's edge may be partly the mold's; the ply goes on there as it came.
     const int edge = static_cast<int>(std::ceil(options.edge_cells * scales.spacing() / line.step));
     const int low = line.to_edge[0] ? edge : 0, high = line.count - (line.to_edge[1] ? edge : 0);
-    for (int k = begin; k < end; ++k) {
-      Point& p = point(k);
-      if (k < low || k >= high) {
-        p.place = TwoScales::Place::flat;
-        continue;
+    std::array<TwoScales::Spot, kAtOnce> spots;
+    for (int from = begin; from < end; from += kAtOnce) {
+      const int count = std::min(kAtOnce, end - from);
+      for (int k = 0; k < count; ++k) {
+        TwoScales::Spot& spot = spots[static_cast<std::size_t>(k)];
+        const bool beside_edge = from + k < low || from + k >= high;
+        spot = beside_edge ? TwoScales::Spot{TwoScales::Place::flat} : scales.find(line.at(from + k));
       }
-      const Eigen::Vector2d xy = line.at(k);
-      p.place = scales.place(xy);
-      if (p.place == TwoScales::Place::outside) p.place = whole ? TwoScales::Place::unknown : TwoScales::Place::flat;
-      if (p.place != TwoScales::Place::raised) continue;
-      const ScaleSample s = scales.sample(xy);
-      p.fine = s.fine, p.coarse = s.coarse, p.mold = s.mold;
+      for (int k = 0; k < count; ++k) {
+        const TwoScales::Spot& spot = spots[static_cast<std::size_t>(k)];
+        Point& p = point(from + k);
+        if (spot.place == TwoScales::Place::raised) static_cast<ScaleSample&>(p) = TwoScales::sample(spot);
+        p.place = spot.place == TwoScales::Place::outside ? (whole ? TwoScales::Place::unknown : TwoScales::Place::flat) : spot.place;
+      }
     }
   }
 
@@ -104,8 +106,9 @@ class Reader {
     span.length = (to - from) * line_.step;
     for (int k = from; k < to; ++k) {
       const Point &a = point(k), &b = point(k + 1);
-      const double rise = b.mold - a.mold, fine = longer(line_.step, rise, b.fine - a.fine);
-      const double coarse = longer(line_.step, rise, b.coarse - a.coarse);
+      const double rise = b.mold - a.mold, along_mold = length(line_.step, rise);
+      const double fine = length(line_.step, rise + (b.fine - a.fine)) - along_mold;
+      const double coarse = length(line_.step, rise + (b.coarse - a.coarse)) - along_mold;
       if (std::isnan(fine)) continue;
       span.fine += fine;
       span.coarse += std::isnan(coarse) ? fine : coarse;
@@ -125,8 +128,9 @@ class Reader {
   double turn(int k, double slope) {
     const Eigen::Vector2d here = line_.at(k), along = (line_.at(k + 1) - here).normalized();
     const Eigen::Vector2d across(-along.y(), along.x()), left = here + line_.step * across, right = here - line_.step * across;
-    if (scales_.place(left) != TwoScales::Place::raised || scales_.place(right) != TwoScales::Place::raised) return 0;
-    const double aside = (scales_.sample(left).coarse - scales_.sample(right).coarse) / (2 * line_.step);
+    const TwoScales::Spot on_left = scales_.find(left), on_right = scales_.find(right);
+    if (on_left.place != TwoScales::Place::raised || on_right.place != TwoScales::Place::raised) return 0;
+    const double aside = (TwoScales::sample(on_left).coarse - TwoScales::sample(on_right).coarse) / (2 * line_.step);
     return std::isnan(aside) ? 0 : slope * aside * line_.step;
   }
 
@@ -148,9 +152,10 @@ class Reader {
       if (!usable) continue;
       double fine = 0, coarse = 0;
       for (int n = k; n < k + kBlock; ++n) {
-        const double rise = point(n + 1).mold - point(n).mold;
-        fine += longer(line_.step, rise, point(n + 1).fine - point(n).fine);
-        coarse += longer(line_.step, rise, point(n + 1).coarse - point(n).coarse);
+        const Point &a = point(n), &b = point(n + 1);
+        const double rise = b.mold - a.mold, along_mold = length(line_.step, rise);
+        fine += length(line_.step, rise + (b.fine - a.fine)) - along_mold;
+        coarse += length(line_.step, rise + (b.coarse - a.coarse)) - along_mold;
       }
       if (std::isnan(coarse)) continue;
       noise.length += kBlock * line_.step, noise.fine += fine, noise.coarse += coarse;

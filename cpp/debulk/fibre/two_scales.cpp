@@ -5,46 +5,19 @@
 #include <limits>
 
 #include "debulk/core/parallel.hpp"
+#include "debulk/fibre/square_sums.hpp"
 
 namespace debulk {
 namespace {
 
-constexpr int kTile = 32;         // cells on a side
-constexpr int kSide = kTile + 1;  // points on a side: neighbouring tiles share a row, so that every cell has its four corners
-constexpr int kValues = kSide * kSide;
+constexpr int kTile = kTileSide - 1;  // cells on a side: neighbouring tiles share a row of points, so that every cell has its corners
+constexpr int kPoints = kTileSide * kTileSide;
+constexpr int kEach = 4;        // floats of a point, so that one register takes all
 constexpr double kShare = 0.5;  // of the mold tolerance: what stands higher makes its tile raised
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
-// Sums over squares of 2 r + 1 points of a patch, by running sums along rows and then along columns. A patch has a
-// border of r points round the kSide by kSide points that are wanted.
-class SquareMeans {
- public:
-  // `values` and `known` have `side` points in a row; unknown values are 0.
-  SquareMeans(const std::vector<float>& values, const std::vector<float>& known, int side, int border, int r)
-      : sums_(of(values, side, border, r)), counts_(of(known, side, border, r)) {}
-  float at(int k) const { return sums_[static_cast<std::size_t>(k)] / counts_[static_cast<std::size_t>(k)]; }
-
- private:
-  static std::vector<float> of(const std::vector<float>& values, int side, int border, int r) {
-    std::vector<float> along(static_cast<std::size_t>(side) * kSide), out(static_cast<std::size_t>(kValues), 0.0F);
-    for (int j = 0; j < side; ++j)
-      for (int i = 0; i < kSide; ++i) {
-        float sum = 0;  // summed afresh at each point: running sums would let the rounding depend on the tile
-        const float* row = &values[static_cast<std::size_t>(j) * side + i + border - r];
-        for (int k = 0; k <= 2 * r; ++k) sum += row[k];
-        along[static_cast<std::size_t>(j) * kSide + i] = sum;
-      }
-    for (int j = 0; j < kSide; ++j)
-      for (int k = 0; k <= 2 * r; ++k) {
-        const float* row = &along[static_cast<std::size_t>(j + border - r + k) * kSide];
-        float* to = &out[static_cast<std::size_t>(j) * kSide];
-        for (int i = 0; i < kSide; ++i) to[i] += row[i];
-      }
-    return out;
-  }
-
-  std::vector<float> sums_, counts_;
-};
+using FloatRow = Eigen::Array<float, kTileSide, 1>;
+using Row = Eigen::Array<double, kTileSide, 1>;
 
 int odd_cells(double length, double spacing) {
   if (length <= 0) return 1;
@@ -52,110 +25,192 @@ int odd_cells(double length, double spacing) {
   return cells + (cells % 2 == 0);
 }
 
-double bilinear(const float* low, double u, double v) {
-  const float* high = low + kSide;
-  return (1 - v) * ((1 - u) * low[0] + u * low[1]) + v * ((1 - u) * high[0] + u * high[1]);
+// The largest float that is not above a value: a float is above the one exactly if it is above the other.
+float float_below(double value) {
+  const auto near = static_cast<float>(value);
+  return near > value ? std::nextafter(near, -std::numeric_limits<float>::infinity()) : near;
 }
 
 }  // namespace
 
-TwoScales::TwoScales(const Grid<float>& heights, const PlyMask& ply, const Surface& mold, const FibreOptions& options, const Stop& stop)
+// A tile with a border, and the sums over its squares.
+struct TwoScales::Workspace {
+  explicit Workspace(int border_) : border(border_), stride(kTileStride + 2 * border_), rows(kTileSide + 2 * border_) {
+    values.assign(static_cast<std::size_t>(stride) * rows, 0.0F), known = values;
+    for (std::vector<float>* sums : {&fine, &coarse, &fine_count, &coarse_count})
+      sums->resize(static_cast<std::size_t>(kTileSide) * kTileStride);
+  }
+
+  // Sets heights, 0 where they are not known, and whether they are known, 1 or 0. Returns whether all are.
+  bool read(const Grid<float>& heights, const PlyMask& ply, int i0, int j0) {
+    const int wide = kTileSide + 2 * border, first = std::clamp(-i0, 0, wide), end = std::clamp(heights.nx - i0, first, wide);
+    float missing = 0;
+    for (int j = 0; j < rows; ++j) {
+      float* value = &values[static_cast<std::size_t>(j) * stride];
+      float* is_known = &known[static_cast<std::size_t>(j) * stride];
+      if (j0 + j < 0 || j0 + j >= heights.ny || first > 0 || end < wide) {
+        std::fill_n(value, wide, 0.0F), std::fill_n(is_known, wide, 0.0F);
+        missing += 1;
+      }
+      if (j0 + j < 0 || j0 + j >= heights.ny) continue;
+      const float* row = &heights.at(0, j0 + j);
+      const std::uint8_t* on = ply.row(j0 + j);
+      for (int i = first; i < end; ++i) {
+        const float h = row[i0 + i];
+        const bool good = h == h && (on == nullptr || on[i0 + i] != 0);
+        value[i] = good ? h : 0.0F, is_known[i] = good ? 1.0F : 0.0F;
+        missing += good ? 0.0F : 1.0F;
+      }
+    }
+    return missing == 0;
+  }
+
+  void add_up(int r, bool all_known, std::vector<float>& sums, std::vector<float>& counts) {
+    square_sums(values.data(), border, r, along, sums.data());
+    if (all_known)
+      std::fill(counts.begin(), counts.end(), static_cast<float>((2 * r + 1) * (2 * r + 1)));
+    else
+      square_sums(known.data(), border, r, along, counts.data());
+  }
+
+  const int border, stride, rows;
+  std::vector<float> values, known, along, fine, coarse, fine_count, coarse_count;
+};
+
+std::vector<TwoScales> TwoScales::of(const HeightWindows& windows, const Polygon& ply, const Surface& mold, const FibreOptions& options,
+                                     const Stop& stop) {
+  struct Task {
+    TwoScales* scales;
+    std::size_t number;
+  };
+  std::vector<TwoScales> out;
+  out.reserve(windows.size());
+  std::vector<Task> rows, tiles;
+  for (const Grid<float>* heights : windows) {
+    out.push_back(TwoScales(*heights, options));
+    for (int row = 0; row < out.back().rows_; ++row) rows.push_back({&out.back(), static_cast<std::size_t>(row)});
+  }
+  const float high = float_below(options.thickness + kShare * options.mold_tol);
+  parallel_for(static_cast<long>(rows.size()), 4, options.threads, stop, [&](long begin, long end) {
+    for (long k = begin; k < end; ++k) {
+      const Task& task = rows[static_cast<std::size_t>(k)];
+      task.scales->find_raised(static_cast<int>(task.number), high);
+    }
+  });
+  parallel_for(static_cast<long>(out.size()), 1, options.threads, stop, [&](long begin, long end) {
+    for (long k = begin; k < end; ++k) {
+      TwoScales& scales = out[static_cast<std::size_t>(k)];
+      scales.choose_tiles();
+      if (!ply.empty() && !scales.made_.empty()) scales.ply_ = PlyMask(ply, scales.heights_);
+    }
+  });
+  for (TwoScales& scales : out)
+    for (std::size_t tile = 0; tile < scales.made_.size(); ++tile) tiles.push_back({&scales, tile});
+  parallel_for(static_cast<long>(tiles.size()), 8, options.threads, stop, [&](long begin, long end) {
+    std::unique_ptr<Workspace> work;
+    for (long k = begin; k < end; ++k) {
+      const Task& task = tiles[static_cast<std::size_t>(k)];
+      if (!work || work->border != task.scales->fine_cells_) work = std::make_unique<Workspace>(task.scales->fine_cells_);
+      task.scales->make(task.number, mold, *work);
+    }
+  });
+  return out;
+}
+
+TwoScales::TwoScales(const Grid<float>& heights, const FibreOptions& options)
     : heights_(heights),
-      ply_(ply),
       thickness_(options.thickness),
       blur_cells2_(options.blur_cells2),
       fine_cells_(odd_cells(options.fine_mm, heights.spacing)),
       columns_(std::max(0, heights.nx - 2) / kTile + 1),
       rows_(std::max(0, heights.ny - 2) / kTile + 1),
-      tiles_(static_cast<std::size_t>(columns_) * rows_, kFlat) {
-  const double high = options.thickness + kShare * options.mold_tol;
-  std::vector<std::uint8_t> raised(tiles_.size(), 0);
-  parallel_for(rows_, 1, options.threads, stop, [&](long begin, long end) {
-    for (int tj = static_cast<int>(begin); tj < end; ++tj)
-      for (int ti = 0; ti < columns_; ++ti) {
-        const std::size_t tile = static_cast<std::size_t>(tj) * columns_ + ti;
-        const int last_i = std::min((ti + 1) * kTile, heights_.nx - 1), last_j = std::min((tj + 1) * kTile, heights_.ny - 1);
-        int gaps = 0, above = 0;
-        for (int j = tj * kTile; j <= last_j; ++j)
-          for (int i = ti * kTile; i <= last_i; ++i) {
-            const float h = heights_.at(i, j);
-            gaps += std::isnan(h), above += h > high;
-          }
-        raised[tile] = above > 0;
-        if (gaps > 0) tiles_[tile] = kGaps;
-      }
-  });
-  // Tails below the tolerance and the flat ply whose noise counts lie beside what stands up.
-  std::vector<std::array<int, 2>> wanted;
+      tiles_(static_cast<std::size_t>(columns_) * rows_, kFlat),
+      raised_(tiles_.size(), 0) {}
+
+void TwoScales::find_raised(int tile_row, float high) {
+  const int last_j = std::min((tile_row + 1) * kTile, heights_.ny - 1);
+  for (int column = 0; column < columns_; ++column) {
+    const std::size_t tile = static_cast<std::size_t>(tile_row) * columns_ + column;
+    const int first = column * kTile, count = std::min(kTileSide, heights_.nx - first);
+    int gaps = 0, above = 0;
+    for (int j = tile_row * kTile; j <= last_j; ++j) {
+      const float* h = &heights_.at(first, j);
+      for (int i = 0; i < count; ++i) gaps += h[i] == h[i] ? 0 : 1, above += h[i] > high ? 1 : 0;
+    }
+    raised_[tile] = above > 0;
+    if (gaps > 0) tiles_[tile] = kGaps;
+  }
+}
+
+// Tails below the tolerance and the flat ply whose noise counts lie beside what stands up.
+void TwoScales::choose_tiles() {
   for (int tj = 0; tj < rows_; ++tj)
     for (int ti = 0; ti < columns_; ++ti) {
       bool near = false;
       for (int j = std::max(0, tj - 1); j <= std::min(rows_ - 1, tj + 1); ++j)
         for (int i = std::max(0, ti - 1); i <= std::min(columns_ - 1, ti + 1); ++i)
-          near = near || raised[static_cast<std::size_t>(j) * columns_ + i];
+          near = near || raised_[static_cast<std::size_t>(j) * columns_ + i];
       if (!near) continue;
-      tiles_[static_cast<std::size_t>(tj) * columns_ + ti] = static_cast<std::int32_t>(wanted.size());
-      wanted.push_back({ti, tj});
+      tiles_[static_cast<std::size_t>(tj) * columns_ + ti] = static_cast<std::int32_t>(made_.size());
+      made_.push_back({ti, tj});
     }
-  for (std::vector<float>* values : {&fine_, &coarse_, &mold_}) values->resize(wanted.size() * kValues);
-  parallel_for(static_cast<long>(wanted.size()), 4, options.threads, stop, [&](long begin, long end) {
-    for (long k = begin; k < end; ++k) make(wanted[static_cast<std::size_t>(k)][0], wanted[static_cast<std::size_t>(k)][1], mold);
-  });
+  values_.reset(new float[made_.size() * kPoints * kEach]);
 }
 
 double TwoScales::blur_mm2(int cells) const {
   return ((cells * cells - 1) / 12.0 + blur_cells2_) * heights_.spacing * heights_.spacing;
 }
 
-float TwoScales::height(int i, int j) const {
-  return heights_.contains(i, j) && ply_.on_ply(i, j) ? heights_.at(i, j) : kUnknown;
-}
-
-void TwoScales::make(int tile_i, int tile_j, const Surface& mold) {
-  const int border = fine_cells_, side = kSide + 2 * border, i0 = tile_i * kTile, j0 = tile_j * kTile;
-  std::vector<float> values(static_cast<std::size_t>(side) * side), known(values.size());
-  for (int j = 0; j < side; ++j)
-    for (int i = 0; i < side; ++i) {
-      const float h = height(i0 + i - border, j0 + j - border);
-      const std::size_t at = static_cast<std::size_t>(j) * side + i;
-      known[at] = std::isnan(h) ? 0.0F : 1.0F;
-      values[at] = std::isnan(h) ? 0.0F : h;
-    }
-  const SquareMeans fine(values, known, side, border, fine_cells_ / 2), coarse(values, known, side, border, fine_cells_);
+void TwoScales::make(std::size_t tile, const Surface& mold, Workspace& work) {
+  const int i0 = made_[tile][0] * kTile, j0 = made_[tile][1] * kTile;
+  const bool all_known = work.read(heights_, ply_, i0 - work.border, j0 - work.border);
+  work.add_up(fine_cells_ / 2, all_known, work.fine, work.fine_count);
+  work.add_up(fine_cells_, all_known, work.coarse, work.coarse_count);
   // The mold on the tile with a border of one point, for its slopes.
-  Grid<double> m(kSide + 2, kSide + 2, heights_.position(i0 - 1, j0 - 1), heights_.spacing);
+  Grid<double> m(kTileSide + 2, kTileSide + 2, heights_.position(i0 - 1, j0 - 1), heights_.spacing);
   mold.heights_on(m, 1);
-  const std::size_t first = static_cast<std::size_t>(tiles_[static_cast<std::size_t>(tile_j) * columns_ + tile_i]) * kValues;
-  for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i) {
-      const int k = j * kSide + i;
-      const double rise_x = (m.at(i + 2, j + 1) - m.at(i, j + 1)) / (2 * heights_.spacing);
-      const double rise_y = (m.at(i + 1, j + 2) - m.at(i + 1, j)) / (2 * heights_.spacing);
-      // A ply of the thickness t along the normal stands t / cos(slope) high along z.
-      const double upright = thickness_ * std::sqrt(1 + rise_x * rise_x + rise_y * rise_y);
-      const bool seen = known[static_cast<std::size_t>(j + border) * side + i + border] > 0;
-      fine_[first + k] = seen ? static_cast<float>(fine.at(k) - upright) : kUnknown;
-      coarse_[first + k] = seen ? static_cast<float>(coarse.at(k) - upright) : kUnknown;
-      mold_[first + k] = static_cast<float>(m.at(i + 1, j + 1));
-    }
+  using Points = Eigen::Array<float, kEach, kTileSide>;
+  for (int j = 0; j < kTileSide; ++j) {
+    const auto mold_row = [&](int di, int dj) { return Eigen::Map<const Row>(&m.at(1 + di, j + 1 + dj)); };
+    const auto sums_row = [&](const std::vector<float>& sums) {
+      return Eigen::Map<const FloatRow>(&sums[static_cast<std::size_t>(j) * kTileStride]);
+    };
+    const Row rise_x = (mold_row(1, 0) - mold_row(-1, 0)) / (2 * heights_.spacing);
+    const Row rise_y = (mold_row(0, 1) - mold_row(0, -1)) / (2 * heights_.spacing);
+    // A ply of the thickness t along the normal stands t / cos(slope) high along z.
+    const Row upright = thickness_ * (1 + rise_x * rise_x + rise_y * rise_y).sqrt();
+    const FloatRow fine = sums_row(work.fine) / sums_row(work.fine_count), coarse = sums_row(work.coarse) / sums_row(work.coarse_count);
+    const float* known = &work.known[static_cast<std::size_t>(j + work.border) * work.stride + work.border];
+    float* points = &values_[(tile * kPoints + static_cast<std::size_t>(j) * kTileSide) * kEach];
+    Eigen::Map<Points> out(points);
+    out.row(0) = (fine.cast<double>() - upright).cast<float>();
+    out.row(1) = (coarse.cast<double>() - upright).cast<float>();
+    out.row(2) = mold_row(0, 0).cast<float>();
+    out.row(3) = 0;
+    for (int i = 0; i < kTileSide; ++i)
+      if (!(known[i] > 0)) out(0, i) = out(1, i) = kUnknown;
+  }
 }
 
-TwoScales::Place TwoScales::place(const Eigen::Vector2d& xy) const {
+TwoScales::Spot TwoScales::find(const Eigen::Vector2d& xy) const {
   const Eigen::Vector2d at = heights_.locate(xy);
-  if (!(at.x() >= 0 && at.y() >= 0 && at.x() < heights_.nx - 1 && at.y() < heights_.ny - 1)) return Place::outside;
-  const std::int32_t tile = tiles_[static_cast<std::size_t>(at.y()) / kTile * columns_ + static_cast<std::size_t>(at.x()) / kTile];
-  if (tile >= 0) return Place::raised;
-  if (tile == kFlat) return Place::flat;
-  return std::isnan(heights_.at(static_cast<int>(at.x() + 0.5), static_cast<int>(at.y() + 0.5))) ? Place::unknown : Place::flat;
-}
-
-ScaleSample TwoScales::sample(const Eigen::Vector2d& xy) const {
-  const Eigen::Vector2d at = heights_.locate(xy);
+  if (!(at.x() >= 0 && at.y() >= 0 && at.x() < heights_.nx - 1 && at.y() < heights_.ny - 1)) return {Place::outside};
   const int i = static_cast<int>(at.x()), j = static_cast<int>(at.y()), ti = i / kTile, tj = j / kTile;
-  const std::size_t from = static_cast<std::size_t>(tiles_[static_cast<std::size_t>(tj) * columns_ + ti]) * kValues +
-                           static_cast<std::size_t>(j - tj * kTile) * kSide + (i - ti * kTile);
-  const double u = at.x() - i, v = at.y() - j;
-  return {bilinear(&fine_[from], u, v), bilinear(&coarse_[from], u, v), bilinear(&mold_[from], u, v)};
+  const std::int32_t tile = tiles_[static_cast<std::size_t>(tj) * columns_ + ti];
+  if (tile == kFlat) return {Place::flat};
+  if (tile == kGaps)
+    return {std::isnan(heights_.at(static_cast<int>(at.x() + 0.5), static_cast<int>(at.y() + 0.5))) ? Place::unknown : Place::flat};
+  const float* corner = &values_[(static_cast<std::size_t>(tile) * kPoints + (j - tj * kTile) * kTileSide + (i - ti * kTile)) * kEach];
+  __builtin_prefetch(corner), __builtin_prefetch(corner + kTileSide * kEach);
+  return {Place::raised, corner, at.x() - i, at.y() - j};
+}
+
+ScaleSample TwoScales::sample(const Spot& spot) {
+  const auto point = [&](int k) { return Eigen::Map<const Eigen::Array4f>(spot.corner + k * kEach).cast<double>(); };
+  const double u = spot.u, v = spot.v;
+  const Eigen::Array4d low = (1 - u) * point(0) + u * point(1), high = (1 - u) * point(kTileSide) + u * point(kTileSide + 1);
+  const Eigen::Array4d all = (1 - v) * low + v * high;
+  return {all[0], all[1], all[2]};
 }
 
 }  // namespace debulk

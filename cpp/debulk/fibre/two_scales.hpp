@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <vector>
 
 #include "debulk/core/grid.hpp"
@@ -11,10 +14,15 @@
 
 namespace debulk {
 
+// Heights of the ply's upper side above the mold, mm, NaN where nothing is known: of a whole map or of windows of it,
+// which may not overlap.
+using HeightWindows = std::vector<const Grid<float>*>;
+
 // What a line needs at one place. NaN where it is not known.
 struct ScaleSample {
-  double fine, coarse;  // mm, the ply's lower side above the mold, by the finer and the coarser mean
-  double mold;          // mm, height of the mold
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  double fine = kUnknown, coarse = kUnknown;  // mm, the ply's lower side above the mold, by the finer and the coarser mean
+  double mold = kUnknown;                     // mm, height of the mold
 };
 
 // The gap below the ply at two scales: means of the heights over squares of `fine` and of 2 fine + 1 cells, over the
@@ -22,15 +30,22 @@ struct ScaleSample {
 // stands off the mold or next to it: elsewhere no line has an excess.
 class TwoScales {
  public:
-  // heights: of the ply's upper side above the mold, mm, NaN where nothing is known. Throws Stopped.
-  TwoScales(const Grid<float>& heights, const PlyMask& ply, const Surface& mold, const FibreOptions& options, const Stop& stop);
+  // Reads all windows, tile by tile on several threads. The windows must outlive the result. Throws Stopped.
+  static std::vector<TwoScales> of(const HeightWindows& windows, const Polygon& ply, const Surface& mold, const FibreOptions& options,
+                                   const Stop& stop);
 
   enum class Place : std::uint8_t { flat, raised, unknown, outside };
   // Whether the place lies in a tile that was made (`raised`), or what is known of it otherwise.
-  Place place(const Eigen::Vector2d& xy) const;
-  // In a raised tile only.
-  ScaleSample sample(const Eigen::Vector2d& xy) const;
+  struct Spot {
+    Place place;
+    const float* corner = nullptr;  // in a raised tile, as are its shares u and v of the way to the next points
+    double u = 0.0, v = 0.0;
+  };
+  // The values of a raised spot are fetched while others are looked for, because most are not in the cache.
+  Spot find(const Eigen::Vector2d& xy) const;
+  static ScaleSample sample(const Spot& spot);  // of a raised one
 
+  const Grid<float>& heights() const { return heights_; }
   int fine_cells() const { return fine_cells_; }
   double spacing() const { return heights_.spacing; }
   // Variance, mm2 along x and along y, by which the finer and the coarser heights are blurred in all.
@@ -39,17 +54,22 @@ class TwoScales {
 
  private:
   enum Tile : std::int32_t { kFlat = -1, kGaps = -2 };  // else the number of its values
+  struct Workspace;
 
+  TwoScales(const Grid<float>& heights, const FibreOptions& options);
+  void find_raised(int tile_row, float high);
+  void choose_tiles();
+  void make(std::size_t tile, const Surface& mold, Workspace& work);
   double blur_mm2(int cells) const;
-  void make(int tile_i, int tile_j, const Surface& mold);
-  float height(int i, int j) const;
 
   const Grid<float>& heights_;
-  const PlyMask& ply_;
+  PlyMask ply_;
   double thickness_, blur_cells2_;
   int fine_cells_, columns_, rows_;
   std::vector<std::int32_t> tiles_;
-  std::vector<float> fine_, coarse_, mold_;  // of the tiles that were made, one after the other
+  std::vector<std::uint8_t> raised_;
+  std::vector<std::array<int, 2>> made_;  // column and row of the tiles that were made
+  std::unique_ptr<float[]> values_;       // of these tiles, one after the other: fine, coarse, mold and nothing, point by point
 };
 
 }  // namespace debulk

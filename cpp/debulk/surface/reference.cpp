@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
@@ -70,16 +71,10 @@ inline Weights weights(double u, int n) {
   return w;
 }
 
-// rows: the first of the four rows of coefficients.
-double height_of(const double* rows, int wide, const Weights& wx, const Weights& wy) {
-  double f = 0;
-  for (std::size_t b = 0; b < 4; ++b) {
-    const double* row = rows + b * static_cast<std::size_t>(wide) + wx.first;
-    double v = 0;
-    for (std::size_t a = 0; a < 4; ++a) v += wx.value[a] * row[a];
-    f += wy.value[b] * v;
-  }
-  return f;
+double along_row(const double* row, const Weights& wx) {
+  double v = 0;
+  for (std::size_t a = 0; a < 4; ++a) v += wx.value[a] * row[static_cast<std::size_t>(wx.first) + a];
+  return v;
 }
 
 }  // namespace
@@ -149,19 +144,35 @@ SurfaceSample Reference::sample_at(const Eigen::Vector2d& u) const {
 double Reference::height(const Eigen::Vector2d& xy) const {
   const Eigen::Vector2d u = heights_.locate(xy);
   const Weights wx = weights(u.x(), heights_.nx), wy = weights(u.y(), heights_.ny);
-  const int wide = heights_.nx + 2;
-  return height_of(&coefficients_[static_cast<std::size_t>(wy.first) * static_cast<std::size_t>(wide)], wide, wx, wy);
+  double f = 0;
+  for (std::size_t b = 0; b < 4; ++b)
+    f +=
+        wy.value[b] * along_row(&coefficients_[(static_cast<std::size_t>(wy.first) + b) * (static_cast<std::size_t>(heights_.nx) + 2)], wx);
+  return f;
 }
 
+// A row of the grid needs four rows of coefficients, and rows next to each other mostly the same four: their sums along
+// x are kept, each at its number modulo four.
 void Reference::heights_on(Grid<double>& grid, int threads) const {
   std::vector<Weights> across(static_cast<std::size_t>(grid.nx));
   for (int i = 0; i < grid.nx; ++i) across[static_cast<std::size_t>(i)] = weights(heights_.locate(grid.position(i, 0)).x(), heights_.nx);
-  const int wide = heights_.nx + 2;
-  parallel_for(grid.ny, 16, threads, [&](long begin, long end) {
+  parallel_for(grid.ny, 64, threads, [&](long begin, long end) {
+    std::array<std::vector<double>, 4> sums;
+    std::array<int, 4> row_of{-1, -1, -1, -1};
     for (int j = static_cast<int>(begin); j < end; ++j) {
       const Weights wy = weights(heights_.locate(grid.position(0, j)).y(), heights_.ny);
-      const double* rows = &coefficients_[static_cast<std::size_t>(wy.first) * static_cast<std::size_t>(wide)];
-      for (int i = 0; i < grid.nx; ++i) grid.at(i, j) = height_of(rows, wide, across[static_cast<std::size_t>(i)], wy);
+      Eigen::Map<Eigen::ArrayXd> out(&grid.at(0, j), grid.nx);
+      out.setZero();
+      for (int b = 0; b < 4; ++b) {
+        const int number = wy.first + b;
+        std::vector<double>& sum = sums[static_cast<std::size_t>(number % 4)];
+        if (std::exchange(row_of[static_cast<std::size_t>(number % 4)], number) != number) {
+          const double* row = &coefficients_[static_cast<std::size_t>(number) * (static_cast<std::size_t>(heights_.nx) + 2)];
+          sum.resize(across.size());
+          for (std::size_t i = 0; i < across.size(); ++i) sum[i] = along_row(row, across[i]);
+        }
+        out += wy.value[static_cast<std::size_t>(b)] * Eigen::Map<const Eigen::ArrayXd>(sum.data(), grid.nx);
+      }
     }
   });
 }
