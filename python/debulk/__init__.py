@@ -10,6 +10,7 @@ from debulk.grid import Grid
 
 if TYPE_CHECKING:
     from debulk import (
+        chain,
         cloud,
         fibre,
         files,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
         surface,
         verdict,
     )
+    from debulk.chain.record import Chain
     from debulk.comparison import Comparison
     from debulk.inspection.calls import compare, inspect
     from debulk.inspection.inspector import Cancelled, Inspector
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = [
     "Cancelled",
+    "Chain",
     "Comparison",
     "Grid",
     "InputError",
@@ -45,6 +48,7 @@ __all__ = [
     "Report",
     "Verdict",
     "__version__",
+    "chain",
     "cloud",
     "compare",
     "fibre",
@@ -68,6 +72,7 @@ __all__ = [
 # Loaded when first used, so that `import debulk` does not wait for parts that a program may never need.
 _HOMES = {
     "Cancelled": "inspection.inspector",
+    "Chain": "chain.record",
     "Comparison": "comparison",
     "Inspector": "inspection.inspector",
     "Recipe": "recipe",

@@ -29,6 +29,7 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
 }
 # Our classes by name, since a class that is not imported yet cannot have been passed; and how to get an instance.
 _CLASSES = {
+    "Chain": ("debulk.Chain", "debulk.Chain.load() reads one"),
     "Recipe": ("debulk.Recipe", "debulk.Recipe.load() reads one"),
     "Report": ("debulk.Report", "debulk.Report.load() reads one"),
     "Calibration": ("debulk.scanner.Calibration", "debulk.scanner.Calibration.load() reads one"),

@@ -15,6 +15,7 @@ from debulk.net import Drape
 from debulk.report import Report
 
 if TYPE_CHECKING:
+    from debulk.chain.record import Chain
     from debulk.recipe import Recipe
 
 __all__ = ["compare", "inspect"]
@@ -33,6 +34,8 @@ def inspect(
     deadline_s: float | None = None,
     progress: Progress | None = None,
     context: Mapping[str, Any] | None = None,
+    *,
+    chain: Chain | None = None,
 ) -> Report:
     """Inspect one scan against a reference, in one call; see `Inspector` and `Inspector.inspect` for the arguments.
 
@@ -44,7 +47,9 @@ def inspect(
     >>> report.passed
     False
     """
-    inspector = Inspector(recipe, reference, ply_outline, fibre_angles_deg, mold_from_scanner, camera, mask)
+    inspector = Inspector(
+        recipe, reference, ply_outline, fibre_angles_deg, mold_from_scanner, camera, mask, chain=chain
+    )
     return inspector.inspect(scan, deadline_s, progress, context)
 
 

@@ -20,7 +20,7 @@ from debulk.comparison import Comparison
 from debulk.forking import Guard
 from debulk.grid import Grid
 from debulk.history.kept import history_of
-from debulk.inspection import inspector_file, reporting
+from debulk.inspection import inspector_file, left_out, reporting
 from debulk.inspection.bumps import tolerances
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import clean, hide, owned, taken
@@ -51,6 +51,8 @@ from debulk.stopping import Running
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
+    from debulk.chain.recognise import Recognised
+    from debulk.chain.record import Chain
     from debulk.history import History
     from debulk.recipe import Recipe
 
@@ -98,6 +100,10 @@ class Inspector:
     history
         A `debulk.history.History`, or the name of its file: every report and comparison is stored in it before it is
         returned. One that cannot be stored is returned all the same, with a warning. None means no history.
+    chain
+        The chain of scanner, filters and export that was qualified (`debulk.qualify`). Every scan's signature is
+        compared with it: a scan that is smoother, coarser, noisier, rounded or filled otherwise is INVALID. None: the
+        reports say under ``left_out`` that the chain is not known.
 
     Raises
     ------
@@ -131,6 +137,8 @@ class Inspector:
         mask: ArrayLike | None = None,
         progress: Progress | None = None,
         history: History | str | PathLike[str] | None = None,
+        *,
+        chain: Chain | None = None,
     ) -> None:
         if recipe is None:
             from debulk.recipe import Recipe
@@ -160,6 +168,8 @@ class Inspector:
         self._placing = preparation.step("checks", 0.9, lambda: Placing(reference, *given, self.mask, recipe))
         self._wrinkles = WrinkleSearch(reference, *given, recipe)
         self._filled = FilledSearch(reference, self._pose, self._placing.zones, self._placing.outline, recipe)
+        self.chain = chain
+        self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
         preparation.step("fibres", 0.94, lambda: self.ply.fibres)
         self._make_finder = partial(finder_for, reference, *given, recipe)
         self._finder = preparation.step("regions", 0.96, self._make_finder)
@@ -197,8 +207,10 @@ class Inspector:
         path: str | PathLike[str],
         recipe: Recipe | None = None,
         history: History | str | PathLike[str] | None = None,
+        *,
+        chain: Chain | None = None,
     ) -> Inspector:
-        """Read an inspector that `save` wrote; its reports equal those of the saved one to the last bit.
+        """Read an inspector that `save` wrote; its reports equal those of the saved one, if it gets its chain, too.
 
         Parameters
         ----------
@@ -209,6 +221,8 @@ class Inspector:
             reference was cleaned with it.
         history
             As for a new inspector; the file has none.
+        chain
+            The qualified chain, which the file does not hold: it may have been qualified anew.
 
         Raises
         ------
@@ -223,7 +237,7 @@ class Inspector:
             given["recipe"] = saved = Recipe(**given["recipe"])
             if recipe is not None and recipe.clean != saved.clean:
                 raise InputError(f"recipe: expected the section clean of the saved one, {saved.clean}")
-            return cls(**{**given, "recipe": recipe or saved, "history": history})
+            return cls(**{**given, "recipe": recipe or saved, "history": history, "chain": chain})
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
 
@@ -294,26 +308,34 @@ class Inspector:
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Run the steps of an inspection, one after the other."""
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
-            points, sample = self._placing.look(taken(scan, "scan", cycle.stop), cycle.stop)
+            given = taken(scan, "scan", cycle.stop)
+            points, sample = self._placing.look(given, cycle.stop)
             placed = self._placing.gross(sample)
             if placed is None and self._below is not None and (wrong := self._below.finding(sample)):
                 placed = Placed(None, wrong)
         if placed is not None:
             return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
         with beside(
-            cycle.stop, lambda: self._search_raw(points, sample, cycle.stop), self.recipe.run.threads
+            cycle.stop, lambda: self._search_raw(given, points, sample, cycle.stop), self.recipe.run.threads
         ) as searched:
             return self._judge(points, sample, searched, cycle)
 
-    def _search_raw(self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> tuple[Filled, Standing]:
-        """Look in the raw scan for filled-in patches, and for narrow wrinkles and bumps that the filters would hide."""
-        return self._filled.find(points, sample, self.mask, stop), self._wrinkles.find(points, self.mask, stop)
+    def _search_raw(
+        self, given: NDArray[np.float32], points: NDArray[np.float32], sample: Sample, stop: _core.Stop
+    ) -> tuple[Filled, Standing, Recognised | None]:
+        """Look in the raw scan for filled-in patches, for what the filters would hide, and for the chain's signature.
+
+        `given` are the points before an offset was removed, which the export may have rounded.
+        """
+        filled = self._filled.find(points, sample, self.mask, stop)
+        standing = self._wrinkles.find(points, self.mask, stop)
+        return filled, standing, None if self._recogniser is None else self._recogniser.look(given, sample)
 
     def _judge(
         self,
         points: NDArray[np.float32],
         sample: Sample,
-        searched: Callable[[], tuple[Filled, Standing]],
+        searched: Callable[[], tuple[Filled, Standing, Recognised | None]],
         cycle: Cycle,
     ) -> Report:
         """Run the steps that follow the check of the level."""
@@ -335,11 +357,14 @@ class Inspector:
                 evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
             others = [*laid_wrong, *self._riding(points, sample, pockets, evaluations, bumps, cycle.stop)]
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
-            filled, standing = searched()
+            filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
-            return reporting.report(
+            report = reporting.report(
                 found, placed, filled, bumps, standing, others, pockets, evaluations, self.ply, cycle.timings_ms()
             )
+            if recognised is not None:
+                return recognised.added_to(report)
+            return replace(report, left_out=(*report.left_out, left_out.of_chain()))
 
     def _riding(
         self,

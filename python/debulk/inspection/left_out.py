@@ -9,7 +9,16 @@ from debulk.inspection.holes import unseen
 from debulk.inspection.rawscan import narrow_bumps
 from debulk.results.report import LeftOut
 
-__all__ = ["merged", "of_late", "of_scan", "of_stages"]
+__all__ = ["merged", "of_chain", "of_late", "of_scan", "of_stages"]
+
+
+def of_chain() -> LeftOut:
+    """Name that nothing is known of the chain that measured the scan, because none was given."""
+    return LeftOut(
+        what="the chain that measures: scanner, its software's filters, and the export",
+        why="it is not qualified, or its qualification was not given (debulk qualify, --chain)",
+        bound="none: what it takes off narrow bumps without a trace in its noise or at the ply's edge is not known",
+    )
 
 
 def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:

@@ -18,6 +18,7 @@ from debulk.report import Report
 from debulk.results.trace import ArrayTrace
 
 if TYPE_CHECKING:
+    from debulk.chain.record import Chain
     from debulk.recipe import Recipe
 
 __all__ = ["Repetition", "repeat"]
@@ -58,6 +59,8 @@ def repeat(
     reference: ArrayLike,
     mask: ArrayLike | None = None,
     progress: Progress | None = None,
+    *,
+    chain: Chain | None = None,
 ) -> Repetition:
     """Repeat an inspection with the recipe, the pose and everything else that its report has kept.
 
@@ -71,6 +74,8 @@ def repeat(
         (H, W) bool, if that inspection had one.
     progress
         As in `Inspector.inspect`.
+    chain
+        The qualified chain, if that inspection had one. It is refused if its SHA-256 is not the one in the report.
 
     Returns
     -------
@@ -94,6 +99,7 @@ def repeat(
     trace = report.trace
     if trace is None:
         raise InputError("report: expected one with the record of its inspection (trace), but it has none")
+    _check_chain(chain, report)
     hidden = inputs.image_mask(mask)
     place = FarPlace.of(reference, trace.mold_from_scanner, trace.camera)
     near_scan, near_reference = place.near(scan, "scan"), place.near(reference, "reference")
@@ -115,10 +121,20 @@ def repeat(
         trace.mold_from_scanner,
         None if trace.camera is None else (trace.camera[0], trace.camera[1], trace.camera[2]),
         hidden,
+        chain=chain,
     )
     again = inspector.inspect(scan, progress=progress, context=trace.context)
     unchecked = (name for name, (given, kept) in found.items() if given and (kept is None or not kept.fingerprint))
     return Repetition(again, tuple(_differences(report.to_dict(), again.to_dict())), tuple(unchecked))
+
+
+def _check_chain(chain: Chain | None, report: Report) -> None:
+    given = None if chain is None else chain.sha256
+    if report.chain is not None and given != report.chain.sha256:
+        got = f"{given[:16]}..." if given else "none"
+        raise InputError(
+            f"chain: expected that of the inspection, SHA-256 {report.chain.sha256[:16]}..., but got {got}"
+        )
 
 
 def _check_same(name: str, given: ArrayTrace | None, kept: ArrayTrace | None) -> None:

@@ -13,6 +13,7 @@ from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.results import codec
 from debulk.results.bridge_section import BridgeSection
+from debulk.results.chain import ChainReport
 from debulk.results.deciding import DecidingRidge, deciding_ridge
 from debulk.results.edge_friction import EdgeFriction
 from debulk.results.finding import Finding
@@ -458,6 +459,8 @@ class ReportData(Versioned):
         What the reader should know before trusting the rest.
     trace
         Time, fingerprints, pose and everything else that entered the inspection; None: not from a real inspection.
+    chain
+        How the scan compares with its qualified chain; None: no chain was given, or the scan was refused before.
     version
         Version of debulk.
     """
@@ -479,6 +482,7 @@ class ReportData(Versioned):
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     trace: Trace | None = None
+    chain: ChainReport | None = None
     version: str = ""
 
     @property

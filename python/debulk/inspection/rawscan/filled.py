@@ -137,8 +137,8 @@ class FilledSearch:
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
-            some = some_on_ply(scan, squares, self._on_ply)
-            found = quiet_squares(scan, squares, some, self._on_ply, self._up, stop, self._threads)
+            some = some_on_ply(scan, squares, self.on_ply)
+            found = quiet_squares(scan, squares, some, self.on_ply, self._up, stop, self._threads)
             smoothed = self._smoothed.find(scan, squares, some, sample.pitch_mm, mask)
         quiet = found.squares
         if mask is not None and mask.shape == scan.shape[:2]:
@@ -151,7 +151,12 @@ class FilledSearch:
         large = tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2)
         return Filled(large, unknown, smoothed)
 
-    def _on_ply(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+    def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
+        """Return by how much a scan spreads the ply's edge; see `EdgeSpread.least_mm`."""
+        return self._smoothed.edge_mm(scan, mask)
+
+    def on_ply(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Return which of (N, 3) points of a scan, all finite, lie on the ply, well inside its outline."""
         return self._zones.inside(self._of(points))
 
     def _patch(self, scan: NDArray[np.float32], squares: Squares, piece: NDArray[np.int64], pitch_mm: float) -> Patch:

@@ -109,6 +109,12 @@ class SmoothedSearch:
         step = max(1, round(self._fine_mm / pitch_mm))
         if noise_is_shared(scan, squares, some, step):
             return Smoothed(shared_mm=step * pitch_mm)
-        spread_mm = float("nan") if self._edge is None else self._edge.least_mm(scan, mask, self._threads)
+        spread_mm = self.edge_mm(scan, mask)
         allowed_mm = _SPREAD * max(self._fine_mm, pitch_mm)
         return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)
+
+    def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
+        """Return by how much a scan spreads the ply's edge; NaN: it is no image, or the edge is not known."""
+        if self._edge is None or scan.ndim != 3:
+            return float("nan")
+        return self._edge.least_mm(scan, mask, self._threads)

@@ -1,0 +1,136 @@
+"""Whether a scan comes from the chain that was qualified."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.chain.figures import FIGURES, Quantity
+from debulk.chain.signature import Signature, signature_of
+from debulk.chain.windows import windows_of
+from debulk.results.chain import ChainFigure, ChainReport
+from debulk.results.compose import compose
+from debulk.results.finding import Finding
+from debulk.results.report import LeftOut
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.chain.record import Chain
+    from debulk.inspection.evidence.sample import Sample
+    from debulk.inspection.rawscan.filled import FilledSearch
+    from debulk.report import Report
+
+__all__ = ["Recognised", "Recogniser", "recognised"]
+
+Cloud = NDArray[np.float32]
+_NEEDED = ("pitch_mm", "noise_mm", "near")  # without these, a scan's chain is not known
+
+
+class Recognised(NamedTuple):
+    """What a scan's comparison with its chain adds to the report: its figures, and what follows from them."""
+
+    report: ChainReport
+    findings: tuple[Finding, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+
+    def added_to(self, report: Report) -> Report:
+        """Return the report with the comparison, which speaks first: another chain explains what else is wrong."""
+        findings = (*self.findings, *report.findings)
+        judged = compose(findings)
+        return replace(
+            report,
+            verdict=judged.verdict,
+            reason=judged.reason,
+            findings=findings,
+            left_out=(*report.left_out, *self.left_out),
+            chain=self.report,
+        )
+
+
+class Recogniser:
+    """Compares scan after scan of an inspector with its chain.
+
+    Parameters
+    ----------
+    search
+        The inspector's search for filled and smoothed parts, which knows where ply and edge are.
+    mask
+        (H, W), True where an image is not to be used, or None.
+    chain
+        The chain that was qualified.
+    """
+
+    def __init__(self, search: FilledSearch, mask: NDArray[np.bool_] | None, chain: Chain) -> None:
+        self._search, self._mask, self._chain = search, mask, chain
+
+    def look(self, scan: Cloud, sample: Sample) -> Recognised:
+        """Compare a scan, (H, W, 3) or (N, 3), scanner's frame, before any filter; `sample` is a sample of it."""
+        with np.errstate(all="ignore"):  # points far off, which are outliers
+            windows = windows_of(scan, self._search.on_ply, sample.pitch_mm)
+            edge_mm = self._search.edge_mm(scan, self._mask)
+            found = signature_of(windows, sample.pitch_mm, image=scan.ndim == 3, edge_mm=edge_mm)
+        return recognised(found, self._chain)
+
+
+def recognised(signature: Signature, chain: Chain) -> Recognised:
+    """Compare a signature with a chain: a figure outside its limits is INVALID, one that is not known is named."""
+    figures, lacking = [], []
+    for quantity in FIGURES:
+        limits, value = chain.figure(quantity.name), getattr(signature, quantity.name)
+        if limits is None:
+            continue
+        if not math.isfinite(value):
+            lacking.append(quantity)
+            continue
+        low, high = limits.low, limits.high
+        below, above = low is not None and value < low, high is not None and value > high
+        differs = quantity.below if below else quantity.above if above else ""
+        figures.append(
+            ChainFigure(
+                name=quantity.name,
+                says=quantity.says,
+                unit=quantity.unit,
+                measured=value,
+                low=low,
+                high=high,
+                differs=differs,
+            )
+        )
+    report = ChainReport(name=chain.name, made_utc=chain.made_utc, sha256=chain.sha256, figures=tuple(figures))
+    return Recognised(report, tuple(_findings(report, lacking)), tuple(_left_out(lacking)))
+
+
+def _findings(report: ChainReport, lacking: list[Quantity]) -> list[Finding]:
+    different = [one for one in report.figures if one.differs]
+    if different:
+        how = ", ".join(f"{one.differs} ({one})" for one in different)
+        reason = (
+            f"the scan does not come from the chain that was qualified ({report.name}, {report.made_utc[:10]}): it is "
+            f"{how}; set scanner, filters and export as they were, or qualify the new chain (debulk qualify)"
+        )
+        first = different[0]
+        return [Finding("chain", Verdict.INVALID, reason, first.measured, first.limit, first.unit)]
+    needed = [one.says for one in lacking if one.name in _NEEDED]
+    if needed:
+        reason = (
+            f"whether the scan comes from the qualified chain ({report.name}) is not known: too few windows of the ply "
+            f"show the {', '.join(needed)}"
+        )
+        return [Finding("chain", Verdict.UNDECIDED, reason)]
+    return []
+
+
+def _left_out(lacking: list[Quantity]) -> list[LeftOut]:
+    return [
+        LeftOut(
+            what=f"whether the scan's {one.says} is that of its chain",
+            why="the scan is no image, or the outline is not given, or too little of the ply was seen",
+            bound="none: a change of the scanner's software that shows by this alone is not noticed",
+        )
+        for one in lacking
+        if one.name not in _NEEDED
+    ]

@@ -1,0 +1,135 @@
+"""What is known of a qualified chain, as the file chain.json keeps it."""
+
+from __future__ import annotations
+
+import hashlib
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from debulk._core import InputError
+from debulk.arguments import typed
+from debulk.files.replacing import replacing
+from debulk.recipe.errors import message, wrong_values
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from debulk.chain.recognise import Recogniser
+    from debulk.inspection.rawscan.filled import FilledSearch
+
+__all__ = ["FORMAT", "Chain", "Figure", "Part"]
+
+FORMAT = "debulk chain 1"
+_MAX_FILE_BYTES = 1 << 22  # a chain has some kilobytes; a file far larger is something else
+
+
+class Part(BaseModel):
+    """A part of the file: immutable; it refuses unknown names, text in place of numbers, NaN and infinity."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Figure(Part):
+    """A figure of the scans' signatures.
+
+    Attributes
+    ----------
+    name
+        As in `debulk.chain.Signature`.
+    mean, sd
+        Mean and standard deviation over the scans of the qualification.
+    low, high
+        A scan of this chain lies between them; None: any value does.
+    """
+
+    name: str
+    mean: float
+    sd: float = Field(ge=0)
+    low: float | None
+    high: float | None
+
+
+class Chain(Part):
+    """A chain of scanner, filters and export that was qualified; `debulk.qualify` makes it.
+
+    Attributes
+    ----------
+    name
+        The chain's name, such as the cell's.
+    made_utc, debulk
+        When it was qualified, ISO 8601, and by which version of debulk.
+    scans
+        Number of scans.
+    figures
+        What its scans look like.
+    doubts
+        What the qualification could not show, or should not have shown.
+    """
+
+    format: Literal["debulk chain 1"] = "debulk chain 1"
+    name: str
+    made_utc: str
+    debulk: str
+    scans: int = Field(ge=1)
+    figures: tuple[Figure, ...]
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def sha256(self) -> str:
+        """Fingerprint of everything in the chain, hexadecimal."""
+        return hashlib.sha256(self._json().encode()).hexdigest()
+
+    def figure(self, name: str) -> Figure | None:
+        """Return the figure of this name; None if the qualification could not measure it."""
+        return next((one for one in self.figures if one.name == name), None)
+
+    def recogniser(self, search: FilledSearch, mask: NDArray[np.bool_] | None) -> Recogniser:
+        """Prepare the comparison of an inspector's scans with this chain."""
+        from debulk.chain.recognise import Recogniser
+
+        return Recogniser(search, mask, self)
+
+    @typed
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the chain as .json, which `load` reads back to an equal chain.
+
+        Raises
+        ------
+        InputError
+            If the name ends otherwise, or the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix.lower() != ".json":
+            raise InputError(f"{path}: expected a file ending in .json")
+        with replacing(path) as temporary:
+            temporary.write_text(self._json(), encoding="utf-8", newline="\n")
+
+    @classmethod
+    @typed
+    def load(cls, path: str | PathLike[str]) -> Chain:
+        """Read a chain from its .json.
+
+        Raises
+        ------
+        InputError
+            The file cannot be read, or is no chain; the message names the file and every wrong value.
+        """
+        path = Path(path)
+        try:
+            if path.stat().st_size > _MAX_FILE_BYTES:
+                raise InputError(f"{path}: expected a chain, got a file of {path.stat().st_size} bytes")
+            return cls.model_validate_json(path.read_bytes())
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            if first["type"] == "json_invalid":
+                raise InputError(f"{path}: not valid JSON: {first['msg'].removeprefix('Invalid JSON: ')}") from None
+            raise InputError(f"{path}: {message('chain', wrong_values(cls, error))}") from None
+
+    def _json(self) -> str:
+        return self.model_dump_json(indent=1) + "\n"

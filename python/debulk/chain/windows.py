@@ -1,0 +1,78 @@
+"""Small windows of a scan's own points on the ply, before any filter; the cloud may be an image or a list of points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.clouds.thinning import complete, thinned
+
+__all__ = ["windows_of"]
+
+Cloud = NDArray[np.float32]
+Bools = NDArray[np.bool_]
+
+_SIDE = 16  # points along the side of a window
+_WINDOWS = 64  # at most
+_TURN = 0.618034  # share of all places from one that is taken to the next, so that no pattern of rows repeats
+_MOST_POINTS = 320  # of a window of a list of points; of more, every second is taken, or every third, and so on
+
+
+def windows_of(scan: Cloud, on_ply: Callable[[Cloud], Bools], pitch_mm: float) -> list[Cloud]:
+    """Return the points of some windows of 16 by 16 points: squares of an image, or cells of a list in its XY.
+
+    Parameters
+    ----------
+    scan
+        (H, W, 3) or (N, 3), scanner's frame, NaN where nothing was seen.
+    on_ply
+        Tells which of (N, 3) points, all finite, lie on the ply.
+    pitch_mm
+        Distance from point to point; inf: not known, then there are no windows.
+
+    Returns
+    -------
+    list
+        (M, 3) each. In a window of an image the points that were not seen are kept, as NaN.
+    """
+    if not np.isfinite(pitch_mm):
+        return []
+    return _squares(scan, on_ply) if scan.ndim == 3 else _cells(scan, on_ply, _SIDE * pitch_mm)
+
+
+def _squares(scan: Cloud, on_ply: Callable[[Cloud], Bools]) -> list[Cloud]:
+    rows, columns = (np.arange(0, n - _SIDE + 1, _SIDE) for n in scan.shape[:2])
+    at = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2)
+    middles = scan[at[:, 0] + _SIDE // 2, at[:, 1] + _SIDE // 2]
+    seen = complete(np.isfinite(middles))
+    at = at[seen][on_ply(middles[seen])]
+    return [scan[i : i + _SIDE, j : j + _SIDE].reshape(-1, 3) for i, j in at[_some(len(at))]]
+
+
+def _cells(scan: Cloud, on_ply: Callable[[Cloud], Bools], side_mm: float) -> list[Cloud]:
+    few = thinned(scan).points
+    few = few[complete(np.isfinite(few))]
+    few = few[on_ply(few)]
+    if not len(few):
+        return []
+    origin = few[:, :2].min(axis=0)
+    chosen = np.unique(np.floor((few[:, :2] - origin) / side_mm).astype(np.int64), axis=0)
+    chosen = chosen[_some(len(chosen))]
+    wide, tall = chosen.max(axis=0) + 1
+    number = np.full((wide, tall), -1)
+    number[chosen[:, 0], chosen[:, 1]] = np.arange(len(chosen))
+    with np.errstate(invalid="ignore"):
+        cell = np.floor((scan[:, :2] - origin) / np.float32(side_mm))
+        inside = np.flatnonzero((cell >= 0).all(axis=1) & (cell[:, 0] < wide) & (cell[:, 1] < tall))
+    of = number[tuple(cell[inside].astype(np.int64).T)]
+    inside, of = inside[of >= 0], of[of >= 0]
+    order = np.argsort(of, kind="stable")
+    groups = np.split(inside[order], np.cumsum(np.bincount(of, minlength=len(chosen)))[:-1])
+    return [scan[one[:: max(1, -(-len(one) // _MOST_POINTS))]] for one in groups]
+
+
+def _some(count: int) -> NDArray[np.int64]:
+    """Return the numbers of at most so many windows, spread over all of `count` places."""
+    return np.unique((_TURN * count * np.arange(min(_WINDOWS, count))).astype(np.int64) % max(count, 1))
