@@ -119,7 +119,7 @@ MOLDS = {
 # --- raised places of the ply -------------------------------------------------------------------------------------
 
 
-def _dome(x0: float, y0: float, a: float, b: float, high: float, turn: float = 0.0, flat: float = 0.0) -> Surface:
+def dome(x0: float, y0: float, a: float, b: float, high: float, turn: float = 0.0, flat: float = 0.0) -> Surface:
     """Return Wendland's function on an ellipse with half axes a and b; a `flat` share of it is a plateau."""
 
     def gap(x: Floats, y: Floats) -> Floats:
@@ -141,7 +141,7 @@ def _at(rng: np.random.Generator, size: Floats, share: float = 0.3) -> Floats:
 
 def _single(rng: np.random.Generator, size: Floats, along: float) -> Surface:
     a = rng.uniform(25, max(35, 0.25 * size.min()))
-    return _dome(
+    return dome(
         *_at(rng, size), a, a * rng.uniform(0.5, 1.5), 1.0, rng.uniform(0, 3), rng.choice([0.0, 0.3, rng.random() / 2])
     )
 
@@ -150,7 +150,7 @@ def _cluster(rng: np.random.Generator, size: Floats, along: float) -> Surface:
     middle = _at(rng, size)
     return _sum(
         *(
-            _dome(*(middle + rng.normal(0, 30, 2)), rng.uniform(9, 28), rng.uniform(9, 28), rng.uniform(0.5, 1))
+            dome(*(middle + rng.normal(0, 30, 2)), rng.uniform(9, 28), rng.uniform(9, 28), rng.uniform(0.5, 1))
             for _ in range(rng.integers(3, 9))
         )
     )
@@ -177,7 +177,7 @@ def _chain(rng: np.random.Generator, size: Floats, along: float) -> Surface:
     steps = (np.arange(count) - 0.5 * (count - 1)) * (2 * 0.85 * a + apart)
     return _sum(
         *(
-            _dome(
+            dome(
                 x0 + s * np.cos(along), y0 + s * np.sin(along), a, a * rng.uniform(0.8, 1.3), rng.uniform(0.8, 1), along
             )
             for s in steps
@@ -191,7 +191,7 @@ def _pair_of_bumps(rng: np.random.Generator, size: Floats, along: float) -> Surf
     count = int(rng.integers(2, 4))
     return _sum(
         *(
-            _dome(
+            dome(
                 x0 + k * (2 * 0.85 * a + apart) * np.cos(along),
                 y0 + k * (2 * 0.85 * a + apart) * np.sin(along),
                 a,
@@ -208,8 +208,8 @@ def _rider(rng: np.random.Generator, size: Floats, along: float) -> Surface:
     off = rng.uniform(-0.5, 0.5, 2) * a
     small = rng.uniform(5, 16)
     return _sum(
-        _dome(x0, y0, a, a * rng.uniform(0.7, 1.3), 1.0, 0.0, 0.2),
-        _dome(x0 + off[0], y0 + off[1], small, small, rng.uniform(0.2, 0.8)),
+        dome(x0, y0, a, a * rng.uniform(0.7, 1.3), 1.0, 0.0, 0.2),
+        dome(x0 + off[0], y0 + off[1], small, small, rng.uniform(0.2, 0.8)),
     )
 
 
@@ -217,16 +217,16 @@ def _at_edge(rng: np.random.Generator, size: Floats, along: float) -> Surface:
     side = rng.integers(2)
     middle = _at(rng, size, 0.25)
     middle[side] = 0.5 * size[side] * rng.choice((-1, 1)) * rng.uniform(0.85, 1.05)
-    return _dome(*middle, rng.uniform(25, 60), rng.uniform(25, 60), 1.0, 0.0, 0.2)
+    return dome(*middle, rng.uniform(25, 60), rng.uniform(25, 60), 1.0, 0.0, 0.2)
 
 
 def _low_wave(rng: np.random.Generator, size: Floats, along: float) -> Surface:
-    return _dome(*_at(rng, size, 0.1), 0.4 * size[0], 0.4 * size[1], 1.0, 0.0, 0.1)
+    return dome(*_at(rng, size, 0.1), 0.4 * size[0], 0.4 * size[1], 1.0, 0.0, 0.1)
 
 
 def _tunnel(rng: np.random.Generator, size: Floats, along: float) -> Surface:
     turn = along + rng.choice([0, 0.7854, 1.5708, rng.uniform(0, 3)])
-    return _dome(
+    return dome(
         *_at(rng, size, 0.1), rng.uniform(80, max(90, 0.4 * size.max() + 20)), rng.uniform(12, 35), 1.0, turn, 0.3
     )
 
@@ -247,7 +247,7 @@ PLIES = {
 # --- outlines -----------------------------------------------------------------------------------------------------
 
 
-def _outline(kind: str, size: Floats) -> Floats:
+def outline_of(kind: str, size: Floats) -> Floats:
     w, h = 0.5 * size
     if kind == "L":
         return np.array([(-w, -h), (w, -h), (w, 0.2 * h), (0.3 * w, 0.2 * h), (0.3 * w, h), (-w, h)])
@@ -261,7 +261,7 @@ def _outline(kind: str, size: Floats) -> Floats:
     return np.array([(-w, -h), (w, -h), (w, h), (-w, h)])
 
 
-class _Plane:
+class Plane:
     """A polygon, drawn in pixels of a quarter of a millimetre."""
 
     def __init__(self, polygon: Floats) -> None:
@@ -294,7 +294,7 @@ class Scene:
     mold: Surface
     gap: Surface
     outline: Floats
-    on: _Plane
+    on: Plane
     scan: NDArray[np.float32]
     reference: NDArray[np.float32]
     pose: Floats | None
@@ -310,8 +310,8 @@ def make(number: int, seed: int) -> Scene:
     size = rng.uniform(260, 460, 2)
     if outline_kind == "strip":
         size[int(rng.integers(2))] = 60.0
-    outline = _outline(outline_kind, size)
-    on = _Plane(outline)
+    outline = outline_of(outline_kind, size)
+    on = Plane(outline)
     angle_deg = float(rng.choice([0.0, 45.0, rng.uniform(-90, 90)]))
     along = np.radians(angle_deg + rng.choice([0, 90]))
     likely = np.where(np.array(list(PLIES)) == "low wave", 0.3, 1.0)
@@ -321,15 +321,15 @@ def make(number: int, seed: int) -> Scene:
     for k, name in enumerate(names):
         shape = PLIES[name](rng, size, along)
         target = rng.uniform(0.68, 1.2) if creases and k == 0 else rng.uniform(0.2, 0.48)
-        gaps.append(_scaled(shape, target, mold, on, size, angle_deg))
+        gaps.append(scaled(shape, target, mold, on, size, angle_deg))
     gap = _sum(*gaps)
-    scan, reference, pose, scanner = _scanned(rng, mold, gap, on, size)
+    scan, reference, pose, scanner = scanned(rng, mold, gap, on, size)
     return Scene(
         mold_kind, "+".join(names), outline_kind, scanner, angle_deg, mold, gap, outline, on, scan, reference, pose
     )
 
 
-def _scaled(shape: Surface, target_mm: float, mold: Surface, on: _Plane, size: Floats, angle_deg: float) -> Surface:
+def scaled(shape: Surface, target_mm: float, mold: Surface, on: Plane, size: Floats, angle_deg: float) -> Surface:
     """Scale a shape so that the worst fibre over it makes a ridge of this height; the shape is at most 7 mm high."""
     low, high = 0.0, 7.0
     for _ in range(9):
@@ -343,8 +343,8 @@ def _times(shape: Surface, factor: float) -> Surface:
     return lambda x, y: factor * shape(x, y)
 
 
-def _scanned(
-    rng: np.random.Generator, mold: Surface, gap: Surface, on: _Plane, size: Floats
+def scanned(
+    rng: np.random.Generator, mold: Surface, gap: Surface, on: Plane, size: Floats
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], Floats | None, str]:
     scanner = str(rng.choice(["pinhole", "oblong pixels", "lines", "loose points"], p=[0.55, 0.15, 0.15, 0.15]))
     pitch = rng.uniform(0.55, 0.95)
@@ -418,7 +418,7 @@ class Run:
 
 
 def runs(
-    mold: Surface, gap: Surface, on: _Plane, size: Floats, angle_deg: float, apart_mm: float = 2.0
+    mold: Surface, gap: Surface, on: Plane, size: Floats, angle_deg: float, apart_mm: float = 2.0
 ) -> Iterator[Run]:
     """Yield all pieces of fibres of both directions that stand off the mold."""
     reach, step = 0.5 * float(np.hypot(*size)) + 5, 0.5

@@ -100,7 +100,8 @@ def outline(value: ArrayLike, name: str) -> Floats:
     Raises
     ------
     InputError
-        If there are fewer than 3 corners, no area, a corner farther than 100 m from the origin, or sides that cross.
+        If there are fewer than 3 corners, no area, a corner farther than 100 m from the origin, sides that cross, or
+        a side that occurs twice.
 
     Examples
     --------
@@ -130,8 +131,21 @@ near (0.6667, 0.6667) mm; list the corners in their order round the ply
             f"{name}: expected an outline that does not cross itself, but its sides {first + 1} and {second + 1} cross "
             f"near ({x:.4g}, {y:.4g}) mm; list the corners in their order round the ply"
         )
+    sides = np.concatenate([polygon, np.roll(polygon, -1, axis=0)], axis=1)
+    _, first_of = np.unique(sides, axis=0, return_index=True)
+    if len(first_of) < len(sides):
+        again = int(np.setdiff1d(np.arange(len(sides)), first_of)[0])
+        raise InputError(
+            f"{name}: expected an outline that goes round the ply once, but its side {again + 1}, from "
+            f"({polygon[again, 0]:.4g}, {polygon[again, 1]:.4g}) mm, was there before: give each corner once"
+        )
     x, y = polygon.T
     area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    if area < 1e-6 * float(np.prod(np.ptp(polygon, axis=0))):
+        raise InputError(
+            f"{name}: expected an outline round an area, but its {len(polygon)} corners go there and back over "
+            f"{np.ptp(x):.4g} by {np.ptp(y):.4g} mm and enclose {area:.2g} mm²: give each corner once, in order"
+        )
     if area < 1.0:
         raise InputError(
             f"{name}: expected an outline round an area in mm, but got {len(polygon)} corners round {area:g} mm²: "

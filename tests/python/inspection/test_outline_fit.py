@@ -10,6 +10,7 @@ import pytest
 
 from debulk import Grid, InputError, Inspector, Recipe, Verdict, pocket, scenes
 from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.place.edge_beyond import find_beyond
 from lab.varied import given_right, varied_layup
 
 PIXELS = (800, 600)
@@ -32,6 +33,10 @@ def inspect(family, regions, outline):
     g = given(family)
     recipe = Recipe(segmentation={"regions": regions})
     return Inspector(recipe, prepared(family), outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
+
+
+def fitted(outline, heights):
+    return outline.fit(outline.strips(heights), 0.3, 2.0)
 
 
 BOTH = pytest.mark.parametrize("family", ["first", "varied"])
@@ -92,11 +97,11 @@ def test_the_edge_is_found_where_it_is(sense):
     turn = sense * np.linspace(0, 2 * np.pi, 90, endpoint=False)
     for radius in (100, 108, 132, 140):
         circle = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        fit = Outline(circle).fit(heights, 0.3, 2.0)
+        fit = fitted(Outline(circle), heights)
         assert fit.off_share > 0.95
         assert fit.off_mm == pytest.approx(120 - radius, abs=3)
     circle = 120 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    fit = Outline(circle).fit(heights, 0.3, 2.0)
+    fit = fitted(Outline(circle), heights)
     assert fit.judged >= 15
     assert fit.off_share == 0
 
@@ -111,7 +116,7 @@ def test_a_short_side_that_is_cut_off_is_seen_in_a_long_outline(cut):
     x, y = np.meshgrid(np.arange(-80.0, 781.0, 2.0), np.arange(-80.0, 281.0, 2.0))
     on_ply = (x > 0) & (x < 700) & (y > 0) & (y < 200)
     heights = Grid(np.where(on_ply, 0.3, 0.0), np.array([-80.0, -80.0]), 2.0)
-    fit = Outline(rectangle(700.0 - cut, 200.0)).fit(heights, 0.3, 2.0)
+    fit = fitted(Outline(rectangle(700.0 - cut, 200.0)), heights)
     assert fit.off_share < 0.2
     assert (fit.far_row >= 3) == (cut >= 30)
     if cut == 0:
@@ -140,6 +145,103 @@ def test_an_outline_that_leaves_out_a_creasing_side_does_not_pass(regions):
     report = Inspector(recipe, g.reference, short, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
     assert report.verdict is Verdict.INVALID
     assert "the outline does not fit the scan" in report.reason
+
+
+def beside(raised, outline):
+    """What lies outside an outline on a plane with a ply of 0.3 mm, 300 by 200 mm, and this height above the plane."""
+    x, y = np.meshgrid(np.arange(-80.0, 381.0, 2.0), np.arange(-80.0, 281.0, 2.0))
+    ply = (x > 0) & (x < 300) & (y > 0) & (y < 200)
+    edge = Outline(outline)
+    return find_beyond(edge, edge.strips(Grid(raised(x, y, ply), np.array([-80.0, -80.0]), 2.0)), 0.3, 0.0)
+
+
+def flat(x, y, ply):
+    return np.where(ply, 0.3, 0.0)
+
+
+def bell(x0, y0, radius, high):
+    def raised(x, y, ply):
+        r = np.clip(np.hypot(x - x0, y - y0) / radius, 0, 1)
+        return np.where(ply, 0.3 + high * np.cos(np.pi * r / 2) ** 2, 0.0)
+
+    return raised
+
+
+@pytest.mark.parametrize(
+    "raised", [flat, bell(150, 100, 40, 4.0), bell(300, 100, 25, 3.0), bell(150, 0, 12, 2.0)], ids=str
+)
+@pytest.mark.parametrize("off", [-3.0, 0.0, 3.0])
+def test_nothing_lies_outside_a_right_outline(raised, off):
+    outline = np.array([[-off, -off], [300 + off, -off], [300 + off, 200 + off], [-off, 200 + off]])
+    assert beside(raised, outline) is None
+    assert beside(raised, outline[::-1]) is None
+
+
+HOLE = 12 * np.stack([-np.sin(turn := np.linspace(0.02, 2 * np.pi - 0.02, 60)), -np.cos(turn)], axis=1) + [150, 100]
+LEFT_OUT = {
+    "strip of 100 mm, 15 mm short": (flat, rectangle(285, 200)),
+    "strip of 100 mm, 160 mm short": (flat, rectangle(140, 100)),
+    "window of 60 mm": (flat, rectangle(60, 60) + 100),
+    "shifted": (flat, rectangle(300, 200) - [14, 0]),
+    "corner": (flat, np.array([[0.0, 0.0], [300, 0], [300, 160], [260, 200], [0, 200]])),
+    "notch": (flat, np.array([[0.0, 0], [300, 0], [300, 70], [260, 70], [260, 130], [300, 130], [300, 200], [0, 200]])),
+    "hole over a pocket": (bell(150, 100, 11, 2.5), np.array([[0.0, 0], [149.8, 0], *HOLE, [150.2, 0], [300, 0],
+                                                              [300, 200], [0, 200]])),
+    "pocket across it, 10 mm short": (bell(295, 100, 20, 3.0), rectangle(290, 200)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("way", LEFT_OUT)
+def test_ply_and_pockets_outside_the_outline_are_found(way):
+    raised, outline = LEFT_OUT[way]
+    found = beside(raised, outline)
+    assert found is not None
+    assert found.height_mm > 0.2
+    assert not pocket.inside(outline, np.array([found.at_mm]))[0]
+
+
+def test_objects_beside_the_ply_and_stray_points_are_no_ply():
+    def with_clamp(x, y, ply):
+        return np.where(np.hypot(x - 320, y - 100) < 15, 40.0, flat(x, y, ply))
+
+    def with_stray(x, y, ply):
+        return np.where(np.random.default_rng(1).random(x.shape) < 0.01, 5.0, flat(x, y, ply))
+
+    def with_tool(x, y, ply):  # 30 mm beside the ply
+        return np.where(x > 330, 1.0, flat(x, y, ply))
+
+    for raised in (with_clamp, with_stray, with_tool):
+        assert beside(raised, rectangle(300, 200)) is None
+
+
+@MODES
+def test_a_part_of_the_ply_that_the_outline_leaves_out_does_not_pass(regions):
+    """A corner of 60 mm, 5 % of the outline: nothing was said before, for there is no edge where the ply goes on."""
+    outline = given("varied").ply_outline
+    corner = outline[np.argmax(outline @ [1.0, 1.0])]
+    short = cut_off(outline, corner @ [0.7071, 0.7071] - 40.0)
+    report = inspect("varied", regions, short)
+    assert report.verdict is Verdict.INVALID
+    assert re.search("the outline leaves out a part of the ply|the outline does not fit the scan", report.reason)
+
+
+def cut_off(corners, most):
+    """The part of a polygon whose distance along the diagonal is no larger."""
+    turn = np.array([[0.7071, -0.7071], [-0.7071, -0.7071]])
+    return from_y(corners @ turn.T, -most) @ np.linalg.inv(turn).T
+
+
+@pytest.mark.parametrize(
+    ("twice", "reason"),
+    [
+        (lambda o: np.concatenate([o, o]), "goes round the ply once, but its side 5"),
+        (lambda o: np.concatenate([o, o[:1], o[::-1]]), "go there and back"),
+    ],
+    ids=["in a row", "and back"],
+)
+def test_an_outline_given_twice_is_refused_by_name(twice, reason):
+    with pytest.raises(InputError, match=reason):
+        Inspector(None, np.zeros((4, 3)), twice(rectangle(300, 200)))
 
 
 def test_a_far_corner_does_not_crash_the_core():

@@ -66,6 +66,10 @@ class Outline:
     ----------
     places_mm, normals
         (N, 2) points every 4 mm along it, and the outward unit normals there.
+    offsets_mm
+        (K,) distances of the strips' middles from it, positive outside it.
+    step_mm
+        Distance from one place to the next, along it.
     """
 
     def __init__(self, corners_mm: Floats) -> None:
@@ -93,17 +97,22 @@ class Outline:
         own = (inside == (self.offsets_mm < 0)) & (near > 0.7 * np.abs(self.offsets_mm))
         self._xy, self._own = xy, own
         self.places_mm, self.normals = points, normal
+        self.step_mm = float(way[-1]) / (count * steps)
         self._stretches = (count, steps)
         self._middles = points.reshape(count, steps, 2).mean(axis=1)
 
-    def fit(self, heights: Grid, thickness_mm: float, cut_height_mm: float) -> EdgeFit:
-        """Find the ply's edge in a height map (NaN: nothing known), disregarding pockets, which rise above the cut."""
-        count, steps = self._stretches
+    def strips(self, heights: Grid) -> Floats:
+        """Return the (N, K) heights at the places and offsets, from a height map; NaN: nothing known."""
         ij = np.rint((self._xy - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
         ny, nx = heights.values.shape
         known = self._own & (ij >= 0).all(axis=2) & (ij < [nx, ny]).all(axis=2)
         values = np.full(known.shape, np.nan)
         values[known] = heights.values[ij[known][:, 1], ij[known][:, 0]]
+        return values
+
+    def fit(self, values: Floats, thickness_mm: float, cut_height_mm: float) -> EdgeFit:
+        """Find the ply's edge in the strips' heights, disregarding pockets, which rise above the cut."""
+        count, steps = self._stretches
         middle = _medians(values.reshape(count, steps, -1).transpose(0, 2, 1))
         # A pocket at the edge hides the edge, and so does an object beside the mold that lies far below it.
         middle[np.abs(middle) > max(cut_height_mm, 2 * thickness_mm)] = np.nan

@@ -20,6 +20,7 @@ from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.evidence.sample import Sample, sampled
 from debulk.inspection.find.found import Found
 from debulk.inspection.place import plateaus
+from debulk.inspection.place.edge_beyond import beyond_reason, find_beyond
 from debulk.inspection.place.few_squares import few_squares_reason
 from debulk.inspection.place.level import Deviation, departure, deviation, level_of
 from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason, swapped_reason
@@ -200,12 +201,19 @@ class Placing:
         if placed.finding or self.outline is None:
             return placed
         recipe = self._recipe
-        fit = self.outline.fit(heights, self._thickness_mm, recipe.segmentation.cut_height_mm)
-        if not fit.judged or (fit.off_share <= recipe.level.largest_edge_share and fit.far_row < _FAR_ROW):
-            return placed
+        strips = self.outline.strips(heights)
+        fit = self.outline.fit(strips, self._thickness_mm, recipe.segmentation.cut_height_mm)
         most = recipe.level.largest_edge_share
-        x, y = float(fit.at_mm[0]), float(fit.at_mm[1])
-        finding = Finding("ply_edge", Verdict.INVALID, edge_reason(fit), fit.off_share, most, place_mm=(x, y))
+        if fit.judged and (fit.off_share > most or fit.far_row >= _FAR_ROW):
+            x, y = float(fit.at_mm[0]), float(fit.at_mm[1])
+            finding = Finding("ply_edge", Verdict.INVALID, edge_reason(fit), fit.off_share, most, place_mm=(x, y))
+            return replace(placed, finding=finding)
+        raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
+        beyond = find_beyond(self.outline, strips, self._thickness_mm, raised_mm)
+        if beyond is None:
+            return placed
+        at, reason = beyond.at_mm, beyond_reason(beyond)
+        finding = Finding("ply_edge", Verdict.INVALID, reason, beyond.area_mm2, unit="mm²", place_mm=at)
         return replace(placed, finding=finding)
 
     def _same_share(self, sample: Sample, on: NDArray[np.bool_]) -> float:

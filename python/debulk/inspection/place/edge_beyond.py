@@ -1,0 +1,130 @@
+"""A check that nothing of the ply lies outside the outline, where no pocket is looked for.
+
+A step from ply to mold along the outline shows where the ply ends. Where the ply goes on at both sides there is no such
+step, and where a pocket lies on the outline none is seen. The other half of the evidence is what lies beside the
+outline: outside it the scan shows the reference, or nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.evidence.edge_check import Outline
+from debulk.results.area import in_cm2
+
+__all__ = ["Beyond", "beyond_reason", "find_beyond"]
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Whole = NDArray[np.int64]
+
+_OBJECT_MM = 25.0  # air lifts no ply so high: a clamp or a tool
+_BESIDE_MM = 16.0  # a piece that begins farther off the outline is no part of the ply
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """One kind of evidence: which heights count, and how much of them is too much.
+
+    Of 30 right layups of both families none had more than 112 mm2 of the first kind, 64 mm2 of the second, and nothing
+    of the third.
+    """
+
+    thicknesses: float  # least height above the reference
+    from_mm: float  # distance outside the outline from which the area counts
+    least_mm2: float
+    crosses: bool = False  # whether only pieces that begin inside the outline count
+    median: float = 0.0  # thicknesses that half of the piece must reach
+
+
+_KINDS = (
+    _Kind(0.55, 8.0, 200.0, median=0.75),  # ply: more than the half of its height that the middle of its edge has
+    _Kind(3.0, 4.0, 110.0),  # a bump: more than a ply and the blur of its edge
+    _Kind(2.0, 4.0, 45.0, crosses=True),  # a bump that goes on across the outline
+)
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """A piece of ply, or a bump, outside the outline.
+
+    Attributes
+    ----------
+    at_mm
+        A place in its middle, mold XY.
+    area_mm2
+        Its area within 40 mm of the outline.
+    height_mm
+        Its median height above the reference.
+    """
+
+    at_mm: tuple[float, float]
+    area_mm2: float
+    height_mm: float
+
+
+def find_beyond(outline: Outline, values: Floats, thickness_mm: float, raised_mm: float) -> Beyond | None:
+    """Return the largest piece that lies outside the outline; None: there is none of a size that matters.
+
+    Parameters
+    ----------
+    outline
+        The outline with its strips.
+    values
+        (N, K) heights in these strips.
+    thickness_mm
+        The ply's thickness.
+    raised_mm
+        By how much the whole scan stands too high, within the tolerance of the level.
+    """
+    off = outline.offsets_mm
+    cell_mm2 = outline.step_mm * float(off[1] - off[0])
+    height = values - raised_mm
+    pieces = []
+    with np.errstate(invalid="ignore"):  # NaN compares as False: what is not known is not counted
+        for kind in _KINDS:
+            up = (height > kind.thicknesses * thickness_mm) & (height < _OBJECT_MM)
+            level = kind.median * thickness_mm
+            found = _pieces(up, off, kind, kind.least_mm2 / cell_mm2)
+            pieces += [piece for piece in found if np.median(height[piece]) >= level]
+    if not pieces:
+        return None
+    row, column = max(pieces, key=lambda piece: len(piece[0]))
+    at = outline.places_mm[row] + off[column, None] * outline.normals[row]
+    x, y = at[np.argmin(((at - at.mean(axis=0)) ** 2).sum(axis=1))].tolist()
+    return Beyond((x, y), len(row) * cell_mm2, float(np.median(values[row, column])))
+
+
+def beyond_reason(found: Beyond) -> str:
+    """Say that something lies outside the outline, and what to do."""
+    x, y = found.at_mm
+    return (
+        f"the outline leaves out a part of the ply: beside it, at ({x:.0f}, {y:.0f}) mm, {in_cm2(found.area_mm2)} "
+        f"stand {found.height_mm:.2f} mm above the reference, where no pocket was looked for; check that the outline "
+        "is this ply's, whole, not mirrored, in the mold's frame; if something else lies there, remove it or mask it"
+    )
+
+
+def _pieces(up: Bools, off: Floats, kind: _Kind, least: float) -> list[tuple[Whole, Whole]]:
+    """Return places and strips of the part outside of each piece with at least so many cells there."""
+    marks = up & (off > (off[0] if kind.crosses else kind.from_mm))
+    if np.count_nonzero(marks & (off > kind.from_mm)) < least:
+        return []
+    # The outline is closed: its first half is repeated behind its last place, so that pieces at the seam are whole.
+    number = len(marks)
+    around = np.concatenate([marks, marks[: number // 2]]).astype(np.uint8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(around, connectivity=4)
+    out = []
+    for label in np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= least) + 1:
+        row, column = np.nonzero(labels == label)
+        begins = off[column].min()
+        if begins > (0.0 if kind.crosses else _BESIDE_MM):
+            continue
+        outside = np.unique(np.stack([row % number, column], axis=1)[off[column] > kind.from_mm], axis=0)
+        if len(outside) >= least:
+            out.append((outside[:, 0], outside[:, 1]))
+    return out
