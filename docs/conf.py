@@ -13,7 +13,7 @@ author = "the authors of debulk"
 copyright = "the authors of debulk, Apache-2.0"
 
 # MathJax comes from its package: pages are read on machines without the net.
-extensions = ["myst_parser", "sphinx-mathjax-offline", "sphinx.ext.mathjax", "recipe_reference"]
+extensions = ["myst_parser", "sphinx-mathjax-offline", "sphinx.ext.mathjax", "recipe_reference", "checks_reference"]
 exclude_patterns = ["extensions", "examples"]
 nitpicky = True
 

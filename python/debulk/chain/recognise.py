@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,7 +12,6 @@ from debulk.chain.figures import FIGURES, Quantity
 from debulk.chain.signature import Signature, signature_of
 from debulk.chain.windows import windows_of
 from debulk.results.chain import ChainFigure, ChainReport
-from debulk.results.compose import compose
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
@@ -22,7 +20,6 @@ if TYPE_CHECKING:
     from debulk.chain.record import Chain
     from debulk.inspection.evidence.sample import Sample
     from debulk.inspection.rawscan.filled import FilledSearch
-    from debulk.report import Report
 
 __all__ = ["Recognised", "Recogniser", "recognised"]
 
@@ -36,19 +33,6 @@ class Recognised(NamedTuple):
     report: ChainReport
     findings: tuple[Finding, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
-
-    def added_to(self, report: Report) -> Report:
-        """Return the report with the comparison, which speaks first: another chain explains what else is wrong."""
-        findings = (*self.findings, *report.findings)
-        judged = compose(findings)
-        return replace(
-            report,
-            verdict=judged.verdict,
-            reason=judged.reason,
-            findings=findings,
-            left_out=(*report.left_out, *self.left_out),
-            chain=self.report,
-        )
 
 
 class Recogniser:

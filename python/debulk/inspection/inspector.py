@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -20,16 +20,18 @@ from debulk.comparison import Comparison
 from debulk.forking import Guard
 from debulk.grid import Grid
 from debulk.history.kept import history_of
-from debulk.inspection import inspector_file, left_out, reporting
+from debulk.inspection import inspector_file, reporting
 from debulk.inspection.bumps import tolerances
+from debulk.inspection.checks import shared_runs
+from debulk.inspection.checks.seen import Judged, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import clean, hide, owned, taken
 from debulk.inspection.comparing import check_place, compared, placing_of
-from debulk.inspection.evaluate.evaluation import Evaluation, evaluate_all, not_judged
+from debulk.inspection.evaluate.evaluation import evaluate_all, not_judged
 from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.finder import finder_for
-from debulk.inspection.find.found import Found, FoundPocket
+from debulk.inspection.find.found import Found
 from debulk.inspection.holes.masked_holes import masked_holes
 from debulk.inspection.place import mold_edge
 from debulk.inspection.place.placing import Placed, Placing
@@ -346,39 +348,29 @@ class Inspector:
             found = watched(cycle.stop, lambda: self._with_runs(found, cycle.stop))
         with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
             placed = self._placing.judge(sample, found)
-            laid_wrong = self._placing.plateaus(found, cycle.stop)
+            plateaus = self._placing.plateaus(found, cycle.stop)
         with cycle.stage("debulk", _FOUND):  # for each pocket: lay the net, settle it, post-process, judge
             pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
             if placed.finding:
-                evaluations = not_judged(pockets, "the scan is not in its place")
+                done = not_judged(pockets, "the scan is not in its place")
             else:
                 bumps = tolerances.weigh(found, self.ply, cycle.stop)
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
-                evaluations = evaluate_all(pockets, self.ply, cycle, _FOUND)
-            others = [*laid_wrong, *self._riding(points, sample, pockets, evaluations, bumps, cycle.stop)]
+                done = evaluate_all(pockets, self.ply, cycle, _FOUND)
+            reports = shared_runs.named([one.report for one in done], pockets, bumps, self.ply)
+            judged = Judged(pockets, done, reports, bumps)
+            ridden = self._riding(points, sample, judged, cycle.stop)
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
-            report = reporting.report(
-                found, placed, filled, bumps, standing, others, pockets, evaluations, self.ply, cycle.timings_ms()
-            )
-            if recognised is not None:
-                return recognised.added_to(report)
-            return replace(report, left_out=(*report.left_out, left_out.of_chain()))
+            seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, recognised)
+            return reporting.report(seen, cycle.timings_ms())
 
-    def _riding(
-        self,
-        points: NDArray[np.float32],
-        sample: Sample,
-        pockets: Sequence[FoundPocket],
-        done: Sequence[Evaluation],
-        bumps: Sequence[tolerances.Bump],
-        stop: _core.Stop,
-    ) -> list[Finding]:
+    def _riding(self, points: NDArray[np.float32], sample: Sample, judged: Judged, stop: _core.Stop) -> list[Finding]:
         """Look for narrow bumps on top of pockets and of wider bumps, if all pockets are CEASE so far."""
-        if any(one.report.verdict is not Verdict.CEASE for one in done):
+        if any(one.report.verdict is not Verdict.CEASE for one in judged.evaluations):
             return []
-        on = riders.carriers(pockets, bumps)
+        on = riders.carriers(judged.pockets, judged.bumps)
         if not on:
             return []
         raw = RawPoints(points, self.mask, self._pose, sample.pitch_mm, self.prepared.image)

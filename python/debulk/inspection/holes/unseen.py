@@ -19,7 +19,7 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["beside", "findings", "holes", "left_out", "missing_reference", "single_points", "standing_mm"]
+__all__ = ["beside", "findings", "holes", "left_out", "single_points", "standing_mm"]
 
 _SPECK_POINTS = 8  # fewer than 3 by 3, as in the C++ core
 _NEAR_MM = 10.0  # from a hole to a foot or bump beside it: smoothed heights reach a little past what was seen
@@ -77,7 +77,7 @@ def findings(
         place = f"({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm"
         reason = f"a bump of at least {in_cm2(bump.area_mm2)} at {place} {why}: scan again"
         least = recipe.verdict.min_pocket_coverage
-        out.append(Finding("bumps", at_best, reason, share, least, place_mm=_pair(bump.centroid_mm)))
+        out.append(Finding("holes", at_best, reason, share, least, place_mm=_pair(bump.centroid_mm)))
     return out
 
 
@@ -165,14 +165,6 @@ def beside(found: FoundPocket) -> str:
     if nearest is not None and gap_mm(nearest[0]) < _NEAR_MM:
         name = _name(*nearest)
     return f"{name} borders on it: scan again"
-
-
-def missing_reference(found: Found, recipe: Recipe) -> list[Finding]:
-    """Mention that the reference is not known widely enough, if that is why the coverage is too small."""
-    known, least = found.unseen.reference_coverage, recipe.verdict.min_coverage
-    if found.unseen.coverage >= least or known >= least:
-        return []
-    return [Finding("reference", None, f"the reference is known on {100 * known:.1f} % of the ply", known, least)]
 
 
 def left_out(found: Found) -> tuple[LeftOut, ...]:

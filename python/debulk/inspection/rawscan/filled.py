@@ -85,7 +85,7 @@ class Filled:
             )
             at_best = Verdict.INVALID if patch.height_mm >= rim_mm else Verdict.UNDECIDED
             out.append(Finding("filled", at_best, reason, patch.height_mm, rim_mm, "mm", patch.centre_mm))
-        return out + self.smoothed.findings()
+        return out
 
     def left_out(self) -> tuple[LeftOut, ...]:
         """Say what could not be looked for."""

@@ -159,7 +159,7 @@ class WrinkleSearch:
 def findings(standing: Standing, recipe: Recipe) -> list[Finding]:
     """Judge standing wrinkles: none closes under vacuum, and one whose ridge is above the limit decides the verdict."""
     limit = recipe.verdict.max_ridge_mm
-    judged = [
+    return [
         Finding(
             "wrinkles",
             Verdict.CREASE if w.ridge_height_mm > limit else Verdict.UNDECIDED,
@@ -172,8 +172,6 @@ def findings(standing: Standing, recipe: Recipe) -> list[Finding]:
         )
         for w in standing.wrinkles
     ]
-    judged += narrow_bumps.findings(standing.bumps or (), limit)
-    return [*judged, standing.unknown] if standing.unknown else judged
 
 
 def _not_searched(why: str) -> LeftOut:

@@ -1,0 +1,59 @@
+"""The shape of a check, and the one runner of all of them, which fails closed."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from debulk import _core
+from debulk.inspection.checks.seen import Seen
+from debulk.results.finding import Finding
+from debulk.verdict import Verdict
+
+__all__ = ["Check", "findings_of"]
+
+log = logging.getLogger("debulk")
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that can make the verdict of a layup worse, or that a reader of the report must know.
+
+    Attributes
+    ----------
+    name
+        Name of its findings; ``docs/checks.md`` has a section of this name.
+    title, sees, limit, remedy
+        For the documentation: what is wrong, in a few words; what is looked at; the limit, and where it is set; what to
+        do about a finding.
+    at_best
+        Verdicts that its findings allow at best.
+    look
+        Returns the findings, from what was seen.
+    """
+
+    name: str
+    title: str
+    sees: str
+    limit: str
+    remedy: str
+    at_best: tuple[Verdict | None, ...]
+    look: Callable[[Seen], Iterable[Finding]]
+
+
+def findings_of(checks: Sequence[Check], seen: Seen) -> tuple[Finding, ...]:
+    """Ask each check, in order. One that runs out of time leaves the layup UNDECIDED, one that fails INVALID."""
+    out: list[Finding] = []
+    for check in checks:
+        try:
+            out += check.look(seen)
+        except _core.Stopped:
+            reason = f"the deadline passed during the check {check.name}"
+            out.append(Finding("deadline", Verdict.UNDECIDED, reason))
+        except Exception as error:
+            log.exception("the check %s failed", check.name)
+            what = " ".join(str(error).split())
+            said = f"{type(error).__name__}{': ' if what else ''}{what}; please report it"
+            out.append(Finding(check.name, Verdict.INVALID, f"the check {check.name} failed: {said}"))
+    return tuple(out)

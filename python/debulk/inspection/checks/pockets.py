@@ -1,0 +1,84 @@
+"""What the pockets, and the parts of the ply that were not seen, say about the layup."""
+
+from __future__ import annotations
+
+from debulk.inspection.checks.seen import Seen
+from debulk.inspection.evaluate.laid_pocket import criteria
+from debulk.inspection.holes import unseen
+from debulk.results.finding import Finding
+from debulk.verdict import Judgement, Verdict, judge_layup
+
+__all__ = ["counts", "coverage", "deadline", "not_seen", "outline", "pockets", "reference", "search"]
+
+_NO_OUTLINE = (
+    "the ply's outline is not given: where that lies beside the ply, or at the mold's edge, give it (ply_outline, "
+    "--outline)"
+)
+
+
+def coverage(seen: Seen) -> list[Finding]:
+    """Return INVALID if too little of the ply was seen."""
+    found, limits = seen.found, criteria(seen.ply.recipe)
+    share, least = found.unseen.coverage, limits.min_coverage
+    if share >= least:
+        return []
+    return [Finding("coverage", Verdict.INVALID, judge_layup([], share, limits).reason, share, least)]
+
+
+def reference(seen: Seen) -> list[Finding]:
+    """Mention that the reference is not known widely enough, if that is why the coverage is too small."""
+    found, least = seen.found, seen.ply.recipe.verdict.min_coverage
+    known = found.unseen.reference_coverage
+    if found.unseen.coverage >= least or known >= least:
+        return []
+    return [Finding("reference", None, f"the reference is known on {100 * known:.1f} % of the ply", known, least)]
+
+
+def outline(seen: Seen) -> list[Finding]:
+    """Mention that the outline is not given, unless the scan is in the wrong place anyway."""
+    misplaced = seen.placed.finding is not None and counts(seen)
+    return [] if seen.ply.outline is not None or misplaced else [Finding("outline", None, _NO_OUTLINE)]
+
+
+def search(seen: Seen) -> list[Finding]:
+    """Mention why no pockets were looked for."""
+    doubt = seen.found.doubt
+    return [Finding("search", None, doubt)] if doubt else []
+
+
+def counts(seen: Seen) -> bool:
+    """Return whether the finding on the scan's place counts.
+
+    Too little coverage is a more helpful reason than a level that could not be read because of it. If no pockets were
+    looked for, the level does not count either: the pockets stand in the squares that it is read from.
+    """
+    enough = seen.found.unseen.coverage >= seen.ply.recipe.verdict.min_coverage
+    return (seen.placed.level is not None or enough) and not seen.found.doubt
+
+
+def pockets(seen: Seen) -> list[Finding]:
+    """Return the verdict of the worst pocket."""
+    limits, reports = criteria(seen.ply.recipe), seen.judged.reports
+    share = max(seen.found.unseen.coverage, limits.min_coverage)  # too little of it is a finding of its own
+    judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in reports], share, limits)
+    worst = max(reports, key=lambda p: p.verdict.severity, default=None)
+    return [Finding("pockets", judged.verdict, judged.reason, pocket=None if worst is None else worst.id)]
+
+
+def deadline(seen: Seen) -> list[Finding]:
+    """Name the pockets that only the deadline kept from a verdict."""
+    judged = seen.judged
+    return [
+        Finding("deadline", None, f"the deadline cut off the {one.late} of pocket {p.id}", pocket=p.id)
+        for p, one in zip(judged.reports, judged.evaluations, strict=True)
+        if one.late and p.verdict is Verdict.UNDECIDED and not p.decided_by
+    ]
+
+
+def not_seen(seen: Seen) -> list[Finding]:
+    """Return what may lie in the parts of the ply that were not seen."""
+    judged = seen.judged
+    taken = [bump.dropped for bump in judged.bumps if bump.found is not None]  # the last of the pockets
+    halves = [p.half_seen for p in judged.reports[len(judged.reports) - len(taken) :]]
+    judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
+    return unseen.findings(seen.found, judged.reports, seen.ply.recipe, judged_bumps)

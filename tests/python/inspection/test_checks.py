@@ -1,0 +1,61 @@
+"""The list of checks: every finding belongs to one, and the runner fails closed."""
+
+import re
+from pathlib import Path
+
+import debulk
+from debulk import Verdict, _core
+from debulk.inspection.checks.check import Check, findings_of
+from debulk.inspection.checks.listed import CHECKS
+from debulk.results.compose import compose
+from debulk.results.finding import Finding
+
+NAMES = [check.name for check in CHECKS]
+
+
+def check(name, look):
+    return Check(name, "", "", "", "", (Verdict.UNDECIDED,), look)
+
+
+def fails(error):
+    def look(seen):
+        raise error
+        yield
+
+    return look
+
+
+def test_each_check_has_a_name_of_its_own_and_says_what_to_do():
+    assert len(set(NAMES)) == len(NAMES)
+    for one in CHECKS:
+        assert one.title and one.sees and one.limit and one.remedy and one.at_best
+
+
+def test_every_finding_that_the_inspection_makes_is_of_a_listed_check():
+    folder = Path(debulk.__file__).parent
+    files = [path for room in ("inspection", "chain") for path in (folder / room).rglob("*.py")]
+    made = {name for path in files for name in re.findall(r'Finding\(\s*"(\w+)"', path.read_text())}
+    assert made == set(NAMES)
+
+
+def test_the_findings_come_in_the_order_of_the_checks():
+    first = Finding("a", Verdict.UNDECIDED, "first")
+    second = Finding("b", Verdict.UNDECIDED, "second")
+    found = findings_of([check("a", lambda seen: [first]), check("b", lambda seen: [second])], None)
+    assert found == (first, second)
+    assert compose(found).reason == "first"
+
+
+def test_a_check_that_fails_makes_the_layup_invalid_and_the_others_speak():
+    good = Finding("pockets", Verdict.CEASE, "no air pocket")
+    broken = check("broken", fails(ValueError("what\nhappened")))
+    found = findings_of([broken, check("pockets", lambda seen: [good])], None)
+    assert [one.check for one in found] == ["broken", "pockets"]
+    assert compose(found).verdict is Verdict.INVALID
+    assert found[0].reason == "the check broken failed: ValueError: what happened; please report it"
+
+
+def test_a_check_that_runs_out_of_time_leaves_the_layup_undecided():
+    (found,) = findings_of([check("slow", fails(_core.Stopped()))], None)
+    assert (found.check, found.at_best) == ("deadline", Verdict.UNDECIDED)
+    assert "slow" in found.reason
