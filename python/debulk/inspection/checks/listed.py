@@ -36,8 +36,7 @@ CHECKS = (
         "The scan does not come from the qualified chain",
         "the scan's signature against that of the chain of scanner, filters and export, if one is given",
         "the range that the chain's own scans showed",
-        "use the scanner, the settings and the export that were qualified, or qualify the chain anew "
-        "([The chain that measures](qualification.md))",
+        "use the scanner, the settings and the export that were qualified, or qualify the chain anew",
         (INVALID, UNDECIDED),
         lambda seen: [] if seen.recognised is None else seen.recognised.findings,
     ),
@@ -157,7 +156,7 @@ CHECKS = (
         "the verdict of every pocket, and of every bump that was judged as one",
         "`verdict.max_ridge_mm` and the margins; `verdict.min_pocket_coverage`",
         "smooth the ply along the fibres that are too long, towards the nearest edge, and scan again; "
-        "[UNDECIDED](undecided.md) explains the reasons of a pocket",
+        "if the pocket is UNDECIDED, look its reason up",
         (INVALID, CREASE, UNDECIDED, CEASE),
         pockets.pockets,
     ),
