@@ -37,8 +37,8 @@ class Reader {
       const int count = std::min(kAtOnce, end - from);
       for (int k = 0; k < count; ++k) {
         TwoScales::Spot& spot = spots[static_cast<std::size_t>(k)];
-        const bool beside_edge = from + k < low || from + k >= high;
-        spot = beside_edge ? TwoScales::Spot{TwoScales::Place::flat} : scales.find(line.at(from + k));
+        spot.place = TwoScales::Place::flat;
+        if (from + k >= low && from + k < high) scales.find(line.at(from + k), spot);
       }
       for (int k = 0; k < count; ++k) {
         const TwoScales::Spot& spot = spots[static_cast<std::size_t>(k)];
@@ -128,7 +128,8 @@ class Reader {
   double turn(int k, double slope) {
     const Eigen::Vector2d here = line_.at(k), along = (line_.at(k + 1) - here).normalized();
     const Eigen::Vector2d across(-along.y(), along.x()), left = here + line_.step * across, right = here - line_.step * across;
-    const TwoScales::Spot on_left = scales_.find(left), on_right = scales_.find(right);
+    TwoScales::Spot on_left, on_right;
+    scales_.find(left, on_left), scales_.find(right, on_right);
     if (on_left.place != TwoScales::Place::raised || on_right.place != TwoScales::Place::raised) return 0;
     const double aside = (TwoScales::sample(on_left).coarse - TwoScales::sample(on_right).coarse) / (2 * line_.step);
     return std::isnan(aside) ? 0 : slope * aside * line_.step;

@@ -36,7 +36,7 @@ float float_below(double value) {
 // A tile with a border, and the sums over its squares.
 struct TwoScales::Workspace {
   explicit Workspace(int border_) : border(border_), stride(kTileStride + 2 * border_), rows(kTileSide + 2 * border_) {
-    values.assign(static_cast<std::size_t>(stride) * rows, 0.0F), known = values;
+    values.assign(static_cast<std::size_t>(stride) * rows, 0.0F), known = values, all_on.assign(static_cast<std::size_t>(stride), 1);
     for (std::vector<float>* sums : {&fine, &coarse, &fine_count, &coarse_count})
       sums->resize(static_cast<std::size_t>(kTileSide) * kTileStride);
   }
@@ -44,22 +44,22 @@ struct TwoScales::Workspace {
   // Sets heights, 0 where they are not known, and whether they are known, 1 or 0. Returns whether all are.
   bool read(const Grid<float>& heights, const PlyMask& ply, int i0, int j0) {
     const int wide = kTileSide + 2 * border, first = std::clamp(-i0, 0, wide), end = std::clamp(heights.nx - i0, first, wide);
-    float missing = 0;
+    int missing = 0;
     for (int j = 0; j < rows; ++j) {
       float* value = &values[static_cast<std::size_t>(j) * stride];
       float* is_known = &known[static_cast<std::size_t>(j) * stride];
-      if (j0 + j < 0 || j0 + j >= heights.ny || first > 0 || end < wide) {
+      const bool there = j0 + j >= 0 && j0 + j < heights.ny;
+      if (!there || first > 0 || end < wide) {
         std::fill_n(value, wide, 0.0F), std::fill_n(is_known, wide, 0.0F);
         missing += 1;
       }
-      if (j0 + j < 0 || j0 + j >= heights.ny) continue;
-      const float* row = &heights.at(0, j0 + j);
-      const std::uint8_t* on = ply.row(j0 + j);
-      for (int i = first; i < end; ++i) {
-        const float h = row[i0 + i];
-        const bool good = h == h && (on == nullptr || on[i0 + i] != 0);
-        value[i] = good ? h : 0.0F, is_known[i] = good ? 1.0F : 0.0F;
-        missing += good ? 0.0F : 1.0F;
+      if (!there || first == end) continue;
+      const float* h = &heights.at(i0 + first, j0 + j);
+      const std::uint8_t* on = ply.known() ? ply.row(j0 + j) + i0 + first : all_on.data();
+      for (int i = 0; i < end - first; ++i) {
+        const bool good = (h[i] == h[i]) & (on[i] != 0);
+        value[first + i] = good ? h[i] : 0.0F, is_known[first + i] = good ? 1.0F : 0.0F;
+        missing += good ? 0 : 1;
       }
     }
     return missing == 0;
@@ -74,6 +74,7 @@ struct TwoScales::Workspace {
   }
 
   const int border, stride, rows;
+  std::vector<std::uint8_t> all_on;  // a row of a ply whose outline is not known
   std::vector<float> values, known, along, fine, coarse, fine_count, coarse_count;
 };
 
@@ -192,17 +193,21 @@ void TwoScales::make(std::size_t tile, const Surface& mold, Workspace& work) {
   }
 }
 
-TwoScales::Spot TwoScales::find(const Eigen::Vector2d& xy) const {
+void TwoScales::find(const Eigen::Vector2d& xy, Spot& spot) const {
   const Eigen::Vector2d at = heights_.locate(xy);
-  if (!(at.x() >= 0 && at.y() >= 0 && at.x() < heights_.nx - 1 && at.y() < heights_.ny - 1)) return {Place::outside};
+  spot.place = Place::outside;
+  if (!(at.x() >= 0 && at.y() >= 0 && at.x() < heights_.nx - 1 && at.y() < heights_.ny - 1)) return;
   const int i = static_cast<int>(at.x()), j = static_cast<int>(at.y()), ti = i / kTile, tj = j / kTile;
   const std::int32_t tile = tiles_[static_cast<std::size_t>(tj) * columns_ + ti];
-  if (tile == kFlat) return {Place::flat};
-  if (tile == kGaps)
-    return {std::isnan(heights_.at(static_cast<int>(at.x() + 0.5), static_cast<int>(at.y() + 0.5))) ? Place::unknown : Place::flat};
-  const float* corner = &values_[(static_cast<std::size_t>(tile) * kPoints + (j - tj * kTile) * kTileSide + (i - ti * kTile)) * kEach];
-  __builtin_prefetch(corner), __builtin_prefetch(corner + kTileSide * kEach);
-  return {Place::raised, corner, at.x() - i, at.y() - j};
+  spot.place = Place::flat;
+  if (tile == kFlat) return;
+  if (tile == kGaps) {
+    if (std::isnan(heights_.at(static_cast<int>(at.x() + 0.5), static_cast<int>(at.y() + 0.5)))) spot.place = Place::unknown;
+    return;
+  }
+  spot.place = Place::raised, spot.u = at.x() - i, spot.v = at.y() - j;
+  spot.corner = &values_[(static_cast<std::size_t>(tile) * kPoints + (j - tj * kTile) * kTileSide + (i - ti * kTile)) * kEach];
+  __builtin_prefetch(spot.corner), __builtin_prefetch(spot.corner + kTileSide * kEach);
 }
 
 ScaleSample TwoScales::sample(const Spot& spot) {

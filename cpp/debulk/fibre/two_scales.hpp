@@ -37,12 +37,12 @@ class TwoScales {
   enum class Place : std::uint8_t { flat, raised, unknown, outside };
   // Whether the place lies in a tile that was made (`raised`), or what is known of it otherwise.
   struct Spot {
-    Place place;
+    Place place = Place::outside;
     const float* corner = nullptr;  // in a raised tile, as are its shares u and v of the way to the next points
     double u = 0.0, v = 0.0;
   };
   // The values of a raised spot are fetched while others are looked for, because most are not in the cache.
-  Spot find(const Eigen::Vector2d& xy) const;
+  void find(const Eigen::Vector2d& xy, Spot& spot) const;
   static ScaleSample sample(const Spot& spot);  // of a raised one
 
   const Grid<float>& heights() const { return heights_; }
