@@ -56,7 +56,7 @@ def of_layup(rng: np.random.Generator, number: int, layup: int, layups: int) -> 
                 ridges[k] + 0.03, 0.006, 0,
             )
         )  # fmt: skip
-    found += [CauseRow(number, "excess", str(v)) for v in sorted({*verdicts} - {"CEASE"})]
+    found += [CauseRow(number, "pockets", str(v)) for v in sorted({*verdicts} - {"CEASE"})]
     if worst == "INVALID":
         found.append(CauseRow(number, "level", "INVALID"))
     if layup % 10 == 0:
@@ -112,7 +112,8 @@ def main() -> None:
         path = folder / "cell.sqlite"
         history = History(path)
         began = time.perf_counter()
-        fill(history, given.layups, round(1000 * given.body_kb))
+        if not path.exists():
+            fill(history, given.layups, round(1000 * given.body_kb))
         filled = time.perf_counter() - began
         size = path.stat().st_size
         drawn, html = timed(lambda: page(history), 5)

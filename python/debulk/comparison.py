@@ -70,7 +70,7 @@ class Comparison(ComparisonData):
     @classmethod
     @typed
     def load(cls, path: str | PathLike[str]) -> Comparison:
-        """Read a comparison that :meth:`save` wrote as .json.
+        """Read a comparison that :meth:`save` wrote as .json, in this or any earlier version.
 
         Parameters
         ----------

@@ -115,7 +115,10 @@ class Report(ReportData):
     @classmethod
     @typed
     def load(cls, path: str | PathLike[str]) -> Report:
-        """Read a report that :meth:`save` wrote as .json.
+        """Read a report that :meth:`save` wrote as .json, in this or any earlier version.
+
+        A report of an earlier schema is brought to the present one, with a warning in it: its verdicts are those of the
+        rules of its time, and are not checked against its figures.
 
         Parameters
         ----------
@@ -125,7 +128,7 @@ class Report(ReportData):
         Raises
         ------
         InputError
-            If the file is not such a report, was cut off, misses a value or is of another schema; if its verdict does
+            If the file is not such a report, was cut off, misses a value or is of a newer schema; if its verdict does
             not follow from its pockets, or their verdicts do not follow from their figures and the recipe's limits.
         """
         return saving.load(cls, path, FORMAT, check_fits)

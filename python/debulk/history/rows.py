@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from debulk.grid import Grid
 from debulk.page.trace import context_text
-from debulk.results.advice import is_off
 from debulk.results.comparison import ComparisonData
 from debulk.results.report import PocketReport, ReportData
 from debulk.verdict import Verdict
@@ -190,7 +189,8 @@ def of_report(record: int, report: ReportData) -> list[Row]:
         recipe_hash(report.recipe),
         scan[1] if scan else "",
     )
-    causes = (CauseRow(record, name, verdict.name) for name, verdict in sorted(_causes(report)))
+    bad = {(one.check, one.at_best.name) for one in report.findings if one.at_best not in (None, Verdict.CEASE)}
+    causes = (CauseRow(record, *cause) for cause in sorted(bad))
     return [layup, *(_pocket(record, pocket) for pocket in report.pockets), *causes]
 
 
@@ -232,26 +232,6 @@ def _pocket(record: int, pocket: PocketReport) -> PocketRow:
         ridge.height_mm if ridge else None, low, high, excess.noise_mm if excess else None,
         int(pocket.touches_ply_edge),
     )  # fmt: skip
-
-
-def _causes(report: ReportData) -> set[tuple[str, Verdict]]:
-    """Tell what keeps a layup from CEASE, from its figures; "other" is what only its reason says."""
-    found: set[tuple[str, Verdict]] = {
-        ({"paper": "minima"}.get(p.decided_by, p.decided_by) or "not judged", p.verdict)
-        for p in report.pockets
-        if p.verdict is not Verdict.CEASE
-    }
-    found |= {("unseen", hole.at_best) for hole in report.unseen if hole.at_best is not None}
-    if report.wrinkles and report.verdict is not Verdict.CEASE:
-        found.add(("standing wrinkle", report.verdict))
-    if report.level is not None and is_off(report.level, report.recipe):
-        found.add(("level", Verdict.INVALID))
-    least = report.recipe.get("verdict", {}).get("min_coverage")
-    if report.coverage is not None and least is not None and not report.coverage >= least:
-        found.add(("coverage", Verdict.INVALID))
-    if report.verdict is not Verdict.CEASE and report.verdict not in {verdict for _, verdict in found}:
-        found.add(("other", report.verdict))
-    return found
 
 
 def _noise_mm(grid: Grid | None) -> float | None:

@@ -24,8 +24,7 @@ class Search:
     verdict
         Name of the layup's verdict, such as "CREASE".
     check
-        Name of what kept the layup from CEASE: "excess", "minima" or "not judged" of a pocket; "unseen", "level",
-        "coverage", "standing wrinkle"; "other" for what only the reason says.
+        Name of the check whose finding kept the layup from CEASE, such as "pockets", "level" or "holes".
     near_mm, within_mm
         Mold XY; a pocket's centroid must be within that many mm of it.
     since, until

@@ -198,9 +198,7 @@ class History:
         InputError
             If there is no such record, it is none of a report, or its figures do not fit its verdict.
         """
-        loaded = codec.loads(Report, self._body(record, "report"), REPORT)
-        check_fits(loaded)
-        return loaded
+        return codec.loads(Report, self._body(record, "report"), REPORT, check_fits)
 
     @typed
     def comparison(self, record: int) -> Comparison:

@@ -23,6 +23,7 @@ import numpy as np
 
 from debulk._core import InputError
 from debulk.grid import Grid
+from debulk.results.migrations import OLDEST, migrated
 from debulk.results.record import hints_of, stored_as, without_none
 
 SCHEMA = 11
@@ -42,8 +43,13 @@ def dumps(record: Any, format_name: str) -> str:
     return json.dumps(encode(record, format_name), allow_nan=False, ensure_ascii=False, separators=(",", ":")) + "\n"
 
 
-def loads(kind: type[RecordT], data: bytes, format_name: str) -> RecordT:
-    """Read what `dumps` wrote."""
+def loads(
+    kind: type[RecordT], data: bytes, format_name: str, check: Callable[[RecordT], None] = lambda record: None
+) -> RecordT:
+    """Read what `dumps` wrote, in this schema or an earlier one; a record of this schema is also checked.
+
+    The rules of an earlier schema's time may have been others, so its verdicts are not checked against its figures.
+    """
     what = format_name.removeprefix("debulk ")
     try:
         tree = json.loads(data.decode("utf-8"))
@@ -57,13 +63,15 @@ def loads(kind: type[RecordT], data: bytes, format_name: str) -> RecordT:
     if not isinstance(tree, dict) or tree.get("format") != format_name:
         raise InputError(f'not a {what}: expected "format": "{format_name}"')
     schema = tree.get("schema")
-    if schema != SCHEMA or isinstance(schema, bool):
-        remedy = ""
-        if isinstance(schema, int) and not isinstance(schema, bool):
-            newer = schema > SCHEMA
-            remedy = "; install a newer debulk" if newer else "; an older debulk wrote it: inspect the scan again"
-        raise InputError(f"schema: expected {SCHEMA}, got {json.dumps(schema)[:40]}{remedy}")
-    return cast(RecordT, _decode(kind, {k: v for k, v in tree.items() if k not in ("format", "schema")}, ""))
+    if type(schema) is not int or not OLDEST <= schema <= SCHEMA:
+        remedy = "; install a newer debulk" if type(schema) is int and schema > SCHEMA else ""
+        raise InputError(f"schema: expected {OLDEST} to {SCHEMA}, got {json.dumps(schema)[:40]}{remedy}")
+    values = {k: v for k, v in tree.items() if k not in ("format", "schema")}
+    if schema < SCHEMA:
+        return cast(RecordT, _decode(kind, migrated(values, schema, SCHEMA), ""))
+    record = cast(RecordT, _decode(kind, values, ""))
+    check(record)
+    return record
 
 
 def _encode(value: Any) -> Any:

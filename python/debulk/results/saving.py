@@ -46,8 +46,6 @@ def load(
     with open_source(path) as source:
         data = source.file.read()
     try:
-        record = codec.loads(kind, data, format_name)
-        check(record)
+        return codec.loads(kind, data, format_name, check)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return record

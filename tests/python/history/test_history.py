@@ -19,7 +19,7 @@ from debulk.history.export import export
 from debulk.history.kept import history_of
 from debulk.history.rows import TABLES
 from debulk.results.comparison import PocketComparison
-from debulk.results.report import UnseenHole
+from debulk.results.finding import Finding
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -45,11 +45,8 @@ def made(tmp_path_factory, report):
     """Three layups: two of part A-17, one of them INVALID and one UNDECIDED because of a hole; one of part B."""
     there = History(tmp_path_factory.mktemp("made") / "cell.sqlite")
     there.add(of(report, "2026-03-01T12:00:00.000Z", part="A-17", ply=3))
-    hole = UnseenHole(
-        centre_mm=(0, 0), extent_mm=(9, 9), area_mm2=300, thickness_mm=9, rim_height_mm=1, of="scan",
-        at_best=Verdict.UNDECIDED,
-    )  # fmt: skip
-    seen = Report(verdict=Verdict.UNDECIDED, reason="a hole", pockets=(), unseen=(hole,), trace=report.trace)
+    findings = (Finding("coverage", Verdict.UNDECIDED, "little"), Finding("holes", Verdict.UNDECIDED, "a hole"))
+    seen = Report(verdict=Verdict.UNDECIDED, reason="little", pockets=(), findings=findings, trace=report.trace)
     there.add(of(seen, "2026-03-02T12:00:00.000Z", part="A-17", ply=4))
     there.add(of(report, "2026-03-03T12:00:00.000Z", part="B"))
     return there.path
@@ -67,8 +64,8 @@ def history(made, tmp_path):
         ({"part": "A-17"}, [2, 1]),
         ({"part": "A-17", "ply": "3"}, [1]),
         ({"verdict": "undecided"}, [2]),
-        ({"check": "unseen"}, [2]),
-        ({"check": "not judged"}, [3, 1]),
+        ({"check": "holes"}, [3, 2, 1]),
+        ({"check": "coverage"}, [2]),
         ({"near_mm": (330, 260), "within_mm": 20}, [3, 1]),
         ({"near_mm": (330, 260), "within_mm": 20, "part": "B"}, [3]),
         ({"near_mm": (30, 30), "within_mm": 20}, []),
@@ -122,7 +119,7 @@ def test_the_word_of_an_operator_is_kept(history):
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_tables_are_exported(history, tmp_path, ending):
     history.add_outcome(1, 3, "crease")
-    counts = {"layup": 3, "pocket": 14, "cause": 3, "outcome": 1}
+    counts = {"layup": 3, "pocket": 14, "cause": 6, "outcome": 1}
     for table, kind in TABLES.items():
         path = tmp_path / f"{table}.{ending}"
         assert export(history, path, table) >= counts[table]
