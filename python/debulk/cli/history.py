@@ -151,7 +151,7 @@ def page(
     within: Within = 50.0,
     since: Since = None,
     until: Until = None,
-    baseline: Annotated[int, typer.Option(min=20, help="First layups that give the control limits.")] = 100,
+    baseline: Annotated[int, typer.Option(min=20, help="First layups that give the control limits.")] = 300,
 ) -> None:
     """Make a page of the layups that fit: where pockets recur, what was right, and what drifts."""
     with outcome():

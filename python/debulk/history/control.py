@@ -18,7 +18,7 @@ RULES = {
     "trend": "six in a row rising or falling",
 }
 BY_CHANCE = 0.012  # share of figures that only scatter at which one of the rules points
-_BASELINE = 100
+_BASELINE = 300
 _LEAST = 20  # with fewer figures the limits mean nothing
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +24,8 @@ FIGURES = {
     "total_ms": "time of an inspection, ms",
 }
 _CELLS = 60  # of the map, along its longer side
+_KNOWN = ("time_utc", "verdict", "version", "recipe")
+_COUNTS = {"pockets": "", "creasing": "CREASE", "undecided": "UNDECIDED", "unjudged": "INVALID"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,76 +59,70 @@ class Overview:
     causes: dict[tuple[str, str], int]
     outcomes: dict[tuple[str, str], int]
     places: dict[str, Grid]
-    versions: dict[str, int]
-    recipes: dict[str, int]
+    versions: Mapping[str, int]
+    recipes: Mapping[str, int]
 
 
 def overview(connection: sqlite3.Connection, search: Search) -> Overview:
     """Read the figures of the layups that fit a search."""
-    where, values = search.where()
-    # A temporary table of the wanted records is joined faster than a condition is repeated.
     connection.execute("PRAGMA temp_store = MEMORY")
     connection.execute("CREATE TEMP TABLE wanted (record INTEGER PRIMARY KEY)")
+    where, values = search.where()
     newest = f"SELECT record FROM layup WHERE {where} ORDER BY record DESC LIMIT ?"
     connection.execute(f"INSERT INTO wanted {newest}", (*values, search.limit))
-    names = ", ".join(FIGURES)
-    layups = connection.execute(
-        f"SELECT record, time_utc, verdict, version, recipe, {names} FROM layup JOIN wanted USING (record) "
-        "ORDER BY record"
-    ).fetchall()
-    columns = list(zip(*layups, strict=True)) or [()] * (5 + len(FIGURES))
-    records = np.array(columns[0], dtype=np.int64)
-    rows = connection.execute("SELECT record, verdict, x_mm, y_mm FROM pocket JOIN wanted USING (record)").fetchall()
-    owners, kinds, x, y = (np.array(column) for column in zip(*rows, strict=True)) if rows else [np.array([])] * 4
-    pockets = {
-        str(kind): np.bincount(np.searchsorted(records, owners[kinds == kind].astype(np.int64)), minlength=len(records))
-        for kind in np.unique(kinds)
-    }
+    every = connection.execute("SELECT count(*) FROM layup").fetchone()
+    all_wanted = connection.execute("SELECT count(*) FROM wanted").fetchone() == every
+    names = ", ".join((*_KNOWN, *_COUNTS, *FIGURES))
+    rows = connection.execute(f"SELECT {names} FROM layup JOIN wanted USING (record) ORDER BY record").fetchall()
+    read = dict(zip((*_KNOWN, *_COUNTS, *FIGURES), zip(*rows, strict=True), strict=True)) if rows else {}
+    counts = {name: np.array(read.get(name, ()), dtype=np.int64) for name in _COUNTS}
+    judged = {verdict: counts[name] for name, verdict in _COUNTS.items() if verdict}
+    judged["CEASE"] = counts["pockets"] - sum(judged.values())
+
+    def of(column: str) -> str:
+        return "1" if all_wanted else f"{column} IN (SELECT record FROM wanted)"
+
     return Overview(
-        list(columns[1]),
-        list(columns[2]),
-        pockets,
-        {name: np.array(column, dtype=np.float64) for name, column in zip(FIGURES, columns[5:], strict=True)},
-        _counts(connection, "SELECT name, verdict, count(*) FROM cause JOIN wanted USING (record) GROUP BY 1, 2"),
-        _counts(connection, _OUTCOMES),
-        _places(x.astype(np.float64), y.astype(np.float64), kinds),
-        _tally(columns[3]),
-        _tally(columns[4]),
+        list(read.get("time_utc", ())),
+        list(read.get("verdict", ())),
+        {verdict: number for verdict, number in judged.items() if number.any()},
+        {name: np.array(read.get(name, ()), dtype=np.float64) for name in FIGURES},
+        _pairs(connection, f"SELECT name, verdict, count(*) FROM cause WHERE {of('record')} GROUP BY 1, 2"),
+        # Of several outcomes of one pocket the last counts: SQLite takes the other columns from the row of the maximum.
+        _pairs(
+            connection,
+            f"SELECT predicted, measured, count(*) FROM (SELECT predicted, measured, max(record) FROM outcome "
+            f"WHERE {of('report')} GROUP BY report, pocket) GROUP BY 1, 2",
+        ),
+        _places(connection, of("record")),
+        Counter(read.get("version", ())),
+        Counter(read.get("recipe", ())),
     )
 
 
-# Of several outcomes of one pocket the last counts; SQLite takes the other columns from the row of the maximum.
-_OUTCOMES = """SELECT predicted, measured, count(*) FROM
-  (SELECT predicted, measured, max(outcome.record) FROM outcome JOIN wanted ON wanted.record = outcome.report
-   GROUP BY report, pocket) GROUP BY 1, 2"""
-
-
-def _counts(connection: sqlite3.Connection, query: str) -> dict[tuple[str, str], int]:
+def _pairs(connection: sqlite3.Connection, query: str) -> dict[tuple[str, str], int]:
     return {(first, second): count for first, second, count in connection.execute(query)}
 
 
-def _tally(names: tuple[str, ...]) -> dict[str, int]:
-    found: dict[str, int] = {}
-    for name in names:
-        found[name] = found.get(name, 0) + 1
-    return found
-
-
-def _places(x: NDArray[np.float64], y: NDArray[np.float64], kinds: NDArray[np.str_]) -> dict[str, Grid]:
+def _places(connection: sqlite3.Connection, wanted: str) -> dict[str, Grid]:
     """Count the centroids of all pockets, and of those that crease, in square cells."""
-    known = np.isfinite(x) & np.isfinite(y)
-    if not known.any():
+    ends = "min(x_mm), min(y_mm), max(x_mm), max(y_mm)"
+    west, south, east, north = connection.execute(f"SELECT {ends} FROM pocket WHERE {wanted}").fetchone()
+    if west is None:
         return {}
-    x, y, kinds = x[known], y[known], kinds[known]
-    low = np.array([x.min(), y.min()])
-    extent = max(float(np.ptp(x)), float(np.ptp(y)), 100.0)
-    cell = extent / _CELLS
-    columns, rows = ((c - start) // cell for c, start in ((x, low[0]), (y, low[1])))
-    shape = int(rows.max()) + 1, int(columns.max()) + 1
-    flat = (rows * shape[1] + columns).astype(np.int64)
+    cell = max(east - west, north - south, 100.0) / _CELLS
+    nx, ny = (int(extent / cell) + 1 for extent in (east - west, north - south))
+    at = "CAST((y_mm - ?) / ? AS INTEGER) * ? + CAST((x_mm - ?) / ? AS INTEGER)"
+    rows = connection.execute(
+        f"SELECT {at}, count(*), sum(verdict = 'CREASE') FROM pocket WHERE x_mm IS NOT NULL AND {wanted} GROUP BY 1",
+        (south, cell, nx, west, cell),
+    ).fetchall()
+    cells, every, creasing = np.array(rows, dtype=np.int64).T
+    origin = np.array([west + 0.5 * cell, south + 0.5 * cell])
 
-    def counted(chosen: NDArray[np.bool_]) -> Grid:
-        counts = np.bincount(flat[chosen], minlength=shape[0] * shape[1]).reshape(shape)
-        return Grid(counts.astype(np.float64), low + 0.5 * cell, cell)
+    def counted(numbers: NDArray[np.int64]) -> Grid:
+        counts = np.zeros(nx * ny)
+        counts[cells] = numbers
+        return Grid(counts.reshape(ny, nx), origin, cell)
 
-    return {"all": counted(np.ones(len(flat), dtype=bool)), "CREASE": counted(kinds == "CREASE")}
+    return {"all": counted(every), "CREASE": counted(creasing)}

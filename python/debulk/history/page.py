@@ -29,7 +29,7 @@ class Rate(NamedTuple):
     found: Agreement
 
 
-def page(history: History, search: Search | None = None, baseline: int = 100) -> str:
+def page(history: History, search: Search | None = None, baseline: int = 300) -> str:
     """Return the page.
 
     Parameters

@@ -44,8 +44,10 @@ class LayupRow:
         When the inspection began, ISO 8601; and ``context["part"]`` and ``context["ply"]`` of the inspection.
     verdict, reason
         Those of the report, the verdict as its name.
-    pockets, coverage
-        Number of pockets; share of the ply that was seen.
+    pockets, creasing, undecided, unjudged
+        Number of pockets, and of those that are CREASE, UNDECIDED and INVALID.
+    coverage
+        Share of the ply that was seen.
     noise_mm
         Standard deviation of a cell of the height map by noise, from second differences along x: after the filters, so
         it compares layups of one recipe and one scanner.
@@ -65,6 +67,9 @@ class LayupRow:
     verdict: str
     reason: str
     pockets: int
+    creasing: int
+    undecided: int
+    unjudged: int
     coverage: float | None
     noise_mm: float | None
     level_mm: float | None
@@ -167,6 +172,7 @@ def _plain(value: Any) -> Any:
 
 def of_report(record: int, report: ReportData) -> list[Row]:
     """Return the rows of a report: one for the layup, one for each pocket, one for each check that was not passed."""
+    verdicts = [pocket.verdict for pocket in report.pockets]
     level, trace = report.level, report.trace
     scan = trace.scan.fingerprint if trace and trace.scan else None
     layup = LayupRow(
@@ -177,6 +183,9 @@ def of_report(record: int, report: ReportData) -> list[Row]:
         report.verdict.name,
         report.reason,
         len(report.pockets),
+        verdicts.count(Verdict.CREASE),
+        verdicts.count(Verdict.UNDECIDED),
+        verdicts.count(Verdict.INVALID),
         report.coverage,
         _noise_mm(report.height_map),
         level.laid_mm - level.thickness_mm if level else None,

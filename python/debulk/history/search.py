@@ -55,7 +55,7 @@ class Search:
 
     def where(self) -> tuple[str, list[Any]]:
         """Return the condition on the table `layup`, and its values."""
-        conditions, values = ["1"], list[Any]()
+        conditions, values = list[str](), list[Any]()
         verdict = None if self.verdict is None else self.verdict.upper()
         for condition, value in (
             ("part = ?", self.part),
@@ -75,7 +75,7 @@ class Search:
                 "AND (x_mm - ?) * (x_mm - ?) + (y_mm - ?) * (y_mm - ?) <= ?)"
             )
             values += [x - r, x + r, x, x, y, y, r * r]
-        return " AND ".join(conditions), values
+        return " AND ".join(conditions) or "1", values
 
 
 def found(connection: sqlite3.Connection, search: Search) -> list[LayupRow]:

@@ -78,9 +78,14 @@ def agreement(hits: int, total: int, confidence: float = 0.95) -> Agreement:
 
 def _between(least: int, most: int, total: int, rate: float) -> float:
     """Probability of `least` to `most` hits; by logarithms, for the coefficients of a large total overflow."""
-    steps = np.arange(1, total + 1)
-    logs = np.concatenate([[0.0], np.cumsum(np.log((total + 1 - steps) / steps))])[least : most + 1]
+    reach = 40 * math.sqrt(total * rate * (1 - rate)) + 40  # what is farther from the mean adds nothing
+    least = max(least, math.floor(total * rate - reach))
+    most = min(most, math.ceil(total * rate + reach))
+    if least > most:
+        return 0.0
+    first = math.lgamma(total + 1) - math.lgamma(least + 1) - math.lgamma(total - least + 1)
     k = np.arange(least, most + 1)
+    logs = first + np.concatenate([[0.0], np.cumsum(np.log((total - k[:-1]) / k[1:]))])
     return float(np.exp(logs + k * math.log(rate) + (total - k) * math.log1p(-rate)).sum())
 
 
