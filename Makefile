@@ -37,13 +37,23 @@ demo: setup ## Set everything up and inspect a virtual layup; the report is left
 
 .PHONY: test
 test: $(stamps)/tests $(stamps)/docs ## Set everything up and run all tests and checks
-	ctest --test-dir build/test --output-on-failure -j 2
-	$(python) -m pytest -q -n 2 --dist worksteal tests/python
-	$(python) -m pytest -q --doctest-modules --pyargs debulk lab
-	cmake/test_cpp_package.sh build/test
-	cmake/test_versions.sh $(python) build/test
-	$(pages)
-	$(lint)
+	@rm -f build/layers.txt
+	$(layer) 'C++ tests' 'ctest --test-dir build/test --output-on-failure -j 2'
+	$(layer) 'Python tests' '$(python) -m pytest -q -n 2 --dist worksteal tests/python'
+	$(layer) 'doctests' '$(python) -m pytest -q --doctest-modules --pyargs debulk lab' \
+		'pages' '$(pages)' 'style and types' '$(lint)'
+	$(layer) 'from C++ alone' 'cmake/test_cpp_package.sh build/test'
+	$(layer) 'oldest and newest versions' 'cmake/test_versions.sh $(python) build/test'
+	@echo 'debulk: how long each layer took'; cat build/layers.txt
+
+# What takes longest in C++ is left to `make test`; in Python the marker "slow" says so (tests/python/layers.py).
+.PHONY: quick
+quick: $(stamps)/tests ## Run the unit tests only, C++ and Python: a minute on two cores
+	@rm -f build/layers.txt
+	$(layer) 'C++ unit tests' 'ctest --test-dir build/test --output-on-failure -j 2 --quiet \
+		-E "ChangingScan.CrashesNoHeightMap|Neighbours.Of"'
+	$(layer) 'Python unit tests' '$(python) -m pytest -q -n 2 -m "unit and not slow" tests/python'
+	@cat build/layers.txt
 
 .PHONY: versions
 versions: $(stamps)/tests ## Try the oldest and the newest Python and packages that pyproject.toml allows
@@ -51,18 +61,14 @@ versions: $(stamps)/tests ## Try the oldest and the newest Python and packages t
 
 .PHONY: lint
 lint: $(stamps)/tools $(stamps)/package ## Check style and types
-	$(lint)
+	@$(lint)
+	@echo 'debulk: style and types are in order'
 
+layer = @cmake/layer.sh
 pages = $(python) -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/docs
-
-define lint
-.venv/bin/ruff check --quiet $(python_files)
-.venv/bin/ruff format --check --quiet $(python_files)
-.venv/bin/mypy --no-error-summary
-@$(python) -m mypy.stubtest --concise debulk._core
-@.venv/bin/clang-format --dry-run -Werror $(cpp_files)
-@echo 'debulk: style and types are in order'
-endef
+lint = .venv/bin/ruff check --quiet $(python_files) && .venv/bin/ruff format --check --quiet $(python_files) && \
+	.venv/bin/mypy --no-error-summary && $(python) -m mypy.stubtest --concise debulk._core && \
+	.venv/bin/clang-format --dry-run -Werror $(cpp_files)
 
 .PHONY: format
 format: $(stamps)/tools ## Put all files into the house's format
@@ -75,6 +81,12 @@ asan: $(stamps)/system ## Run the C++ tests under the address and undefined-beha
 	cmake --preset asan
 	cmake --build --preset asan
 	ctest --preset asan -j 2
+
+.PHONY: tsan
+tsan: $(stamps)/system ## Run the C++ tests under the thread sanitizer
+	cmake --preset tsan
+	cmake --build --preset tsan
+	ctest --preset tsan -j 1
 
 .PHONY: docs
 docs: $(stamps)/package $(stamps)/docs ## Build the pages of docs/ into build/docs

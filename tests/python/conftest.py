@@ -12,6 +12,15 @@ from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 from debulk.results.ridge import RidgeGeometry
 from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
+from layers import LAYERS, Layers
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Sort the tests into layers."""
+    for name, text in LAYERS.items():
+        config.addinivalue_line("markers", f"{name}: {text}")
+    config.pluginmanager.register(Layers(), "layers")
+
 
 # Centre x, y, half-axes along and across, turn in degrees, peak: a few of the paper's sizes.
 _BELLS = [

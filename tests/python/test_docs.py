@@ -138,12 +138,14 @@ def test_every_name_on_a_page_is_one_of_the_project() -> None:
     assert "\n".join(wrong for page in DOCS for wrong in unknown_names(page, ROOT)) == ""
 
 
+@pytest.mark.program
 @pytest.mark.parametrize("page", [page for page in DOCS if example(page)], ids=lambda page: page.stem)
 def test_the_examples_on_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     exec(compile(example(page), str(page), "exec"), {"__name__": "page"})
 
 
+@pytest.mark.program
 @pytest.mark.parametrize("program", EXAMPLES, ids=lambda program: program.stem)
 def test_an_example_runs_as_it_stands_and_is_on_the_page(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(program), run_name="__main__")
@@ -151,6 +153,7 @@ def test_an_example_runs_as_it_stands_and_is_on_the_page(program: Path, capsys: 
     assert f"examples/{program.name}" in (ROOT / "docs" / "examples.md").read_text()
 
 
+@pytest.mark.program
 def test_the_example_of_the_readme_runs_on_what_the_demo_leaves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,6 +9,8 @@ from debulk import _core, solve
 from debulk.cli import app
 from debulk.doctor import DoctorReport, doctor, memory_bandwidth, self_test
 
+pytestmark = pytest.mark.program
+
 
 @pytest.fixture(scope="module")
 def found() -> DoctorReport:

@@ -10,6 +10,8 @@ import pytest
 from debulk.forking import Guard, kept
 from debulk.workers import Workers
 
+pytestmark = pytest.mark.program
+
 LONG_S = 120  # what would hang is stopped here
 
 START = """

@@ -119,6 +119,7 @@ def many_rounds(folder, rounds, seed):
     return clouds
 
 
+@pytest.mark.program
 def test_no_change_makes_a_reader_take_much_memory(tmp_path):
     script = (
         "import resource, sys\n"

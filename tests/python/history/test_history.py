@@ -200,6 +200,7 @@ def test_a_history_that_cannot_be_written_costs_no_verdict(tmp_path, report):
     assert "not in the history" in comparison.warnings[0]
 
 
+@pytest.mark.program
 def test_a_full_disk_costs_no_verdict_and_no_record(tmp_path, report):
     there = History(tmp_path / "c.sqlite", pictures=True)
     there.add(report)
@@ -244,6 +245,7 @@ def test_a_writer_that_waits_in_vain_says_so(history, report, monkeypatch):
     assert history.keep(report) is report
 
 
+@pytest.mark.program
 def test_writers_that_are_killed_lose_no_record():
     done = subprocess.run(
         [sys.executable, ROOT / "bench" / "history" / "killed.py", "--kills", "40"], capture_output=True, text=True

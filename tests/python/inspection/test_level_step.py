@@ -9,6 +9,8 @@ from debulk.inspection.place import level
 from debulk.inspection.place.level_reason import level_reason
 from debulk.inspection.place.level_step import step_of
 
+pytestmark = pytest.mark.unit
+
 
 def seen(shape, high_share, noise_mm=0.02):
     """Squares of 20 mm on a flat ply of 600 by 480 mm, raised by shape(u, v), of which some stand 2 to 6 mm high."""

@@ -14,6 +14,8 @@ from debulk.recipe import Recipe
 from debulk.sheet import Sheet
 from debulk.surface import Reference
 
+pytestmark = pytest.mark.unit
+
 RECIPE = Recipe(solve={"starts": 2, "most_starts": 6, "close_ridge_mm": 0.2, "close_rms_mm": 0.03})
 
 

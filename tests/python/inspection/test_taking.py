@@ -8,6 +8,8 @@ from debulk.inspection.clouds import cleaning, fingerprint
 from debulk.inspection.clouds.offset import raised
 from debulk.stopping import Running, stopping
 
+pytestmark = pytest.mark.unit
+
 RNG = np.random.default_rng(4)
 IMAGE = RNG.normal(size=(70, 50, 3)) * 100
 

@@ -6,6 +6,8 @@ import pytest
 from debulk.grid import Grid
 from debulk.inspection.find.windows import cells_round, cut_out, grown
 
+pytestmark = pytest.mark.unit
+
 
 def _plain(marks, cells):
     out = np.zeros_like(marks)

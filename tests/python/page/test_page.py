@@ -106,6 +106,7 @@ def test_the_page_is_small_and_deterministic(report, html):
     assert page(report) == html
 
 
+@pytest.mark.slow
 def test_a_large_noisy_report_stays_below_5_mb(report):
     heights = np.random.default_rng(0).normal(5, 4, (3000, 4000)).astype(np.float32)
     pockets = tuple(dataclasses.replace(report.pockets[k % 5], id=k + 1) for k in range(150))

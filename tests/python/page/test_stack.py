@@ -57,6 +57,7 @@ def test_links_lead_to_sections_pockets_and_files(report):
             assert {f"#map-{ply}-{pocket.id}", f"#pocket-{ply}-{pocket.id}"} <= set(links)
 
 
+@pytest.mark.slow
 def test_a_page_of_many_plies_stays_small(report):
     heights = np.random.default_rng(0).normal(5, 4, (900, 1200)).astype(np.float32)
     noisy = dataclasses.replace(report, height_map=Grid(heights, np.zeros(2), 1.0))

@@ -240,6 +240,7 @@ def test_its_repr_shows_what_is_no_default_and_gives_it_back():
     assert eval(repr(recipe)) == recipe
 
 
+@pytest.mark.program
 def test_type_checkers_know_every_section(tmp_path):
     """The signature that they read is written by hand: a section that it lacks would be an error at the call."""
     api = pytest.importorskip("mypy.api")

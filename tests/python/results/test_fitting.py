@@ -7,6 +7,8 @@ import pytest
 import debulk
 from debulk import InputError, Report, Verdict
 
+pytestmark = pytest.mark.layup
+
 WRINKLE = {
     "start_mm": [0, 0], "end_mm": [200, 0], "length_mm": 200.0, "height_mm": 8.0, "width_mm": 2.0,
     "excess_length_mm": 14.0, "ridge_height_mm": 7.0,

@@ -56,6 +56,7 @@ def good():
     return from_corners(places(CHECKERBOARD, 14, np.random.default_rng(1)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", BOARDS)
 def test_the_cameras_are_found_from_images(kind):
     board = BOARDS[kind]

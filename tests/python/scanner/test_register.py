@@ -13,7 +13,8 @@ from debulk.scanner import register
 @pytest.fixture
 def markers():
     rng = np.random.default_rng(2)
-    motion = scenes.layup(seed=0, pixels=(64, 48)).mold_from_scanner
+    turn, _ = cv2.Rodrigues(np.array([2.7, 0.4, 0.2]))
+    motion = np.vstack([np.c_[turn, [120.0, -60.0, 2400.0]], [0, 0, 0, 1]])
     measured = rng.uniform([-500, -400, 2300], [500, 400, 2450], (6, 3))
     return measured, measured @ motion[:3, :3].T + motion[:3, 3], motion
 
