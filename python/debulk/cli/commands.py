@@ -21,7 +21,17 @@ from debulk.cli import pages, scanning
 from debulk.cli import tools as cli_tools
 from debulk.cli.examples import epilog
 from debulk.cli.loudness import print_json, with_loudness
-from debulk.cli.support import EXIT_CODES, JSON, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
+from debulk.cli.support import (
+    DETAILS,
+    EXIT_CODES,
+    JSON,
+    POSE_HELP,
+    check_writable,
+    outcome,
+    pose_of,
+    show,
+    shown_progress,
+)
 from debulk.report import Report
 from debulk.results import codec
 from debulk.results.report import FORMAT
@@ -30,6 +40,7 @@ from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
+    from debulk.scenes import Layup
 
 app = typer.Typer(
     help="Will it crease or cease? Predicts which air pockets under a draped prepreg ply survive vacuum debulking.",
@@ -80,6 +91,7 @@ def inspect(
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,
+    details: DETAILS = False,
     as_json: JSON = False,
 ) -> None:
     """Inspect a scan: find its air pockets and predict which of them survive debulking."""
@@ -129,7 +141,7 @@ def inspect(
         report = dataclasses.replace(report, source=source, warnings=(*notes, *report.warnings))
         if kept_in is not None:
             report = kept_in.keep(report)
-        _leave(report, outputs, as_json)
+        _leave(report, outputs, details, as_json)
         raise typer.Exit(EXIT_CODES[report.verdict])
 
 
@@ -143,6 +155,7 @@ def demo(
         bool, typer.Option("--fringes", help="Render the images of two cameras and a projector, and scan those.")
     ] = False,
     keep_files: Annotated[bool, typer.Option("--keep-files", help="Also leave what `debulk inspect` needs.")] = False,
+    details: DETAILS = False,
 ) -> None:
     """Inspect a virtual layup with 14 air pockets and leave report.html, .json and .csv behind.
 
@@ -176,15 +189,20 @@ def demo(
                 camera=scene.camera,
                 progress=progress,
             )
-            report = inspector.inspect(scene.scan, progress=progress)
+            context = {"part": "virtual layup", "seed": seed}
+            report = inspector.inspect(scene.scan, progress=progress, context=context)
+        from debulk.results.report_text import fold
+
         source = {
             "scan": f"virtual layup, seed {seed}, {size[0]} x {size[1]} pixels"
-            + (", from fringe images" if fringes else "")
+            + (", from fringe images" if fringes else ""),
+            "what this shows": _shown_by_demo(scene, report),
         }
         report = dataclasses.replace(report, source=source | report.source)
+        show(lambda width: fold(source["what this shows"], width))
         if keep_files:
             _keep_files(output, scene, recipe)
-        _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")])
+        _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")], details)
         raise typer.Exit(EXIT_CODES[Verdict.INVALID] if report.verdict is Verdict.INVALID else 0)
 
 
@@ -211,19 +229,29 @@ app.add_typer(scanning.app, name="scan")
 app.add_typer(cli_history.app, name="history")
 
 
-def _leave(report: Report, outputs: list[Path], as_json: bool = False) -> None:
+def _shown_by_demo(scene: Layup, report: Report) -> str:
+    """Say what the virtual layup is, and why more or fewer pockets may be found than it has."""
+    truth, promoted = scene.truth, sum(bool(pocket.promoted) for pocket in report.pockets)
+    return (
+        f"a virtual ply with {len(truth.pockets)} air pockets and {len(truth.decoys)} bumps below the tolerances; "
+        f"{len(report.pockets)} places are judged, {promoted} of them bumps that could crease nevertheless"
+    )
+
+
+def _leave(report: Report, outputs: list[Path], details: bool = False, as_json: bool = False) -> None:
     """Write the files, then print: whoever reads that may leave early. The verdict comes first and last."""
     for path in outputs:
         report.save(path)
     if as_json:
         print_json(codec.dumps(report, FORMAT))
         return
-    from debulk.results.report_text import headline, table
+    from debulk.results.report_text import headline, summary, table
 
-    show(lambda width: table(report, width))
+    show(lambda width: (table if details else summary)(report, width))
     for path in outputs:
         print(f"written: {path}")
-    show(lambda width: headline(report, width))
+    if details:
+        show(lambda width: headline(report, width))
 
 
 def _keep_files(folder: Path, scene: Any, recipe: Recipe) -> None:

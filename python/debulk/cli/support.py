@@ -29,6 +29,10 @@ POSE_HELP = (
 
 JSON = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")]
 
+DETAILS = Annotated[
+    bool, typer.Option("--details", help="Print every pocket and all that was left out, not only what to do.")
+]
+
 Progress = Callable[[str, float], None]
 
 
@@ -64,9 +68,9 @@ def _one_line(message: str) -> str:
 
 @contextmanager
 def shown_progress() -> Iterator[Progress]:
-    """Show stages and how far they are on a terminal's stderr; elsewhere nothing."""
+    """Show a bar for each stage on a terminal's stderr; elsewhere nothing."""
     from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
     console, said = Console(stderr=True), loudness()
@@ -78,10 +82,17 @@ def shown_progress() -> Iterator[Progress]:
     )
     hidden = said.quiet or said.verbose or not console.is_terminal  # a log line would break the bar
     with Bars(*columns, console=console, transient=True, disable=hidden) as bars:
-        task = bars.add_task("", total=1.0)
+        stages: dict[str, TaskID] = {}
+        furthest: dict[str, float] = {}
 
         def report_progress(stage: str, fraction: float) -> None:
-            bars.update(task, description=stage, completed=min(max(fraction, 0.0), 1.0))
+            if stage not in stages:
+                for name, done in stages.items():
+                    furthest[name] = 1.0
+                    bars.update(done, completed=1.0)
+                stages[stage] = bars.add_task(stage, total=1.0)
+            furthest[stage] = max(furthest.get(stage, 0.0), min(fraction, 1.0))  # a bar never falls back
+            bars.update(stages[stage], completed=furthest[stage])
 
         yield report_progress
 

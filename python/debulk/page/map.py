@@ -17,6 +17,7 @@ from debulk.page.map_labels import labels
 from debulk.page.map_marks import Spot, Tick
 from debulk.page.map_ridges import Ridge
 from debulk.page.scales import nice
+from debulk.results.advice import advice
 
 if TYPE_CHECKING:
     from debulk.grid import Grid
@@ -60,6 +61,7 @@ class PlyMap(NamedTuple):
     bumps: list[Spot]
     wrinkles: list[Spot]
     fibres: list[Spot]
+    pushes: list[map_marks.Push]
     ridges: Sequence[Ridge]
     measured: str
     frame: Frame
@@ -125,19 +127,21 @@ def ply_map(
     font = max(width, height) / (36 * float(np.clip(np.sqrt(len(areas) / 25), 1, 2)))
     image_box = drawn.box if drawn else (0.0, 0.0, 0.0, 0.0)
     spacing = nice(max(width, height) / 8)
+    pushes = map_marks.pushes(advice(report) if report else (), font)
     return PlyMap(
         float(low[0]), -float(high[1]), width, height,
         drawn.png if drawn else "", image_box, map_marks.hatch(image_box, 0.35 * font) if drawn else "",
         drawn.scale.top_mm if drawn else 1.0,
         drawn.scale.stops() if drawn else [], drawn.scale.ticks() if drawn else [],
         "" if ply_outline is None else path(ply_outline, _MAX_CORNERS),
-        _marks(areas, font, low, high), font,
+        _marks(areas, font, low, high, pushes), font,
         map_marks.ticks(float(low[0]), float(high[0]), spacing, 1),
         map_marks.ticks(float(low[1]), float(high[1]), spacing, -1),
         map_marks.holes(report.unseen if report else ()),
         map_marks.bumps(report.left_out if report else (), report.pockets if report else (), 0.3 * font),
         map_marks.wrinkles(report.wrinkles if report else ()),
         map_marks.fibres(report.pockets if report else (), 0.7 * font),
+        pushes,
         ridges, measured,
         map_frame.frame(low, high, font), map_frame.rose(report, outlines, low, high, font),
         excess_layer(report, png_bytes) if report and drawn else None,
@@ -158,9 +162,16 @@ def _bounds(
     return None
 
 
-def _marks(areas: Sequence[Area], font: float, low: NDArray[np.float64], high: NDArray[np.float64]) -> list[Mark]:
+def _marks(
+    areas: Sequence[Area],
+    font: float,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    pushes: Sequence[map_marks.Push],
+) -> list[Mark]:
     corners_each = max(24, min(_MAX_CORNERS, _MAX_ALL_CORNERS // max(1, len(areas))))
-    places = labels([area.outline_mm for area in areas], font, low, high)
+    arrows = [np.array([[p.x, -p.y], [p.x + p.tip[0], -p.y - p.tip[1]]]) for p in pushes]
+    places = labels([area.outline_mm for area in areas], font, low, high, arrows)
     return [
         Mark(area.id, area.verdict, area.says, path(area.outline_mm, corners_each), *place)
         for area, place in zip(areas, places, strict=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,11 +11,21 @@ __all__ = ["label_box", "labels", "overlap"]
 
 
 def labels(
-    outlines: list[NDArray[np.float64]], font: float, low: NDArray[np.float64], high: NDArray[np.float64]
+    outlines: list[NDArray[np.float64]],
+    font: float,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    arrows: Sequence[NDArray[np.float64]] = (),
 ) -> list[tuple[float, float, str]]:
-    """Put a number inside a large pocket, and beside a small one where it covers the others least."""
+    """Put a number inside a large pocket, and beside a small one where it covers the others least.
+
+    `arrows` are (2, 2) ends of lines that are not to be covered either.
+    """
     boxes = [np.concatenate([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
-    taken, places = list(boxes), []
+    along = np.linspace(0.0, 1.0, 8)[:, None]
+    dots = [dot for a, b in arrows for dot in a + along * (b - a)]
+    taken = [*boxes, *(np.concatenate([dot - 0.25 * font, dot + 0.25 * font]) for dot in dots)]
+    places = []
     for own in boxes:
         middle = 0.5 * (own[:2] + own[2:])
         if (own[2:] - own[:2]).min() > 2.4 * font:

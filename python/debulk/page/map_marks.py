@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from debulk.results.advice import hole_line, wrinkle_line
+from debulk.results.advice import Deed, hole_line, wrinkle_line
 
 if TYPE_CHECKING:
     from debulk.results.report import LeftOut, PocketReport, UnseenHole, Wrinkle
 
 _HATCHES = 7  # number of lines across a hole
 
-__all__ = ["Spot", "Tick", "bumps", "fibres", "hatch", "holes", "ticks", "wrinkles"]
+__all__ = ["Push", "Spot", "Tick", "bumps", "fibres", "hatch", "holes", "pushes", "ticks", "wrinkles"]
 
 
 class Spot(NamedTuple):
@@ -25,6 +25,16 @@ class Spot(NamedTuple):
     y: float
     path: str
     title: str
+
+
+class Push(NamedTuple):
+    """An arrow on the map: where it begins, and its tip from there; x to the right and y down, mm."""
+
+    x: float
+    y: float
+    path: str
+    title: str
+    tip: tuple[float, float]
 
 
 class Tick(NamedTuple):
@@ -84,6 +94,21 @@ def wrinkles(standing: Sequence[Wrinkle]) -> list[Spot]:
     for wrinkle in standing:
         (x, y), (to_x, to_y) = wrinkle.start_mm, wrinkle.end_mm
         spots.append(Spot(x, -y, f"M0 0L{to_x - x:.1f} {y - to_y:.1f}", wrinkle_line(wrinkle)))
+    return spots
+
+
+def pushes(deeds: Sequence[Deed], font: float) -> list[Push]:
+    """Return arrows from the places where ply is to be smoothed out, towards the nearest edge."""
+    spots = []
+    for deed in deeds:
+        if deed.place_mm is None or deed.way_deg is None:
+            continue
+        x, y = math.cos(math.radians(deed.way_deg)), -math.sin(math.radians(deed.way_deg))
+        tip, back, half = 3.4 * font, 2.6 * font, 0.45 * font
+        head = f"M{tip * x:.1f} {tip * y:.1f}L"
+        wings = "".join(f"{head}{back * x - s * y:.1f} {back * y + s * x:.1f}" for s in (-half, half))
+        path = f"M0 0L{tip * x:.1f} {tip * y:.1f}{wings}"
+        spots.append(Push(deed.place_mm[0], -deed.place_mm[1], path, str(deed), (tip * x, tip * y)))
     return spots
 
 

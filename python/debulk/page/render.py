@@ -46,6 +46,7 @@ def render(template: str, **values: Any) -> str:
     environment.filters["number"] = number
     environment.filters["signed"] = signed
     environment.filters["place"] = place
+    environment.filters["arrow"] = arrow
     environment.filters["together"] = together
     script = "\n".join((_TEMPLATES / name).read_text(encoding="utf-8") for name in _SCRIPTS)
     # The browser runs only the script with this hash, whatever a name in the report may try to inject.
@@ -79,6 +80,17 @@ def signed(value: float, digits: int) -> str:
 def place(xy: tuple[float, float]) -> str:
     """Return x and y in whole mm, in print typography, kept on one line."""
     return ",\u00a0".join(number(value, 0).replace("-", "−") for value in xy)
+
+
+def arrow(angle_deg: float | None) -> str:
+    """Return the arrow nearest to a direction, counter-clockwise from the map's right; empty if there is none.
+
+    Examples
+    --------
+    >>> arrow(0.0), arrow(93.0), arrow(224.0), arrow(350.0), arrow(None)
+    ('→', '↑', '↙', '→', '')
+    """
+    return "" if angle_deg is None else "→↗↑↖←↙↓↘"[round(angle_deg / 45) % 8]
 
 
 def together(text: str) -> str:

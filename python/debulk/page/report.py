@@ -12,7 +12,7 @@ from debulk.page.heights import MAX_PNG_BYTES
 from debulk.page.map import Area, PlyMap, ply_map
 from debulk.page.map_ridges import ridges, says
 from debulk.page.render import render
-from debulk.page.trace import headline, trace_lists
+from debulk.page.trace import headline, identity, trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
 from debulk.results.deciding import worst_first
 from debulk.results.edge_friction import edge_friction_line
@@ -59,6 +59,7 @@ def page(report: ReportData) -> str:
         "report.html.j2",
         report=report,
         running=headline(report),
+        identity=identity(report),
         pockets=pockets,
         counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
         map=report_map(report),

@@ -16,7 +16,7 @@ _LEAST_MM = 0.1  # least range of the colours: below it, noise would look like p
 _DEEPEST = (0x78, 0xEB, 0xFF)  # colour of the lowest height: cyan, which no height above the reference has
 # Below the limit blue, above it orange, which colour-blind people tell apart.
 _BELOW, _ABOVE = ((0xE3, 0xEC, 0xF7), (0x4C, 0x7F, 0xB8)), ((0xF7, 0xA8, 0x55), (0x7F, 0x2A, 0x04))
-_APART = 9.0  # least distance of figures on the key, percent of its width
+_APART = 11.0  # least distance of figures on the key, percent of its width
 
 
 def colours(count: int) -> list[str]:
@@ -99,4 +99,4 @@ class HeightScale(NamedTuple):
         for mm in [0.0, self.top_mm, *every]:  # 0 and the top always have their figures, others if there is room
             if len(kept) < 2 or all(abs(at(mm) - at(other)) >= _APART for other in kept):
                 kept.append(mm)
-        return [(at(mm), f"{mm:.3g}".replace("-", "−")) for mm in sorted(kept)]
+        return [(at(mm), f"{mm:.{3 if mm > 0 else 1}g}".replace("-", "−")) for mm in sorted(kept)]

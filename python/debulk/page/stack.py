@@ -10,7 +10,7 @@ from debulk.page.map import PlyMap
 from debulk.page.render import render
 from debulk.page.report import report_map
 from debulk.page.trace import context_text
-from debulk.results.advice import advice, deciding
+from debulk.results.advice import Deed, advice, deciding
 from debulk.results.deciding import worst_first
 from debulk.results.number import number
 from debulk.verdict import Verdict
@@ -40,7 +40,7 @@ class Ply(NamedTuple):
     time: str
     map: PlyMap | None
     pockets: list[PocketReport]
-    advice: list[str]
+    advice: list[Deed]
     deciding: list[tuple[Verdict, list[int]]]
 
     @property

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from debulk.results.report import ReportData
     from debulk.results.trace import ArrayTrace, Trace
 
-__all__ = ["context_text", "headline", "trace_lists"]
+__all__ = ["context_text", "headline", "identity", "trace_lists"]
 
 _Entries = list[tuple[str, str]]
 
@@ -42,15 +42,20 @@ def trace_lists(report: ReportData) -> list[tuple[str, _Entries]]:
 
 
 def headline(report: ReportData) -> str:
-    """Return the header of each printed sheet: part, ply and the like, the time, and the verdict.
+    """Return the header of each printed sheet: part, ply and the like, the time, and the verdict."""
+    return " · ".join(filter(None, [identity(report), report.verdict.name]))
+
+
+def identity(report: ReportData) -> str:
+    """Return what was inspected: part, ply and the like, or the files, and the time.
 
     Examples
     --------
     >>> from debulk.report import Report, Verdict
     >>> from debulk.results.trace import Trace
     >>> trace = Trace(time_utc="2026-03-01T12:00:00.250Z", context={"part": "A-17", "ply": 3})
-    >>> headline(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=(), trace=trace))
-    'part A-17 · ply 3 · 2026-03-01 12:00:00 UTC · CEASE'
+    >>> identity(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=(), trace=trace))
+    'part A-17 · ply 3 · 2026-03-01 12:00:00 UTC'
     """
     trace = report.trace
     context = {} if trace is None else trace.context
@@ -58,7 +63,7 @@ def headline(report: ReportData) -> str:
     if not named:
         named = [f"{name} {value}" for name, value in report.source.items()]
     when = [] if trace is None else [f"{trace.time_utc[:10]} {trace.time_utc[11:19]} UTC"]
-    return " · ".join([*named, *when, report.verdict.name])
+    return " · ".join([*named, *when])
 
 
 def context_text(report: ReportData, name: str) -> str:

@@ -1,20 +1,22 @@
-"""What to do about a report: one line for each action, from its verdicts, places, holes and level."""
+"""What to do about a report: a checklist with one entry for each place, the worst first."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.results.area import in_cm2
+from debulk.results.deciding import worst_first
+from debulk.results.remedy import remedy
+from debulk.results.smoothing import smoothing
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
+    from debulk.results.finding import Finding
     from debulk.results.level import Level
     from debulk.results.report import PocketReport, ReportData, UnseenHole, Wrinkle
 
-__all__ = ["advice", "deciding", "hole_line", "is_off", "level_line", "level_off", "wrinkle_line"]
-
-_MOST = 12  # largest number of places named in one line
+__all__ = ["Deed", "advice", "deciding", "hole_line", "is_off", "level_line", "level_off", "wrinkle_line"]
 
 
 def deciding(report: ReportData) -> list[tuple[Verdict, list[int]]]:
@@ -23,40 +25,90 @@ def deciding(report: ReportData) -> list[tuple[Verdict, list[int]]]:
     return sorted(((v, ids) for v, ids in groups if ids), key=lambda group: -group[0].severity)
 
 
-def advice(report: ReportData) -> list[str]:
-    """Say what to do, in the order in which to do it."""
-    if level_off(report):
-        return [
-            "check the pose, the thickness in the recipe and the reference, then scan again: no pocket counts before "
-            "the level is right"
-        ]
-    lines = []
-    creasing, undecided, unjudged = (
-        [p for p in report.pockets if p.verdict is v] for v in (Verdict.CREASE, Verdict.UNDECIDED, Verdict.INVALID)
-    )
-    late = {one.pocket for one in report.findings if one.check == "deadline"}
-    undecided = [p for p in undecided if p.id not in late]
-    if creasing:
-        lines.append(f"smooth the ply at {_places(creasing)}, then scan again")
-    lines += [f"smooth {wrinkle_line(wrinkle)}, then scan again" for wrinkle in report.wrinkles]
-    if undecided:
-        lines.append(f"not decided at {_places(undecided)}: smooth there too, or do what its reason says")
-    if late:
-        lines.append("give the inspection more time, and inspect the same scan again: the deadline passed")
-    if unjudged:
-        lines.append(f"not judged at {_places(unjudged)}: do what its reason says, then scan again")
-    for hole in report.unseen:
-        if hole.at_best is not None:
-            remedy = "complete the reference" if hole.of == "reference" else "scan again"
-            lines.append(f"{remedy} because of {hole_line(hole)}")
+class Deed(NamedTuple):
+    """One thing to do, at one place.
+
+    Attributes
+    ----------
+    do
+        A request, such as "smooth the ply".
+    at
+        The pocket, hole or wrinkle; empty if it concerns the whole scan.
+    place_mm
+        Its place, mold XY; None without one.
+    amount
+        By how much, and in which direction; empty if that is not known.
+    way_deg
+        Direction in which the ply can be pushed out over the nearest edge, 0 to 360 degrees from the mold's +x.
+    pocket, verdict
+        Number and verdict of the pocket; None if it is not about one.
+    """
+
+    do: str
+    at: str = ""
+    place_mm: tuple[float, float] | None = None
+    amount: str = ""
+    way_deg: float | None = None
+    pocket: int | None = None
+    verdict: Verdict | None = None
+
+    def __str__(self) -> str:
+        place = "" if self.place_mm is None else f" at ({self.place_mm[0]:.0f}, {self.place_mm[1]:.0f}) mm"
+        return f"{self.do}{f' ({self.at}{place})' if self.at else ''}{f': {self.amount}' if self.amount else ''}"
+
+
+def advice(report: ReportData) -> list[Deed]:
+    """Say what to do, in the order in which to do it: one entry for each place, the worst first."""
     if report.verdict is Verdict.CEASE:
-        return lines or ["change nothing"]
-    # A coverage that is too low, or a bump that was cut off, appears only in the layup's reason.
-    covered = [p.verdict for p in report.pockets] + [hole.at_best for hole in report.unseen if hole.at_best]
-    said = report.wrinkles or late
-    if not lines or (report.verdict not in covered and not said):
-        lines.insert(0, "mend what the reason above names, then scan again")
-    return lines
+        return [Deed("draw the vacuum")]
+    deeds = []
+    if level_off(report):
+        asked = remedy(report.reason) or "check the pose, the thickness in the recipe and the reference"
+        return [Deed(asked), Deed("then scan again: no pocket counts before the level is right")]
+    pockets = [pocket for pocket in worst_first(report.pockets) if pocket.verdict is not Verdict.CEASE]
+    late = {one.pocket for one in report.findings if one.check == "deadline"}
+    hidden = [hole for hole in report.unseen if hole.at_best is not None]
+    others = _WITH_PLACES | {"holes"} if hidden else _WITH_PLACES
+    found = [one for one in report.findings if one.check not in others and one.pocket is None]
+    deeds += [_of_finding(one) for one in found if one.at_best is not None or remedy(one.reason)]
+    deeds += [_of_pocket(pocket, report) for pocket in pockets if pocket.id not in late]
+    deeds += [Deed("smooth it", wrinkle_line(wrinkle)) for wrinkle in report.wrinkles]
+    if late:
+        deeds.append(Deed("give the inspection more time, and inspect the same scan again: the deadline passed"))
+    for hole in hidden:
+        deeds.append(Deed("complete the reference" if hole.of == "reference" else "scan again", hole_line(hole)))
+    if not deeds:
+        deeds.append(Deed(remedy(report.reason) or "scan again"))
+    if any(deed.do.startswith(_BY_HAND) for deed in deeds):
+        deeds.append(Deed("scan again before the vacuum is drawn"))
+    return list(dict.fromkeys(deeds))
+
+
+_WITH_PLACES = {"pockets", "wrinkles", "deadline"}  # these findings have entries of their own
+_BY_HAND = ("smooth", "lay", "treat", "look")
+
+
+def _of_finding(finding: Finding) -> Deed:
+    what = finding.check.replace("_", " ")
+    return Deed(remedy(finding.reason) or "scan again", what, finding.place_mm, verdict=finding.at_best)
+
+
+def _of_pocket(pocket: PocketReport, report: ReportData) -> Deed:
+    ridge, limit_mm = pocket.deciding_ridge, report.recipe.get("verdict", {}).get("max_ridge_mm")
+    way = smoothing(pocket, report.ply_outline_mm)
+    asked = remedy(pocket.reason)
+    if pocket.verdict is Verdict.CREASE:
+        asked = asked or "smooth the ply"
+    elif pocket.verdict is Verdict.UNDECIDED:
+        asked = asked or "smooth the ply, or treat it as CREASE"
+    amount, towards = "", None
+    exceeds = ridge is not None and limit_mm is not None and ridge.most_mm > limit_mm
+    if ridge is not None and limit_mm is not None and (exceeds or pocket.verdict is Verdict.CREASE):
+        amount = f"ridge up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm" if way is None else way.short
+        towards = way and way.towards_deg
+    return Deed(
+        asked or "scan again", f"pocket {pocket.id}", pocket.centroid_mm, amount, towards, pocket.id, pocket.verdict
+    )
 
 
 def level_off(report: ReportData) -> bool:
@@ -92,10 +144,3 @@ def hole_line(hole: UnseenHole) -> str:
     """Describe a hole by its place and area."""
     what = {"reference": "a gap in the reference", "mask": "a masked area"}.get(hole.of, "a hole in the scan")
     return f"{what} of {in_cm2(hole.area_mm2, digits=3)} at ({hole.centre_mm[0]:.0f}, {hole.centre_mm[1]:.0f}) mm"
-
-
-def _places(pockets: Sequence[PocketReport]) -> str:
-    named = [f"{p.id} ({p.centroid_mm[0]:.0f}, {p.centroid_mm[1]:.0f})" for p in pockets if p.centroid_mm]
-    rest = len(pockets) - len(named[:_MOST])
-    more = f" and {rest} more" if rest and named else ""
-    return f"pocket{'' if len(pockets) == 1 else 's'} {', '.join(named[:_MOST])}{more} mm" if named else "its pockets"

@@ -34,7 +34,7 @@ def report_html(report: ReportData) -> str:
     limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
     pockets = worst_first(report.pockets)
     rows = [[figures(pocket, limit_mm)[k] for k in columns] for pocket in pockets]
-    deeds = "".join(f"<div>do: {escape(line)}</div>" for line in advice(report))
+    deeds = "".join(f"<div>do: {escape(str(deed))}</div>" for deed in advice(report))
     table = _table(_SHOWN, rows, [pocket.verdict for pocket in pockets]) if rows else ""
     return f"<div>{_headline(report.verdict, report.reason)}{deeds}{table}</div>"
 

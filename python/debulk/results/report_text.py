@@ -11,6 +11,7 @@ from debulk.results.deciding import worst_first
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import half_seen_line
 from debulk.results.number import number
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
@@ -73,7 +74,7 @@ def headline(report: ReportData, width: int | None = None) -> str:
 
 def table(report: ReportData, width: int | None = None) -> str:
     """Return the verdict and a line for each pocket, the worst first; reasons stand below if the width has no room."""
-    lines = [f"do: {line}" for line in advice(report)]
+    lines = [f"do: {deed}" for deed in advice(report)]
     after = [f"pocket {p.id} is judged: {p.promoted}" for p in report.pockets if p.promoted]
     after += [f"pocket {p.id} {half_seen_line(p.half_seen)}" for p in report.pockets if p.half_seen]
     after += [f"pocket {p.id} {edge_friction_line(p.edge_friction)}" for p in report.pockets if p.edge_friction]
@@ -95,6 +96,32 @@ def table(report: ReportData, width: int | None = None) -> str:
             *(fold(line, width) for line in lines),
             *(columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"), _SPARE) if report.pockets else []),
             *(fold(line, width) for line in after),
+        ]
+    )
+
+
+def summary(report: ReportData, width: int | None = None) -> str:
+    """Return what fits on a screen: the verdict, what to do, and the places at which to do it, the worst first."""
+    deeds = advice(report)
+    placed = [deed for deed in deeds if deed.pocket is not None]
+    rows = [("#", "verdict", "ridge mm", "x mm", "y mm", "do")]
+    for deed in placed:
+        x, y = deed.place_mm or (None, None)
+        pocket = report.pocket(deed.pocket or 0)
+        ridge = pocket.deciding_ridge
+        told = f"{deed.do}: {deed.amount}" if deed.amount else deed.do
+        height = number(ridge.most_mm if ridge else None, 2)
+        rows.append((str(pocket.id), pocket.verdict.name, height, number(x, 0), number(y, 0), told))
+    ceasing = sum(p.verdict is Verdict.CEASE for p in report.pockets)
+    more = [f"{ceasing} pocket{'s' * (ceasing > 1)} CEASE"] if ceasing and report.verdict is not Verdict.CEASE else []
+    more += [f"{count} left out"] if (count := len(report.left_out)) else []
+    return "\n".join(
+        [
+            headline(report, width),
+            *(fold(f"do: {deed}", width) for deed in deeds if deed.pocket is None),
+            *(columns(rows, {1, 5}, width, 5) if placed else []),
+            *(fold(f"warning: {warning}", width) for warning in report.warnings),
+            *([f"{', '.join(more)}: --details"] if more else []),
         ]
     )
 

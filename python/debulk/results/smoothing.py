@@ -25,6 +25,14 @@ class Smoothing(NamedTuple):
     directions_deg: tuple[float, ...]
     edge_mm: tuple[float, float] | None
     away_mm: float | None
+    towards_deg: float | None = None
+    """Direction to that edge, 0 to 360 degrees; None if no outline is known."""
+
+    @property
+    def short(self) -> str:
+        """Say in a few words how much is to be pushed out, and in which direction."""
+        directions = " or ".join(f"{round(angle) % 180}°" for angle in self.directions_deg)
+        return f"{self.excess_mm:.2f} mm along {directions}"
 
 
 def smoothing(pocket: PocketReport, ply_outline_mm: NDArray[np.float64] | None) -> Smoothing | None:
@@ -42,7 +50,8 @@ def smoothing(pocket: PocketReport, ply_outline_mm: NDArray[np.float64] | None) 
         return Smoothing(ridge.excess_mm, across_deg, None, None)
     reach, way = min(met, key=lambda one: abs(one[0]))
     x, y = middle + reach * way
-    return Smoothing(ridge.excess_mm, across_deg, (float(x), float(y)), abs(reach))
+    towards = math.degrees(math.atan2(*(reach * way)[::-1])) % 360
+    return Smoothing(ridge.excess_mm, across_deg, (float(x), float(y)), abs(reach), towards)
 
 
 def smoothing_line(found: Smoothing) -> str:

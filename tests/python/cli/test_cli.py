@@ -13,6 +13,7 @@ from debulk import InputError, files
 from debulk.cli import app
 from debulk.recipe import Recipe
 from debulk.report import Report
+from debulk.results.deciding import worst_first
 from debulk.verdict import Verdict
 
 
@@ -177,7 +178,12 @@ def scene(**_options):
     square = np.array([[0, 0], [50, 0], [50, 40], [0, 40]], dtype=float)
     points = np.arange(36, dtype=np.float32).reshape(3, 4, 3)
     return types.SimpleNamespace(
-        scan=points, reference=points, mold_from_scanner=np.eye(4), camera=(1000.0, 2.0, 1.5), ply_outline=square
+        scan=points,
+        reference=points,
+        mold_from_scanner=np.eye(4),
+        camera=(1000.0, 2.0, 1.5),
+        ply_outline=square,
+        truth=types.SimpleNamespace(pockets=[None] * 14, decoys=[None] * 6),
     )
 
 
@@ -200,6 +206,9 @@ def test_demo_leaves_report_and_files(cell, report, monkeypatch):
     assert FakeInspector.seen["camera"] == (1000.0, 2.0, 1.5)
     tree = json.loads((cell / "deep/out/report.json").read_text(encoding="utf-8"))
     assert "seed 3" in tree["source"]["scan"]
+    shown = tree["source"]["what this shows"]
+    assert "14 air pockets and 6 bumps" in shown and "7 places are judged, 0 of them" in shown
+    assert shown in " ".join(result.stdout.split())
     # What it left behind goes through inspect.
     command = next(line for line in result.stdout.splitlines() if line.startswith("try: ")).split()[2:]
     monkeypatch.setattr(FakeInspector, "answer", dataclasses.replace(report, verdict=Verdict.CEASE))
@@ -235,7 +244,7 @@ def test_the_table_on_a_terminal(report, monkeypatch, capsys, width):
 
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", str(width))
-    cli._leave(report, [])
+    cli._leave(report, [], details=True)
     text = capsys.readouterr().out
     assert "\x1b[" in text
     plain = re.sub(r"\x1b\[[0-9;]*m", "", text)
@@ -247,6 +256,47 @@ def test_the_table_on_a_terminal(report, monkeypatch, capsys, width):
     lines = [line for line in plain.splitlines() if re.match(r" ?\d+  ", line)]
     assert len(lines) == len(report.pockets)
     assert all(len(line.split()) >= 9 for line in lines)  # no figure is broken over lines
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_what_to_do_fits_on_a_screen(report, monkeypatch, capsys, width):
+    import debulk.cli.commands as cli
+
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", str(width))
+    cli._leave(report, [])
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
+    lines = plain.splitlines()
+    assert max(map(len, lines)) <= width and len(lines) <= 16
+    assert lines[0].startswith("INVALID: pocket 6")
+    numbers = [int(line.split()[0]) for line in lines if re.match(r" ?\d+  ", line)]
+    assert numbers == [p.id for p in worst_first(report.pockets) if p.verdict is not Verdict.CEASE]
+    assert lines[-1] == "2 pockets CEASE, 2 left out: --details"
+
+
+def test_no_bar_falls_back_and_each_stage_has_its_own(monkeypatch):
+    import rich.progress
+
+    from debulk.cli.support import shown_progress
+
+    seen = {}
+
+    def update(self, task, *, completed):
+        seen.setdefault(self.tasks[task].description, []).append(completed)
+
+    monkeypatch.setattr(rich.progress.Progress, "update", update)
+    with shown_progress() as progress:
+        for stage, fraction in (
+            ("read", 0.0),
+            ("read", 0.9),
+            ("read", 0.4),
+            ("solve", 0.0),
+            ("solve", 2.0),
+            ("read", 0.1),
+        ):
+            progress(stage, fraction)
+    assert list(seen) == ["read", "solve"] and all(values == sorted(values) for values in seen.values())
+    assert max(seen["solve"]) == 1.0
 
 
 def test_a_table_that_nobody_watches_has_a_line_a_pocket(report):

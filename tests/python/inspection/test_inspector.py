@@ -146,7 +146,7 @@ def test_a_passed_deadline_is_undecided_never_cease(layup, inspector):
         assert p.verdict in (Verdict.UNDECIDED, Verdict.INVALID)
         assert "deadline" in p.reason or p.verdict is Verdict.INVALID
     assert "the deadline passed" in [entry.why for entry in report.left_out]
-    assert any(line.startswith("give the inspection more time") for line in advice(report))
+    assert any(deed.do.startswith("give the inspection more time") for deed in advice(report))
 
 
 def test_what_the_deadline_left_out_is_named_for_each_pocket(layup, inspector):

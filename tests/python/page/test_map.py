@@ -9,8 +9,9 @@ import pytest
 from debulk import Grid
 from debulk.page import map_frame, map_marks
 from debulk.page.measured_ridges import measured_ridges
-from debulk.page.report import report_map
+from debulk.page.report import page, report_map
 from debulk.page.scales import HeightScale
+from debulk.results.advice import advice
 from debulk.results.trace import Trace
 
 
@@ -95,3 +96,25 @@ def test_the_cursor_is_told_pocket_verdict_and_ridge(report):
     says = {mark.id: mark.says for mark in report_map(report).marks}
     assert says[3] == f"pocket 3: CREASE, ridge {report.pocket(3).ridge_height_mm:.2f} mm"
     assert says[6] == "pocket 6: INVALID"
+
+
+def test_an_arrow_shows_where_a_pocket_is_to_be_smoothed_out(report):
+    drawn = report_map(report)
+    deeds = [deed for deed in advice(report) if deed.way_deg is not None]
+    assert len(drawn.pushes) == len(deeds) > 0
+    for push, deed in zip(drawn.pushes, deeds, strict=True):
+        assert (push.x, -push.y) == pytest.approx(deed.place_mm)
+        angle = np.degrees(np.arctan2(-push.tip[1], push.tip[0])) % 360
+        assert angle == pytest.approx(deed.way_deg)
+
+
+def test_no_mark_but_a_crease_is_a_cross(report):
+    marked = dataclasses.replace(report, left_out=(dataclasses.replace(report.left_out[0], place_mm=(300.0, 300.0)),))
+    (bump,) = report_map(marked).bumps
+    assert bump.path.startswith("M0 -") and bump.path.endswith("Z") and bump.path.count("M") == 1  # a closed diamond
+    text = re.sub(r"<[^>]*>", "|", page(marked))
+    around = [text[max(0, m.start() - 12) : m.end() + 12] for m in re.finditer("✕", text)]
+    creasing = [f"{p.id} ✕" for p in report.creasing]
+    meant = ("✕ CREASE", "✕ crease", "| ✕ at", "✕ pocket", f"|✕ {len(creasing)}|", *creasing)
+    assert [one for one in around if not any(words in one for words in meant)] == []
+    assert all(f"|{label}|" in text for label in creasing)

@@ -9,6 +9,7 @@ import pytest
 
 from debulk.report import Report
 from debulk.results.advice import advice, deciding
+from debulk.results.deciding import worst_first
 from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.results.report import UnseenHole, Wrinkle
@@ -51,22 +52,62 @@ def test_every_pocket_that_decides_is_named_with_its_place(report):
     named = {number: verdict for verdict, numbers in deciding(report) for number in numbers}
     assert named == {p.id: p.verdict for p in report.pockets if p.verdict is not Verdict.CEASE}
     assert [verdict for verdict, _ in deciding(report)] == [Verdict.INVALID, Verdict.CREASE, Verdict.UNDECIDED]
-    smooth = next(line for line in advice(report) if line.startswith("smooth"))
-    for pocket in report.pockets:
-        place = f"{pocket.id} ({pocket.centroid_mm[0]:.0f}, {pocket.centroid_mm[1]:.0f})"
-        assert (place in smooth) == (pocket.verdict is Verdict.CREASE)
+    deeds = advice(report)
+    places = [deed.pocket for deed in deeds if deed.pocket is not None]
+    assert (deeds[0].at, deeds[0].place_mm) == ("holes", (610.0, 130.0))
+    assert places == [p.id for p in worst_first(report.pockets) if p.verdict is not Verdict.CEASE]
+    for deed in deeds[1 : 1 + len(places)]:
+        pocket = report.pocket(deed.pocket)
+        assert deed.place_mm == pocket.centroid_mm and deed.verdict is pocket.verdict
+    assert deeds[-1].do == "scan again before the vacuum is drawn"
+
+
+def test_a_creasing_pocket_has_its_amount_and_direction(report):
+    for deed in advice(report):
+        if deed.verdict is Verdict.CREASE and report.pocket(deed.pocket).ridges:
+            ridge = report.pocket(deed.pocket).ridges[0]
+            assert deed.do == "smooth the ply" and deed.amount.startswith(f"{ridge.excess_mm:.2f} mm along ")
+            ways = [d + 90 for d in (ridge.direction_deg, ridge.mirrored_deg) if d is not None]
+            assert min(abs((deed.way_deg - way + 90) % 180 - 90) for way in ways) < 1e-6
+
+
+def test_the_findings_own_remedies_come_first(report):
+    swapped = "scan and reference look swapped: 12 cm² hang below it; give them the other way round"
+    outline = "the ply's outline is not given, and nothing tells where it ends; give the ply's outline (--outline)"
+    found = (
+        Finding("reference", Verdict.INVALID, swapped),
+        Finding("mold_edge", Verdict.INVALID, outline, place_mm=(1.0, -2.0)),
+        Finding("coverage", Verdict.INVALID, "60 % was seen, limit 98 %"),
+        Finding("pockets", Verdict.CREASE, "pocket 3 creases"),
+    )
+    deeds = advice(dataclasses.replace(report, reason=swapped, findings=found))
+    assert [(deed.do, deed.at, deed.place_mm) for deed in deeds[:3]] == [
+        ("give them the other way round", "reference", None),
+        ("give the ply's outline (--outline)", "mold edge", (1.0, -2.0)),
+        ("scan again", "coverage", None),
+    ]
+    assert deeds[3].pocket == 6
+    alone = advice(Report(verdict=Verdict.INVALID, reason=swapped, pockets=()))  # a report of an earlier version
+    assert [deed.do for deed in alone] == ["give them the other way round"]
+
+
+def test_no_advice_refers_to_another_sentence(report):
+    for verdict in Verdict:
+        for one in (report, Report(verdict=verdict, reason="for some reason", pockets=())):
+            text = " ".join(map(str, advice(one)))
+            assert "reason" not in text and "above" not in text and text
 
 
 def test_only_a_hole_that_matters_asks_for_a_scan():
     calm = Report(verdict=Verdict.CEASE, reason="", pockets=(), unseen=(HOLE,))
-    assert advice(calm) == ["change nothing"]
+    assert [str(deed) for deed in advice(calm)] == ["draw the vacuum"]
     assert "unseen: a hole in the scan of 49.8 cm² at (-169, 16) mm" in table(calm).splitlines()
     hides = dataclasses.replace(HOLE, at_best=Verdict.UNDECIDED)
     doubtful = Report(verdict=Verdict.UNDECIDED, reason="", pockets=(), unseen=(hides,))
-    assert advice(doubtful) == ["scan again because of a hole in the scan of 49.8 cm² at (-169, 16) mm"]
+    assert [str(deed) for deed in advice(doubtful)] == ["scan again (a hole in the scan of 49.8 cm² at (-169, 16) mm)"]
     assert "UNDECIDED at best" in table(doubtful)
     lacks = dataclasses.replace(doubtful, unseen=(dataclasses.replace(hides, of="reference"),))
-    assert advice(lacks)[0].startswith("complete the reference")
+    assert advice(lacks)[0].do == "complete the reference"
 
 
 def test_before_the_level_is_right_no_pocket_counts(report):
@@ -75,16 +116,8 @@ def test_before_the_level_is_right_no_pocket_counts(report):
     assert len(advice(right)) > 1 and "stands 0.310 ± 0.010 mm" in table(right)
     for wrong in ({"laid_mm": 0.45}, {"laid_mm": 0.15}, {"low_share": 0.2}):
         off = dataclasses.replace(right, level=dataclasses.replace(LEVEL, **wrong))
-        assert len(advice(off)) == 1 and advice(off)[0].startswith("check the pose")
-
-
-def test_what_only_the_layups_reason_names_comes_first(report):
-    creasing = tuple(p for p in report.pockets if p.verdict is Verdict.CREASE)
-    cut_off = dataclasses.replace(report, verdict=Verdict.INVALID, reason="the coverage is 40 %", pockets=creasing)
-    assert advice(cut_off)[0].startswith("mend what the reason above names")
-    assert advice(cut_off)[1].startswith("smooth")
-    named = dataclasses.replace(cut_off, verdict=Verdict.CREASE)
-    assert advice(named) == advice(cut_off)[1:]
+        assert advice(off)[0].do.startswith("check the pose") and "no pocket counts" in advice(off)[1].do
+        assert len(advice(off)) == 2
 
 
 def test_a_standing_wrinkle_is_to_be_smoothed(report):
@@ -92,8 +125,8 @@ def test_a_standing_wrinkle_is_to_be_smoothed(report):
         start_mm=(10, 20), end_mm=(70, 20), length_mm=60, height_mm=2, width_mm=3, excess_length_mm=2,
         ridge_height_mm=1.2,
     )  # fmt: skip
-    creased = dataclasses.replace(report, verdict=Verdict.CREASE, pockets=(), wrinkles=(wrinkle,))
-    assert advice(creased) == ["smooth the wrinkle of 60 mm from (10, 20) to (70, 20) mm, then scan again"]
+    creased = dataclasses.replace(report, verdict=Verdict.CREASE, pockets=(), findings=(), wrinkles=(wrinkle,))
+    assert str(advice(creased)[0]) == "smooth it (the wrinkle of 60 mm from (10, 20) to (70, 20) mm)"
 
 
 def test_what_a_deadline_cut_wants_time_and_no_hands(report):
@@ -102,9 +135,11 @@ def test_what_a_deadline_cut_wants_time_and_no_hands(report):
     known = (Finding("pockets", Verdict.UNDECIDED, late), Finding("deadline", None, late, pocket=cut.id))
     undecided = dataclasses.replace(report, verdict=Verdict.UNDECIDED, reason="1 of 1 undecided", findings=known)
     lines = advice(dataclasses.replace(undecided, pockets=(cut,)))
-    assert lines == ["give the inspection more time, and inspect the same scan again: the deadline passed"]
+    assert [line.do for line in lines] == [
+        "give the inspection more time, and inspect the same scan again: the deadline passed"
+    ]
     both = dataclasses.replace(undecided, pockets=(cut, dataclasses.replace(report.pockets[3], id=99)))
-    assert [line.split()[0] for line in advice(both)] == ["not", "give"]
+    assert [line.do.split()[0] for line in advice(both)] == ["smooth", "give", "scan"]
     found = (Finding("deadline", Verdict.UNDECIDED, "the deadline passed during the stage place"),)
     whole = Report(verdict=Verdict.UNDECIDED, reason=found[0].reason, pockets=(), findings=found)
     assert advice(whole) == lines

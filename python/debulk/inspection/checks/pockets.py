@@ -11,8 +11,8 @@ from debulk.verdict import Judgement, Verdict, judge_layup
 __all__ = ["counts", "coverage", "deadline", "not_seen", "outline", "pockets", "reference", "search"]
 
 _NO_OUTLINE = (
-    "the ply's outline is not given: where that lies beside the ply, or at the mold's edge, give it (ply_outline, "
-    "--outline)"
+    "the ply's outline is not given; give it (ply_outline, --outline) if what is wrong lies beside the ply, or at the "
+    "mold's edge"
 )
 
 
