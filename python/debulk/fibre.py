@@ -145,7 +145,7 @@ def measure(
     mold_tol_mm
         The ply lies on the mold where its lower side is nearer to it than this.
     apart_mm
-        Distance of neighbouring lines.
+        Distance of neighbouring lines, at least a tenth of the heights' spacing: nearer lines show nothing new.
     draw_mm
         Length of flat ply over which one fold can draw more ply in: H / (mu P), docs/model.md, section 6.
     hold_mm
@@ -172,6 +172,11 @@ def measure(
     (1.5, True)
     """
     values = arrays.numbers(height_map.values, "height_map.values", (None, None), "an (ny, nx) array of mm", nan=True)
+    least_mm = 0.1 * height_map.spacing_mm
+    if not apart_mm >= least_mm:
+        raise InputError(
+            f"apart_mm: expected at least a tenth of the heights' spacing, {least_mm:.3g} mm, but got {apart_mm:.3g}"
+        )
     wanted = _core.fibre.FibreOptions()
     wanted.thickness_mm, wanted.mold_tol_mm, wanted.apart_mm = thickness_mm, mold_tol_mm, apart_mm
     wanted.draw_mm, wanted.hold_mm, wanted.threads = draw_mm, hold_mm, threads

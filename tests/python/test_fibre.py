@@ -57,6 +57,8 @@ def test_without_an_outline_the_ends_of_lines_are_unknown() -> None:
         ({"height_map": Grid(np.zeros((3, 3, 2)), np.zeros(2), 1.0)}, "height_map"),
         ({"fibre_angles_deg": (0, np.nan)}, "fibre_angles_deg"),
         ({"apart_mm": 0.0}, "apart_mm"),
+        ({"apart_mm": 1e-6}, "apart_mm: expected at least a tenth of the heights. spacing"),
+        ({"apart_mm": float("nan")}, "apart_mm"),
         ({"thickness_mm": -1.0}, "thickness_mm"),
         ({"ply_outline": [(0, 0), (1, 1)]}, "ply_outline"),
     ],
