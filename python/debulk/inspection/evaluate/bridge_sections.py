@@ -96,7 +96,8 @@ def over_bump(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Short | N
         return None
     section = measured(found, ply, stop)
     if section is None:
-        return Short(f"the ply over it may bridge the hollow below, where it stands {bound_mm:.2f} mm high", likely=False)
+        why = f"the ply over it may bridge the hollow below, where it stands {bound_mm:.2f} mm high"
+        return Short(why, likely=False)
     if section.range_mm[1] < least_mm:
         return None
     why = f"the ply over it is too short for the hollow below: a bridge of {bridge_section_line(section)}"
