@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import pocket
+from debulk import _core, pocket
 from debulk.grid import Grid
+from debulk.surface import Reference
 
 __all__ = ["EdgeFit", "Outline"]
 
@@ -103,12 +104,31 @@ class Outline:
 
     def strips(self, heights: Grid) -> Floats:
         """Return the (N, K) heights at the places and offsets, from a height map; NaN: nothing known."""
-        ij = np.rint((self._xy - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
-        ny, nx = heights.values.shape
-        known = self._own & (ij >= 0).all(axis=2) & (ij < [nx, ny]).all(axis=2)
+        ij, known = self._cells(heights)
         values = np.full(known.shape, np.nan)
         values[known] = heights.values[ij[known][:, 1], ij[known][:, 0]]
         return values
+
+    def missed(self, seen: Grid, surface: Reference) -> Floats:
+        """Return by how much the (N, K) heights of a map stand above the surface fitted to it; 0: nothing known.
+
+        A smooth surface does not follow every edge of a mold, and what it cuts off stands up in every scan.
+        """
+        ij, known = self._cells(seen)
+        xy, heights = seen.origin_mm + seen.spacing_mm * ij[known], seen.values[ij[known][:, 1], ij[known][:, 0]]
+        corners = _core.surface.extent(surface)
+        on = np.isfinite(heights) & ((xy >= corners.min(axis=0)) & (xy <= corners.max(axis=0))).all(axis=1)
+        above = np.zeros(len(xy))
+        above[on] = heights[on] - surface.height(xy[on])
+        out = np.zeros(known.shape)
+        out[known] = above
+        return out
+
+    def _cells(self, heights: Grid) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """Return the column and row of the cell nearest to each place, (N, K, 2), and which of them are on the map."""
+        ij = np.rint((self._xy - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
+        ny, nx = heights.values.shape
+        return ij, self._own & (ij >= 0).all(axis=2) & (ij < [nx, ny]).all(axis=2)
 
     def fit(self, values: Floats, thickness_mm: float, cut_height_mm: float) -> EdgeFit:
         """Find the ply's edge in the strips' heights, disregarding pockets, which rise above the cut."""

@@ -124,6 +124,7 @@ class Placing:
             frame.check_outline_on(ply_outline, low, high)
         self._ply_outline = ply_outline
         self.outline = None if ply_outline is None else Outline(ply_outline)
+        self._missed = 0.0 if self.outline is None else self.outline.missed(prepared.seen, prepared.reference)
         self.zones = PlyZones(prepared.reference, ply_outline, low, high)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
@@ -209,7 +210,7 @@ class Placing:
             finding = Finding("ply_edge", Verdict.INVALID, edge_reason(fit), fit.off_share, most, place_mm=(x, y))
             return replace(placed, finding=finding)
         raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
-        beyond = find_beyond(self.outline, strips, self._thickness_mm, raised_mm)
+        beyond = find_beyond(self.outline, strips - self._missed, self._thickness_mm, raised_mm)
         if beyond is None:
             return placed
         at, reason = beyond.at_mm, beyond_reason(beyond)
