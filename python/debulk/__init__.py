@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         surface,
         verdict,
     )
+    from debulk.chain.qualifying import qualify
     from debulk.chain.record import Chain
     from debulk.comparison import Comparison
     from debulk.inspection.calls import compare, inspect
@@ -57,6 +58,7 @@ __all__ = [
     "inspect",
     "net",
     "pocket",
+    "qualify",
     "recipe",
     "repeat",
     "ridge",
@@ -80,6 +82,7 @@ _HOMES = {
     "Verdict": "verdict",
     "compare": "inspection.calls",
     "inspect": "inspection.calls",
+    "qualify": "chain.qualifying",
     "repeat": "inspection.repeating",
 }
 

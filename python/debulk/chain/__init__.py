@@ -6,8 +6,9 @@ the signature of every scan with it.
 
 from __future__ import annotations
 
+from debulk.chain.gauge import Gauge
 from debulk.chain.recognise import recognised
 from debulk.chain.record import Chain, Figure
 from debulk.chain.signature import Signature
 
-__all__ = ["Chain", "Figure", "Signature", "recognised"]
+__all__ = ["Chain", "Figure", "Gauge", "Signature", "recognised"]

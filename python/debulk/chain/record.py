@@ -7,10 +7,12 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from debulk._core import InputError
 from debulk.arguments import typed
+from debulk.chain.part import Part
+from debulk.chain.study import Agreement, Drift, Strip, Study, Transfer
 from debulk.files.replacing import replacing
 from debulk.recipe.errors import message, wrong_values
 
@@ -21,16 +23,10 @@ if TYPE_CHECKING:
     from debulk.chain.recognise import Recogniser
     from debulk.inspection.rawscan.filled import FilledSearch
 
-__all__ = ["FORMAT", "Chain", "Figure", "Part"]
+__all__ = ["FORMAT", "Chain", "Figure"]
 
 FORMAT = "debulk chain 1"
 _MAX_FILE_BYTES = 1 << 22  # a chain has some kilobytes; a file far larger is something else
-
-
-class Part(BaseModel):
-    """A part of the file: immutable; it refuses unknown names, text in place of numbers, NaN and infinity."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class Figure(Part):
@@ -64,8 +60,18 @@ class Chain(Part):
         When it was qualified, ISO 8601, and by which version of debulk.
     scans
         Number of scans.
+    image
+        Rows and columns of its scans; None: they are lists of points.
     figures
         What its scans look like.
+    drifts
+        Trends of the figures, and of the height of the flat ply, from the first scan to the last.
+    studies, agreement
+        How well pockets and their verdicts repeat.
+    strip
+        What the scans of a strip show; None: there were none.
+    blur_mm, transfer
+        Sigma of the blur, by the strip, or else at least that of the ply's edge; and what it leaves of narrow bumps.
     doubts
         What the qualification could not show, or should not have shown.
     """
@@ -75,7 +81,14 @@ class Chain(Part):
     made_utc: str
     debulk: str
     scans: int = Field(ge=1)
+    image: tuple[int, int] | None = None
     figures: tuple[Figure, ...]
+    drifts: tuple[Drift, ...] = ()
+    studies: tuple[Study, ...] = ()
+    agreement: Agreement | None = None
+    strip: Strip | None = None
+    blur_mm: float | None = None
+    transfer: tuple[Transfer, ...] = ()
     doubts: tuple[str, ...] = ()
 
     @property
@@ -95,7 +108,7 @@ class Chain(Part):
 
     @typed
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the chain as .json, which `load` reads back to an equal chain.
+        """Write the chain as .json, which `load` reads back to an equal chain, or as .html, a page for an auditor.
 
         Raises
         ------
@@ -103,10 +116,17 @@ class Chain(Part):
             If the name ends otherwise, or the file cannot be written.
         """
         path = Path(path)
-        if path.suffix.lower() != ".json":
-            raise InputError(f"{path}: expected a file ending in .json")
+        ending = path.suffix.lower()
+        if ending not in (".json", ".html"):
+            raise InputError(f"{path}: expected a file ending in .json or .html")
+        if ending == ".html":
+            from debulk.chain.page import page
+
+            text = page(self)
+        else:
+            text = self._json()
         with replacing(path) as temporary:
-            temporary.write_text(self._json(), encoding="utf-8", newline="\n")
+            temporary.write_text(text, encoding="utf-8", newline="\n")
 
     @classmethod
     @typed
