@@ -9,6 +9,7 @@
 #include "bindings/seen.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/cliffs.hpp"
+#include "debulk/surface/datum.hpp"
 #include "debulk/surface/fit_reference.hpp"
 #include "debulk/surface/front_end.hpp"
 #include "debulk/surface/height_map.hpp"
@@ -279,6 +280,18 @@ void bind_surface(py::module_ m) {
         return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
       },
       py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"), py::arg("stop"));
+
+  m.def(
+      "datum",
+      [](const Reference& mold, double thickness, int threads) {
+        Grid<double> nodes;
+        {
+          py::gil_scoped_release release;
+          nodes = datum(mold, thickness, threads).heights();
+        }
+        return grid_values(std::move(nodes));
+      },
+      py::arg("reference"), py::arg("thickness_mm"), py::arg("threads"));
 
   m.def(
       "misfits",

@@ -177,6 +177,12 @@ def measure(
         raise InputError(
             f"apart_mm: expected at least a tenth of the heights' spacing, {least_mm:.3g} mm, but got {apart_mm:.3g}"
         )
+    if (datum := reference.datum(thickness_mm)) is not reference:
+        low, _, high, _ = _core.surface.extent(reference)
+        at = (height_map.origin_mm[k] + height_map.spacing_mm * np.arange(values.shape[1 - k]) for k in (0, 1))
+        x, y = (np.clip(v, a, b) for v, a, b in zip(at, low, high, strict=True))
+        xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        values = values - (datum.height(xy) - reference.height(xy)).reshape(values.shape)
     wanted = _core.fibre.FibreOptions()
     wanted.thickness_mm, wanted.mold_tol_mm, wanted.apart_mm = thickness_mm, mold_tol_mm, apart_mm
     wanted.draw_mm, wanted.hold_mm, wanted.threads = draw_mm, hold_mm, threads

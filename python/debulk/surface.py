@@ -85,6 +85,38 @@ class Reference(_core.surface.Reference):
         out: NDArray[np.float64] = self._hessian(points)
         return out[0] if one else out
 
+    @typed
+    def datum(self, thickness_mm: float) -> Reference:
+        """Return the surface above which a ply's upper side is one thickness high along z wherever the ply lies.
+
+        A ply keeps its thickness t along the normal. Its upper side is the parallel surface of the mold, which stands
+        higher above the mold along z than t on a slope: about t / cos(slope), less where the mold is convex. The datum
+        is the parallel surface less t, so that heights above it are heights along z, and gaps below the ply are such
+        heights less t, on slopes as on the flat (docs/model.md, section 1). On a flat mold, where the two differ by
+        less than 1 um, it is the mold itself, to the last bit.
+
+        Parameters
+        ----------
+        thickness_mm
+            Thickness of the ply, not negative.
+
+        Raises
+        ------
+        InputError
+            If the thickness is negative or not finite.
+
+        Examples
+        --------
+        >>> x = np.arange(-40.0, 41.0, 4.0)
+        >>> slope = Reference(np.tile(x, (5, 1)), (-40.0, 0.0), 4.0)  # of 45 degrees
+        >>> round(slope.datum(0.3).height((0.0, 8.0)), 4) == round(0.3 * (2**0.5 - 1), 4)
+        True
+        """
+        heights = _core.surface.datum(self, thickness_mm, 0)
+        if np.array_equal(heights, self.heights_mm):
+            return self
+        return Reference(heights, self.origin_mm, self.spacing_mm)
+
 
 @dataclass(frozen=True, eq=False)
 class HeightMap(Grid):

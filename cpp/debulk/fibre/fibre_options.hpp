@@ -6,7 +6,7 @@ namespace debulk {
 
 // How the excess of the fibre lines is read (docs/model.md, section 9).
 struct FibreOptions {
-  double thickness = kNominalThicknessMm;  // mm, of the ply along the mold's normal: a scan sees its upper side
+  double thickness = kNominalThicknessMm;  // mm, of the ply: a scan sees its upper side
   double mold_tol = kNominalMoldTolMm;     // mm, a lower side this near lies on the mold
   double apart = 2.0;                      // mm, between neighbouring lines of a family
   double step = 1.0;                       // mm, between the points of a line

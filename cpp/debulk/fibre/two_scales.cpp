@@ -167,26 +167,20 @@ void TwoScales::make(std::size_t tile, const Surface& mold, Workspace& work) {
   const bool all_known = work.read(heights_, ply_, i0 - work.border, j0 - work.border);
   work.add_up(fine_cells_ / 2, all_known, work.fine, work.fine_count);
   work.add_up(fine_cells_, all_known, work.coarse, work.coarse_count);
-  // The mold on the tile with a border of one point, for its slopes.
-  Grid<double> m(kTileSide + 2, kTileSide + 2, heights_.position(i0 - 1, j0 - 1), heights_.spacing);
+  Grid<double> m(kTileSide, kTileSide, heights_.position(i0, j0), heights_.spacing);
   mold.heights_on(m, 1);
   using Points = Eigen::Array<float, kEach, kTileSide>;
   for (int j = 0; j < kTileSide; ++j) {
-    const auto mold_row = [&](int di, int dj) { return Eigen::Map<const Row>(&m.at(1 + di, j + 1 + dj)); };
     const auto sums_row = [&](const std::vector<float>& sums) {
       return Eigen::Map<const FloatRow>(&sums[static_cast<std::size_t>(j) * kTileStride]);
     };
-    const Row rise_x = (mold_row(1, 0) - mold_row(-1, 0)) / (2 * heights_.spacing);
-    const Row rise_y = (mold_row(0, 1) - mold_row(0, -1)) / (2 * heights_.spacing);
-    // A ply of the thickness t along the normal stands t / cos(slope) high along z.
-    const Row upright = thickness_ * (1 + rise_x * rise_x + rise_y * rise_y).sqrt();
     const FloatRow fine = sums_row(work.fine) / sums_row(work.fine_count), coarse = sums_row(work.coarse) / sums_row(work.coarse_count);
     const float* known = &work.known[static_cast<std::size_t>(j + work.border) * work.stride + work.border];
     float* points = &values_[(tile * kPoints + static_cast<std::size_t>(j) * kTileSide) * kEach];
     Eigen::Map<Points> out(points);
-    out.row(0) = (fine.cast<double>() - upright).cast<float>();
-    out.row(1) = (coarse.cast<double>() - upright).cast<float>();
-    out.row(2) = mold_row(0, 0).cast<float>();
+    out.row(0) = (fine.cast<double>() - thickness_).cast<float>();
+    out.row(1) = (coarse.cast<double>() - thickness_).cast<float>();
+    out.row(2) = Eigen::Map<const Row>(&m.at(0, j)).cast<float>();
     out.row(3) = 0;
     for (int i = 0; i < kTileSide; ++i)
       if (!(known[i] > 0)) out(0, i) = out(1, i) = kUnknown;

@@ -14,8 +14,8 @@
 
 namespace debulk {
 
-// Heights of the ply's upper side above the mold, mm, NaN where nothing is known: of a whole map or of windows of it,
-// which may not overlap.
+// Heights of the ply's upper side above the datum of its thickness (surface/datum.hpp), mm, NaN where nothing is known: of a whole map or
+// of windows of it, which may not overlap.
 using HeightWindows = std::vector<const Grid<float>*>;
 
 // What a line needs at one place. NaN where it is not known.
@@ -26,7 +26,7 @@ struct ScaleSample {
 };
 
 // The gap below the ply at two scales: means of the heights over squares of `fine` and of 2 fine + 1 cells, over the
-// points that are known, less the thickness along the mold's normal. They are made tile by tile, and only where the ply
+// points that are known, less the thickness. They are made tile by tile, and only where the ply
 // stands off the mold or next to it: elsewhere no line has an excess.
 class TwoScales {
  public:

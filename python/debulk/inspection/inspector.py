@@ -158,7 +158,7 @@ class Inspector:
         preparation = Preparation(progress)
         if not isinstance(reference, Prepared):
             reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe, preparation)
-        self.prepared = reference
+        self.prepared = reference = replace(reference, thickness_mm=recipe.material.thickness_mm)
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)

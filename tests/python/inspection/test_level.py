@@ -283,7 +283,7 @@ def test_a_bend_goes_on_through_the_squares_that_stand_up_and_a_loose_border_doe
     border, bent = 0.5 * np.clip((x - 120) / 260, 0, 1) ** 2, 0.16 * (x / 380) ** 2
     for rise, lies in ((border, True), (bent, False)):
         xy = np.stack([x, y], axis=1)
-        blocks = Blocks(xy, 0.3 + rise, np.full(len(x), 0.005), np.ones(len(x)), 40.0, 1.0)
+        blocks = Blocks(xy, 0.3 + rise, np.full(len(x), 0.005), 40.0, 1.0)
         found = level.deviation(blocks, 0.3, 0.3)
         high = np.flatnonzero(found.off(0.1) > 0)
         assert np.abs(found.fits_mm).max() > 0.1

@@ -20,7 +20,7 @@ def seen(shape, high_share, noise_mm=0.02):
     height = 0.3 + shape(xy[:, 0] / 300, xy[:, 1] / 240) + rng.normal(0, noise_mm, len(xy))
     high = rng.random(len(xy)) < high_share
     height[high] += rng.uniform(2, 6, np.count_nonzero(high))
-    return Blocks(xy, height, np.full(len(xy), noise_mm / 3), np.ones(len(xy)), 20.0, 1.0)
+    return Blocks(xy, height, np.full(len(xy), noise_mm / 3), 20.0, 1.0)
 
 
 def reason(blocks):

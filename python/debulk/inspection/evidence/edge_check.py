@@ -6,6 +6,7 @@ where a step from the ply's thickness down to the reference fits them best.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +63,8 @@ class Outline:
     ----------
     corners_mm
         (M, 2), mold XY.
+    bare_mm
+        Gives the heights (N,) of the bare mold above the datum at (N, 2) places. None: 0 everywhere.
 
     Attributes
     ----------
@@ -73,7 +76,7 @@ class Outline:
         Distance from one place to the next, along it.
     """
 
-    def __init__(self, corners_mm: Floats) -> None:
+    def __init__(self, corners_mm: Floats, bare_mm: Callable[[Floats], Floats] | None = None) -> None:
         ends = np.roll(corners_mm, -1, axis=0)
         lengths = np.linalg.norm(ends - corners_mm, axis=1)
         way = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -100,6 +103,8 @@ class Outline:
         self.places_mm, self.normals = points, normal
         self.step_mm = float(way[-1]) / (count * steps)
         self._stretches = (count, steps)
+        bare = np.zeros(own.shape) if bare_mm is None else bare_mm(xy.reshape(-1, 2)).reshape(own.shape)
+        self._bare = bare.reshape(count, steps, -1).mean(axis=1)
         self._middles = points.reshape(count, steps, 2).mean(axis=1)
 
     def strips(self, heights: Grid) -> Floats:
@@ -136,7 +141,7 @@ class Outline:
         middle = _medians(values.reshape(count, steps, -1).transpose(0, 2, 1))
         # A pocket at the edge hides the edge, and so does an object beside the mold that lies far below it.
         middle[np.abs(middle) > max(cut_height_mm, 2 * thickness_mm)] = np.nan
-        off = _edges(middle, self.offsets_mm, thickness_mm)
+        off = _edges(middle, self.offsets_mm, thickness_mm, self._bare)
         judged = np.isfinite(off)
         wrong = judged & (np.abs(off) > _BLUR_MM)
         number = int(judged.sum())
@@ -154,18 +159,19 @@ def _medians(strips: Floats) -> Floats:
     return np.where(known >= _LEAST_CELLS, np.take_along_axis(ranked, at, axis=2).mean(axis=2), np.nan)
 
 
-def _edges(middle: Floats, offsets: Floats, thickness: float) -> Floats:
-    """Return the distance from the outline of the best step from thickness to 0 in each (S, K) row; NaN: unknown."""
+def _edges(middle: Floats, offsets: Floats, thickness: float, bare: Floats) -> Floats:
+    """Return the distance from the outline of the best step from thickness to bare in each (S, K) row; NaN: unknown."""
     known = np.isfinite(middle)
     enough = (known[:, offsets < 0].sum(axis=1) >= _NEEDED) & (known[:, offsets > 0].sum(axis=1) >= _NEEDED)
     off = np.full(len(middle), np.nan)
     rows, known = np.arange(np.count_nonzero(enough)), known[enough]
     values = np.where(known, middle[enough], 0.0)
-    most = np.where(known, thickness**2, 0.0)  # 0 because an unknown value fits anything
-    ply, bare = np.minimum((values - thickness) ** 2, most), np.minimum(values**2, most)
+    bare = bare[enough]
+    most = np.where(known, (thickness - bare) ** 2, 0.0)  # 0 because an unknown value fits anything
+    ply, mold = np.minimum((values - thickness) ** 2, most), np.minimum((values - bare) ** 2, most)
     # The misfit of ply up to the k-th strip and none beyond it.
     misfit = np.pad(np.cumsum(ply, axis=1), ((0, 0), (1, 0)))
-    misfit += np.pad(np.cumsum(bare[:, ::-1], axis=1)[:, ::-1], ((0, 0), (0, 1)))
+    misfit += np.pad(np.cumsum(mold[:, ::-1], axis=1)[:, ::-1], ((0, 0), (0, 1)))
     here, best = int(np.searchsorted(offsets, 0.0)), np.argmin(misfit, axis=1)
     # The edge lies midway between the last known strip on the ply and the first known one off it. If only one of the
     # two exists, it lies there.

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.grid import Grid
 from debulk.inspection.evidence.sample import Sample
-from debulk.surface import Reference
 
 __all__ = ["Blocks", "PlyZones"]
 
@@ -37,12 +36,9 @@ class Blocks:
     xy_mm
         (B, 2) middles.
     height_mm
-        (B,) medians above the reference.
+        (B,) medians above the datum.
     error_mm
         (B,) standard errors of these medians, from the quartiles of the heights.
-    slope_factor
-        (B,) mean of sqrt(1 + |grad F|²), F being the reference. On a slope, a ply that keeps its thickness at right
-        angles to the surface is thicker along z by this factor.
     side_mm
         Side of the squares.
     ply_share
@@ -52,7 +48,6 @@ class Blocks:
     xy_mm: Floats
     height_mm: Floats
     error_mm: Floats
-    slope_factor: Floats
     side_mm: float
     ply_share: float
 
@@ -62,15 +57,13 @@ class PlyZones:
 
     Parameters
     ----------
-    reference
-        The surface below the ply.
     ply_outline
         (M, 2), mold XY, mm; None: all of the reference counts as the ply.
     low_mm, high_mm
         (2,) corners of the box around the known part of the reference.
     """
 
-    def __init__(self, reference: Reference, ply_outline: Floats | None, low_mm: Floats, high_mm: Floats) -> None:
+    def __init__(self, ply_outline: Floats | None, low_mm: Floats, high_mm: Floats) -> None:
         if ply_outline is not None:
             low_mm, high_mm = np.maximum(low_mm, ply_outline.min(axis=0)), np.minimum(high_mm, ply_outline.max(axis=0))
         size = np.maximum(high_mm - low_mm, _CELL_MM)
@@ -92,8 +85,6 @@ class PlyZones:
         self.inset_mm = _INSET_MM
         self.inner_mm2 = float(np.count_nonzero(on)) * _CELL_MM**2
         self.squares = int(np.count_nonzero(self._block_cells * _CELL_MM**2 >= _LEAST_SHARE * self.side_mm**2))
-        factor = np.sqrt(1 + (reference.gradient(xy[on]) ** 2).sum(axis=1))
-        self._block_factor = np.bincount(block, factor, minlength=squares) / np.maximum(self._block_cells, 1)
 
     def inside(self, sample: Sample) -> Bools:
         """Return which points of a sample have a height and lie on the ply, well inside its outline."""
@@ -122,7 +113,7 @@ class PlyZones:
 
     def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:
         """Return the medians of the used points in each square in which most of the points on the ply are used."""
-        size = len(self._block_factor)
+        size = len(self._block_cells)
         block = self._block_of(sample.points_mm[on, :2])
         on_ply = np.bincount(block, minlength=size)
         block = block[used[on]]
@@ -138,7 +129,6 @@ class PlyZones:
             xy_mm=self._low + self.side_mm * middle,
             height_mm=medians,
             error_mm=_OF_QUARTILES * quartiles / np.sqrt(count),
-            slope_factor=np.maximum(self._block_factor[numbers], 1.0),
             side_mm=self.side_mm,
             ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
         )

@@ -95,9 +95,7 @@ def sample_of(
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
     in_mold = points.astype(np.float64, order="F")  # each coordinate is contiguous: the checks read them one by one
-    return Sample(
-        in_mold, _heights_above(prepared.reference, prepared.seen, in_mold), 1, np.zeros(len(in_mold), np.bool_)
-    )
+    return Sample(in_mold, _heights_above(prepared.datum, prepared.seen, in_mold), 1, np.zeros(len(in_mold), np.bool_))
 
 
 def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:

@@ -83,7 +83,7 @@ class RegionFinder:
             if mesh is not None:
                 wanted.row_step, wanted.column_step = mesh
             self._core = _core.region.RegionFront(
-                prepared.reference,
+                prepared.datum,
                 prepared.image.shape,
                 prepared.image.camera,
                 np.eye(4) if mold_from_scanner is None else mold_from_scanner,

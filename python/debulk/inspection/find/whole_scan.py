@@ -53,7 +53,7 @@ class WholeScanFinder:
         """Make the front end that the first scan needs, with its memory; later calls return the same one."""
         if self._front is None:
             self._front = FrontEnd(
-                self._prepared.reference,
+                self._prepared.datum,
                 self._prepared.image,
                 self._mold_from_scanner,
                 options=options.front_end(self._recipe, self._prepared.grid_spacing_mm),

@@ -84,13 +84,9 @@ class Deviation:
 
 
 def departure(blocks: Blocks, thickness_mm: float, least_mm: float) -> Floats:
-    """Return by how much each square is off the ply's thickness above the reference.
-
-    The deviation is 0 for heights along z from the least thickness to that of a ply that keeps its thickness normal to
-    the slope. Whether a ply does so depends on how it was made.
-    """
+    """Return by how much each square is off the ply's thickness above the datum; 0 down to its least thickness."""
     above = blocks.height_mm - thickness_mm
-    return np.asarray(above - np.clip(above, least_mm - thickness_mm, thickness_mm * (blocks.slope_factor - 1)))
+    return np.asarray(above - np.clip(above, least_mm - thickness_mm, 0.0))
 
 
 def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation:

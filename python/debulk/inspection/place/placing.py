@@ -123,9 +123,9 @@ class Placing:
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
         self._ply_outline = ply_outline
-        self.outline = None if ply_outline is None else Outline(ply_outline)
+        self.outline = None if ply_outline is None else Outline(ply_outline, prepared.bare_mm)
         self._missed = 0.0 if self.outline is None else self.outline.missed(prepared.seen, prepared.reference)
-        self.zones = PlyZones(prepared.reference, ply_outline, low, high)
+        self.zones = PlyZones(ply_outline, low, high)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
         """Return the scan, without its offset if the recipe allows removing it, and the sample for all checks."""
@@ -239,7 +239,8 @@ class Placing:
         """Return the squares of the ply outside the outlines, without the bare mold if the ply's outline is unknown."""
         used = on & off_pockets(sample.points_mm, outlines)
         if self.outline is None:
-            bare = np.abs(sample.height_mm) <= self._recipe.level.tol_mm
+            above_mm = sample.height_mm - self._prepared.bare_mm(sample.points_mm[:, :2])
+            bare = np.abs(above_mm) <= self._recipe.level.tol_mm
             if np.count_nonzero(bare & used) < _BARE_SHARE * np.count_nonzero(used):
                 used &= ~bare
         return self.zones.blocks(sample, on, used)

@@ -43,6 +43,11 @@ class PlyOnMold:
     recipe: Recipe
 
     @kept
+    def datum(self) -> Reference:
+        """The surface above which the ply's heights are measured; see `debulk.surface.Reference.datum`."""
+        return self.reference.datum(self.recipe.material.thickness_mm)
+
+    @kept
     def fibres(self) -> PlyFibres:
         """The lines along its fibres, which are the same for every scan of it."""
         return PlyFibres(self.reference, self.outline, self.fibre_angles_deg, self.recipe)

@@ -97,11 +97,11 @@ def findings(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.
 def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.Stop | None = None) -> list[Rider]:
     """Find the narrow bumps that ride on one pocket or bump, highest first."""
     core = found.feet._core
-    foot, reference = core.feet[found.index], ply.reference
+    foot, datum = core.feet[found.index], ply.datum
     if not len(found.foot.outline_mm):
         return []
-    points = raw.over(found.foot.outline_mm, reference)
-    listed = _core.region.riders(points, raw.pitch_mm, core, foot, reference, stop or _core.Stop())
+    points = raw.over(found.foot.outline_mm, datum)
+    listed = _core.region.riders(points, raw.pitch_mm, core, foot, datum, stop or _core.Stop())
     return [Rider((x, y), high_mm, wide_mm, bell_excess_mm(high_mm, wide_mm)) for x, y, high_mm, wide_mm in listed]
 
 

@@ -81,7 +81,7 @@ class WrinkleSearch:
     ) -> None:
         self._outline, self._recipe = ply_outline, recipe
         self._core = _core.region.WrinkleFinder(
-            prepared.reference,
+            prepared.datum,
             prepared.seen_on_grid(),
             np.eye(4) if mold_from_scanner is None else mold_from_scanner,
             np.empty((0, 2)) if ply_outline is None else ply_outline,

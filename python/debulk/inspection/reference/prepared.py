@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, surface
 from debulk._core import InputError
+from debulk.forking import kept
 from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.camera import PinholeImage, fit_camera
@@ -53,6 +54,8 @@ class Prepared:
         Shape and fingerprint of the cloud; None: not kept.
     place
         The shift of clouds that lie far from the origin of the scanner's frame.
+    thickness_mm
+        Thickness of the ply whose heights are measured above the `datum`.
     """
 
     reference: surface.Reference
@@ -62,6 +65,18 @@ class Prepared:
     sample: NDArray[np.float32] | None = None
     cloud: ArrayTrace | None = None
     place: FarPlace = NEAR
+    thickness_mm: float = 0.0
+
+    @kept
+    def datum(self) -> surface.Reference:
+        """The surface above which all heights of scans are measured; see `debulk.surface.Reference.datum`."""
+        return self.reference.datum(self.thickness_mm)
+
+    def bare_mm(self, xy: Floats) -> Floats:
+        """Return the heights (N,) of the bare mold above the datum at (N, 2) places, mold XY: 0 where it is level."""
+        corners = _core.surface.extent(self.reference)
+        inside = np.clip(xy, corners.min(axis=0), corners.max(axis=0))
+        return np.asarray(self.reference.height(inside) - self.datum.height(inside))
 
     def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:
         """Return `seen` in the form that the C++ core takes: values, origin, spacing."""
