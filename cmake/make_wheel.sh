@@ -42,6 +42,11 @@ for text in $(grep -rhoE '/usr/share/common-licenses/[A-Za-z0-9.-]*[A-Za-z0-9]' 
     [ -e "$text" ] && cp -L "$text" "$licences/bundled/common-$(basename "$text").txt"
 done
 
+# What the wheel consists of, for those who look for a library's faults (PEP 770).
+sboms=$(echo "$opened"/*.dist-info)/sboms
+mkdir -p "$sboms"
+PYTHONPATH=$opened "$python" -B -m debulk.bill >"$sboms/debulk.cdx.json"
+
 rm -rf "$folder"
 mkdir -p "$folder"
 "$python" -m wheel pack --dest-dir "$folder" "$opened" >/dev/null

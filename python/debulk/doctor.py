@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, cloud, net, sheet, solve, surface
+from debulk.build import build_id
 from debulk.results.report_text import fold
 
-__all__ = ["DoctorReport", "Licence", "SelfTest", "doctor", "memory_bandwidth", "self_test"]
+__all__ = ["DoctorReport", "Licence", "SelfTest", "doctor", "licences", "memory_bandwidth", "self_test"]
 
 _PACKAGES = ("numpy", "pydantic", "opencv-python-headless", "typer", "rich", "jinja2")
 _EXTRAS = ("open3d-cpu", "open3d")
@@ -148,7 +149,7 @@ def doctor() -> DoctorReport:
         memory_gb=_memory_gb(),
         bandwidth_gb_s=memory_bandwidth(),
         bundled=tuple(sorted(path.name for path in libraries.glob("*.so*"))),
-        licences=_licences(folder),
+        licences=licences(),
         licence_folder=folder,
         tests=self_test(),
     )
@@ -239,7 +240,7 @@ _PARTS: dict[str, Callable[[], tuple[bool, str]]] = {
 def _versions() -> dict[str, str]:
     from debulk import __version__
 
-    found = {"debulk": __version__, "Python": platform.python_version(), **_core.build_versions()}
+    found = {"debulk": __version__, "build": build_id(), "Python": platform.python_version(), **_core.build_versions()}
     for name in (*_PACKAGES, *_EXTRAS):
         try:
             found[name] = importlib.metadata.version(name)
@@ -277,10 +278,13 @@ def _licence_folder() -> Path | None:
     return None
 
 
-def _licences(folder: Path | None) -> tuple[Licence, ...]:
-    """Rows of the notes' table: what, version, licence and how it is linked (its last column, the use, is left out)."""
+def licences() -> tuple[Licence, ...]:
+    """Return what is compiled in, linked or imported: the third-party notes' rows; none if they are not installed."""
+    folder = _licence_folder()
     if folder is None:
         return ()
     text = (folder / _NOTES).read_text(encoding="utf-8")
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
-    return tuple(Licence(*row[:4]) for row in rows[2:] if "only" not in row[3])  # not those of build and tests
+    return tuple(
+        Licence(*row[:4]) for row in rows[2:] if "only" not in row[3]
+    )  # not those of build and tests, and not what for

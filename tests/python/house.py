@@ -30,6 +30,7 @@ PYTHON_BELOW = (
     "workers",
     "grid",
     "debulk",
+    "build",
     "arrays",
     "foreign",
     "origin",
@@ -51,7 +52,7 @@ PYTHON_ROOMS = (
 )
 PYTHON_ABOVE = (
     "files", "results", "page", "report", "comparison", "history", "inspection", "chain", "scenes", "view", "doctor",
-    "cli", "pyinstaller",
+    "bill", "cli", "pyinstaller",
 )  # fmt: skip
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.

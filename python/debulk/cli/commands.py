@@ -88,6 +88,9 @@ def inspect(
         list[str] | None, typer.Option(help="Kept in the report: part=A-17, ply=3 and the like; repeatable.")
     ] = None,
     history: Annotated[Path | None, typer.Option(help="The cell's history, .sqlite, to which it is added.")] = None,
+    approved: Annotated[
+        Path | None, typer.Option(help="Approved recipes, .toml: with another recipe no layup is CEASE.")
+    ] = None,
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,
@@ -133,6 +136,7 @@ def inspect(
                 camera=pinhole,
                 mask=hidden,
                 progress=progress,
+                approved=approved,
             )
             report = inspector.inspect(scan_cloud.values, deadline_s=deadline, progress=progress, context=kept)
         read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
@@ -213,6 +217,24 @@ def recipe() -> None:
         from debulk.recipe import Recipe
 
         print(Recipe().to_toml(), end="")
+
+
+@app.command(epilog=epilog("approve"))
+@with_loudness
+def approve(
+    recipe: Annotated[Path, typer.Argument(help="The recipe, .toml.")],
+    approved: Annotated[Path, typer.Option("--in", help="Approved recipes, .toml; made if it is not there.")],
+    by: Annotated[str, typer.Option(help="Who approves.")],
+) -> None:
+    """Add a recipe to a file of approved ones, with name, time and hash; `debulk inspect --approved` asks for it."""
+    with outcome():
+        from debulk.inspection.tracing import now_utc
+        from debulk.recipe import Recipe
+        from debulk.results.approval import approve as approved_by
+
+        check_writable(approved)
+        new = approved_by(approved, Recipe.load(recipe).model_dump(), by, now_utc())
+        print(f"{approved}: recipe {new.recipe_sha256} approved by {new.name}, {new.time_utc}")
 
 
 for command in (

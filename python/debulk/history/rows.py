@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from debulk.grid import Grid
 from debulk.page.trace import context_text
+from debulk.results.approval import recipe_hash
 from debulk.results.comparison import ComparisonData
 from debulk.results.report import PocketReport, ReportData
 from debulk.verdict import Verdict
@@ -28,7 +29,6 @@ __all__ = [
     "digest",
     "of_comparison",
     "of_report",
-    "recipe_hash",
 ]
 
 
@@ -212,24 +212,6 @@ def of_comparison(record: int, report: int, comparison: ComparisonData) -> list[
         )
         for p in comparison.pockets
     ]  # fmt: skip
-
-
-def recipe_hash(recipe: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of a recipe's settings, empty if there are none.
-
-    The section ``run`` is left out: threads, fingerprints and folders differ between machines, and change no verdict.
-
-    Examples
-    --------
-    >>> same = recipe_hash({"net": {"node_target": 100}, "run": {"threads": 2}})
-    >>> same == recipe_hash({"net": {"node_target": 100}}) != recipe_hash({"net": {"node_target": 90}})
-    True
-    """
-    if not recipe:
-        return ""
-    settings = {name: table for name, table in recipe.items() if name != "run"}
-    text = json.dumps(settings, sort_keys=True, ensure_ascii=False, separators=(",", ":"), default=str)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _pocket(record: int, pocket: PocketReport) -> PocketRow:

@@ -48,6 +48,8 @@ from debulk.inspection.running.preparation import Preparation
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.net import Drape
 from debulk.report import Report
+from debulk.results.approval import approvals, not_approved
+from debulk.results.compose import with_finding
 from debulk.results.finding import Finding
 from debulk.stopping import Running
 from debulk.verdict import Verdict
@@ -102,6 +104,9 @@ class Inspector:
     history
         A `debulk.history.History`, or the name of its file: every report and comparison is stored in it before it is
         returned. One that cannot be stored is returned all the same, with a warning. None means no history.
+    approved
+        File of approved recipes (`debulk approve` writes it): with any other recipe no layup is CEASE, and the report
+        says so. None means that no approval is asked for.
     chain
         The chain of scanner, filters and export that was qualified (`debulk.qualify`). Every scan's signature is
         compared with it: a scan that is smoother, coarser, noisier, rounded or filled otherwise is INVALID. None: the
@@ -141,6 +146,7 @@ class Inspector:
         history: History | str | PathLike[str] | None = None,
         *,
         chain: Chain | None = None,
+        approved: str | PathLike[str] | None = None,
     ) -> None:
         if recipe is None:
             from debulk.recipe import Recipe
@@ -153,6 +159,7 @@ class Inspector:
         self.camera = inputs.camera_parameters(camera)
         self.mask = inputs.image_mask(mask)
         self.history = history_of(history)
+        self._approval = None if approved is None else not_approved(approvals(approved), recipe.model_dump())
 
         check_solves(recipe)
         preparation = Preparation(progress)
@@ -211,6 +218,7 @@ class Inspector:
         history: History | str | PathLike[str] | None = None,
         *,
         chain: Chain | None = None,
+        approved: str | PathLike[str] | None = None,
     ) -> Inspector:
         """Read an inspector that `save` wrote; its reports equal those of the saved one, if it gets its chain, too.
 
@@ -221,7 +229,7 @@ class Inspector:
         recipe
             Settings to use instead of the saved ones. Its section ``clean`` must equal the saved one, because the
             reference was cleaned with it.
-        history
+        history, approved
             As for a new inspector; the file has none.
         chain
             The qualified chain, which the file does not hold: it may have been qualified anew.
@@ -239,7 +247,8 @@ class Inspector:
             given["recipe"] = saved = Recipe(**given["recipe"])
             if recipe is not None and recipe.clean != saved.clean:
                 raise InputError(f"recipe: expected the section clean of the saved one, {saved.clean}")
-            return cls(**{**given, "recipe": recipe or saved, "history": history, "chain": chain})
+            more = {"recipe": recipe or saved, "history": history, "chain": chain, "approved": approved}
+            return cls(**{**given, **more})
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
 
@@ -297,6 +306,7 @@ class Inspector:
                 report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
             seconds = None if deadline_s is None else float(deadline_s)
             warnings = (*self.prepared.place.warnings(scan), *report.warnings)
+            report = with_finding(report, self._approval)
             report = replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
         return report if self.history is None else self.history.keep(report)
 

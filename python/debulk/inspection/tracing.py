@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from debulk import __version__, _core
 from debulk._core import InputError
 from debulk.arguments import of_type
+from debulk.build import build_id
 from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
 from debulk.results.trace import ArrayTrace, Trace
@@ -98,6 +99,7 @@ def _mask(mask: NDArray[np.bool_] | None) -> ArrayTrace | None:
 def _versions() -> dict[str, str]:
     return {
         "debulk": __version__,
+        "build": build_id(),
         "Python": platform.python_version(),
         "numpy": np.__version__,
         **_core.build_versions(),

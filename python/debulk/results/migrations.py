@@ -129,7 +129,7 @@ def _to_10(report: Tree) -> None:
 def _to_11(report: Tree) -> None:
     finding = {"measured": None, "limit": None, "unit": "", "place_mm": None, "pocket": None}
     only = {"check": "not recorded", "at_best": report["verdict"], "reason": report["reason"], **finding}
-    _add(report, findings=[only])
+    _add(report, findings=[only], chain=None)
 
 
 _REPORT: dict[int, Callable[[Tree], None]] = {

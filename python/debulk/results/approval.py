@@ -1,0 +1,115 @@
+"""Approved recipes: a file that a cell's owner keeps, with who approved which recipe and when."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from debulk._core import InputError
+from debulk.arguments import typed
+from debulk.files.replacing import replacing
+from debulk.files.source import open_source
+from debulk.results.finding import Finding
+from debulk.verdict import Verdict
+
+__all__ = ["Approval", "approvals", "approve", "not_approved", "recipe_hash"]
+
+_KEYS = ("name", "time_utc", "recipe_sha256")
+
+
+@dataclass(frozen=True)
+class Approval:
+    """Who approved a recipe, when (ISO 8601, UTC), and the recipe's hash."""
+
+    name: str
+    time_utc: str
+    recipe_sha256: str
+
+
+def recipe_hash(recipe: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of a recipe's settings, empty if there are none.
+
+    The section ``run`` is left out: threads, fingerprints and folders differ between machines, and change no verdict.
+
+    Examples
+    --------
+    >>> same = recipe_hash({"net": {"node_target": 100}, "run": {"threads": 2}})
+    >>> same == recipe_hash({"net": {"node_target": 100}}) != recipe_hash({"net": {"node_target": 90}})
+    True
+    """
+    if not recipe:
+        return ""
+    settings = {name: table for name, table in recipe.items() if name != "run"}
+    text = json.dumps(settings, sort_keys=True, ensure_ascii=False, separators=(",", ":"), default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def approvals(path: str | PathLike[str]) -> tuple[Approval, ...]:
+    """Read a file of approvals.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or is not such a file.
+    """
+    path = Path(path)
+    with open_source(path) as source:
+        data = source.file.read()
+    try:
+        entries = tomllib.loads(data.decode("utf-8"))["approved"]
+        found = tuple(Approval(*(entry[key] for key in _KEYS)) for entry in entries)
+        if not all(isinstance(getattr(one, key), str) for one in found for key in _KEYS):
+            raise TypeError
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError) as error:
+        what = str(error) if isinstance(error, tomllib.TOMLDecodeError) else f"each with {', '.join(_KEYS)} as text"
+        raise InputError(f"{path}: expected approvals as debulk approve writes them: {what}") from None
+    return found
+
+
+@typed
+def approve(path: str | PathLike[str], recipe: Mapping[str, Any], name: str, time_utc: str) -> Approval:
+    """Add a recipe to a file of approvals, which is made if it is not there.
+
+    Parameters
+    ----------
+    path
+        The file, .toml. Keep it where only those may write who may approve.
+    recipe
+        Settings, section by section, as ``recipe.model_dump()`` and ``report.recipe`` have them.
+    name
+        Who approves.
+    time_utc
+        When, ISO 8601.
+
+    Raises
+    ------
+    InputError
+        If there is no name, or the file is something else or cannot be written.
+    """
+    path = Path(path)
+    if not name.strip() or not name.isprintable():
+        raise InputError(f"name: expected who approves, got {name!r}")
+    before = ""
+    if path.exists():
+        approvals(path)
+        before = path.read_text(encoding="utf-8").rstrip("\n") + "\n\n"
+    new = Approval(name, time_utc, recipe_hash(recipe))
+    lines = "".join(f"{key} = {json.dumps(getattr(new, key), ensure_ascii=False)}\n" for key in _KEYS)
+    with replacing(path) as temporary:
+        temporary.write_text(f"{before}[[approved]]\n{lines}", encoding="utf-8")
+    return new
+
+
+def not_approved(given: tuple[Approval, ...], recipe: Mapping[str, Any]) -> Finding | None:
+    """Return the finding that a recipe is none of the approved ones; None if it is one."""
+    own = recipe_hash(recipe)
+    if any(one.recipe_sha256 == own for one in given):
+        return None
+    reason = f"the recipe, SHA-256 {own[:12]}, is none of the {len(given)} approved: have it approved (debulk approve)"
+    return Finding("approval", Verdict.UNDECIDED, reason)
