@@ -142,6 +142,8 @@ def inspect(
         read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
         notes = [f"{name}: {note}" for name, cloud in read for note in cloud.notes]
         source = {"scan": scan.name, "reference": reference.name, **report.source}
+        if recipe is not None:
+            source["recipe"] = recipe.name
         report = dataclasses.replace(report, source=source, warnings=(*notes, *report.warnings))
         if kept_in is not None:
             report = kept_in.keep(report)

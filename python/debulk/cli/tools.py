@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from pathlib import Path
 from typing import Annotated, Literal
@@ -59,6 +60,8 @@ def compare(
             progress("comparing", 0.0)
             found = held_against(before, *clouds, settings, transform, hidden)
             progress("comparing", 1.0)
+        named = {"report": report, "scan after debulking": scan, "reference": reference, "recipe": recipe, "mask": mask}
+        found = dataclasses.replace(found, source={what: path.name for what, path in named.items() if path})
         if kept_in is not None:
             found = kept_in.keep_comparison(found, before)
         for path in output or []:

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from debulk import pocket, surface
+from debulk import _core, pocket, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison, PocketComparison
 from debulk.grid import Grid
+from debulk.inspection.clouds import fingerprint
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place.placing import Placing
 from debulk.inspection.reference.prepared import Prepared
 from debulk.report import Report
+from debulk.results import codec
+from debulk.results.report import FORMAT
+from debulk.results.trace import ArrayTrace
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
+    from debulk.results.trace import Trace
 
-__all__ = ["check_place", "compared", "placing_of"]
+__all__ = ["check_place", "compared", "of_another_scan", "placing_of"]
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +35,7 @@ _PEAK_CELLS = 5  # width of the median before a peak is read: short runs of flyi
 _PEAK_NOISE = 1.2  # after that median, the largest of many values is too high by so many sigma of a single value
 
 
-def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comparison:
+def compared(report: Report, heights: surface.HeightMap, recipe: Recipe, trace: Trace | None = None) -> Comparison:
     """Compare a report with the measured heights of the debulked ply above the reference; NaN = not measured."""
     limits = recipe.verdict
     cells, threads = recipe.clean.median_cells, recipe.run.threads
@@ -72,7 +78,37 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe) -> Comp
         laid_height_mm=laid,
         height_map=Grid(filtered.values, filtered.origin_mm, filtered.spacing_mm),
         ply_outline_mm=report.ply_outline_mm,
+        trace=trace,
+        report_trace=report.trace,
+        report_verdict=report.verdict,
+        report_sha256=hashlib.sha256(codec.dumps(report, FORMAT).encode()).hexdigest(),
+        recipe=recipe.model_dump(),
     )
+
+
+def of_another_scan(
+    report: Report, scan: ArrayLike, kind: fingerprint.Hash | None, stop: _core.Stop | None = None
+) -> ArrayTrace:
+    """Return the fingerprint of a debulked scan, of the kind that the report's scan has, or else of the given kind.
+
+    Raises
+    ------
+    InputError
+        If it is the scan that the report was made from: every pocket would then seem to crease.
+    """
+    before = report.trace.scan if report.trace else None
+    known = before.fingerprint if before else None
+    wanted = kind if known is None else _HASHES[known[0]]
+    made = fingerprint.of_cloud(scan, stop, "debulked_scan", wanted) if wanted else ArrayTrace(shape=np.shape(scan))
+    if known is not None and made.fingerprint == known:
+        raise InputError(
+            "debulked_scan: expected the scan after debulking, but this is the scan that the report was made from "
+            f"({known[0]} {known[1][:16]}...)"
+        )
+    return made
+
+
+_HASHES: dict[str, fingerprint.Hash] = {"SHA-256": "sha256", "XXH3": "xxh3"}
 
 
 def placing_of(

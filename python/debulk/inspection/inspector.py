@@ -26,7 +26,7 @@ from debulk.inspection.checks import shared_runs
 from debulk.inspection.checks.seen import Judged, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import clean, hide, owned, taken
-from debulk.inspection.comparing import check_place, compared, placing_of
+from debulk.inspection.comparing import check_place, compared, of_another_scan, placing_of
 from debulk.inspection.evaluate.evaluation import evaluate_all, not_judged
 from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
@@ -441,14 +441,16 @@ class Inspector:
         Raises
         ------
         InputError
-            Names what was wrong; also raised if the scan shows another ply, or this ply in another place or state.
+            Names what was wrong; also raised if the scan shows another ply, or this ply in another place or state, or
+            is the scan that the report was made from.
         Cancelled
             If `cancel` was called meanwhile.
         """
-        stop = _core.Stop()
+        stop, began = _core.Stop(), now_utc()
         try:
             with self._running.holding(stop):
                 near = self.prepared.place.near(debulked_scan, "debulked_scan", stop)
+                scanned = of_another_scan(report, near, self.recipe.run.scan_hash, stop)
                 points = owned(near, "debulked_scan", stop)
                 hide(points, self.mask, "debulked_scan", stop)
                 placing = placing_of(report, self.prepared, self._pose, self.mask, self.recipe)
@@ -466,7 +468,7 @@ class Inspector:
                 check_place(report, placing, sample, heights)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
-        comparison = compared(report, heights, self.recipe)
+        comparison = compared(report, heights, self.recipe, self._tracing.trace(began, scanned, {}, None))
         return comparison if self.history is None else self.history.keep_comparison(comparison, report)
 
     def cancel(self) -> None:

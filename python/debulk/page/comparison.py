@@ -9,7 +9,9 @@ from debulk.page.map import Area, ply_map
 from debulk.page.map_ridges import Ridge, ridge_path
 from debulk.page.measured_ridges import measured_ridges
 from debulk.page.render import render
+from debulk.page.report import recipe_lists
 from debulk.page.scales import nice
+from debulk.page.trace import comparison_lists, identity_of, title_block
 from debulk.results.number import number
 from debulk.verdict import Verdict
 
@@ -41,9 +43,15 @@ def page(comparison: ComparisonData) -> str:
     rows = [v for v in Verdict if any(p is v for p, _ in outcomes)]
     columns = [v for v in Verdict if any(m is v for _, m in outcomes)]
     peaks = [p.measured_peak_mm for p in pockets if p.measured_peak_mm is not None]
+    before, source = comparison.report_trace, comparison.source
     return render(
         "comparison.html.j2",
         comparison=comparison,
+        running=" · ".join(filter(None, [identity_of(before, source), "after debulking", comparison.headline])),
+        identity=identity_of(before, source),
+        trace=comparison_lists(comparison),
+        block=title_block(before, comparison.recipe, source, comparison.version),
+        recipe=recipe_lists(comparison.recipe),
         map=ply_map(
             comparison.height_map,
             comparison.ply_outline_mm,

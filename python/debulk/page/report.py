@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.page import net as page_net
@@ -12,7 +13,7 @@ from debulk.page.heights import MAX_PNG_BYTES
 from debulk.page.map import Area, PlyMap, ply_map
 from debulk.page.map_ridges import ridges, says
 from debulk.page.render import render
-from debulk.page.trace import headline, identity, trace_lists
+from debulk.page.trace import headline, identity, title_block, trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
 from debulk.results.deciding import worst_first
 from debulk.results.edge_friction import edge_friction_line
@@ -73,6 +74,7 @@ def page(report: ReportData) -> str:
         verdict_of={p.id: p.verdict for p in report.pockets},
         drawings=_drawings(report),
         limits=limits,
+        judged=bool(report.pockets) or report.coverage is not None,
         limit_mm=limits.get("max_ridge_mm") or _LIMIT_MM,
         charts=[
             bar_chart(
@@ -93,8 +95,9 @@ def page(report: ReportData) -> str:
         ],
         timings=_timings(report),
         total_ms=total_ms(report),
-        recipe=_recipe(report),
+        recipe=recipe_lists(report.recipe),
         trace=trace_lists(report),
+        block=title_block(report.trace, report.recipe, report.source, report.version),
     )
 
 
@@ -169,13 +172,13 @@ def _timings(report: ReportData) -> Chart:
     return Chart(f"Times, {total_ms(report):.0f} ms in all", bars)
 
 
-def _recipe(report: ReportData) -> list[tuple[str, list[tuple[str, Any, Any]]]]:
+def recipe_lists(recipe: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, Any, Any]]]]:
     """Sections, names, values, and the default if the value differs from it."""
     from debulk.recipe import Recipe
 
     defaults = Recipe().model_dump()
     return [
         (section, [(name, value, defaults.get(section, {}).get(name, value)) for name, value in table.items()])
-        for section, table in report.recipe.items()
+        for section, table in recipe.items()
         if isinstance(table, dict)
     ]

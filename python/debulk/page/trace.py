@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from debulk.results.comparison import ComparisonData
     from debulk.results.report import ReportData
     from debulk.results.trace import ArrayTrace, Trace
 
-__all__ = ["context_text", "headline", "identity", "trace_lists"]
+__all__ = ["comparison_lists", "context_text", "headline", "identity", "identity_of", "title_block", "trace_lists"]
 
 _Entries = list[tuple[str, str]]
 
@@ -29,16 +32,62 @@ def trace_lists(report: ReportData) -> list[tuple[str, _Entries]]:
     trace = report.trace
     if trace is None:
         return []
-    first = [("time (UTC)", trace.time_utc), *((name, _text(value)) for name, value in trace.context.items())]
+    return _lists(trace, report.ply_outline_mm)
+
+
+def comparison_lists(comparison: ComparisonData) -> list[tuple[str, _Entries]]:
+    """Return likewise what a comparison was made of: the report that it judges, and the scan after debulking."""
+    before, trace = comparison.report_trace, comparison.trace
+    report = list(comparison.source.items())
+    if comparison.report_sha256:
+        report.append(("SHA-256 of the report", comparison.report_sha256))
+    if comparison.report_verdict:
+        report.append(("its verdict", comparison.report_verdict.name))
+    if before is not None:
+        report += [("inspected (UTC)", before.time_utc), *_array("its scan", before.scan)]
+        report += [(name, _text(value)) for name, value in before.context.items()]
+    lists = [] if trace is None else _lists(trace, comparison.ply_outline_mm, "after debulking")
+    return [*([("the report", report)] if report else []), *lists]
+
+
+def _lists(trace: Trace, outline: Any, first: str = "when and what") -> list[tuple[str, _Entries]]:
+    when = [("time (UTC)", trace.time_utc), *((name, _text(value)) for name, value in trace.context.items())]
     arrays = [*_array("scan", trace.scan), *_array("reference", trace.reference), *_array("mask", trace.mask)]
     lists = [
-        ("when and what", first),
+        (first, when),
         ("scan and reference", arrays),
-        ("geometry", _geometry(report, trace)),
+        ("geometry", _geometry(outline, trace)),
         ("versions", list(trace.versions.items())),
         ("host", list(trace.host.items())),
     ]
     return [(title, entries) for title, entries in lists if entries]
+
+
+def title_block(
+    trace: Trace | None, recipe: Mapping[str, Any], source: Mapping[str, str], version: str
+) -> list[tuple[str, str]]:
+    """Return the entries of the title block of a filed page; an empty one leaves room to write.
+
+    Examples
+    --------
+    >>> dict(title_block(None, {}, {}, "1.0"))["software"]
+    'debulk 1.0'
+    """
+    context = dict(trace.context) if trace else {}
+    told = {name: _text(context.get(name, "")) for name in ("part", "ply", "operator")}
+    text = json.dumps(recipe, sort_keys=True, default=str)
+    named = source.get("recipe", "")
+    print_ = f"SHA-256 {hashlib.sha256(text.encode()).hexdigest()[:16]}" if recipe else ""
+    return [
+        ("part", told["part"]),
+        ("ply", told["ply"]),
+        ("inspected (UTC)", trace.time_utc[:19].replace("T", " ") if trace else ""),
+        ("recipe", " · ".join(filter(None, [named, print_]))),
+        ("recipe approved by", _text(context.get("recipe approved by", ""))),
+        ("software", f"debulk {version}"),
+        ("operator", told["operator"]),
+        ("date, signature", ""),
+    ]
 
 
 def headline(report: ReportData) -> str:
@@ -57,11 +106,15 @@ def identity(report: ReportData) -> str:
     >>> identity(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=(), trace=trace))
     'part A-17 · ply 3 · 2026-03-01 12:00:00 UTC'
     """
-    trace = report.trace
+    return identity_of(report.trace, report.source)
+
+
+def identity_of(trace: Trace | None, source: Mapping[str, str]) -> str:
+    """Return likewise what a trace belongs to; `source` is used if it has no context."""
     context = {} if trace is None else trace.context
     named = [f"{name} {_text(value)}" for name, value in context.items()]
     if not named:
-        named = [f"{name} {value}" for name, value in report.source.items()]
+        named = [f"{name} {value}" for name, value in source.items()]
     when = [] if trace is None else [f"{trace.time_utc[:10]} {trace.time_utc[11:19]} UTC"]
     return " · ".join([*named, *when])
 
@@ -84,7 +137,7 @@ def _array(name: str, array: ArrayTrace | None) -> _Entries:
     return [(name, size), (f"{name}, {kind}", value)]
 
 
-def _geometry(report: ReportData, trace: Trace) -> _Entries:
+def _geometry(outline: Any, trace: Trace) -> _Entries:
     entries = []
     if trace.fibre_angles_deg is not None:
         entries.append(("fibre angles, degrees", _row(trace.fibre_angles_deg)))
@@ -98,7 +151,6 @@ def _geometry(report: ReportData, trace: Trace) -> _Entries:
     if trace.fitted_camera is not None:
         origin = "fitted" if trace.camera is None else "given"
         entries.append((f"camera f, cx, cy in pixels, {origin}", _row(trace.fitted_camera)))
-    outline = report.ply_outline_mm
     entries.append(("ply outline", "unknown" if outline is None else f"{len(outline)} corners"))
     if trace.deadline_s is not None:
         entries.append(("deadline", f"{trace.deadline_s:g} s"))

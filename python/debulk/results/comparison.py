@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from debulk.grid import Grid
 from debulk.results.agreement import Agreement, agreement
 from debulk.results.record import PointsXY, Record, Versioned
+from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
 __all__ = ["ComparisonData", "PocketComparison"]
@@ -90,6 +92,15 @@ class ComparisonData(Versioned):
         kept.
     ply_outline_mm
         (M, 2) outline of the ply, mold XY, as in the report. None: unknown.
+    trace
+        Time, fingerprints and everything else that entered the comparison. None: it was not recorded.
+    report_trace, report_verdict, report_sha256
+        Identity of the report: its own trace and verdict, and the SHA-256 of its JSON as `debulk.Report.save` writes
+        it. None: not known.
+    recipe
+        Settings of the comparison, section by section.
+    source
+        Names of files, and the like.
     warnings
         What the reader should know before trusting the rest.
     version
@@ -102,6 +113,12 @@ class ComparisonData(Versioned):
     laid_height_mm: float | None = None
     height_map: Grid | None = None
     ply_outline_mm: PointsXY | None = None
+    trace: Trace | None = None
+    report_trace: Trace | None = None
+    report_verdict: Verdict | None = None
+    report_sha256: str | None = None
+    recipe: dict[str, Any] = field(default_factory=dict)
+    source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     version: str = ""
 
@@ -122,6 +139,24 @@ class ComparisonData(Versioned):
     def wrong(self) -> tuple[PocketComparison, ...]:
         """The pockets with CEASE predicted and CREASE measured, or the reverse, in the report's order."""
         return tuple(p for p in self.pockets if p.hit is False)
+
+    @property
+    def false_cease(self) -> tuple[PocketComparison, ...]:
+        """The pockets that crease although CEASE was predicted: the errors that must not occur."""
+        return tuple(p for p in self.wrong if p.predicted is Verdict.CEASE)
+
+    @property
+    def headline(self) -> str:
+        """The outcome in one line; a missed crease leads it."""
+        rest = tuple(p for p in self.wrong if p.predicted is not Verdict.CEASE)
+        told = [
+            f"{len(group)} FALSE {name}: pocket{'s' * (len(group) > 1)} {', '.join(str(p.id) for p in group)}"
+            for name, group in (("CEASE", self.false_cease), ("CREASE", rest))
+            if group
+        ]
+        if told or not self.agreement.total:
+            return "; ".join(told) or str(self.agreement)
+        return "no outcome was wrong"
 
     def outcomes(self) -> dict[tuple[Verdict, Verdict], int]:
         """Count the pockets by (predicted, measured)."""

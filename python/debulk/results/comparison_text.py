@@ -23,7 +23,7 @@ _HIT = {True: "right", False: "WRONG", None: "–"}
 
 
 def table(comparison: ComparisonData, width: int | None = None) -> str:
-    """Return a line for each pocket, the outcome counts, and the hit rate with its interval."""
+    """Return the outcome, a line for each pocket, the outcome counts, and the hit rate with its interval."""
     rows = [
         (
             str(p.id),
@@ -46,7 +46,7 @@ def table(comparison: ComparisonData, width: int | None = None) -> str:
     lines += [f"verdicts: {comparison.agreement}", f"by RMS alone: {comparison.rms_agreement}"]
     lines += [f"warning: {warning}" for warning in comparison.warnings]
     table = columns([_HEADINGS, *rows], _TEXT_COLUMNS, width, len(_HEADINGS) - 1) if rows else ["no pocket to compare"]
-    return "\n".join(table + [fold(line, width) for line in lines])
+    return "\n".join([fold(comparison.headline, width), *table, *(fold(line, width) for line in lines)])
 
 
 def csv_text(comparison: ComparisonData) -> str:

@@ -93,6 +93,10 @@ def _ridges_of_comparison(comparison: Tree) -> None:
         _add(pocket, predicted_ridges_mm=[], predicted_place_mm=None)
 
 
+def _trace_of_comparison(comparison: Tree) -> None:
+    _add(comparison, trace=None, report_trace=None, report_verdict=None, report_sha256=None, recipe={}, source={})
+
+
 def _to_6(report: Tree) -> None:
     for pocket in report["pockets"]:
         _add(pocket, half_seen=None)
@@ -144,4 +148,4 @@ _REPORT: dict[int, Callable[[Tree], None]] = {
     10: _to_10,
     11: _to_11,
 }
-_COMPARISON: dict[int, Callable[[Tree], None]] = {5: _ridges_of_comparison}
+_COMPARISON: dict[int, Callable[[Tree], None]] = {5: _ridges_of_comparison, 12: _trace_of_comparison}

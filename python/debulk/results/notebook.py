@@ -50,7 +50,7 @@ def pocket_html(pocket: PocketReport) -> str:
 
 
 def comparison_html(comparison: ComparisonData) -> str:
-    """Return the hit rate, and a row for each pocket."""
+    """Return the outcome, the hit rate, and a row for each pocket."""
     names = ("#", "RMS mm", "measured RMS mm", "ridge mm", "measured peak mm", "predicted", "verdict", "reason")
     rows = [
         [
@@ -66,7 +66,8 @@ def comparison_html(comparison: ComparisonData) -> str:
         for p in comparison.pockets
     ]
     table = _table(names, rows, [p.measured for p in comparison.pockets]) if rows else ""
-    return f"<div><div>{escape(str(comparison.agreement))}</div>{table}</div>"
+    headline, rate = escape(comparison.headline), escape(str(comparison.agreement))
+    return f"<div><div><b>{headline}</b></div><div>{rate}</div>{table}</div>"
 
 
 def _headline(verdict: Verdict, reason: str) -> str:

@@ -99,7 +99,9 @@ def test_compare_ends_with_1_where_an_outcome_was_wrong(folder, report, monkeypa
     assert result.exit_code == code, result.output
     assert [p.id for p in one.wrong] == [2] * code
     assert (folder / "c.html").exists()  # written before it ends
-    assert ("pocket 2 WRONG" in (folder / "c.html").read_text(encoding="utf-8")) == bool(code)
+    false = f"1 FALSE {predicted.upper()}: pocket 2"
+    assert (f"<h1>{false}</h1>" in (folder / "c.html").read_text(encoding="utf-8")) == bool(code)
+    assert result.stdout.startswith(false) == bool(code)
 
 
 def test_the_exit_code_of_compare_is_in_its_help():

@@ -1,15 +1,20 @@
 """Predicted against measured: figures against the truth of a debulked layup, the interval against beta quantiles."""
 
+import dataclasses
+import hashlib
 import json
+import re
 
 import numpy as np
 import pytest
 from scipy.stats import beta
 
 import debulk
-from debulk.comparison import Comparison
+from debulk.comparison import Comparison, PocketComparison
 from debulk.inspection.calls import compare
+from debulk.inspection.clouds import fingerprint
 from debulk.inspection.comparing import compared
+from debulk.page.comparison import page
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results.comparison import Agreement, agreement
@@ -128,7 +133,8 @@ def test_the_function_does_what_the_method_does(comparison, before, layup, debul
 
 
 def test_the_undebulked_ply_creases_everywhere(inspector, before, layup):
-    same = inspector.compare(before, layup.scan).pockets
+    moved = layup.scan + np.float32(1e-3)  # the very scan of the report is refused
+    same = inspector.compare(before, moved).pockets
     assert {p.measured for p in same} == {Verdict.CREASE}
     assert min(p.measured_peak_mm for p in same[:14]) > 3.0
 
@@ -146,6 +152,28 @@ def test_the_undebulked_ply_creases_everywhere(inspector, before, layup):
 def test_a_mold_that_moved_or_another_part_is_refused(inspector, before, debulked, spoil, reason):
     with pytest.raises(debulk.InputError, match=rf"^debulked_scan: expected the ply of the report.*({reason})"):
         inspector.compare(before, spoil(debulked.scan))
+
+
+def test_the_scan_that_the_report_was_made_from_is_refused(inspector, before, layup):
+    known = before.trace.scan.xxh3[:16]
+    with pytest.raises(debulk.InputError, match=rf"this is the scan that the report was made from \(XXH3 {known}"):
+        inspector.compare(before, layup.scan)
+    forged = dataclasses.replace(before.trace, scan=fingerprint.of_cloud(layup.scan))
+    with pytest.raises(debulk.InputError, match=r"this is the scan that the report was made from \(SHA-256"):
+        inspector.compare(dataclasses.replace(before, trace=forged), layup.scan)
+
+
+def test_a_comparison_is_traced_like_an_inspection(comparison, before, debulked, tmp_path):
+    assert comparison.trace.scan.xxh3 == fingerprint.of_cloud(debulked.scan, kind="xxh3").xxh3
+    assert comparison.trace.reference == before.trace.reference
+    assert comparison.trace.time_utc > before.trace.time_utc and comparison.trace.versions["debulk"]
+    assert comparison.report_trace.time_utc == before.trace.time_utc and comparison.report_verdict is before.verdict
+    before.save(tmp_path / "before.json")
+    assert comparison.report_sha256 == hashlib.sha256((tmp_path / "before.json").read_bytes()).hexdigest()
+    assert comparison.recipe == before.recipe
+    html = page(comparison)
+    for told in (comparison.report_sha256, comparison.trace.scan.xxh3, comparison.trace.time_utc):
+        assert told in html
 
 
 def test_the_empty_mold_is_no_debulked_ply(inspector, before, layup):
@@ -283,6 +311,21 @@ def test_hits(predicted, height, hit):
     assert comparison.agreement.hits == (hit is True)
     measured = Verdict.CEASE if height == 0.25 else Verdict.CREASE
     assert comparison.outcomes() == {(predicted, measured): 1}
+
+
+def test_a_missed_crease_leads():
+    sides = [(Verdict.CREASE, Verdict.CREASE), (Verdict.CEASE, Verdict.CREASE), (Verdict.CREASE, Verdict.CEASE)]
+    pockets = tuple(
+        PocketComparison(id=k, outline_mm=np.zeros((3, 2)), predicted=a, measured=b, reason="")
+        for k, (a, b) in enumerate(sides, start=7)
+    )
+    held = Comparison(pockets=pockets, max_rms_mm=0.3, max_peak_mm=0.6)
+    assert held.headline == "1 FALSE CEASE: pocket 8; 1 FALSE CREASE: pocket 9"
+    assert held.table().splitlines()[0] == held.headline
+    assert re.search(r'<header class="banner crease">.*?<h1>1 FALSE CEASE: pocket 8', page(held), flags=re.S)
+    assert "FALSE CEASE" in held._repr_html_()
+    right = dataclasses.replace(held, pockets=pockets[:1])
+    assert right.headline == "no outcome was wrong" and '<header class="banner plain">' in page(right)
 
 
 def test_rms_alone_counts_what_the_verdict_leaves_open():

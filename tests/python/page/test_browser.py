@@ -285,3 +285,22 @@ def test_on_paper_the_key_stands_beside_the_map_and_no_row_is_hidden(browser, pa
     assert browser.run(style) == ["table-header-group", "avoid"]
     assert browser.run("document.querySelector('.running').textContent.trim()").endswith("UTC · INVALID")
     browser("Emulation.setEmulatedMedia", media="")
+
+
+def test_sixteen_pockets_are_filed_on_six_sheets(browser, report, tmp_path):
+    """Pockets of all verdicts, the record and the recipe; the title block leaves room to sign."""
+    many = tuple(dataclasses.replace(report.pockets[k % 7], id=k + 1) for k in range(16))
+    filed = dataclasses.replace(report, pockets=many, left_out=report.left_out * 5)
+    filed.save(tmp_path / "filed.html")
+    browser.open(tmp_path / "filed.html")
+    assert 2 <= len(re.findall(rb"/Type\s*/Page[^s]", browser.pdf())) <= 6
+    assert not browser.run("document.querySelector('.title-block').checkVisibility()")
+    browser("Emulation.setEmulatedMedia", media="print")
+    try:
+        block = browser.run("document.querySelector('.title-block').innerText")
+        for told in ("A-17", "recipe approved by", "operator", "date, signature", "SHA-256", "debulk "):
+            assert told in block
+        empty = "Array.from(document.querySelectorAll('.title-block dd')).filter(dd => !dd.textContent).length"
+        assert browser.run(empty) == 3  # approval, operator and signature are written by hand
+    finally:
+        browser("Emulation.setEmulatedMedia", media="")

@@ -145,9 +145,10 @@ class RegionFinder:
 
 def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...]:
     pixel_mm = figures.pixel_mm
+    outside_percent = round(100 * max(0.0, 1 - figures.image_share))
     outside = LeftOut(
-        what=f"{100 * max(0.0, 1 - figures.image_share):.0f} % of the scan, outside {figures.windows} regions of "
-        "interest",
+        what=f"fine detail outside {figures.windows} regions of interest: {100 - outside_percent} % of the scan was "
+        f"read in full, {outside_percent} % by the coarse pass",
         why=f"a coarse pass over {_every(figures.rows)} row and {_every(figures.columns)} column of "
         f"pixels saw nothing there that stands {figures.flag_mm:g} mm high or more",
         bound=f"a pocket in it would be less than 2 pixels ({2 * pixel_mm:.2g} mm) wide wherever it crosses "
