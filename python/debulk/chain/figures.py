@@ -21,6 +21,8 @@ class Quantity(NamedTuple):
     share, least
         By which share of its mean, and by how much, a scan of the same chain may be off whatever the scatter from scan
         to scan: another mold and another part lie in another way. `bench/trust/chains.py` measures what that misses.
+    never_negative
+        Whether it is a share, a length or the like.
     """
 
     name: str
@@ -30,6 +32,7 @@ class Quantity(NamedTuple):
     below: str
     share: float = 0.0
     least: float = 0.0
+    never_negative: bool = False
 
 
 FIGURES = (
@@ -38,9 +41,19 @@ FIGURES = (
     Quantity("near", "", "noise shared at most 1.5 pitches apart", "smoother", "less smooth", least=0.06),
     Quantity("middle", "", "noise shared 1.5 to 2.5 pitches apart", "smoother", "less smooth", least=0.06),
     Quantity("far", "", "noise shared 2.5 to 4.5 pitches apart", "smoother", "less smooth", least=0.06),
-    Quantity("repeated", "", "depths that repeat from point to point", "ranked by a median", "not ranked", least=0.012),
-    Quantity("step_mm", "mm", "step of the depths", "rounded", "rounded less", share=0.25, least=0.0005),
-    Quantity("missing", "", "points that were not seen", "", "filled", share=0.7),
+    Quantity(
+        "repeated",
+        "",
+        "depths that repeat from point to point",
+        "ranked by a median",
+        "not ranked",
+        least=0.012,
+        never_negative=True,
+    ),
+    Quantity(
+        "step_mm", "mm", "step of the depths", "rounded", "rounded less", share=0.25, least=0.0005, never_negative=True
+    ),
+    Quantity("missing", "", "points that were not seen", "", "filled", share=0.7, never_negative=True),
     Quantity("edge_mm", "mm", "spread of the ply's edge", "blurred", "sharper", least=0.6),
 )
 """In the order in which a report names them."""

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 __all__ = ["page"]
 
 
+_SMALLEST = 1e-4  # that is worth a figure
+
+
 class Row(NamedTuple):
     """A figure of the signature: what it is, what was measured, and between which limits a scan is recognised."""
 
@@ -54,6 +57,8 @@ def figure_text(value: float | None, unit: str = "") -> str:
     """Return a figure with four digits, and its unit; a dash if there is none."""
     if value is None:
         return "–"
+    if 0 < abs(value) < _SMALLEST:
+        return f"below {_SMALLEST:g}"
     text = f"{value:.4g}".replace("-", "−")
     return f"{text} {unit}" if unit else text
 
@@ -67,13 +72,13 @@ def _limits(figure: Figure, unit: str) -> str:
 
 def _components(study: Study) -> Chart:
     """Chart the components of the standard deviation, in percent of the total."""
-    parts = (
+    of_sessions = [("reproducibility", study.reproducibility), ("parts by sessions", study.interaction)]
+    parts = [
         ("repeatability", study.repeatability),
-        ("reproducibility", study.reproducibility),
-        ("parts by sessions", study.interaction),
+        *(of_sessions if study.sessions > 1 else []),
         ("gauge R&R", study.grr),
         ("part to part", study.part),
-    )
+    ]
     shares = [(name, 100 * value / study.total if study.total else 0.0) for name, value in parts]
     bars = [Bar(name, f"{share:.1f} %", min(share, 100.0)) for name, share in shares]
     return Chart(f"{study.quantity}: share of the total standard deviation", bars, 30.0, "30 % (MSA)")

@@ -196,8 +196,8 @@ def _figure(quantity: Quantity, values: Floats) -> Figure:
     mean, sd = float(values.mean()), float(values.std(ddof=1))
     reach = max(_factor(len(values)) * sd, quantity.share * abs(mean), quantity.least)
     low: float | None = mean - reach if quantity.below else None
-    if quantity.name == "missing" and low is not None and low <= 0:
-        low = None  # so few points are missing now and then anyway
+    if low is not None and low <= 0 <= values.min() and quantity.never_negative:
+        low = None  # so little is there now and then anyway
     return Figure(name=quantity.name, mean=mean, sd=sd, low=low, high=mean + reach if quantity.above else None)
 
 
@@ -231,11 +231,8 @@ def _drift(quantity: Quantity, values: Floats) -> Drift:
 
 
 def _doubts(chain: Chain, reports: Sequence[Report], sessions: Sequence[str] | None) -> list[str]:
-    out = [
-        f"scan {number} is INVALID: {report.reason}"
-        for number, report in enumerate(reports, start=1)
-        if report.verdict is Verdict.INVALID
-    ]
+    bad = [(k, report.reason) for k, report in enumerate(reports, start=1) if report.verdict is Verdict.INVALID]
+    out = [f"{len(bad)} of {len(reports)} scans are INVALID, such as scan {bad[0][0]}: {bad[0][1]}"] if bad else []
     for one in FIGURES:
         figure = chain.figure(one.name)
         if figure is None:
