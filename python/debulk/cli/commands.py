@@ -9,7 +9,6 @@ a pipe that nobody reads.
 from __future__ import annotations
 
 import dataclasses
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,15 +16,17 @@ import typer
 
 from debulk import InputError, __version__
 from debulk.cli import history as cli_history
-from debulk.cli import pages, scanning
+from debulk.cli import pages, qualifying, scanning
 from debulk.cli import tools as cli_tools
 from debulk.cli.examples import epilog
+from debulk.cli.given import angles_of, camera_of
 from debulk.cli.loudness import print_json, with_loudness
 from debulk.cli.support import (
     DETAILS,
     EXIT_CODES,
     JSON,
     POSE_HELP,
+    chain_of,
     check_writable,
     outcome,
     pose_of,
@@ -83,6 +84,7 @@ def inspect(
         typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
     ] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    chain: Annotated[Path | None, typer.Option(help="The qualified chain, .json (debulk qualify).")] = None,
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
     context: Annotated[
         list[str] | None, typer.Option(help="Kept in the report: part=A-17, ply=3 and the like; repeatable.")
@@ -102,8 +104,7 @@ def inspect(
         outputs = output or []
         for path in outputs:
             _check_writable(path)
-        fibre_angles = _angles(angles)
-        pinhole = None if camera is None else _camera(camera)
+        fibre_angles, pinhole = angles_of(angles), camera_of(camera)
         kept = dict(_named(text) for text in context or [])
         if deadline is not None and not 0 < deadline < float("inf"):
             raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
@@ -115,6 +116,7 @@ def inspect(
 
         kept_in = history_of(history)
         settings = Recipe() if recipe is None else Recipe.load(recipe)
+        qualified = chain_of(chain)
         transform = pose_of(pose, unit)
         ply_outline = None if outline is None else files.load_outline(outline, unit)
         hidden = None if mask is None else files.load_mask(mask)
@@ -137,6 +139,7 @@ def inspect(
                 mask=hidden,
                 progress=progress,
                 approved=approved,
+                chain=qualified,
             )
             report = inspector.inspect(scan_cloud.values, deadline_s=deadline, progress=progress, context=kept)
         read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
@@ -241,6 +244,7 @@ def approve(
 
 for command in (
     pages.page,
+    qualifying.qualify,
     cli_tools.compare,
     cli_tools.repeat,
     cli_tools.view,
@@ -299,27 +303,6 @@ def _check_writable(path: Path) -> None:
     """Refuse an output before the work is done, not after."""
     check_report_path(path)
     check_writable(path)
-
-
-def _angles(text: str) -> tuple[float, float]:
-    try:
-        first, second = (float(word) for word in text.split(","))
-    except ValueError:
-        raise InputError(f"--angles: expected two numbers like 0,90, got {text!r}") from None
-    from debulk.inspection.ply.fibre_angles import check_apart
-
-    check_apart((first, second), "--angles")
-    return first, second
-
-
-def _camera(text: str) -> tuple[float, float, float]:
-    try:
-        f, cx, cy = (float(word) for word in text.split(","))
-    except ValueError:
-        f = cx = cy = math.nan
-    if not (f > 0 and math.isfinite(f + cx + cy)):
-        raise InputError(f"--camera: expected f,cx,cy in pixels like 5200,2560,1920, f positive, got {text!r}")
-    return f, cx, cy
 
 
 def _named(text: str) -> tuple[str, str]:

@@ -15,6 +15,10 @@ EXAMPLES = {
     ),
     "demo": ("debulk demo", "debulk demo -o out --seed 3 --keep-files"),
     "page": ("debulk page layup.json -o layup.html", "debulk page ply1.json ply2.json -o stack.html"),
+    "qualify": (
+        "debulk qualify scans/*.pcd --reference ref.pcd --pose pose.txt -o chain.json -o chain.html",
+        "debulk inspect scan.pcd --reference ref.pcd --pose pose.txt --chain chain.json",
+    ),
     "recipe": ("debulk recipe > cell.toml",),
     "compare": (
         "debulk compare layup.json debulked.pcd --reference ref.pcd --pose pose.txt",

@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import typer
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from debulk import InputError
 from debulk.cli.loudness import loudness
 from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.chain import Chain
 
 EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.INVALID: 3, Verdict.UNDECIDED: 4}
 BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
@@ -125,6 +128,15 @@ def pose_of(pose: Path | None, unit: Literal["mm", "m"]) -> NDArray[np.float64] 
     if pose is None:
         return None
     return np.eye(4) if str(pose) == "identity" else files.load_pose(pose, unit)
+
+
+def chain_of(path: Path | None) -> Chain | None:
+    """Read the option --chain."""
+    if path is None:
+        return None
+    from debulk.chain import Chain
+
+    return Chain.load(path)
 
 
 def check_writable(path: Path) -> None:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import typer
 
 from debulk.cli.loudness import print_json
-from debulk.cli.support import FAULT, JSON, POSE_HELP, check_writable, outcome, pose_of, show, shown_progress
+from debulk.cli.support import FAULT, JSON, POSE_HELP, chain_of, check_writable, outcome, pose_of, show, shown_progress
 
 
 def compare(
@@ -79,6 +79,7 @@ def repeat(
     scan: Annotated[Path, typer.Option(help="Its scan.")],
     reference: Annotated[Path, typer.Option(help="Its reference.")],
     mask: Annotated[Path | None, typer.Option(help="Its mask, if it had one.")] = None,
+    chain: Annotated[Path | None, typer.Option(help="Its qualified chain, if it had one.")] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of both clouds.")] = "mm",
 ) -> None:
     """Do an inspection again from its report, on the same files by their fingerprints.
@@ -91,11 +92,12 @@ def repeat(
         from debulk.report import Report
 
         first = Report.load(report)
+        qualified = chain_of(chain)
         hidden = None if mask is None else files.load_mask(mask)
         with shown_progress() as progress:
             progress("reading", 0.0)
             clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
-            found = done_again(first, *clouds, hidden, progress)
+            found = done_again(first, *clouds, hidden, progress, chain=qualified)
         for name in found.unchecked:
             print(f"warning: the record has no fingerprint of the {name}, only its shape was checked")
         print(f"{found.report.verdict.name}: {found.report.reason}")

@@ -10,6 +10,8 @@ from debulk.chain import Gauge, Signature, recognised
 from debulk.chain.gauge import measured
 from html_reader import read
 
+pytestmark = pytest.mark.layup
+
 PIXELS = (448, 336)
 RECIPE = debulk.Recipe(solve={"when": "needed"})
 

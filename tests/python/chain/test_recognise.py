@@ -107,6 +107,7 @@ def blurred(scan):
     return (scan * (mean / depth)[..., None]).astype(np.float32)
 
 
+@pytest.mark.layup
 def test_an_inspector_compares_its_scans():
     layup = debulk.scenes.layup(seed=1, pixels=(640, 480))
     seen = chain(pitch_mm=(1.9, 2.3))
@@ -133,6 +134,7 @@ def test_an_inspector_compares_its_scans():
     assert inspector.inspect(loose).verdict is Verdict.CREASE
 
 
+@pytest.mark.layup
 def test_without_a_chain_the_report_says_so():
     layup = debulk.scenes.layup(seed=1, pixels=(640, 480))
     report = debulk.inspect(layup.scan, layup.reference, None, layup.ply_outline, (0, 90), layup.mold_from_scanner)

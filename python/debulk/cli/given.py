@@ -1,0 +1,40 @@
+"""Options of the command line that are several numbers in one word."""
+
+from __future__ import annotations
+
+import math
+
+from debulk import InputError
+
+__all__ = ["angles_of", "camera_of", "numbers_of"]
+
+
+def angles_of(text: str) -> tuple[float, float]:
+    """Read the option --angles."""
+    first, second = numbers_of(text, "--angles", "two numbers like 0,90", 2)
+    from debulk.inspection.ply.fibre_angles import check_apart
+
+    check_apart((first, second), "--angles")
+    return first, second
+
+
+def camera_of(text: str | None) -> tuple[float, float, float] | None:
+    """Read the option --camera."""
+    if text is None:
+        return None
+    expected = "f,cx,cy in pixels like 5200,2560,1920, f positive"
+    f, cx, cy = numbers_of(text, "--camera", expected, 3)
+    if not (f > 0 and math.isfinite(f + cx + cy)):
+        raise InputError(f"--camera: expected {expected}, got {text!r}")
+    return f, cx, cy
+
+
+def numbers_of(text: str, option: str, expected: str, count: int) -> tuple[float, ...]:
+    """Read so many numbers, separated by commas."""
+    try:
+        numbers = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count:
+        raise InputError(f"{option}: expected {expected}, got {text!r}")
+    return numbers

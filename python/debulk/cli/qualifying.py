@@ -1,0 +1,98 @@
+"""The command that qualifies the chain of scanner, filters and export."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from debulk import InputError
+from debulk.cli.given import angles_of, camera_of, numbers_of
+from debulk.cli.support import POSE_HELP, check_writable, outcome, pose_of, shown_progress
+
+
+def qualify(
+    scans: Annotated[list[Path], typer.Argument(help="At least ten scans of one unmoved layup, in their order.")],
+    reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
+    name: Annotated[str, typer.Option(help="The chain's name, such as the cell's.")] = "chain",
+    recipe: Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")] = None,
+    pose: Annotated[Path | None, typer.Option(help=POSE_HELP)] = None,
+    outline: Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")] = None,
+    angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90",
+    camera: Annotated[
+        str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
+    ] = None,
+    mask: Annotated[
+        Path | None,
+        typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
+    ] = None,
+    unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    strip: Annotated[
+        str | None, typer.Option(help="x,y,x,y,height,width in mm: ends and size of a strip that --strip-scan shows.")
+    ] = None,
+    strip_scan: Annotated[list[Path] | None, typer.Option(help="Scan of the strip; at least three.")] = None,
+    output: Annotated[
+        list[Path] | None, typer.Option("-o", "--output", help=".json or .html; repeatable; unset: chain.json.")
+    ] = None,
+) -> None:
+    """Qualify the chain of scanner, filters and export; needs the extra "qualify" (SciPy).
+
+    Scans in several folders, equally many in each, are of several sessions: days, operators or set-ups.
+    """
+    with outcome():
+        outputs = output or [Path("chain.json")]
+        for path in outputs:
+            if path.suffix.lower() not in (".json", ".html"):
+                raise InputError(f"{path}: expected a file ending in .json or .html")
+            check_writable(path)
+        fibre_angles, pinhole = angles_of(angles), camera_of(camera)
+        if (strip is None) != (not strip_scan):
+            raise InputError("--strip: expected together with --strip-scan")
+        size = "six numbers: x,y,x,y,height,width"
+        numbers = None if strip is None else numbers_of(strip, "--strip", size, 6)
+
+        from debulk import files
+        from debulk.chain import Gauge
+        from debulk.chain.qualifying import qualify as qualified
+        from debulk.recipe import Recipe
+
+        settings = Recipe() if recipe is None else Recipe.load(recipe)
+        hidden = None if mask is None else files.load_mask(mask)
+        folders = [str(path.parent) for path in scans]
+        gauge = None
+        if numbers is not None:
+            ends = (numbers[0], numbers[1]), (numbers[2], numbers[3])
+            gauge = Gauge(_loaded(strip_scan or [], unit), *ends, numbers[4], numbers[5])
+        with shown_progress() as progress:
+            chain = qualified(
+                _loaded(scans, unit),
+                files.load_cloud(reference, unit),
+                settings,
+                None if outline is None else files.load_outline(outline, unit),
+                fibre_angles,
+                pose_of(pose, unit),
+                pinhole,
+                hidden,
+                lambda stage, _: progress(stage, int(stage.split()[-1]) / len(scans)),
+                name=name,
+                sessions=folders if len(set(folders)) > 1 else None,
+                gauge=gauge,
+            )
+        for path in outputs:
+            chain.save(path)
+            print(f"written: {path}")
+        for study in chain.studies:
+            tolerance = "" if study.percent_tolerance is None else f", P/T {study.percent_tolerance:.1f} %"
+            print(f"{study.quantity}: %GRR {study.percent_grr:.1f} %{tolerance}, {study.rating}")
+        for doubt in chain.doubts:
+            print(f"note: {doubt}")
+
+
+def _loaded(paths: list[Path], unit: Literal["mm", "m"]) -> Iterator[Any]:
+    """Read one cloud after the other, when it is asked for."""
+    from debulk import files
+
+    for path in paths:
+        yield files.load_cloud(path, unit)
