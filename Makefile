@@ -105,6 +105,7 @@ trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (a
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
 	$(python) -m lab.study bench/study
 	$(python) bench/study/limit.py
+	$(python) bench/study/knobs.py
 	$(python) bench/study/bridge_nets.py --out bench/study/bridge_nets.txt
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
