@@ -36,11 +36,10 @@ def study(inspector, scan, whole, cycles=5):
     coarse pass, ms busy; (pockets missing, worst area) or (why it was refused,); whether it is the mesh in use.
     """
     usual = inspector.find(scan).regions
-    given = inspector.prepared, inspector.mold_from_scanner, inspector.ply_outline, inspector.recipe
     for mesh in MESHES:
         if mesh == (usual.rows, usual.columns):
             continue
-        finder = RegionFinder(*given, mesh=mesh)
+        finder = RegionFinder(inspector.setup, mesh=mesh)
         busy, coarse = [], []
         for _ in range(cycles):
             began = time.process_time()

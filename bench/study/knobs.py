@@ -116,8 +116,8 @@ def table(results: list[Result], layups: range, pixels: tuple[int, int]) -> str:
     """Return the results as text."""
     about = (
         f"{len(layups)} virtual layups of limit.py at {pixels[0]} x {pixels[1]} pixels, all pockets inside the ply "
-        f"with a true ridge of {LOW_MM:g} to {HIGH_MM:g} mm, limit {Recipe().verdict.max_ridge_mm:g} mm. Error: ridge by the "
-        "excess less the true one, mm. Open: UNDECIDED, INVALID or not found. Times of a whole cycle, best of "
+        f"with a true ridge of {LOW_MM:g} to {HIGH_MM:g} mm, limit {Recipe().verdict.max_ridge_mm:g} mm. Error: ridge "
+        "by the excess less the true one, mm. Open: UNDECIDED, INVALID or not found. Times of a whole cycle, best of "
         f"{CYCLES}, mean over the layups."
     )
     lines = ["ERROR AGAINST RUN TIME", "", fill(about, 116), ""]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,7 @@ from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place.placing import Placing
-from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.ply.setup import Setup
 from debulk.report import Report
 from debulk.results import codec
 from debulk.results.report import FORMAT
@@ -111,12 +112,11 @@ def of_another_scan(
 _HASHES: dict[str, fingerprint.Hash] = {"SHA-256": "sha256", "XXH3": "xxh3"}
 
 
-def placing_of(
-    report: Report, prepared: Prepared, mold_from_scanner: Floats | None, mask: NDArray[np.bool_] | None, recipe: Recipe
-) -> Placing:
+def placing_of(report: Report, setup: Setup) -> Placing:
     """Return the check whether a scan shows the report's ply in its place; the ply may be consolidated."""
-    consolidated_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
-    return Placing(prepared, mold_from_scanner, report.ply_outline_mm, mask, recipe, consolidated_mm)
+    material = setup.recipe.material
+    ply = replace(setup.ply, outline=report.ply_outline_mm)
+    return Placing(replace(setup, ply=ply), material.thickness_mm / material.bulk_factor)
 
 
 def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -38,6 +37,7 @@ from debulk.inspection.place.placing import Placed, Placing
 from debulk.inspection.ply import inputs
 from debulk.inspection.ply.fibre_angles import checked_angles
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan import riders
 from debulk.inspection.rawscan.filled import Filled, FilledSearch
 from debulk.inspection.rawscan.wrinkles import Standing, WrinkleSearch
@@ -169,19 +169,18 @@ class Inspector:
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
-        self._pose = reference.place.pose(self.mold_from_scanner)
-        given = (self._pose, self.ply_outline)
         self._below: mold_edge.Below | None = None
         if self.ply_outline is None:
             reference, self._below = mold_edge.parted(reference, recipe)
-        self._placing = preparation.step("checks", 0.9, lambda: Placing(reference, *given, self.mask, recipe))
-        self._wrinkles = WrinkleSearch(reference, *given, recipe)
+        self._pose = reference.place.pose(self.mold_from_scanner)
+        self.setup = Setup(reference, self.ply, self._pose, self.mask)
+        self._placing = preparation.step("checks", 0.9, lambda: Placing(self.setup))
+        self._wrinkles = WrinkleSearch(self.setup)
         self._filled = FilledSearch(reference, self._pose, self._placing.zones, self._placing.outline, recipe)
         self.chain = chain
         self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
         preparation.step("fibres", 0.94, lambda: self.ply.fibres)
-        self._make_finder = partial(finder_for, reference, *given, recipe)
-        self._finder = preparation.step("regions", 0.96, self._make_finder)
+        self._finder = preparation.step("regions", 0.96, lambda: finder_for(self.setup))
         self._tracing = Tracing(self)
         self._finding = Guard()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()
@@ -419,13 +418,11 @@ class Inspector:
         """Find the pockets of a scan without the shift of far clouds."""
         with self._finding.held():
             if self._finding.torn:
-                self._finder, self._finding.torn = self._make_finder(), False
+                self._finder, self._finding.torn = finder_for(self.setup), False
             found = self._finder.find(scan, self.mask, stop)
         if self._below is not None:
             found = replace(found, left_out=(*found.left_out, self._below.left_out()))
-        if self.mask is None:
-            return found
-        return replace(found, masked=masked_holes(found, self.mask, self.prepared, self._pose))
+        return found if self.mask is None else replace(found, masked=masked_holes(found, self.setup))
 
     @typed
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:
@@ -453,7 +450,7 @@ class Inspector:
                 scanned = of_another_scan(report, near, self.recipe.run.scan_hash, stop)
                 points = owned(near, "debulked_scan", stop)
                 hide(points, self.mask, "debulked_scan", stop)
-                placing = placing_of(report, self.prepared, self._pose, self.mask, self.recipe)
+                placing = placing_of(report, replace(self.setup, prepared=self.prepared))
                 _, sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 image = self.prepared.image
                 clean(points, self._pose, None if image is None else image.camera, self.recipe, stop)

@@ -416,8 +416,7 @@ def test_the_same_bits_on_any_number_of_threads(level: Bench) -> None:
 def test_windows_grow_until_they_hold_what_a_sparse_mesh_saw_in_part() -> None:
     layup = debulk.scenes.layup(seed=1, pixels=(1280, 960))
     inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
-    given = inspector.prepared, layup.mold_from_scanner, layup.ply_outline, inspector.recipe
-    found = RegionFinder(*given, mesh=(16, 256)).find(layup.scan)  # a row in 18 mm
+    found = RegionFinder(inspector.setup, mesh=(16, 256)).find(layup.scan)  # a row in 18 mm
     assert found.regions
     assert (found.regions.rows, found.regions.columns) == (16, 256)
     other = inspector.find(layup.scan)
@@ -425,7 +424,7 @@ def test_windows_grow_until_they_hold_what_a_sparse_mesh_saw_in_part() -> None:
     for a, b in zip(pockets(found), pockets(other), strict=True):  # what a window took over is what it would have made
         assert np.array_equal(a.outline_mm, b.outline_mm)
     with pytest.raises(debulk.InputError, match="mesh"):
-        RegionFinder(*given, mesh=(0, 64))
+        RegionFinder(inspector.setup, mesh=(0, 64))
 
 
 def test_flying_pixels_do_not_make_windows_grow_into_each_other() -> None:

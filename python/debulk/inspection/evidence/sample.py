@@ -12,6 +12,7 @@ from debulk import _core, cloud
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
+from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference.prepared import Prepared
 from debulk.surface import Reference
 
@@ -73,19 +74,19 @@ class Sample:
         return Grid(values, low, spacing)
 
 
-def sampled(
-    scan: ArrayLike, prepared: Prepared, mold_from_scanner: Floats | None, mask: NDArray[np.bool_] | None, threads: int
-) -> Sample:
+def sampled(scan: ArrayLike, setup: Setup) -> Sample:
     """Take a sample of a scan."""
     whole = cloud.as_cloud(scan, "scan")
     if whole.size < _FEW:
         cloud.checked(whole, "scan")
-    points, each = thinned(whole, mask)
+    points, each = thinned(whole, setup.mask)
     seen = complete(np.isfinite(points))
-    same = _same(points, prepared.sample)[seen]
+    same = _same(points, setup.prepared.sample)[seen]
     points = points[seen]
     refuse_marks(points, "scan")
-    return replace(sample_of(points, prepared, mold_from_scanner, threads), each=each, same=same)
+    return replace(
+        sample_of(points, setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads), each=each, same=same
+    )
 
 
 def sample_of(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,14 +11,9 @@ from debulk import _core
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.regions import RegionFinder
 from debulk.inspection.find.whole_scan import WholeScanFinder
-from debulk.inspection.reference.prepared import Prepared
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
+from debulk.inspection.ply.setup import Setup
 
 __all__ = ["Finder", "finder_for"]
-
-Floats = NDArray[np.float64]
 
 
 class Finder(Protocol):
@@ -43,12 +38,10 @@ class Finder(Protocol):
         """
 
 
-def finder_for(
-    prepared: Prepared, mold_from_scanner: Floats | None, ply_outline: Floats | None, recipe: Recipe
-) -> Finder:
+def finder_for(setup: Setup) -> Finder:
     """Prepare the finder that the recipe asks for: regions with the whole scan as fallback, or only the whole scan."""
-    whole = WholeScanFinder(prepared, mold_from_scanner, ply_outline, recipe)
-    if not recipe.segmentation.regions:
+    whole = WholeScanFinder(setup)
+    if not setup.recipe.segmentation.regions:
         whole.prepare()
         return whole
-    return RegionFinder(prepared, mold_from_scanner, ply_outline, recipe, whole)
+    return RegionFinder(setup, whole)

@@ -13,12 +13,12 @@ from debulk.grid import Grid
 from debulk.inspection.clouds.cleaning import check_mask
 from debulk.inspection.find.found import Found, RegionFigures
 from debulk.inspection.find.whole_scan import WholeScanFinder
-from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.ply.setup import Setup
 from debulk.recipe import options
 from debulk.results.report import LeftOut
 
 if TYPE_CHECKING:
-    from debulk.recipe import Recipe
+    pass
 
 __all__ = ["RegionFinder"]
 
@@ -38,14 +38,8 @@ class RegionFinder:
 
     Parameters
     ----------
-    prepared
-        The reference, and the camera's image if there is one.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner. None: scans are in the mold's frame.
-    ply_outline
-        (M, 2), mold XY, mm, or None.
-    recipe
-        The sections clean, segmentation, patch, material and run are used.
+    setup
+        Of whose recipe the sections clean, segmentation, patch, material and run are used.
     whole
         Finder for the scans that cannot be processed by regions; None: one is made here.
     mesh
@@ -58,35 +52,27 @@ class RegionFinder:
     >>> layup = debulk.scenes.layup(seed=0, pixels=(1280, 960))
     >>> pose, outline = layup.mold_from_scanner, layup.ply_outline
     >>> inspector = debulk.Inspector(None, layup.reference, outline, mold_from_scanner=pose)
-    >>> finder = RegionFinder(inspector.prepared, pose, outline, inspector.recipe)
+    >>> finder = RegionFinder(inspector.setup)
     >>> found = finder.find(layup.scan)
     >>> len(found.pockets), found.regions.image_share < 0.7
     (14, True)
     """
 
-    def __init__(
-        self,
-        prepared: Prepared,
-        mold_from_scanner: Floats | None,
-        ply_outline: Floats | None,
-        recipe: Recipe,
-        whole: WholeScanFinder | None = None,
-        mesh: tuple[int, int] | None = None,
-    ) -> None:
-        self._recipe = recipe
-        self._ply_outline = ply_outline
-        self._whole = whole or WholeScanFinder(prepared, mold_from_scanner, ply_outline, recipe)
+    def __init__(self, setup: Setup, whole: WholeScanFinder | None = None, mesh: tuple[int, int] | None = None) -> None:
+        prepared, recipe = setup.prepared, setup.recipe
+        self._setup, self._recipe = setup, recipe
+        self._whole = whole or WholeScanFinder(setup)
         self._core: Any = None
         self._unusable = "the reference is not an image of a pinhole camera"
         if prepared.image is not None:
-            wanted = options.regions(recipe, prepared.grid_spacing_mm, ply_outline)
+            wanted = options.regions(recipe, prepared.grid_spacing_mm, setup.outline)
             if mesh is not None:
                 wanted.row_step, wanted.column_step = mesh
             self._core = _core.region.RegionFront(
                 prepared.datum,
                 prepared.image.shape,
                 prepared.image.camera,
-                np.eye(4) if mold_from_scanner is None else mold_from_scanner,
+                setup.pose,
                 wanted,
                 recipe.run.threads,
                 prepared.seen_on_grid(),
@@ -115,7 +101,7 @@ class RegionFinder:
 
     def _found(self) -> Found:
         core = self._core
-        *overview, unseen = core.overview(options.unseen(self._recipe, self._ply_outline))
+        *overview, unseen = core.overview(options.unseen(self._recipe, self._setup.outline))
         parts, wanted = [], options.feet(self._recipe)
         for segmentation, feet in core.regions():
             found = pocket.from_core(segmentation)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,11 +12,8 @@ from debulk.grid import Grid
 from debulk.inspection.clouds.cleaning import masked
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
-from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.ply.setup import Setup
 from debulk.recipe import options
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 __all__ = ["WholeScanFinder"]
 
@@ -30,36 +26,25 @@ class WholeScanFinder:
 
     Parameters
     ----------
-    prepared
-        The reference, and the camera's image if there is one.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner. None: scans are in the mold's frame.
-    ply_outline
-        (M, 2), mold XY, mm, or None.
-    recipe
-        The sections clean, segmentation, patch, material and run are used.
+    setup
+        Of whose recipe the sections clean, segmentation, patch, material and run are used.
     """
 
-    def __init__(
-        self, prepared: Prepared, mold_from_scanner: Floats | None, ply_outline: Floats | None, recipe: Recipe
-    ) -> None:
-        self._prepared = prepared
-        self._mold_from_scanner = mold_from_scanner
-        self._ply_outline = ply_outline
-        self._recipe = recipe
+    def __init__(self, setup: Setup) -> None:
+        self._setup, self._recipe = setup, setup.recipe
         self._front: FrontEnd | None = None
 
     def prepare(self) -> FrontEnd:
         """Make the front end that the first scan needs, with its memory; later calls return the same one."""
         if self._front is None:
             self._front = FrontEnd(
-                self._prepared.datum,
-                self._prepared.image,
-                self._mold_from_scanner,
-                options=options.front_end(self._recipe, self._prepared.grid_spacing_mm),
+                self._setup.prepared.datum,
+                self._setup.prepared.image,
+                self._setup.mold_from_scanner,
+                options=options.front_end(self._recipe, self._setup.prepared.grid_spacing_mm),
                 box_mm=self._ply_box(),
                 threads=self._recipe.run.threads,
-                seen=self._prepared.seen_on_grid(),
+                seen=self._setup.prepared.seen_on_grid(),
             )
         return self._front
 
@@ -70,7 +55,7 @@ class WholeScanFinder:
         front = self.prepare()
         heights = front.inspect(points, stop, copy=False)  # in the front end's memory, until the next scan
         times_ms, began = front.times_ms, time.perf_counter()
-        unseen = front.unseen(options.unseen(self._recipe, self._ply_outline))
+        unseen = front.unseen(options.unseen(self._recipe, self._setup.outline))
         if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
             return Found(
                 parts=(),
@@ -79,7 +64,7 @@ class WholeScanFinder:
                 times_ms=times_ms,
                 doubt=self._why_so_little(points, stop),
             )
-        wanted, threads = options.segment(self._recipe, self._ply_outline), self._recipe.run.threads
+        wanted, threads = options.segment(self._recipe, self._setup.outline), self._recipe.run.threads
         segmentation = pocket.segment_with(wanted, heights, threads, stop)
         feet = pocket.feet_with(options.feet(self._recipe), segmentation, threads, stop)
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
@@ -94,7 +79,7 @@ class WholeScanFinder:
         """Return what is likely to be wrong with a scan that shows far too little of the ply."""
         if points.ndim == 3:
             apart_mm = cloud.median_pitch(points, threads=self._recipe.run.threads, stop=stop)
-            if apart_mm > _FAR_PITCHES * self._prepared.grid_spacing_mm:
+            if apart_mm > _FAR_PITCHES * self._setup.prepared.grid_spacing_mm:
                 return (
                     f"no pocket was looked for: neighbouring pixels of the scan lie {apart_mm:.3g} mm apart; are its "
                     "rows and columns those of the camera's image? Points in another order are passed as (N, 3)"
@@ -103,10 +88,10 @@ class WholeScanFinder:
 
     def _ply_box(self) -> Floats | None:
         """Return the lowest and highest XY of the ply with the margin that the filters see; None: all the reference."""
-        if self._ply_outline is None:
+        if self._setup.outline is None:
             return None
         margin = max(30.0, 2 * self._recipe.clean.max_hole_mm)
-        low, high = self._ply_outline.min(axis=0) - margin, self._ply_outline.max(axis=0) + margin
-        known = _core.surface.extent(self._prepared.reference)
+        low, high = self._setup.outline.min(axis=0) - margin, self._setup.outline.max(axis=0) + margin
+        known = _core.surface.extent(self._setup.prepared.reference)
         beside = (low >= known.max(axis=0)).any() or (high <= known.min(axis=0)).any()
         return None if beside else np.stack([low, high])

@@ -24,15 +24,15 @@ from debulk.inspection.place.edge_beyond import beyond_reason, find_beyond
 from debulk.inspection.place.few_squares import few_squares_reason
 from debulk.inspection.place.level import Deviation, departure, deviation, level_of
 from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason, swapped_reason
+from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference import frame
-from debulk.inspection.reference.prepared import Prepared
 from debulk.inspection.reference.resolution import coarse_reason
 from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
-    from debulk.recipe import Recipe
+    pass
 
 __all__ = ["Placed", "Placing"]
 
@@ -83,16 +83,8 @@ class Placing:
 
     Parameters
     ----------
-    prepared
-        The prepared reference.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: clouds are in the mold's frame.
-    ply_outline
-        (M, 2), mold XY, mm, or None.
-    mask
-        (H, W), True where the image is not to be used, or None.
-    recipe
-        The sections level, material, segmentation and run are used.
+    setup
+        Of whose recipe the sections level, material, segmentation and run are used.
     least_mm
         Least thickness that the ply may have; None: the recipe's thickness.
 
@@ -104,40 +96,33 @@ class Placing:
         Its outline, for checks of its edge; None: not known.
     """
 
-    def __init__(
-        self,
-        prepared: Prepared,
-        mold_from_scanner: Floats | None,
-        ply_outline: Floats | None,
-        mask: NDArray[np.bool_] | None,
-        recipe: Recipe,
-        least_mm: float | None = None,
-    ) -> None:
-        self._prepared, self._wide_mm = prepared, width_of(prepared.seen)
-        self._pose, self._mask, self._recipe = mold_from_scanner, mask, recipe
-        self._thickness_mm = recipe.material.thickness_mm
+    def __init__(self, setup: Setup, least_mm: float | None = None) -> None:
+        prepared, ply_outline = setup.prepared, setup.outline
+        self._setup, self._recipe, self._wide_mm = setup, setup.recipe, width_of(prepared.seen)
+        self._thickness_mm = setup.recipe.material.thickness_mm
         self._least_mm = self._thickness_mm if least_mm is None else least_mm
         corners = _core.surface.extent(prepared.reference)
         low, high = corners.min(axis=0), corners.max(axis=0)
         frame.check_tilt(prepared.reference, low, high, ply_outline)
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
-        self._ply_outline = ply_outline
         self.outline = None if ply_outline is None else Outline(ply_outline, prepared.bare_mm)
         self._missed = 0.0 if self.outline is None else self.outline.missed(prepared.seen, prepared.reference)
         self.zones = PlyZones(ply_outline, low, high)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
         """Return the scan, without its offset if the recipe allows removing it, and the sample for all checks."""
-        sample = sampled(scan, self._prepared, self._pose, self._mask, self._recipe.run.threads)
+        sample = sampled(scan, self._setup)
         on = self.zones.inside(sample)
         pitch_mm = pitch_of(sample.points_mm[on, :2], sample.each)
         sample = replace(sample, pitch_mm=pitch_mm, repeated=repeated_share(scan))
         offset_mm = self._offset(sample)
         if not offset_mm:
             return scan, sample
-        along_rays = self._prepared.image is not None and np.ndim(scan) == 3
-        return raised(scan, self._pose, -offset_mm, along_rays=along_rays, stop=stop), sample.lowered(offset_mm)
+        along_rays = self._setup.prepared.image is not None and np.ndim(scan) == 3
+        return raised(
+            scan, self._setup.mold_from_scanner, -offset_mm, along_rays=along_rays, stop=stop
+        ), sample.lowered(offset_mm)
 
     def gross(self, sample: Sample) -> Placed | None:
         """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
@@ -165,7 +150,7 @@ class Placing:
     def plateaus(self, found: Found, stop: _core.Stop) -> list[Finding]:
         """Judge the places where the ply is missing, lies double, or lies on something."""
         outlined = self.outline is not None
-        places = plateaus.find(found.overview, self.zones, self._prepared, self._recipe, stop, outlined=outlined)
+        places = plateaus.find(found.overview, self.zones, self._setup.prepared, self._recipe, stop, outlined=outlined)
         return plateaus.findings(places, self._thickness_mm)
 
     def judge(self, sample: Sample, found: Found) -> Placed:
@@ -239,7 +224,7 @@ class Placing:
         """Return the squares of the ply outside the outlines, without the bare mold if the ply's outline is unknown."""
         used = on & off_pockets(sample.points_mm, outlines)
         if self.outline is None:
-            above_mm = sample.height_mm - self._prepared.bare_mm(sample.points_mm[:, :2])
+            above_mm = sample.height_mm - self._setup.prepared.bare_mm(sample.points_mm[:, :2])
             bare = np.abs(above_mm) <= self._recipe.level.tol_mm
             if np.count_nonzero(bare & used) < _BARE_SHARE * np.count_nonzero(used):
                 used &= ~bare
@@ -285,8 +270,8 @@ class Placing:
         reach = _TOUCHING * blocks.side_mm
         left = np.flatnonzero(off > 0)
         begins = blocks.height_mm[left] >= _HILL * self._recipe.segmentation.cut_height_mm
-        if self._ply_outline is not None:
-            begins |= pocket.distance_to_outline(self._ply_outline, blocks.xy_mm[left]) < reach
+        if self._setup.outline is not None:
+            begins |= pocket.distance_to_outline(self._setup.outline, blocks.xy_mm[left]) < reach
         for middle_mm, radius_mm in bumps:
             begins |= np.abs(blocks.xy_mm[left] - middle_mm).max(axis=1) < radius_mm + reach
         loose, left = left[begins], left[~begins]

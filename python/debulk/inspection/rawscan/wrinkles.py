@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, pocket
+from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan import narrow_bumps
 from debulk.inspection.rawscan.narrow_bumps import NarrowBump
-from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, Wrinkle
@@ -66,26 +66,19 @@ class WrinkleSearch:
 
     Parameters
     ----------
-    prepared
-        The smooth surface, and the heights that it was fitted to: the mold is not known where they are NaN.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: scans are in the mold's frame.
-    ply_outline
-        (M, 2), mold XY, mm, or None.
-    recipe
-        The sections material, verdict and run are used.
+    setup
+        Of whose recipe the sections material, verdict and run are used. The mold is not known where the heights that
+        the smooth surface was fitted to are NaN.
     """
 
-    def __init__(
-        self, prepared: Prepared, mold_from_scanner: Floats | None, ply_outline: Floats | None, recipe: Recipe
-    ) -> None:
-        self._outline, self._recipe = ply_outline, recipe
+    def __init__(self, setup: Setup) -> None:
+        self._outline, self._recipe = setup.outline, setup.recipe
         self._core = _core.region.WrinkleFinder(
-            prepared.datum,
-            prepared.seen_on_grid(),
-            np.eye(4) if mold_from_scanner is None else mold_from_scanner,
-            np.empty((0, 2)) if ply_outline is None else ply_outline,
-            recipe.run.threads,
+            setup.prepared.datum,
+            setup.prepared.seen_on_grid(),
+            setup.pose,
+            np.empty((0, 2)) if setup.outline is None else setup.outline,
+            setup.recipe.run.threads,
         )
 
     def find(self, scan: Cloud, mask: NDArray[np.bool_] | None, stop: _core.Stop | None = None) -> Standing:
