@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
     from debulk.results.trace import Trace
 
-__all__ = ["check_place", "compared", "of_another_scan", "placing_of"]
+__all__ = ["check_place", "compared", "consolidated", "of_another_scan", "placing_of"]
 
 Floats = NDArray[np.float64]
 
@@ -112,11 +112,16 @@ def of_another_scan(
 _HASHES: dict[str, fingerprint.Hash] = {"SHA-256": "sha256", "XXH3": "xxh3"}
 
 
-def placing_of(report: Report, setup: Setup) -> Placing:
-    """Return the check whether a scan shows the report's ply in its place; the ply may be consolidated."""
+def consolidated(setup: Setup) -> Setup:
+    """Return the setup whose heights are those of a ply that debulking has pressed to its consolidated thickness."""
     material = setup.recipe.material
+    return replace(setup, prepared=replace(setup.prepared, thickness_mm=material.thickness_mm / material.bulk_factor))
+
+
+def placing_of(report: Report, setup: Setup) -> Placing:
+    """Return the check whether a scan shows the report's ply in its place, which may be `consolidated`."""
     ply = replace(setup.ply, outline=report.ply_outline_mm)
-    return Placing(replace(setup, ply=ply), material.thickness_mm / material.bulk_factor)
+    return Placing(replace(setup, ply=ply), setup.prepared.thickness_mm)
 
 
 def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid) -> None:

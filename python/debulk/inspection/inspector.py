@@ -25,7 +25,7 @@ from debulk.inspection.checks import shared_runs
 from debulk.inspection.checks.seen import Judged, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import clean, hide, owned, taken
-from debulk.inspection.comparing import check_place, compared, of_another_scan, placing_of
+from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
 from debulk.inspection.evaluate.evaluation import evaluate_all, not_judged
 from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
@@ -450,13 +450,14 @@ class Inspector:
                 scanned = of_another_scan(report, near, self.recipe.run.scan_hash, stop)
                 points = owned(near, "debulked_scan", stop)
                 hide(points, self.mask, "debulked_scan", stop)
-                placing = placing_of(report, replace(self.setup, prepared=self.prepared))
+                pressed = consolidated(replace(self.setup, prepared=self.prepared))
+                placing = placing_of(report, pressed)
                 _, sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 image = self.prepared.image
                 clean(points, self._pose, None if image is None else image.camera, self.recipe, stop)
                 heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
                     points,
-                    self.reference,
+                    pressed.prepared.datum,
                     self.grid_spacing_mm,
                     hole_diameter_mm=0.0,
                     threads=self.recipe.run.threads,

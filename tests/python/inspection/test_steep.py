@@ -37,6 +37,15 @@ def test_a_ply_that_stands_off_the_crest_does_not(radius_mm, slope_deg, thicknes
     assert report.pockets[0].ridge_height_mm == pytest.approx(true_mm, abs=0.15)
 
 
+def test_a_steeper_mold_is_invalid_and_says_where_and_how_steep():
+    report = inspected(40.0, 72.0, 0.3)
+    assert report.verdict is Verdict.INVALID
+    assert report.reason.startswith("the mold is too steep below the ply: over")
+    (finding,) = (one for one in report.findings if one.check == "steep_mold")
+    assert 66 < finding.measured < 75
+    assert abs(abs(finding.place_mm[0]) - 45) < 15  # on one of the flanks
+
+
 def test_the_datum_of_a_cylinder_is_one_that_is_thicker_by_the_ply():
     x = np.arange(-20.0, 20.5, 0.5)
     mold = surface.Reference(np.tile(np.sqrt(30.0**2 - x**2), (8, 1)), (-20.0, 0.0), 0.5)

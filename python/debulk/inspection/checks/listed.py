@@ -77,6 +77,15 @@ CHECKS = (
         _of_place("point_spacing"),
     ),
     Check(
+        "steep_mold",
+        "The mold is too steep below the ply",
+        "where the outline is given: the angle of the mold's normal to z, and to the rays of its organised scan",
+        "65 degrees from z, 70 from a ray, on more than 2 cm² of the mold in one piece",
+        "turn the mold's frame or the scanner so that both look at it more squarely, or inspect that side by itself",
+        (INVALID,),
+        _of_place("steep_mold"),
+    ),
+    Check(
         "mold_edge",
         "The mold's edge does not tell where the ply ends",
         "without an outline: squares of 40 mm below a cliff of the reference, in which the scan stands up",

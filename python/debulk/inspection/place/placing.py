@@ -24,6 +24,7 @@ from debulk.inspection.place.edge_beyond import beyond_reason, find_beyond
 from debulk.inspection.place.few_squares import few_squares_reason
 from debulk.inspection.place.level import Deviation, departure, deviation, level_of
 from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason, swapped_reason
+from debulk.inspection.place.steep import too_steep
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference import frame
 from debulk.inspection.reference.resolution import coarse_reason
@@ -109,6 +110,7 @@ class Placing:
         self.outline = None if ply_outline is None else Outline(ply_outline, prepared.bare_mm)
         self._missed = 0.0 if self.outline is None else self.outline.missed(prepared.seen, prepared.reference)
         self.zones = PlyZones(ply_outline, low, high)
+        self._steep = None if ply_outline is None else too_steep(prepared, ply_outline, setup.mold_from_scanner)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
         """Return the scan, without its offset if the recipe allows removing it, and the sample for all checks."""
@@ -140,6 +142,8 @@ class Placing:
         coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, Finding("point_spacing", Verdict.INVALID, f"the scan is too coarse: {coarse}"))
+        if self._steep is not None:
+            return Placed(None, self._steep)
         blocks = self._blocks(sample, on, ())
         off = departure(blocks, self._thickness_mm, self._least_mm)
         if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._recipe.level.tol_mm) <= _PLY_SHARE:

@@ -1,0 +1,74 @@
+"""Where the mold below the ply is too steep for heights along z, or for the camera's rays, to show the ply.
+
+Heights and their noise grow by the tangent of the slope, and the points of a scan lie farther apart on the mold by the
+cosine of the angle between a ray and the mold's normal. On spars of 15 to 80 mm radius plies were judged right with
+slopes up to 66 degrees and rays up to 70; beyond 70, scan and reference have gaps (bench/trust/steep.py).
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core, pocket
+from debulk.inspection.reference.prepared import Prepared
+from debulk.results.area import in_cm2
+from debulk.results.finding import Finding
+from debulk.verdict import Verdict
+
+__all__ = ["too_steep"]
+
+Floats = NDArray[np.float64]
+_SLOPE_DEG, _RAY_DEG = 65.0, 70.0  # largest angles of the mold's normal to z, and to the ray that sees it
+_LEAST_MM2 = 200.0  # of the mold's surface in one piece: an edge of a mold, or of the plies below, is no flank
+_CELL_MM = 4.0  # as far apart as the nodes of the reference
+
+
+def too_steep(prepared: Prepared, ply_outline: Floats, mold_from_scanner: Floats | None) -> Finding | None:
+    """Return what is wrong if a piece of the mold below the ply is too steep for a verdict, else None.
+
+    Parameters
+    ----------
+    prepared
+        The reference, and the image of its camera if there is one: then the angle to the rays counts as well.
+    ply_outline
+        (M, 2), mold XY, mm.
+    mold_from_scanner
+        (4, 4), x_mold = T x_scanner; None: both frames are the same.
+    """
+    corners = _core.surface.extent(prepared.reference)
+    low = np.maximum(corners.min(axis=0), ply_outline.min(axis=0))
+    high = np.minimum(corners.max(axis=0), ply_outline.max(axis=0))
+    x, y = (np.arange(a, b, _CELL_MM) for a, b in zip(low, high, strict=True))
+    xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    slope = prepared.reference.gradient(xy)
+    upright = np.sqrt(1 + (slope**2).sum(axis=1))
+    to_z, to_ray = _degrees(1 / upright), np.zeros(len(xy))
+    if prepared.image is not None:
+        eye = np.zeros(3) if mold_from_scanner is None else mold_from_scanner[:3, 3]
+        ray = eye - np.column_stack([xy, prepared.reference.height(xy)])
+        facing = ray[:, 2] - (slope * ray[:, :2]).sum(axis=1)
+        to_ray = _degrees(facing / upright / np.linalg.norm(ray, axis=1))
+    beyond = np.maximum(to_z - _SLOPE_DEG, to_ray - _RAY_DEG)
+    steep = (beyond > 0) & pocket.inside(ply_outline, xy)
+    _, labels = cv2.connectedComponents(steep.reshape(len(y), len(x)).astype(np.uint8), connectivity=8)
+    area_mm2 = np.bincount(labels.ravel(), np.where(steep, upright, 0.0)) * _CELL_MM**2
+    largest = int(np.argmax(area_mm2))
+    if area_mm2[largest] < _LEAST_MM2:
+        return None
+    piece = np.flatnonzero(labels.ravel() == largest)
+    worst = piece[np.argmax(beyond[piece])]
+    by_slope = to_z[worst] - _SLOPE_DEG >= to_ray[worst] - _RAY_DEG
+    degrees, limit, what = (to_z, _SLOPE_DEG, "z") if by_slope else (to_ray, _RAY_DEG, "the scanner's rays")
+    at_x, at_y = xy[worst].tolist()
+    reason = (
+        f"the mold is too steep below the ply: over {in_cm2(area_mm2[largest])} round ({at_x:.0f}, {at_y:.0f}) mm its "
+        f"normal leans by up to {degrees[worst]:.0f} degrees from {what}, limit {limit:g}: heights are not sure there; "
+        "turn the mold's frame or the scanner so that it looks more squarely at it, or inspect that side by itself"
+    )
+    return Finding("steep_mold", Verdict.INVALID, reason, float(degrees[worst]), limit, "°", (at_x, at_y))
+
+
+def _degrees(cosine: Floats) -> Floats:
+    return np.asarray(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
