@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 from debulk.page import net
 from debulk.page.scales import HeightScale, colours, ridge_colours
+from debulk.results.looks import VERDICT_SIGNS
 from debulk.results.number import number
 from debulk.verdict import Verdict
 
 _TEMPLATES = Path(__file__).with_name("templates")
-_SCRIPTS = ("turn.js", "map.js", "table.js")
+_SCRIPTS = ("turn.js", "map.js", "table.js", "state.js")
 
 
 class Look(NamedTuple):
@@ -25,10 +26,14 @@ class Look(NamedTuple):
 
 
 LOOKS = {
-    Verdict.CEASE: Look("✓", "Every pocket is predicted to close under vacuum."),
-    Verdict.CREASE: Look("✕", "At least one pocket is predicted to leave a wrinkle."),
-    Verdict.UNDECIDED: Look("?", "Too near a limit, not certified, or not done in time: nothing is promised."),
-    Verdict.INVALID: Look("∅", "The scan or a part of it cannot be judged: see the reason, and scan again."),
+    Verdict.CEASE: Look(VERDICT_SIGNS[Verdict.CEASE], "Every pocket is predicted to close under vacuum."),
+    Verdict.CREASE: Look(VERDICT_SIGNS[Verdict.CREASE], "At least one pocket is predicted to leave a wrinkle."),
+    Verdict.UNDECIDED: Look(
+        VERDICT_SIGNS[Verdict.UNDECIDED], "Too near a limit, not certified, or not done in time: nothing is promised."
+    ),
+    Verdict.INVALID: Look(
+        VERDICT_SIGNS[Verdict.INVALID], "The scan or a part of it cannot be judged: see the reason, and scan again."
+    ),
 }
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from debulk.results.advice import advice
 from debulk.results.deciding import worst_first
+from debulk.results.looks import VERDICT_COLOURS, VERDICT_SIGNS
 from debulk.results.number import number
 from debulk.results.report_text import HEADINGS, figures
 from debulk.verdict import Verdict
@@ -16,15 +17,8 @@ if TYPE_CHECKING:
     from debulk.results.comparison import ComparisonData
     from debulk.results.report import PocketReport, ReportData
 
-__all__ = ["VERDICT_COLOURS", "comparison_html", "pocket_html", "report_html"]
+__all__ = ["comparison_html", "pocket_html", "report_html"]
 
-# Colours of Okabe and Ito, which colour-blind people can distinguish.
-VERDICT_COLOURS = {
-    Verdict.CEASE: "#009e73",
-    Verdict.UNDECIDED: "#e69f00",
-    Verdict.CREASE: "#d55e00",
-    Verdict.INVALID: "#808080",
-}
 _SHOWN = ("#", "verdict", "ridge mm", "range", "margin", "x mm", "y mm", "area cm²", "peak mm", "reason")
 
 
@@ -75,8 +69,8 @@ def _headline(verdict: Verdict, reason: str) -> str:
 
 
 def _coloured(verdict: Verdict, text: str) -> str:
-    """Return the text in bold after a square in the verdict's colour, because coloured letters are hard to read."""
-    return f'<b><span style="color:{VERDICT_COLOURS[verdict]}">&#9632;</span>&nbsp;{escape(text)}</b>'
+    """Return the text in bold after the verdict's sign in its colour, because coloured letters are hard to read."""
+    return f'<b><span style="color:{VERDICT_COLOURS[verdict]}">{VERDICT_SIGNS[verdict]}</span>&nbsp;{escape(text)}</b>'
 
 
 def _table(names: Iterable[str], rows: Sequence[Sequence[str]], verdicts: Sequence[Verdict]) -> str:

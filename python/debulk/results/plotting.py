@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,11 +10,13 @@ import numpy as np
 from debulk._core import InputError
 from debulk.arguments import of_type
 from debulk.results.extras import imported
-from debulk.results.notebook import VERDICT_COLOURS
+from debulk.results.looks import VERDICT_COLOURS, VERDICT_SIGNS
 from debulk.results.number import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.text import Annotation
+    from matplotlib.transforms import Bbox
 
     from debulk.results.report import PocketReport, ReportData
 
@@ -45,20 +48,21 @@ def plot(report: ReportData, ax: Axes | None = None) -> Axes:
         low, high = report.ply_outline_mm.min(axis=0) - _MARGIN_MM, report.ply_outline_mm.max(axis=0) + _MARGIN_MM
         ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))  # beside the ply the scan does not show its height
     limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
-    for pocket in report.pockets:
-        _draw(pocket, ax, limit_mm)
+    names = [text for pocket in report.pockets if (text := _draw(pocket, ax, limit_mm)) is not None]
     found = [verdict for verdict in VERDICT_COLOURS if any(p.verdict is verdict for p in report.pockets)]
     for verdict in found:
-        ax.plot([], [], color=VERDICT_COLOURS[verdict], linewidth=2.5, label=verdict.name)
+        ax.plot([], [], color=VERDICT_COLOURS[verdict], linewidth=2.5, label=f"{VERDICT_SIGNS[verdict]} {verdict.name}")
     if any(p.ridges for p in report.pockets):
         ax.plot([], [], color=_RIDGE, linewidth=2.0, label="predicted ridge; thin: below the limit")
     if found:
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=5, fontsize="small", facecolor="0.7")
     ax.set(aspect="equal", xlabel="mold x, mm", ylabel="mold y, mm", title=_title(report))
+    _part(names, ax)
     return ax
 
 
-def _draw(pocket: PocketReport, ax: Axes, limit_mm: float | None) -> None:
+def _draw(pocket: PocketReport, ax: Axes, limit_mm: float | None) -> Annotation | None:
+    """Draw a pocket, and return its label; None if it has no place."""
     if len(pocket.outline_mm):
         ax.plot(*_closed(pocket.outline_mm), color="black", linewidth=3.5)
         ax.plot(*_closed(pocket.outline_mm), color=VERDICT_COLOURS[pocket.verdict], linewidth=2.2)
@@ -66,14 +70,42 @@ def _draw(pocket: PocketReport, ax: Axes, limit_mm: float | None) -> None:
     low = ridge is not None and limit_mm is not None and ridge.most_mm <= limit_mm
     for line in (line for one in pocket.ridges for line in one.lines_mm):
         ax.plot(*line[:, :2].T, color=_RIDGE, linewidth=0.8 if low else 2.2)
-    if len(pocket.outline_mm) and pocket.centroid_mm is not None:
-        height = f": {number(ridge.height_mm, 2)} mm" if ridge else ""
-        above = pocket.centroid_mm[0], float(pocket.outline_mm[:, 1].max())
-        text = ax.annotate(
-            f"{pocket.id}{height}", above, (0, 3), textcoords="offset points", ha="center", va="bottom", fontsize=8
-        )
-        effects = imported("matplotlib.patheffects", "plot", "plot")
-        text.set_path_effects([effects.withStroke(linewidth=2.5, foreground="white")])
+    if not len(pocket.outline_mm) or pocket.centroid_mm is None:
+        return None
+    height = f": {number(ridge.height_mm, 2)} mm" if ridge else ""
+    above = pocket.centroid_mm[0], float(pocket.outline_mm[:, 1].max())
+    name = f"{pocket.id} {VERDICT_SIGNS[pocket.verdict]}{height}"
+    text = ax.annotate(name, above, (0, 3), textcoords="offset points", ha="center", va="bottom", fontsize=8)
+    effects = imported("matplotlib.patheffects", "plot", "plot")
+    text.set_path_effects([effects.withStroke(linewidth=2.5, foreground="white")])
+    return text
+
+
+def _part(names: Sequence[Annotation], ax: Axes) -> None:
+    """Move each label to the side of its place where it covers the labels before it least."""
+    ax.figure.draw_without_rendering()  # only then are the sizes of the texts known
+    inside = ax.get_window_extent()
+    taken: list[Bbox] = []
+    for text in names:
+        boxes = []
+        for x, y in _SIDES:
+            text.set_position((x, y))
+            box = text.get_window_extent()
+            covered = sum(_shared(box, other) for other in taken)
+            out = box.width * box.height - _shared(box, inside)
+            boxes.append((covered + out, (x, y), box))
+        _, place, box = min(boxes, key=lambda one: one[0])
+        text.set_position(place)
+        taken.append(box)
+
+
+def _shared(a: Bbox, b: Bbox) -> float:
+    """Return the area that two boxes share."""
+    width, height = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
+    return float(max(0.0, width) * max(0.0, height))
+
+
+_SIDES = ((0, 3), (0, 14), (34, 3), (-34, 3), (34, -12), (-34, -12), (0, -24), (40, 16), (-40, 16))  # points
 
 
 def _closed(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

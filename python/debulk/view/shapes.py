@@ -12,7 +12,7 @@ from debulk._core import InputError
 from debulk.page.scales import colours
 from debulk.pocket import inside_outline
 from debulk.report import Report
-from debulk.results.notebook import VERDICT_COLOURS
+from debulk.results.looks import VERDICT_COLOURS
 from debulk.results.report import PocketReport
 from debulk.view.strokes import strokes
 

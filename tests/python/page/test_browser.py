@@ -95,12 +95,16 @@ def test_every_drawing_shows(browser, pages, dark, script):
     """Nothing of map, nets and sections is blank: each has many colours, seen on the screen."""
     browser.open(pages / "report.html", dark=dark)
     where = "svg => { const r = svg.getBoundingClientRect(); return [r.x, r.y + scrollY, r.width, r.height]; }"
+    unfold = "for (const card of document.querySelectorAll('details.card')) card.open = true"
+    browser.run(unfold)
     boxes = browser.run(
         f"Array.from(document.querySelectorAll('.map-view > svg, .net:not(.coarse *), .section-plot'), {where})"
     )
     assert len(boxes) == 1 + 6 * 3
     if not script:
         browser.open(pages / "report.html", dark=dark, script=False)
+        browser("Emulation.setScriptExecutionDisabled", value=False)
+        browser.run(unfold)
     whole = browser.picture(whole=True)
     for x, y, width, height in np.array(boxes).round().astype(int).tolist():
         drawing = whole[y : y + height, x : x + width].reshape(-1, 3) // 16
@@ -115,6 +119,7 @@ def test_the_coarse_net_waits_behind_its_switch(browser, pages):
     browser.open(pages / "report.html")
     shown = "document.querySelector('#pocket-2 .coarse .net').checkVisibility({contentVisibilityAuto: true})"
     line = "getComputedStyle(document.querySelector('#pocket-2 .net-after')).display"
+    browser.run("document.querySelector('#pocket-2 > details').open = true")
     assert not browser.run(shown) and browser.run(line) == "none"
     browser.run("document.querySelector('#pocket-2 .coarse summary').click()")
     browser.settle()
@@ -124,6 +129,7 @@ def test_the_coarse_net_waits_behind_its_switch(browser, pages):
 
 
 def net_box(browser, pocket):
+    browser.run(f"document.querySelector('#pocket-{pocket} > details').open = true")
     browser.run(f"document.querySelector('#pocket-{pocket}').scrollIntoView()")
     browser.settle()
     return browser.run(

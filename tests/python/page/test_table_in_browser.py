@@ -155,7 +155,7 @@ def test_few_columns_and_the_rest_on_demand_also_without_a_script(browser, path)
     assert len(visible_heads(browser)) == 17
 
 
-def test_a_phone_shows_verdict_ridge_and_reason_of_every_pocket(browser, path, report):
+def test_a_phone_shows_verdict_ridge_margin_place_and_reason_of_every_pocket(browser, path, report):
     browser.open(path, width=360, phone=True)
     texts = browser.run("Array.from(document.querySelectorAll('.sortable tbody tr'), row => row.innerText)")
     boxes = browser.run(
@@ -167,4 +167,9 @@ def test_a_phone_shows_verdict_ridge_and_reason_of_every_pocket(browser, path, r
         assert pocket.verdict.name in text and pocket.reason in text
         if pocket.ridge_height_mm is not None:
             assert f"{pocket.ridge_height_mm:.2f}" in text
-    assert any("m" in head and "ridge" in head for head in visible_heads(browser)) and len(visible_heads(browser)) == 3
+        if pocket.deciding_ridge is not None:
+            margin = 0.6 - pocket.deciding_ridge.most_mm
+            assert f"{margin:+.2f}".replace("-", "−") in text
+        x, y = (f"{value:.0f}" for value in pocket.centroid_mm)
+        assert f"{x},\u00a0{y}" in text
+    assert len(visible_heads(browser)) == 3

@@ -102,7 +102,7 @@ def test_the_plot_draws_the_ridges_of_the_page(doubtful):
     matplotlib.use("Agg")
     ax = Report.plot(doubtful)
     try:
-        assert {text.get_text() for text in ax.texts} == {"1: 1.19 mm", "2: 2.50 mm"}
+        assert {text.get_text() for text in ax.texts} == {"1 ?: 1.19 mm", "2 ?: 2.50 mm"}
         lines = [line.get_xydata() for line in ax.lines]
         for pocket in doubtful.pockets:
             for ridge in pocket.ridges[0].lines_mm:

@@ -1,5 +1,6 @@
 """What a notebook shows of a report: HTML, a table of pandas, a picture."""
 
+import dataclasses
 import html
 import math
 import sys
@@ -10,6 +11,7 @@ import pytest
 from debulk import InputError
 from debulk.comparison import Comparison, PocketComparison
 from debulk.report import Report
+from debulk.results.looks import VERDICT_SIGNS
 from debulk.verdict import Verdict
 
 
@@ -83,9 +85,9 @@ def test_a_plot_shows_every_pocket_where_it_is(report, tmp_path):
     ax = report.plot()
     try:
         labels = {text.get_text().partition(":")[0] for text in ax.texts}
-        assert labels == {str(p.id) for p in report.pockets}
+        assert labels == {f"{p.id} {VERDICT_SIGNS[p.verdict]}" for p in report.pockets}
         entries = [text.get_text() for text in ax.get_legend().get_texts()]
-        assert entries[:4] == ["CEASE", "UNDECIDED", "CREASE", "INVALID"]
+        assert entries[:4] == ["✓ CEASE", "? UNDECIDED", "✕ CREASE", "∅ INVALID"]
         (low, high) = report.pockets[1].outline_mm.min(axis=0), report.pockets[1].outline_mm.max(axis=0)
         assert any((line.get_xydata().min(axis=0) == low).all() for line in ax.lines if len(line.get_xdata()))
         assert (high < [ax.get_xlim()[1], ax.get_ylim()[1]]).all()
@@ -95,6 +97,28 @@ def test_a_plot_shows_every_pocket_where_it_is(report, tmp_path):
         _, own = matplotlib.pyplot.subplots()
         bare = Report(verdict=Verdict.CEASE, reason="no pocket", pockets=())
         assert bare.plot(own) is own and own.get_title() == "CEASE: no pocket"
+    finally:
+        matplotlib.pyplot.close("all")
+
+
+def test_no_label_of_a_plot_covers_another(report):
+    """Twelve pockets in a cluster, nearer to each other than their labels are wide."""
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    small = report.pockets[6]
+    away = [(dx * 90.0 - 500.0, dy * 40.0 + 200.0) for dx in range(4) for dy in range(3)]
+    cluster = [
+        dataclasses.replace(small, id=k, outline_mm=small.outline_mm + xy, ridges=()) for k, xy in enumerate(away)
+    ]
+    ax = dataclasses.replace(report, pockets=tuple(cluster)).plot()
+    try:
+        boxes = [text.get_window_extent() for text in ax.texts]
+        shared = [
+            max(0, min(a.x1, b.x1) - max(a.x0, b.x0)) * max(0, min(a.y1, b.y1) - max(a.y0, b.y0))
+            for k, a in enumerate(boxes)
+            for b in boxes[:k]
+        ]
+        assert len(boxes) == 12 and max(shared) < 0.05 * boxes[0].width * boxes[0].height
     finally:
         matplotlib.pyplot.close("all")
 
