@@ -254,6 +254,7 @@ for command in (
     app.command(epilog=epilog(command.__name__))(with_loudness(command))
 app.command(epilog=epilog("completion"))(cli_tools.completion)
 app.add_typer(scanning.app, name="scan")
+app.command(epilog=epilog("calibrate"))(with_loudness(cli_history.calibrate))
 app.add_typer(cli_history.app, name="history")
 
 

@@ -29,6 +29,7 @@ EXAMPLES = {
     "replay": ("debulk replay dumps/20261122T081500_pocket_2.json",),
     "doctor": ("debulk doctor", "debulk doctor --json"),
     "completion": ('eval "$(debulk completion bash)"', "debulk completion zsh > ~/.zfunc/_debulk"),
+    "calibrate": ("debulk calibrate cell.sqlite --recipe cell.toml --missed 50 -o proposed.toml",),
     "approve": ('debulk approve cell.toml --in approved.toml --by "A. Owner"',),
     "history": (
         "debulk history list cell.sqlite --part A-17 --verdict crease",

@@ -183,6 +183,56 @@ def check(
         raise typer.Exit(0 if found.passed else 1)
 
 
+def calibrate(
+    history: File,
+    recipe: Annotated[Path | None, typer.Option(help="The recipe in use; unset: the default one.")] = None,
+    missed: Annotated[float, typer.Option(help="Cost of a crease that is passed.")] = 20.0,
+    needless: Annotated[float, typer.Option(help="Cost of a rework that is not needed.")] = 1.0,
+    within: Annotated[
+        float, typer.Option(help="Half the width of the limit's 95 % interval that is wanted, mm.")
+    ] = 0.05,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="A recipe with the proposed limit, .toml.")
+    ] = None,
+    as_json: JSON = False,
+) -> None:
+    """Learn the limit of a ridge from what became of a history's pockets, and propose it.
+
+    Nothing uses the proposed recipe by itself: look at it, and have it approved (debulk approve).
+    """
+    with outcome():
+        if output is not None:
+            if output.suffix.lower() != ".toml":
+                raise InputError(f"{output}: expected a file ending in .toml")
+            check_writable(output)
+
+        from debulk.files import replacing
+        from debulk.history import History
+        from debulk.learning import calibrate as learned
+        from debulk.learning.calibration import Costs
+        from debulk.learning.text import as_json as json_of
+        from debulk.learning.text import text
+        from debulk.recipe import Recipe
+
+        settings = Recipe() if recipe is None else Recipe.load(recipe)
+        limits = settings.verdict
+        thickness = settings.material.thickness_mm
+        costs = Costs(missed, needless)
+        found = learned(History(_there(history)), limits.max_ridge_mm, thickness, costs, within)
+        if output is not None:
+            if not found.limit_mm > 0:
+                raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
+            changed = limits.model_copy(update={"max_ridge_mm": found.limit_mm})
+            with replacing(output) as temporary:
+                temporary.write_text(settings.model_copy(update={"verdict": changed}).to_toml(), encoding="utf-8")
+        if as_json:
+            print_json(json_of(found))
+            return
+        print(text(found))
+        if output is not None:
+            print(f"written: {output}")
+
+
 def _there(path: Path) -> Path:
     if not path.is_file():
         raise InputError(f"{path}: there is no such history")
