@@ -89,7 +89,8 @@ class Inspector:
         where they are not known.
     mold_from_scanner
         (4, 4) rigid motion from the scanner's frame, in which scan and reference are given, to the mold's frame:
-        x_mold = T x. None means that they are in the mold's frame already.
+        x_mold = T x. None means that they are in the mold's frame already. An image of a scanner is refused without a
+        pose: give ``np.eye(4)`` if its points are in the mold's frame.
     camera
         (f, cx, cy) in pixels, of an organised cloud in the scanner's frame. None means that it is fitted to the
         reference. With a camera the height map is computed by the fast method. Without one (a fit residual above

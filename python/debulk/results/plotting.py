@@ -83,7 +83,7 @@ def _draw(pocket: PocketReport, ax: Axes, limit_mm: float | None) -> Annotation 
 
 def _part(names: Sequence[Annotation], ax: Axes) -> None:
     """Move each label to the side of its place where it covers the labels before it least."""
-    ax.figure.draw_without_rendering()  # only then are the sizes of the texts known
+    ax.figure.canvas.figure.draw_without_rendering()  # only then are the sizes of the texts known
     inside = ax.get_window_extent()
     taken: list[Bbox] = []
     for text in names:
