@@ -114,7 +114,7 @@ def main() -> None:
         path = folder / "cell.sqlite"
         history = History(path)
         began = time.perf_counter()
-        if not path.exists():
+        if new := not path.exists():
             fill(history, given.layups, round(1000 * given.body_kb))
         filled = time.perf_counter() - began
         size = path.stat().st_size
@@ -132,7 +132,7 @@ def main() -> None:
         loading, _ = timed(lambda: real.report(3), 5)
         each = real.path.stat().st_size / 9
     figures = (size - 1000 * given.body_kb * given.layups) / given.layups
-    text = f"""{given.layups} made-up layups of {POCKETS} pockets, bodies of {given.body_kb:g} kB, filled in {filled:.0f} s
+    text = f"""{given.layups} made-up layups of {POCKETS} pockets, bodies of {given.body_kb:g} kB{f", filled in {filled:.0f} s" if new else ""}
 file: {size / 1e9:.2f} GB, {figures / 1e3:.2f} kB a layup beside its body
 page: {used:.2f} s of processor time, {drawn:.2f} s on the clock (medians of 5; load of the two cores: {busy:.1f}),
       {len(html) / 1e3:.0f} kB

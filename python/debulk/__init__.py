@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from debulk.report import Report
     from debulk.verdict import Verdict
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "Cancelled",
     "Chain",

@@ -23,7 +23,9 @@ FIGURES = {
     "bow_mm": "registration: bow, mm",
     "total_ms": "time of an inspection, ms",
 }
-_CELLS = 60  # of the map, along its longer side
+_CELLS = 60  # of the map at most, along its longer side
+_FINE_MM, _FAR_MM = 20.0, 1e6
+_OFFSET = round(_FAR_MM / _FINE_MM)
 _KNOWN = ("time_utc", "verdict", "version", "recipe")
 _COUNTS = {"pockets": "", "creasing": "CREASE", "undecided": "UNDECIDED", "unjudged": "INVALID"}
 
@@ -106,23 +108,25 @@ def _pairs(connection: sqlite3.Connection, query: str) -> dict[tuple[str, str], 
 
 def _places(connection: sqlite3.Connection, wanted: str) -> dict[str, Grid]:
     """Count the centroids of all pockets, and of those that crease, in square cells."""
-    ends = "min(x_mm), min(y_mm), max(x_mm), max(y_mm)"
-    west, south, east, north = connection.execute(f"SELECT {ends} FROM pocket WHERE {wanted}").fetchone()
-    if west is None:
-        return {}
-    cell = max(east - west, north - south, 100.0) / _CELLS
-    nx, ny = (int(extent / cell) + 1 for extent in (east - west, north - south))
-    at = "CAST((y_mm - ?) / ? AS INTEGER) * ? + CAST((x_mm - ?) / ? AS INTEGER)"
+    # Counted in fine cells first, for which one pass is enough, and which only widths of many metres would join.
+    x, y = (f"CAST({axis}_mm / {_FINE_MM:g} + {_OFFSET} AS INTEGER)" for axis in "xy")
     rows = connection.execute(
-        f"SELECT {at}, count(*), sum(verdict = 'CREASE') FROM pocket WHERE x_mm IS NOT NULL AND {wanted} GROUP BY 1",
-        (south, cell, nx, west, cell),
+        f"SELECT {x} * {2 * _OFFSET} + {y}, count(*), sum(verdict = 'CREASE') FROM pocket "
+        f"WHERE abs(x_mm) < {_FAR_MM:g} AND abs(y_mm) < {_FAR_MM:g} AND {wanted} GROUP BY 1"
     ).fetchall()
+    if not rows:
+        return {}
     cells, every, creasing = np.array(rows, dtype=np.int64).T
-    origin = np.array([west + 0.5 * cell, south + 0.5 * cell])
+    columns, lines = np.divmod(cells, 2 * _OFFSET)
+    low = columns.min(), lines.min()
+    coarser = max(1, -(-max(int(np.ptp(columns)) + 1, int(np.ptp(lines)) + 1) // _CELLS))
+    i, j = (columns - low[0]) // coarser, (lines - low[1]) // coarser
+    spacing = coarser * _FINE_MM
+    origin = (np.array(low) - _OFFSET) * _FINE_MM + 0.5 * spacing
 
     def counted(numbers: NDArray[np.int64]) -> Grid:
-        counts = np.zeros(nx * ny)
-        counts[cells] = numbers
-        return Grid(counts.reshape(ny, nx), origin, cell)
+        counts = np.zeros((int(j.max()) + 1, int(i.max()) + 1))
+        np.add.at(counts, (j, i), numbers)
+        return Grid(counts, origin, spacing)
 
     return {"all": counted(every), "CREASE": counted(creasing)}

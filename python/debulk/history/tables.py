@@ -35,7 +35,7 @@ _INDEXES = (
     "layup (time_utc)",
     "layup (verdict)",
     "pocket (record)",
-    "pocket (x_mm, y_mm, record)",
+    "pocket (x_mm, y_mm, verdict, record)",  # holds all that the map of the page needs
     "cause (name)",
     "cause (record)",
     "outcome (report, pocket)",
