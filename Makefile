@@ -18,7 +18,7 @@ sources := $(shell find cpp cmake python -not -path '*/__pycache__*' -not -name 
 package_files := CMakeLists.txt pyproject.toml README.md LICENSE third_party_notes.md
 test_sources := $(shell find tests/cpp)
 cpp_files = $(shell find cpp tests/cpp $(wildcard bench docs) -name '*.hpp' -o -name '*.cpp')
-python_files := python tests/python $(wildcard bench docs)
+python_files := python tests $(wildcard bench docs)
 
 # Requirements are written once, in pyproject.toml: $(call required,build) prints those of the build, of the package
 # ("run") or of one of its extras, one a line.
@@ -87,6 +87,21 @@ tsan: $(stamps)/system ## Run the C++ tests under the thread sanitizer
 	cmake --preset tsan
 	cmake --build --preset tsan
 	ctest --preset tsan -j 1
+
+# What decides a verdict. The same list is in pyproject.toml (mutmut) and in tests/mutants/cpp.py (UNITS).
+deciding := */debulk/verdict.py,*/debulk/results/compose.py,*/debulk/inspection/place/level*.py
+
+.PHONY: coverage
+coverage: $(stamps)/tests $(stamps)/strength ## Print the branches that the unit tests take; fail if one that decides is not
+	$(python) -m coverage run -m pytest -q -m "unit and not slow" tests/python
+	$(python) -m coverage report --skip-covered --sort=cover
+	$(python) -m coverage report --include='$(deciding)' --show-missing --fail-under=100
+	$(python) tests/mutants/cpp.py coverage build/test
+
+.PHONY: mutants
+mutants: $(stamps)/tests $(stamps)/strength ## Change what decides a verdict in small ways and list what no test notices; half an hour
+	tests/mutants/python.sh $(python) build/mutants
+	$(python) tests/mutants/cpp.py mutants build/test
 
 .PHONY: docs
 docs: $(stamps)/package $(stamps)/docs ## Build the pages of docs/ into build/docs
@@ -198,6 +213,11 @@ $(stamps)/wheeltools: $(stamps)/venv
 $(stamps)/docs: $(stamps)/venv
 	@$(call required,docs) > $(stamps)/docs.txt
 	@$(pip) -r $(stamps)/docs.txt
+	@touch $@
+
+$(stamps)/strength: $(stamps)/venv
+	@$(call required,strength) > $(stamps)/strength.txt
+	@$(pip) -r $(stamps)/strength.txt
 	@touch $@
 
 # What draws the study's pictures.

@@ -24,12 +24,30 @@ def test_the_worst_verdict_is_the_compiled_order():
         assert Verdict.worst(list(Verdict)[: k + 1]) is worst
 
 
+def test_verdicts_compare_by_severity():
+    for k, one in enumerate(Verdict):
+        for j, other in enumerate(Verdict):
+            assert (one < other, one <= other, one > other, one >= other) == (k < j, k <= j, k > j, k >= j)
+
+
+def test_it_is_told_which_criterion_decided():
+    inside = {"certified": True, "rms_mm": 0.1, "ridge_height_mm": 0.0, "inside_ply": True}
+    assert judge(**inside, excess_range_mm=(0.1, 0.2)).decided_by == "excess"
+    assert judge(**inside, excess_range_mm=(0.1, 0.2), criteria=Criteria(criterion="paper")).decided_by == "paper"
+    assert judge(**inside, coverage=0.1).decided_by == ""
+
+
 def test_criteria_are_the_compiled_defaults_and_checked():
     assert (Criteria().max_rms_mm, Criteria().max_ridge_height_mm, Criteria().min_coverage) == (0.30, 0.60, 0.98)
     with pytest.raises(InputError, match="max_rms_mm: expected a positive limit in mm, but got -1"):
         Criteria(max_rms_mm=-1)
     with pytest.raises(InputError, match="min_coverage"):
         Criteria(min_coverage=98)
+    with pytest.raises(InputError, match=r"^criterion: expected (excess or paper|paper or excess), but got 'luck'$"):
+        Criteria(criterion="luck")
+    assert Criteria.from_core(_core.verdict.Criteria()) == Criteria()
+    other = Criteria(criterion="paper", max_rms_mm=0.2, excess_margin_mm=0.07)
+    assert Criteria.from_core(other._compiled()) == other
 
 
 @pytest.mark.parametrize(

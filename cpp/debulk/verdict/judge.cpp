@@ -34,7 +34,9 @@ struct Figure {
   }
   std::string value() const {
     const std::string low = number(range.low, decimals()), high = number(range.high, decimals());
-    return std::string(name) + " " + (low == high ? high : low + " to " + high) + " mm";
+    std::string text = std::string(name) + " ";
+    if (low != high) text += low + " to ";
+    return text + high + " mm";
   }
   std::string limit_text() const { return "the limit of " + number(limit, decimals()) + " mm"; }
 };
@@ -96,7 +98,12 @@ Judgement worst_of(const std::vector<Figure>& figures, Criterion criterion) {
   for (const Figure& figure : figures)
     if (against_limit(figure) == worst) {
       const bool none = figure.range.high == 0 && worst == Verdict::cease;
-      reason += (reason.empty() ? "" : ", ") + (none ? std::string("no ") + figure.name : how_it_lies(figure, worst));
+      if (!reason.empty()) reason += ", ";
+      if (none) {
+        reason += std::string("no ") + figure.name;
+      } else {
+        reason += how_it_lies(figure, worst);
+      }
     }
   return {worst, reason, criterion};
 }

@@ -64,6 +64,14 @@ TEST(ExcessBounds, NameWhatIsWrong) {
   EXPECT_THROW(natural_length(0, 0.3, 0.1), InputError);
   EXPECT_THROW(natural_length(360, -1, 0.1), InputError);
   EXPECT_THROW(natural_length(360, 0.3, nan), InputError);
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(excess_bounds(1, 0.3, inf, 2), InputError);
+  EXPECT_THROW(ridge_by_formula(nan, 0.3, 1.2), InputError);
+  EXPECT_THROW(ridge_by_formula(1, inf, 1.2), InputError);
+  EXPECT_THROW(ridge_by_formula(1, 0.3, inf), InputError);
+  EXPECT_THROW(ridge_by_formula(1, 0.3, 0.9), InputError);
+  EXPECT_THROW(elastic_fold_height(1, 0), InputError);
+  EXPECT_THROW(natural_length(360, 0.3, 0), InputError);
   EXPECT_THROW(elastic_fold_height(-1, 2), InputError);
   EXPECT_THROW(elastic_fold_height(nan, 2), InputError);
 }

@@ -4,6 +4,8 @@
 
 #include <functional>
 #include <limits>
+#include <string>
+#include <utility>
 
 #include "debulk/core/error.hpp"
 
@@ -76,6 +78,9 @@ const Case kCases[] = {
     {"deadline", [](auto& e) { e.certified = false, e.deadline_passed = true; }, Verdict::undecided,
      "the deadline passed before the solution was certified"},
     {"no figures", [](auto& e) { e.rms = {kNan, kNan}; }, Verdict::undecided, "the solution has no finite figures"},
+    {"no highest RMS", [](auto& e) { e.rms.high = kNan; }, Verdict::undecided, "the solution has no finite figures"},
+    {"no lowest ridge", [](auto& e) { e.ridge_height.low = kNan; }, Verdict::undecided, "the solution has no finite figures"},
+    {"no highest bridge", [](auto& e) { e.bridge_height.high = kNan; }, Verdict::undecided, "the solution has no finite figures"},
     {"no ridge figure", [](auto& e) { e.ridge_height.high = kNan; }, Verdict::undecided, "the solution has no finite figures"},
     {"no bridge figure", [](auto& e) { e.bridge_height.low = kNan; }, Verdict::undecided, "the solution has no finite figures"},
     {"refused", [](auto& e) { e.refused = "the net has no movable node"; }, Verdict::invalid, "not evaluated: the net has no movable node"},
@@ -143,6 +148,178 @@ TEST(Judge, NamesWhatIsWrong) {
   EXPECT_EQ(message([](auto&, auto& c) { c.rms_margin = -1; }).find("rms_margin_mm"), 0u);
   EXPECT_EQ(message([](auto&, auto& c) { c.ridge_margin = kNan; }).find("ridge_margin_mm"), 0u);
   EXPECT_EQ(message([](auto&, auto& c) { c.compliance_margin = -1; }).find("compliance_margin_mm"), 0u);
+}
+
+// A pocket inside the ply, certified, whose fibres are hardly too long.
+PocketEvidence inside() {
+  PocketEvidence evidence = good();
+  evidence.inside_ply = true;
+  evidence.excess_ridge = Spread{0.2, 0.3};
+  return evidence;
+}
+
+const Case kByExcess[] = {
+    {"as it is", [](auto&) {}, Verdict::cease, "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm"},
+    {"neither ridge nor RMS of the minimum counts", [](auto& e) { e.ridge_height = {2, 2}, e.rms = {1, 1}; }, Verdict::cease,
+     "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm"},
+    {"no excess", [](auto& e) { e.excess_ridge = Spread{0, 0}; }, Verdict::cease, "no ridge by the excess length"},
+    {"at the limit", [](auto& e) { e.excess_ridge = Spread{0.3, 0.6}; }, Verdict::cease,
+     "ridge by the excess length 0.30 to 0.60 mm within the limit of 0.60 mm"},
+    {"above", [](auto& e) { e.excess_ridge = Spread{0.61, 0.7}; }, Verdict::crease,
+     "ridge by the excess length 0.61 to 0.70 mm above the limit of 0.60 mm"},
+    {"on both sides", [](auto& e) { e.excess_ridge = Spread{0.6, 0.7}; }, Verdict::undecided,
+     "ridge by the excess length 0.60 to 0.70 mm lies on both sides of the limit of 0.60 mm"},
+    {"three decimals where two would show the limit", [](auto& e) { e.excess_ridge = Spread{0.604, 0.7}; }, Verdict::crease,
+     "ridge by the excess length 0.604 to 0.700 mm above the limit of 0.600 mm"},
+    {"unknown", [](auto& e) { e.excess_ridge.reset(); }, Verdict::undecided, "the excess length is not known"},
+    {"not finite", [](auto& e) { e.excess_ridge = Spread{kNan, 0.3}; }, Verdict::undecided, "the excess length is not known"},
+    {"nor at the other end", [](auto& e) { e.excess_ridge = Spread{0.3, kNan}; }, Verdict::undecided, "the excess length is not known"},
+    {"a bridge counts", [](auto& e) { e.bridge_height = {0.7, 0.9}; }, Verdict::crease,
+     "bridge 0.70 to 0.90 mm above the limit of 0.60 mm"},
+    {"a low bridge is told", [](auto& e) { e.bridge_height = {0.1, 0.2}; }, Verdict::cease,
+     "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm, bridge 0.10 to 0.20 mm within the limit of 0.60 mm"},
+    {"a bridge's tie", [](auto& e) { e.bridge_height = {0.1, 0.58}; }, Verdict::undecided,
+     "bridge 0.10 to 0.58 mm comes within 0.050 mm of the limit of 0.60 mm"},
+    {"no bridge by its bound", [](auto& e) { e.no_bridge = true, e.bridge_height = {0.1, 0.2}; }, Verdict::cease,
+     "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm"},
+    {"a certified bridge outweighs its bound", [](auto& e) { e.no_bridge = true, e.bridge_height = {0.9, 0.9}; }, Verdict::crease,
+     "bridge 0.90 mm above the limit of 0.60 mm"},
+    {"strained", [](auto& e) { e.compliant = true, e.bridge_height = {0.1, 0.58}; }, Verdict::undecided,
+     "bridge 0.10 to 0.58 mm comes within 0.050 mm of the limit of 0.60 mm"},
+    {"not certified: it may bridge", [](auto& e) { e.certified = false; }, Verdict::undecided,
+     "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm, but the ply may bridge: the solution is not certified"},
+    {"not certified, but it cannot bridge", [](auto& e) { e.certified = false, e.no_bridge = true; }, Verdict::cease,
+     "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm"},
+    {"not certified, but too long anyway", [](auto& e) { e.certified = false, e.excess_ridge = Spread{0.7, 0.8}; }, Verdict::crease,
+     "ridge by the excess length 0.70 to 0.80 mm above the limit of 0.60 mm"},
+    {"not certified, and near the limit", [](auto& e) { e.certified = false, e.excess_ridge = Spread{0.5, 0.8}; }, Verdict::undecided,
+     "ridge by the excess length 0.50 to 0.80 mm lies on both sides of the limit of 0.60 mm"},
+    {"some starts were cut off", [](auto& e) { e.deadline_passed = true; }, Verdict::undecided,
+     "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm, but the ply may bridge: the deadline passed before all "
+     "starts that the rule asks for were tried"},
+    {"all were", [](auto& e) { e.deadline_passed = true, e.certified = false, e.solve_status = "deadline"; }, Verdict::undecided,
+     "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm, but the ply may bridge: the deadline passed before the "
+     "solution was certified (deadline)"},
+    {"a figure is not finite", [](auto& e) { e.bridge_height = {0, kNan}, e.solve_status = "odd"; }, Verdict::undecided,
+     "ridge by the excess length 0.20 to 0.30 mm within the limit of 0.60 mm, but the ply may bridge: the solution has no finite figures "
+     "(odd)"},
+    {"open rim", [](auto& e) { e.closed_rim = false; }, Verdict::invalid,
+     "the rim is not closed by fixed nodes, though the pocket lies inside the ply"},
+};
+
+TEST(Judge, EveryBranchByTheExcess) {
+  for (const Case& c : kByExcess) {
+    PocketEvidence evidence = inside();
+    c.spoil(evidence);
+    const Judgement judgement = judge(evidence);
+    EXPECT_EQ(name(judgement.verdict), std::string(name(c.verdict))) << c.what;
+    EXPECT_EQ(judgement.reason, c.reason) << c.what;
+  }
+}
+
+TEST(Judge, SaysWhichCriterionDecided) {
+  EXPECT_EQ(judge(inside()).decided_by, Criterion::excess);
+  EXPECT_EQ(judge(good()).decided_by, Criterion::paper);  // at the ply's edge
+  Criteria paper;
+  paper.criterion = Criterion::paper;
+  EXPECT_EQ(judge(inside(), paper).decided_by, Criterion::paper);
+  PocketEvidence unproven = inside();
+  unproven.certified = false;
+  unproven.excess_ridge = Spread{0.7, 0.8};
+  EXPECT_EQ(judge(unproven).decided_by, Criterion::excess);
+}
+
+TEST(Judge, AStrainWidensABridgesMargin) {
+  Criteria narrow;
+  narrow.ridge_margin = 0.01;
+  PocketEvidence evidence = inside();
+  evidence.bridge_height = {0.5, 0.57};
+  EXPECT_EQ(judge(evidence, narrow).verdict, Verdict::cease);
+  evidence.compliant = true;  // by 0.05 mm
+  EXPECT_EQ(judge(evidence, narrow).verdict, Verdict::undecided);
+  narrow.compliance_margin = 0.02;
+  EXPECT_EQ(judge(evidence, narrow).verdict, Verdict::cease);
+}
+
+TEST(Judge, AMarginMayBeWiderThanItsLimit) {
+  Criteria tight;
+  tight.max_ridge_height = 0.04;
+  const Judgement judgement = judge(good(), tight);
+  EXPECT_EQ(judgement.verdict, Verdict::undecided);
+  EXPECT_EQ(judgement.reason, "ridge 0.00 mm comes within 0.050 mm of the limit of 0.04 mm");
+  tight = Criteria();
+  tight.ridge_margin = 0.01;
+  PocketEvidence strained = good();
+  strained.rms = {0.1, 0.1};
+  strained.ridge_height = {0.57, 0.57};
+  EXPECT_EQ(judge(strained, tight).verdict, Verdict::cease);
+  strained.compliant = true;
+  EXPECT_EQ(judge(strained, tight).verdict, Verdict::undecided);
+}
+
+TEST(Judge, TheLimitsOfSharesAndMarginsAreAllowed) {
+  Criteria ends;
+  ends.min_coverage = ends.min_pocket_coverage = 1;
+  ends.rms_margin = ends.ridge_margin = ends.excess_margin = ends.compliance_margin = 0;
+  PocketEvidence evidence = good();
+  evidence.coverage = 1;
+  EXPECT_EQ(judge(evidence, ends).verdict, Verdict::cease);
+  EXPECT_EQ(judge_layup({}, 1, ends).verdict, Verdict::cease);
+  ends.min_coverage = ends.min_pocket_coverage = 0;
+  evidence.coverage = 0;
+  EXPECT_EQ(judge(evidence, ends).verdict, Verdict::cease);
+  EXPECT_EQ(judge_layup({}, 0, ends).verdict, Verdict::cease);
+  ends.min_pocket_coverage = 0.8;
+  evidence.coverage = 0.8;  // as much as is needed
+  EXPECT_EQ(judge(evidence, ends).verdict, Verdict::cease);
+}
+
+TEST(Judge, NamesEveryCriterionThatIsNotPossible) {
+  const double inf = std::numeric_limits<double>::infinity();
+  const std::pair<double Criteria::*, const char*> lengths[] = {
+      {&Criteria::max_rms, "max_rms_mm"},
+      {&Criteria::max_ridge_height, "max_ridge_height_mm"},
+      {&Criteria::rms_margin, "rms_margin_mm"},
+      {&Criteria::ridge_margin, "ridge_margin_mm"},
+      {&Criteria::excess_margin, "excess_margin_mm"},
+      {&Criteria::compliance_margin, "compliance_margin_mm"},
+  };
+  const std::pair<double Criteria::*, const char*> shares[] = {{&Criteria::min_coverage, "min_coverage"},
+                                                               {&Criteria::min_pocket_coverage, "min_pocket_coverage"}};
+  const auto refused = [](double Criteria::* field, double value) -> std::string {
+    Criteria criteria;
+    criteria.*field = value;
+    try {
+      criteria.check();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "nothing was thrown";
+  };
+  for (const auto& [field, argument] : lengths)
+    for (const double value : {-0.01, inf, kNan}) EXPECT_EQ(refused(field, value).find(argument), 0u) << argument << value;
+  for (const auto& [field, argument] : shares)
+    for (const double value : {-0.01, 1.01, kNan}) EXPECT_EQ(refused(field, value).find(argument), 0u) << argument << value;
+  EXPECT_EQ(refused(&Criteria::max_ridge_height, 0).find("max_ridge_height_mm"), 0u);
+  PocketEvidence turned = inside();
+  turned.excess_ridge = Spread{0.3, 0.2};
+  EXPECT_THROW(judge(turned), InputError);
+  for (const double coverage : {-0.1, 1.1}) {
+    PocketEvidence evidence = good();
+    evidence.coverage = coverage;
+    EXPECT_THROW(judge(evidence), InputError);
+    EXPECT_THROW(judge_layup({}, coverage), InputError);
+  }
+  Criteria wrong;
+  wrong.max_rms = -1;
+  EXPECT_THROW(judge_layup({}, 1, wrong), InputError);
+}
+
+TEST(Judge, VerdictsHaveNames) {
+  EXPECT_EQ(name(Verdict::cease), std::string("cease"));
+  EXPECT_EQ(name(Verdict::undecided), std::string("undecided"));
+  EXPECT_EQ(name(Verdict::crease), std::string("crease"));
+  EXPECT_EQ(name(Verdict::invalid), std::string("invalid"));
 }
 
 TEST(JudgeLayup, TakesTheWorstPocket) {

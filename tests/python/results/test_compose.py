@@ -7,6 +7,7 @@ import pytest
 from debulk import Verdict
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
+from debulk.verdict import Judgement
 
 GOOD = Finding("pockets", Verdict.CEASE, "no air pocket")
 
@@ -20,7 +21,7 @@ def test_the_worst_decides_wherever_it_stands(verdicts):
 
 
 def test_nothing_checked_is_invalid():
-    assert compose([]).verdict is Verdict.INVALID
+    assert compose([]) == Judgement(Verdict.INVALID, "nothing was checked")
     assert compose([Finding("outline", None, "not given")]).verdict is Verdict.INVALID
 
 

@@ -10,7 +10,7 @@ import pytest
 from debulk.page.map_ridges import says
 from debulk.page.report import page
 from debulk.report import Report
-from debulk.results.deciding import worst_first
+from debulk.results.deciding import DecidingRidge, worst_first
 from debulk.results.edge_friction import EdgeEnd, EdgeFriction
 from debulk.results.half_seen import HalfSeen, HoleBeside, Way
 from debulk.results.report import ExcessReport
@@ -20,6 +20,8 @@ EXCESS = ExcessReport(
     length_mm=1.0, height_mm=0.31, range_mm=(0.28, 0.35), alone_mm=0.35, elastic_mm=2.1, noise_mm=0.01,
     uncertainty_mm=0.03, bridge_bound_mm=0.0, verdict=Verdict.CEASE,
 )  # fmt: skip
+NOTHING = EdgeEnd(verdict=Verdict.CEASE, reason="")
+UNKNOWN = Way(holes="filled in", verdict=Verdict.CEASE, reason="")
 HOLE = HoleBeside(centre_mm=(0.0, 0.0), area_mm2=900.0, of="scan")
 
 
@@ -47,6 +49,24 @@ def doubtful(report):
         half_seen=HalfSeen(holes=(HOLE,), rim_share=0.1, ways=ways),
     )  # fmt: skip
     return dataclasses.replace(report, verdict=Verdict.UNDECIDED, reason="two", pockets=(calm, beside))
+
+
+def test_what_is_not_known_gives_no_ridge(report):
+    bare = dataclasses.replace(
+        report.pockets[0], ridge_height_mm=None, ridge_range_mm=None, excess=None, bridge_height_mm=None,
+        edge_friction=EdgeFriction(slipping=NOTHING, held=NOTHING, held_nodes=2),
+        half_seen=HalfSeen(holes=(HOLE,), rim_share=0.1, ways=(UNKNOWN,)),
+    )  # fmt: skip
+    assert bare.deciding_ridge is None
+    known = dataclasses.replace(bare, ridge_height_mm=0.4)
+    assert known.deciding_ridge == (0.4, (0.4, 0.4), "net")
+    assert known.deciding_ridge.margin_mm(None) is None
+    assert (known.deciding_ridge.spread, DecidingRidge(0.4, (0.2, 0.4), "net").spread) == ("", "(0.20 to 0.40)")
+    first, second = (dataclasses.replace(known, id=k) for k in (3, 4))
+    worst = dataclasses.replace(known, id=9, verdict=Verdict.INVALID)
+    unknown = dataclasses.replace(bare, id=1)
+    assert [p.id for p in worst_first([unknown, second, first, worst])][-3:] == [3, 4, 1]
+    assert worst_first([first, worst])[0] is worst
 
 
 def test_an_undecided_pocket_shows_the_worst_case_and_not_the_harmless_one(doubtful):

@@ -1,0 +1,241 @@
+"""Every mistake that the level can show is named with its figures, and each limit is where the recipe has it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from debulk import Recipe
+from debulk.inspection.evidence.edge_check import EdgeFit
+from debulk.inspection.evidence.ply_zones import Blocks
+from debulk.inspection.place import level
+from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason, swapped_reason
+
+pytestmark = pytest.mark.unit
+
+X, Y = (v.ravel() for v in np.meshgrid(np.arange(-290.0, 300, 20), np.arange(-230.0, 240, 20)))
+XY = np.column_stack([X, Y])
+U, V = X / 300, Y / 240
+THICKNESS_MM = 0.3
+
+
+def squares(height_mm, noise_mm=0.005, xy=XY):
+    """Squares of 20 mm whose ply stands so high above the reference, with a little noise."""
+    noise = np.random.default_rng(3).normal(0, noise_mm, len(xy))
+    count = len(xy)
+    return Blocks(xy, height_mm + noise + np.zeros(count), np.full(count, noise_mm), np.ones(count), 20.0, 0.9)
+
+
+def judged(height_mm, noise_mm=0.005, recipe=None, removed_mm=0.0, **shares):
+    recipe = recipe or Recipe()
+    blocks = squares(height_mm, noise_mm)
+    found = level.deviation(blocks, THICKNESS_MM, THICKNESS_MM)
+    figures = level.level_of(found, blocks, THICKNESS_MM, recipe.level.tol_mm, removed_mm)
+    return level_reason(figures, found, recipe, **shares), figures, found
+
+
+def test_a_ply_that_lies_right_has_no_reason():
+    said, figures, _ = judged(THICKNESS_MM, removed_mm=0.07)
+    assert said == ""
+    assert figures.laid_mm == pytest.approx(0.3, abs=0.001)
+    assert figures.uncertainty_mm == pytest.approx(1.2533 * 0.005 / np.sqrt(len(XY)), rel=0.1)
+    assert (figures.low_share, figures.high_share) == (0.0, 0.0)
+    assert (figures.blocks, figures.block_mm, figures.judged_share) == (len(XY), 20.0, 0.9)
+    assert (figures.thickness_mm, figures.removed_offset_mm, figures.loose_share) == (0.3, 0.07, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("height_mm", "words"),
+    [
+        (0.30 + 0.5, ("the scan lies 0.50 mm too high everywhere (between", "stands 0.80 mm above", "check the pose")),
+        (0.30 - 0.60, ("the scan lies 0.60 mm too low everywhere", "thickness is 0.3 mm")),
+        (0.01, ("no ply is seen: the scan stands 0.01 mm above", "by its thickness of 0.3 mm", "lies 0.29 mm too low")),
+        (
+            0.30 + 0.6 * U,
+            ("the scan is tilted by 0.11 degrees about an axis at 90 degrees from x, 1.16 mm from end to end (",
+             "check whether scanner or mold moved since"),
+        ),
+        (0.30 + 0.3 * U + 0.24 * V + 0.4, ("about an axis at 135 degrees", "end to end and lies 0.40 mm too high (")),
+        (0.30 - 0.6 * V - 0.5, ("and lies 0.50 mm too low (",)),
+        (0.30 + 0.9 * (U**2 - 1 / 3), ("the scan is bent by 0.84 mm over the ply (", "the scanner's calibration")),
+        (0.30 + 0.9 * U**2 + 0.2, ("is bent by 0.84 mm over the ply and lies", "too high (")),
+        (
+            0.30 + 0.5 * np.sin(9 * U) * np.sin(9 * V),
+            ("% of the ply between the pockets lies more than 0.1 mm too low and", "% too high, worst by",
+             "check whether the reference is of this mold and of the plies below"),
+        ),
+        (
+            0.30 + 0.8 * (np.sin(9 * U) * np.sin(9 * V) > 0.4),
+            ("0 % of the ply between the pockets lies more than 0.1 mm too low", "worst by +0.8",
+             "so widely cannot be judged; lay it down and scan again"),
+        ),
+        (0.30 + 0.5 * (U > 0), ("50 % of the ply lies 0.50 mm higher than the rest, by a step", "backing paper")),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_named_with_its_figures(height_mm, words):
+    said, _, _ = judged(height_mm)
+    for part in words:
+        assert part in said
+    assert "between the pockets the ply stands" in said or "no ply is seen" in said
+
+
+def test_noise_that_hides_the_level_is_named():
+    said, figures, _ = judged(THICKNESS_MM, noise_mm=8.0)
+    assert figures.uncertainty_mm > 0.1
+    assert said.startswith("the level of the ply cannot be determined") and "its tolerance is 0.1 mm" in said
+
+
+def test_pockets_and_loose_borders_may_stand_up_by_their_share():
+    tenth = 0.8 * (np.arange(len(XY)) % 4 == 0)  # a quarter of the squares, evenly spread
+    height = THICKNESS_MM + tenth
+    said, figures, _ = judged(height)
+    assert said and figures.high_share == pytest.approx(0.25, abs=0.01)
+    assert judged(height, loose_share=0.26)[0] == ""
+    height = THICKNESS_MM + 0.5 + 0.8 * (np.arange(len(XY)) % 5 < 2)  # two fifths of them
+    lifted = [judged(height, pockets_share=share)[0] for share in (0.0, 0.4)]
+    assert "too high everywhere" not in lifted[0] and "too high everywhere" in lifted[1]
+
+
+def test_the_tolerance_and_the_share_are_the_recipes():
+    height = THICKNESS_MM + 0.15
+    assert judged(height)[0] != "" and judged(height, recipe=Recipe(level={"tol_mm": 0.2}))[0] == ""
+    spots = THICKNESS_MM + 0.8 * (np.arange(len(XY)) % 10 == 0)
+    share = Recipe().level.largest_share
+    assert (judged(spots)[0] == "") == (share >= 0.1)
+    assert judged(spots, recipe=Recipe(level={"largest_share": 0.05}))[0] != ""
+    assert judged(spots, recipe=Recipe(level={"largest_share": 0.2}))[0] == ""
+
+
+def test_squares_are_off_beyond_tolerance_and_noise():
+    residual = np.array([0.0, 0.21, -0.21, 0.25, -0.25, 0.1])
+    still = level.Deviation(
+        np.zeros((6, 2)), residual, np.full(6, 0.01), np.zeros((3, 6)), 0.0, np.zeros(2), 0.0
+    )  # twice the error is 0.02 mm
+    assert still.off(0.2).tolist() == [0, 0, 0, 1, -1, 0]
+    assert still.left(0.2, 0) == (1 / 6, 1 / 6)
+    bent = level.Deviation(
+        np.zeros((6, 2)), residual, np.full(6, 0.01), np.array([[0] * 6, [0] * 6, [0.3, -0.3, 0.3, 0.2, 0, 0]]), 0.0,
+        np.zeros(2), 0.0,
+    )  # fmt: skip
+    assert bent.off(0.2).tolist() == [1, -1, 1, 1, -1, 0]  # by the paraboloid where the square itself is not off
+
+
+def test_a_loose_border_leaves_a_level_rest_and_a_bent_scan_does_not():
+    border = np.flatnonzero(U > 0.85)
+    loose = level.deviation(squares(THICKNESS_MM + 1.5 * np.maximum(0, U - 0.85)), THICKNESS_MM, THICKNESS_MM)
+    assert loose.level_without(border, 0.1)
+    bent = level.deviation(squares(THICKNESS_MM + 0.6 * U**2), THICKNESS_MM, THICKNESS_MM)
+    assert not bent.level_without(border, 0.1)
+    assert bent.level_without(border, 2.0)
+    count = len(XY)
+    assert not loose.level_without(np.arange(count - 12), 10.0)  # 12 squares are too few for 6 terms
+    assert loose.level_without(np.arange(count - 13), 10.0)
+
+
+def test_a_slope_may_thicken_the_ply_and_a_recipe_may_allow_it_less():
+    blocks = Blocks(XY[:3], np.array([0.25, 0.33, 0.40]), np.ones(3), np.array([1.0, 1.1, 1.1]), 20.0, 1.0)
+    assert level.departure(blocks, 0.3, 0.3) == pytest.approx([-0.05, 0.0, 0.07])
+    assert level.departure(blocks, 0.3, 0.26) == pytest.approx([-0.01, 0.0, 0.07])
+
+
+def test_the_fit_says_where_the_plane_lies_how_it_slopes_and_how_far_it_bows():
+    found = level.deviation(squares(0.3 + 0.1 + 0.2 * U - 0.1 * V, 1e-6), THICKNESS_MM, THICKNESS_MM)
+    assert found.middle_mm == pytest.approx(0.1, abs=1e-4)
+    assert found.slope == pytest.approx([0.2 / 300, -0.1 / 240], rel=1e-3)
+    assert found.bow_mm == pytest.approx(0, abs=1e-3)
+    blocks = squares(0.3 + 0.2 * U - 0.1 * V, 1e-6)
+    figures = level.level_of(found, blocks, 0.3, 0.2, 0.0)
+    assert figures.tilt_deg == pytest.approx(np.degrees(np.hypot(0.2 / 300, 0.1 / 240)), rel=1e-3)
+    assert figures.tilt_axis_deg == pytest.approx((np.degrees(np.arctan2(-0.1 / 240, 0.2 / 300)) + 90) % 180, abs=0.1)
+    assert figures.offset_mm == found.middle_mm
+    bowed = level.deviation(squares(0.3 + 0.5 * U**2 + 0.5 * V**2, 1e-6), THICKNESS_MM, THICKNESS_MM)
+    assert bowed.bow_mm == pytest.approx(0.5 * (U**2 + V**2).max() - 0.5 * (U**2 + V**2).min(), rel=1e-3)
+
+
+def test_a_few_far_squares_do_not_move_the_fit():
+    height = 0.3 + 0.2 * U
+    height = np.where(np.arange(len(XY)) % 12 == 0, height + 7.0, height)
+    found = level.deviation(squares(height), THICKNESS_MM, THICKNESS_MM)
+    assert found.fits_mm[1] == pytest.approx(0.2 * U, abs=0.005)
+    assert found.fits_mm[2] == pytest.approx(0.2 * U, abs=0.01)
+
+
+def test_squares_in_one_line_leave_no_slope_across_it():
+    line = XY[Y.min() == Y]
+    found = level.deviation(squares(0.3 + 0.001 * line[:, 0], 1e-6, line), THICKNESS_MM, THICKNESS_MM)
+    assert found.slope == pytest.approx([0.001, 0.0], abs=1e-6)
+
+
+def test_the_sentences_to_the_letter():
+    """Golden texts: figures stand out where they are multiples of 100, so that a wrong factor is seen."""
+    between = " (between the pockets the ply stands {} mm above the reference, its thickness is 0.3 mm): "
+    motion = "check whether scanner or mold moved since the reference was taken"
+    texts = {
+        judged(0.30 + 0.6 * (U > 0), noise_mm=1e-9)[0]: (
+            "50 % of the ply lies 0.60 mm higher than the rest, by a step along a line through (0, 0) mm at 90 degrees "
+            "from x" + between.format("0.60") + "look whether backing paper was left on there, or whether another ply "
+            "lies below; if neither, check whether scanner or mold moved"
+        ),
+        judged(0.80, noise_mm=1e-9)[0]: (
+            "the scan lies 0.50 mm too high everywhere" + between.format("0.80") + "check the pose, the thickness in "
+            "the recipe, and whether the reference is of this layup"
+        ),
+        judged(0.30 + 0.29 * U, noise_mm=1e-9)[0]: (
+            "the scan is tilted by 0.055 degrees about an axis at 90 degrees from x, 0.56 mm from end to end"
+            + between.format("0.30") + motion
+        ),
+        judged(0.30 + 0.9 * (U**2 - 1 / 3), noise_mm=1e-9)[0]: (
+            "the scan is bent by 0.84 mm over the ply" + between.format("0.23")
+            + "check the scanner's calibration and temperature, how the mold is held, and whether the reference is of "
+            "it"
+        ),
+        judged(0.0, noise_mm=1e-9)[0]: (
+            "no ply is seen: the scan stands 0.00 mm above the reference everywhere, a ply by its thickness of 0.3 mm; "
+            "the mold is empty, the reference was taken with the ply on it, or the scan lies 0.30 mm too low"
+        ),
+        judged(0.30 + 0.8 * (np.arange(len(XY)) % 2 == 0) * (np.arange(len(XY)) % 5 < 3), noise_mm=1e-9)[0]: (
+            "0 % of the ply between the pockets lies more than 0.1 mm too low and 30 % too high, worst by +0.80 mm at "
+            "(150, -150) mm" + between.format("0.30") + "a ply that stands off the mold so widely cannot be judged; "
+            "lay it down and scan again"
+        ),
+        judged(0.30 + 0.5 * (np.arange(len(XY)) % 3 - 1), noise_mm=1e-9)[0]: (
+            "33 % of the ply between the pockets lies more than 0.1 mm too low and 33 % too high, worst by +0.50 mm at "
+            "(290, -30) mm" + between.format("0.30") + "check whether the reference is of this mold and of the plies "
+            "below, and whether scanner or mold moved"
+        ),
+    }  # fmt: skip
+    for said, text in texts.items():
+        assert said == text
+    assert same_reason(1.0) == (
+        "scan and reference are the same: 100 % of their points agree bit for bit; give the scan of the draped ply and "
+        "the reference from before it was draped, with all the digits that the scanner gave"
+    )
+    assert swapped_reason(100_000.0, 2.5) == (
+        "scan and reference look swapped: 1000 cm² of the scan hang more than 2.5 mm below the reference; give them "
+        "the other way round, or check the pose: z is to point up, away from the mold"
+    )
+    assert edge_reason(EdgeFit(judged=9, off_share=1.0, far_row=3, off_mm=0.6, at_mm=np.array([10.0, -20.4]))) == (
+        "the outline does not fit the scan: along 100 % of it the ply's edge is elsewhere, round (10, -20) mm 1 mm "
+        "outside it; check that it is this ply's, not mirrored, and in the mold's frame"
+    )
+
+
+def test_the_worst_square_is_the_one_that_is_surely_off():
+    blocks = squares(0.30 + 0.5 * np.sin(9 * U) * np.sin(9 * V))
+    error = blocks.error_mm.copy()
+    error[7] = 0.3  # a square of few points
+    height = blocks.height_mm.copy()
+    height[7] = 0.3 + 0.9
+    found = level.deviation(replace(blocks, height_mm=height, error_mm=error), THICKNESS_MM, THICKNESS_MM)
+    said = level_reason(level.level_of(found, blocks, 0.3, 0.1, 0.0), found, Recipe())
+    assert "worst by" in said and "worst by +0.90" not in said
+
+
+def test_the_other_reasons_name_share_area_and_side():
+    assert "are the same: 53 % of their points" in same_reason(0.53)
+    assert "look swapped: 12 cm² of the scan hang more than 2.5 mm" in swapped_reason(1200.0, 2.5)
+    outside = edge_reason(EdgeFit(judged=9, off_share=0.31, far_row=3, off_mm=14.0, at_mm=(10.0, -20.4)))
+    assert "along 31 % of it" in outside and "round (10, -20) mm 14 mm outside it" in outside
+    assert "6 mm inside it" in edge_reason(
+        EdgeFit(judged=9, off_share=0.31, far_row=3, off_mm=-6.0, at_mm=(10.0, -20.4))
+    )
