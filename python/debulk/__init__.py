@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from debulk.inspection.repeating import repeat
     from debulk.recipe import Recipe
     from debulk.report import Report
+    from debulk.stack import Stack
     from debulk.verdict import Verdict
 
 __version__ = "0.2.0"
@@ -48,6 +49,7 @@ __all__ = [
     "Inspector",
     "Recipe",
     "Report",
+    "Stack",
     "Verdict",
     "__version__",
     "chain",
@@ -81,6 +83,7 @@ _HOMES = {
     "Inspector": "inspection.inspector",
     "Recipe": "recipe",
     "Report": "report",
+    "Stack": "stack",
     "Verdict": "verdict",
     "compare": "inspection.calls",
     "inspect": "inspection.calls",

@@ -51,8 +51,8 @@ PYTHON_ROOMS = (
     "scanner",
 )
 PYTHON_ABOVE = (
-    "files", "results", "page", "report", "comparison", "history", "learning", "inspection", "chain", "scenes", "view",
-    "doctor", "bill", "cli", "pyinstaller",
+    "files", "results", "page", "report", "comparison", "history", "learning", "inspection", "stack", "chain", "scenes",
+    "view", "doctor", "bill", "cli", "pyinstaller",
 )  # fmt: skip
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.

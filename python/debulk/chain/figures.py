@@ -36,11 +36,12 @@ class Quantity(NamedTuple):
 
 
 FIGURES = (
-    Quantity("pitch_mm", "mm", "distance from point to point", "coarser", "denser", share=0.06),
+    Quantity("image", "", "whether it is an image", "an image", "a list of points", least=0.5),
+    Quantity("pitch_mm", "mm", "distance from point to point", "coarser", "denser", share=0.08),
     Quantity("noise_mm", "mm", "scatter of the points", "noisier", "smoother", share=0.25),
-    Quantity("near", "", "noise shared at most 1.5 pitches apart", "smoother", "less smooth", least=0.06),
-    Quantity("middle", "", "noise shared 1.5 to 2.5 pitches apart", "smoother", "less smooth", least=0.06),
-    Quantity("far", "", "noise shared 2.5 to 4.5 pitches apart", "smoother", "less smooth", least=0.06),
+    Quantity("near", "", "noise shared at most 1.5 pitches apart", "smoother", "less smooth", least=0.04),
+    Quantity("middle", "", "noise shared 1.5 to 2.5 pitches apart", "smoother", "less smooth", least=0.04),
+    Quantity("far", "", "noise shared 2.5 to 4.5 pitches apart", "smoother", "less smooth", least=0.04),
     Quantity(
         "repeated",
         "",

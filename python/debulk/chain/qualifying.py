@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,7 +28,7 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["qualify"]
+__all__ = ["limits", "qualify"]
 
 Floats = NDArray[np.float64]
 _FEWEST = 10
@@ -111,9 +111,7 @@ def qualify(
         _check_last(reports)
     _check_count(len(reports))
     signatures = _signatures(reports)
-    figures = tuple(_figure(one, signatures[one.name]) for one in FIGURES if one.name in signatures)
-    pitch_mm = next(one.mean for one in figures if one.name == "pitch_mm")
-    figures = tuple(_wider(one, pitch_mm) for one in figures)
+    figures = limits(signatures)
     strip = None if gauge is None else measured(gauge, inspector)
     edge = next((one for one in figures if one.name == "edge_mm"), None)
     blur_mm = strip.blur_mm if strip is not None else edge.mean if edge is not None and edge.mean > 0 else None
@@ -189,6 +187,12 @@ def _signatures(reports: Sequence[Report]) -> dict[str, Floats]:
             raise InputError(f"scans: scan {lacking[0]} shows too little of the ply to measure its {name}")
     names = set.intersection(*(set(one) for one in every))
     return {one.name: np.array([of[one.name] for of in every]) for one in FIGURES if one.name in names}
+
+
+def limits(signatures: Mapping[str, Floats]) -> tuple[Figure, ...]:
+    """Return the limits by which a chain is recognised, from (N,) figures of its scans by name; the pitch is needed."""
+    pitch_mm = float(signatures["pitch_mm"].mean())
+    return tuple(_wider(_figure(one, signatures[one.name]), pitch_mm) for one in FIGURES if one.name in signatures)
 
 
 def _figure(quantity: Quantity, values: Floats) -> Figure:

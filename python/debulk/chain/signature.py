@@ -50,6 +50,8 @@ class Signature:
     edge_mm
         Sigma of the Gaussian that would spread the ply's edge as much, less two standard errors; NaN without an outline
         or an image.
+    image
+        1: the scan is an image; 0: a list of points.
     """
 
     pitch_mm: float
@@ -61,6 +63,7 @@ class Signature:
     step_mm: float
     missing: float
     edge_mm: float = float("nan")
+    image: float = 1.0
 
 
 def signature_of(windows: Sequence[Cloud], pitch_mm: float, *, image: bool, edge_mm: float = float("nan")) -> Signature:
@@ -93,10 +96,12 @@ def signature_of(windows: Sequence[Cloud], pitch_mm: float, *, image: bool, edge
     full = [one for one in full if len(one) >= _LEAST_POINTS]
     if len(full) < _LEAST_WINDOWS:
         nothing = (float("nan"),) * 6
-        return Signature(pitch_mm, *nothing, unseen, edge_mm)
+        return Signature(pitch_mm, *nothing, unseen, edge_mm, float(image))
     each = np.array([_of_window(one, pitch_mm) for one in full])
     noise, near, middle, far, repeated = np.median(each, axis=0).tolist()
-    return Signature(pitch_mm, noise, near, middle, far, repeated, _step(np.concatenate(full)[:, 2]), unseen, edge_mm)
+    return Signature(
+        pitch_mm, noise, near, middle, far, repeated, _step(np.concatenate(full)[:, 2]), unseen, edge_mm, float(image)
+    )
 
 
 def _of_window(points: Cloud, pitch_mm: float) -> tuple[float, ...]:

@@ -36,6 +36,7 @@ from debulk.inspection.place import mold_edge
 from debulk.inspection.place.placing import Placed, Placing
 from debulk.inspection.ply import inputs
 from debulk.inspection.ply.fibre_angles import checked_angles
+from debulk.inspection.ply.humps import humps_of
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan import riders
@@ -180,6 +181,7 @@ class Inspector:
         self._filled = FilledSearch(reference, self._pose, self._placing.zones, self._placing.outline, recipe)
         self.chain = chain
         self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
+        self._humps = preparation.step("humps", 0.93, lambda: humps_of(reference.seen, self.ply))
         preparation.step("fibres", 0.94, lambda: self.ply.fibres)
         self._finder = preparation.step("regions", 0.96, lambda: finder_for(self.setup))
         self._tracing = Tracing(self)
@@ -373,7 +375,7 @@ class Inspector:
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
-            seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, recognised)
+            seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, recognised, self._humps)
             return reporting.report(seen, cycle.timings_ms())
 
     def _riding(self, points: NDArray[np.float32], sample: Sample, judged: Judged, stop: _core.Stop) -> list[Finding]:

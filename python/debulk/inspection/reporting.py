@@ -13,6 +13,7 @@ from debulk.inspection.checks.listed import CHECKS
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.holes import unseen
 from debulk.inspection.place.placing import Placed
+from debulk.inspection.ply import humps
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.report import Report
 from debulk.results.compose import compose
@@ -35,6 +36,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     entries += tuple(entry for evaluation in judged.evaluations for entry in evaluation.left_out)
     entries += left_out.of_late([(one.report.id, one.late) for one in judged.evaluations if one.late])
     entries += (left_out.of_chain(),) if seen.recognised is None else seen.recognised.left_out
+    entries += humps.left_out(seen.humps)
     log.info("%s: %s", layup.verdict.value, layup.reason)
     return Report(
         verdict=layup.verdict,

@@ -16,6 +16,7 @@ from debulk.results.number import number
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
+    from debulk.results.comparison import ComparisonData
     from debulk.results.report import PocketReport, ReportData
 
 __all__ = ["Layup", "page"]
@@ -24,11 +25,12 @@ _MAX_PNG_BYTES = 2_400_000  # limit for all maps: with base64 and text, a page o
 
 
 class Layup(NamedTuple):
-    """A report, the name of its file, and the address of its own page; `link` is empty if there is no page."""
+    """A report, its file's name, the address of its own page (empty: none), and what became of the ply, if known."""
 
     report: ReportData
     name: str
     link: str = ""
+    comparison: ComparisonData | None = None
 
 
 class Ply(NamedTuple):
@@ -42,6 +44,9 @@ class Ply(NamedTuple):
     pockets: list[PocketReport]
     advice: list[Deed]
     deciding: list[tuple[Verdict, list[int]]]
+    below: str
+    after: str
+    wrong: str
 
     @property
     def counts(self) -> list[tuple[Verdict, int]]:
@@ -75,7 +80,8 @@ def page(layups: Sequence[Layup]) -> str:
     numbers = {id(layup): _ply_number(layup) for layup in layups}
     ordered = list(layups) if None in numbers.values() else sorted(layups, key=lambda one: numbers[id(one)] or 0.0)
     share = max(_MAX_PNG_BYTES // len(ordered), 40_000)
-    plies = [_ply(k, layup, share) for k, layup in enumerate(ordered, start=1)]
+    wrong = references(ordered)
+    plies = [_ply(k, layup, share, wrong[k - 1]) for k, layup in enumerate(ordered, start=1)]
     worst = sorted(plies, key=lambda ply: (-ply.layup.report.verdict.severity, ply.number))
     verdict = worst[0].layup.report.verdict
     counts = [(v, n) for v in Verdict if (n := sum(ply.layup.report.verdict is v for ply in plies))]
@@ -102,7 +108,43 @@ def _ply_number(layup: Layup) -> float | None:
         return None
 
 
-def _ply(place: int, layup: Layup, png_bytes: int) -> Ply:
+def references(layups: Sequence[Layup]) -> list[str]:
+    """Return for each ply of a stack, in order, what is wrong with its reference by the fingerprints; empty: nothing.
+
+    The reference of a ply is the scan of the ply before, after it was debulked. A cloud that was another ply's
+    reference, or another ply's scan before debulking, is not. The latter shows only if scans have a SHA-256, too
+    (``run.scan_hash``).
+    """
+    used: dict[str, str] = {}
+    draped: dict[tuple[str, str], str] = {}
+    out = []
+    for k, layup in enumerate(layups, start=1):
+        trace = layup.report.trace
+        name = context_text(layup.report, "ply") or str(k)
+        below = trace.reference.fingerprint if trace and trace.reference else None
+        why = ""
+        if below is not None:
+            if used.get(below[1], name) != name:
+                why = f"it is that of ply {used[below[1]]}, too: the ply between them is not in it"
+            elif below in draped:
+                why = f"it is the scan of ply {draped[below]} before debulking, whose pockets it hides"
+            used.setdefault(below[1], name)
+        scan = trace.scan.fingerprint if trace and trace.scan else None
+        if scan is not None:
+            draped.setdefault(scan, name)
+        out.append(why)
+    return out
+
+
+def _after(comparison: ComparisonData | None) -> str:
+    """Say what a ply's scan after debulking showed; empty if there was none."""
+    if comparison is None:
+        return ""
+    bad = [f"pocket {one.id} {one.measured.name}" for one in comparison.pockets if one.measured is not Verdict.CEASE]
+    return f"did not pass: {', '.join(bad)}" if bad else "passed: every pocket ceased"
+
+
+def _ply(place: int, layup: Layup, png_bytes: int, wrong: str) -> Ply:
     report = layup.report
     name = context_text(report, "ply")
     time = report.trace.time_utc if report.trace else ""
@@ -115,4 +157,7 @@ def _ply(place: int, layup: Layup, png_bytes: int) -> Ply:
         worst_first(report.pockets),
         advice(report),
         deciding(report),
+        context_text(report, "reference"),
+        _after(layup.comparison),
+        wrong,
     )

@@ -18,7 +18,7 @@ SEEN = Signature(
 LIMITS = {
     "pitch_mm": (1.2, 1.4), "noise_mm": (0.035, 0.065), "near": (-0.1, 0.02), "middle": (-0.1, 0.03),
     "far": (-0.08, 0.05), "repeated": (None, 0.012), "step_mm": (None, 0.0005), "missing": (0.005, None),
-    "edge_mm": (-0.8, 0.5),
+    "edge_mm": (-0.8, 0.5), "image": (0.5, 1.5),
 }  # fmt: skip
 
 
@@ -130,8 +130,9 @@ def test_an_inspector_compares_its_scans():
     assert again.same, again.differences
     with pytest.raises(InputError, match="chain: expected that of the inspection"):
         debulk.repeat(report, layup.scan, layup.reference)
-    loose = layup.scan[np.isfinite(layup.scan[..., 2])]
-    assert inspector.inspect(loose).verdict is Verdict.CREASE
+    loose = inspector.inspect(layup.scan[np.isfinite(layup.scan[..., 2])])
+    assert loose.verdict is Verdict.INVALID
+    assert "it is a list of points" in loose.reason
 
 
 @pytest.mark.layup

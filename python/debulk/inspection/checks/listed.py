@@ -11,6 +11,7 @@ from debulk.inspection.bumps import tolerances
 from debulk.inspection.checks import pockets, shared_runs
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
+from debulk.inspection.ply import humps
 from debulk.inspection.rawscan import narrow_bumps, wrinkles
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
@@ -122,6 +123,15 @@ CHECKS = (
         "lay the ply down, or check pose and reference, then scan again",
         (INVALID,),
         _of_place("largest_pocket"),
+    ),
+    Check(
+        "reference_humps",
+        "The reference may hold a pocket of the ply before",
+        "round humps of the reference on smooth surroundings, under the ply",
+        "`verdict.max_ridge_mm`, for the ridge of the longest fibre over it",
+        "give the scan that was taken after the ply before was debulked (`debulk.Stack`); a mold may have such a boss",
+        (None,),
+        lambda seen: humps.findings(seen.humps, seen.ply.recipe),
     ),
     Check(
         "coverage",

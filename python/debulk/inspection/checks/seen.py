@@ -10,6 +10,7 @@ from debulk.inspection.bumps.tolerances import Bump
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.place.placing import Placed
+from debulk.inspection.ply.humps import Hump
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan.filled import Filled
 from debulk.inspection.rawscan.wrinkles import Standing
@@ -64,6 +65,8 @@ class Seen:
         What the raw scan shows.
     recognised
         How the scan compares with the chain that was qualified; None: no chain was given.
+    humps
+        Humps of the reference that look like pockets of the ply before.
     """
 
     ply: PlyOnMold
@@ -75,3 +78,4 @@ class Seen:
     standing: Standing
     filled: Filled
     recognised: Recognised | None = None
+    humps: tuple[Hump, ...] = ()

@@ -1,0 +1,195 @@
+"""The plies of one part, each inspected above a scan of the ply before it, after that was debulked and passed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from debulk._core import InputError
+from debulk.arguments import typed
+from debulk.comparison import Comparison
+from debulk.files.replacing import replacing
+from debulk.grid import Grid
+from debulk.inspection.inspector import Inspector, Progress
+from debulk.net import Drape
+from debulk.report import Report
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+
+__all__ = ["Stack", "StackPly"]
+
+
+@dataclass(frozen=True)
+class StackPly:
+    """One ply of a stack.
+
+    Attributes
+    ----------
+    number
+        From 1.
+    report
+        The last inspection of it before debulking; None: it was not inspected yet.
+    comparison
+        The last comparison after debulking; None: there was none yet.
+    """
+
+    number: int
+    report: Report | None = None
+    comparison: Comparison | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was compared after debulking, and every pocket is measured to have ceased."""
+        return not self.open_reason
+
+    @property
+    def open_reason(self) -> str:
+        """Why no other ply may be laid on it; empty: one may."""
+        if self.report is None:
+            return f"ply {self.number} was not inspected"
+        if self.comparison is None:
+            return f"ply {self.number} was not scanned after debulking"
+        bad = [one for one in self.comparison.pockets if one.measured is not Verdict.CEASE]
+        named = ", ".join(f"pocket {one.id} {one.measured.name}" for one in bad)
+        return f"ply {self.number} did not pass after debulking: {named}" if bad else ""
+
+
+class Stack:
+    """Keeps the plies of one part in order: each one's reference is the scan of the one before, after it was debulked.
+
+    A ply's heights are measured from its reference. If the reference shows the ply before in another state, pockets of
+    that ply stay unseen; so the next ply is prepared only after the one before was compared and passed.
+
+    Parameters
+    ----------
+    recipe
+        All settings. None means ``Recipe()``.
+    mold
+        The reference of the first ply, as for an `Inspector`.
+    part
+        The part's name, which goes into the reports' context.
+    options
+        What all plies share: ``mold_from_scanner``, ``camera``, ``mask``, ``history``, ``chain``; as for an
+        `Inspector`.
+
+    Examples
+    --------
+    >>> import debulk
+    >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    >>> stack = Stack(None, layup.reference, part="A-17", mold_from_scanner=layup.mold_from_scanner)
+    >>> inspector = stack.lay(layup.ply_outline)
+    >>> stack.inspect(layup.scan).verdict
+    <Verdict.CREASE: 'crease'>
+    >>> stack.lay(layup.ply_outline)
+    Traceback (most recent call last):
+    ...
+    debulk._core.InputError: the next ply cannot be laid: ply 1 was not scanned after debulking
+    """
+
+    @typed
+    def __init__(self, recipe: Recipe | None, mold: ArrayLike, *, part: str = "", **options: Any) -> None:
+        self.recipe, self.part = recipe, part
+        self.plies: list[StackPly] = []
+        self._below: ArrayLike = mold
+        self._options = options
+        self._inspector: Inspector | None = None
+
+    def __repr__(self) -> str:
+        name = f"of {self.part}, " if self.part else ""
+        return f"Stack({name}{len(self.plies)} plies)"
+
+    def lay(
+        self,
+        ply_outline: ArrayLike | None = None,
+        fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0),
+        progress: Progress | None = None,
+    ) -> Inspector:
+        """Prepare the inspection of the next ply above the ply before, and return its inspector.
+
+        Raises
+        ------
+        InputError
+            If the ply before was not inspected, not scanned after debulking, or did not pass; or an argument is wrong.
+        """
+        if self.plies and (why := self.plies[-1].open_reason):
+            raise InputError(f"the next ply cannot be laid: {why}")
+        self._inspector = Inspector(
+            self.recipe, self._below, ply_outline, fibre_angles_deg, progress=progress, **self._options
+        )
+        self.plies.append(StackPly(len(self.plies) + 1))
+        return self._inspector
+
+    def inspect(
+        self,
+        scan: ArrayLike,
+        deadline_s: float | None = None,
+        progress: Progress | None = None,
+        context: Mapping[str, Any] | None = None,
+    ) -> Report:
+        """Inspect a scan of the ply that was laid last, as `Inspector.inspect`; it may be scanned again and again.
+
+        The report's context gets the part, the number of the ply, and what its reference is.
+        """
+        ply = self._last()
+        assert self._inspector is not None
+        before = "the bare mold" if ply.number == 1 else f"ply {ply.number - 1} after debulking, which passed"
+        own = {"part": self.part} if self.part else {}
+        kept = {**own, "ply": ply.number, "reference": before, **(context or {})}
+        report = self._inspector.inspect(scan, deadline_s, progress, kept)
+        self.plies[-1] = StackPly(ply.number, report)  # a comparison of another state of the ply says nothing of this
+        return report
+
+    def debulked(self, scan: ArrayLike) -> Comparison:
+        """Compare the last report with a scan after debulking; if the ply passes, that is the next ply's reference.
+
+        Raises
+        ------
+        InputError
+            If the ply was not inspected, or `Inspector.compare` refuses the scan.
+        """
+        ply = self._last()
+        if ply.report is None or self._inspector is None:
+            raise InputError(f"debulked: expected an inspection of ply {ply.number} first")
+        comparison = self._inspector.compare(ply.report, scan)
+        self.plies[-1] = done = StackPly(ply.number, ply.report, comparison)
+        if done.passed:
+            self._below = np.array(scan, copy=True)  # the caller may scan into it again
+        return comparison
+
+    @typed
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the page of the stack, .html: the worst plies first, then ply by ply, and what became of each.
+
+        Raises
+        ------
+        InputError
+            If the name ends otherwise, no ply was inspected, or the file cannot be written.
+        """
+        from debulk.page.stack import Layup, page
+
+        path = Path(path)
+        if path.suffix.lower() != ".html":
+            raise InputError(f"{path}: expected a file ending in .html")
+        layups = [
+            Layup(ply.report, f"ply {ply.number}", comparison=ply.comparison)
+            for ply in self.plies
+            if ply.report is not None
+        ]
+        if not layups:
+            raise InputError("no ply of this stack was inspected yet")
+        html = page(layups)
+        with replacing(path) as temporary:
+            temporary.write_text(html, encoding="utf-8", newline="\n")
+
+    def _last(self) -> StackPly:
+        if not self.plies:
+            raise InputError("expected a ply to be laid first: Stack.lay()")
+        return self.plies[-1]

@@ -1,0 +1,91 @@
+"""A reference that already holds a pocket of the ply before is named; a mold without humps is not."""
+
+import numpy as np
+import pytest
+
+import debulk
+from debulk import Grid, Recipe
+from debulk.inspection.ply.humps import humps_of
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.surface import Reference
+
+SPACING_MM = 2.0
+N = 250
+
+
+def surface(seed=0, noise_mm=0.03):
+    """Return the grid's x and y, and the heights of a doubly curved mold."""
+    x, y = np.meshgrid(SPACING_MM * np.arange(N), SPACING_MM * np.arange(N))
+    noise = np.random.default_rng(seed).normal(0, noise_mm, x.shape)
+    return x, y, 0.0008 * (x - 200) ** 2 - 0.0003 * (y - 250) ** 2 + noise
+
+
+def humps(heights, outline=None, angles=(0.0, 90.0), seen=None):
+    values = heights if seen is None else np.where(seen, heights, np.nan)
+    ply = PlyOnMold(Reference(heights, (0.0, 0.0), SPACING_MM), outline, np.array(angles), Recipe())
+    return humps_of(Grid(values, np.zeros(2), SPACING_MM), ply)
+
+
+def bell(x, y, place, radius, height, along=1.0):
+    far = np.hypot((x - place[0]) / along, y - place[1]) / radius
+    return np.where(far < 1, height * np.cos(np.pi * far / 2) ** 2, 0.0)
+
+
+@pytest.mark.parametrize(("radius", "height"), [(25.0, 5.0), (40.0, 7.0), (60.0, 9.0)])
+def test_a_bell_is_named_with_its_ridge(radius, height):
+    x, y, heights = surface()
+    (found,) = humps(heights + bell(x, y, (240, 260), radius, height))
+    u = np.linspace(-radius, radius, 20001)
+    profile = height * np.cos(np.pi * u / radius / 2) ** 2
+    excess = np.hypot(np.diff(u), np.diff(profile)).sum() - 2 * radius
+    assert found.place_mm == pytest.approx((240, 260), abs=6)
+    assert found.height_mm == pytest.approx(height, rel=0.12)
+    assert found.ridge_mm == pytest.approx(excess / 2 + (2 - np.pi / 2) * Recipe().material.thickness_mm, rel=0.2)
+
+
+def test_what_is_no_pocket_is_not_named():
+    x, y, heights = surface()
+    assert humps(heights) == ()
+    assert humps(heights + bell(x, y, (240, 260), 60.0, 2.5)) == ()  # too low to make a ridge
+    assert humps(heights + np.where(np.abs(x - 240) < 20, 6.0, 0.0)) == ()  # a rib
+    assert humps(heights + np.where(x > 240, 6.0, 0.0)) == ()  # a step
+    spike = heights.copy()
+    spike[120:122, 120:122] += 8.0
+    assert humps(spike) == ()  # a flaw of the scan
+    hidden = np.hypot(x - 240, y - 260) > 45
+    assert humps(heights + bell(x, y, (240, 260), 40.0, 7.0), seen=hidden) == ()
+
+
+def test_only_what_lies_under_the_ply_counts():
+    x, y, heights = surface()
+    heights = heights + bell(x, y, (240, 260), 40.0, 7.0)
+    beside = np.array([[300.0, 50.0], [450.0, 50.0], [450.0, 450.0], [300.0, 450.0]])
+    assert humps(heights, beside) == ()
+    assert len(humps(heights, beside - [200.0, 0.0])) == 1
+
+
+def test_the_direction_of_the_fibres_counts():
+    x, y, heights = surface()
+    heights = heights + bell(x, y, (240, 250), 30.0, 5.6, along=2.0)
+    across, along = (humps(heights, angles=(angle, angle + 5.0)) for angle in (90.0, 0.0))
+    assert len(across) == 1
+    assert not along
+
+
+def test_a_reference_with_pockets_is_named_in_the_report_and_on_the_map(tmp_path):
+    layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    up = layup.mold_from_scanner[2, :3] * 0.3  # one more ply: every point a thickness higher
+    again = debulk.scenes.layup(seed=0, pixels=(640, 480), repeat=1).scan + up.astype(np.float32)
+    report = debulk.inspect(again, layup.scan, None, layup.ply_outline, (0, 90), layup.mold_from_scanner)
+    named = [one for one in report.findings if one.check == "reference_humps"]
+    assert len(named) >= 5
+    assert all(one.at_best is None and one.measured > one.limit for one in named)
+    largest = max(layup.truth.pockets, key=lambda one: one.straight_excess_mm)
+    assert np.hypot(*np.subtract(named[0].place_mm, largest.bell.centre_mm)) < 25
+    marked = [one for one in report.left_out if "of the reference" in one.what and one.place_mm]
+    assert [one.place_mm for one in marked] == [one.place_mm for one in named]
+    report.save(tmp_path / "report.html")
+    html = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert html.count("a hump of") >= len(named)
+    own = debulk.inspect(layup.scan, layup.reference, None, layup.ply_outline, (0, 90), layup.mold_from_scanner)
+    assert not any(one.check == "reference_humps" for one in own.findings)

@@ -1,0 +1,101 @@
+"""A stack lays a ply only on one that passed after debulking, and its page shows what each ply lies on."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import debulk
+from debulk import InputError, Recipe, Stack, Verdict
+from debulk.page.stack import Layup, references
+from debulk.report import Report
+from debulk.results.trace import ArrayTrace, Trace
+from html_reader import read
+
+pytestmark = pytest.mark.layup
+RECIPE = Recipe(solve={"when": "needed"})
+
+
+@pytest.fixture(scope="module")
+def virtual():
+    return debulk.scenes.layup(seed=0, pixels=(640, 480))
+
+
+def raised(cloud, layup, height_mm, seed):
+    """Return a cloud with every point on the ply higher, and with noise of its own."""
+    pose = layup.mold_from_scanner
+    noise = np.random.default_rng(seed).normal(0, 0.03, cloud.shape[:2])
+    on = debulk.pocket.inside(layup.ply_outline, (cloud @ pose[:3, :3].T + pose[:3, 3])[..., :2].reshape(-1, 2))
+    return (cloud + (height_mm * on.reshape(noise.shape) + noise)[..., None] * pose[2, :3]).astype(np.float32)
+
+
+def text_of(path):
+    return " ".join(" ".join(read(path.read_text(encoding="utf-8")).text).split())
+
+
+def test_a_stack_carries_the_reference_from_ply_to_ply(virtual, tmp_path):
+    stack = Stack(RECIPE, virtual.reference, part="A-17", mold_from_scanner=virtual.mold_from_scanner)
+    with pytest.raises(InputError, match="expected a ply to be laid first"):
+        stack.inspect(virtual.scan)
+    with pytest.raises(InputError, match="no ply of this stack was inspected"):
+        stack.save(tmp_path / "stack.html")
+    stack.lay(virtual.ply_outline)
+    with pytest.raises(InputError, match="expected an inspection of ply 1 first"):
+        stack.debulked(virtual.reference)
+    with pytest.raises(InputError, match="cannot be laid: ply 1 was not inspected"):
+        stack.lay(virtual.ply_outline)
+    first = stack.inspect(virtual.scan)
+    assert first.trace.context == {"part": "A-17", "ply": 1, "reference": "the bare mold"}
+
+    creased = stack.debulked(virtual.debulked().scan)
+    assert any(one.measured is Verdict.CREASE for one in creased.pockets)
+    with pytest.raises(InputError, match="cannot be laid: ply 1 did not pass after debulking: pocket"):
+        stack.lay(virtual.ply_outline)
+    stack.save(tmp_path / "stack.html")
+    assert "after debulking did not pass: pocket" in text_of(tmp_path / "stack.html")
+
+    flat = raised(virtual.reference, virtual, 0.25, seed=1)
+    assert all(one.measured is Verdict.CEASE for one in stack.debulked(flat).pockets)
+    inspector = stack.lay(virtual.ply_outline)
+    flat[:] = np.nan  # the stack keeps its own copy
+    second = stack.inspect(raised(virtual.scan, virtual, 0.25, seed=2), context={"operator": "N. N."})
+    assert second.trace.context["reference"] == "ply 1 after debulking, which passed"
+    assert second.trace.context["operator"] == "N. N."
+    assert second.trace.reference.sha256 == inspector.prepared.cloud.sha256 != first.trace.reference.sha256
+    assert abs(second.level.laid_mm - 0.3) < 0.05
+    stack.save(tmp_path / "stack.html")
+    text = text_of(tmp_path / "stack.html")
+    assert "reference ply 1 after debulking, which passed" in text
+    assert "after debulking passed: every pocket ceased" in text
+    assert "wrong reference" not in text
+
+
+def test_a_ply_that_is_scanned_again_must_be_compared_again(virtual):
+    stack = Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner)
+    stack.lay(virtual.ply_outline)
+    stack.inspect(virtual.scan)
+    stack.debulked(raised(virtual.reference, virtual, 0.25, seed=1))
+    assert stack.plies[-1].passed
+    stack.inspect(virtual.scan)
+    assert stack.plies[-1].open_reason == "ply 1 was not scanned after debulking"
+
+
+def ply(number, reference, scan=None):
+    trace = Trace(
+        time_utc="2026-03-01T12:00:00.000Z",
+        reference=ArrayTrace(shape=(9, 3), sha256=reference),
+        scan=None if scan is None else ArrayTrace(shape=(9, 3), sha256=scan),
+        context={"ply": number},
+    )
+    return Layup(Report(verdict=Verdict.CEASE, reason="", pockets=(), trace=trace), f"{number}.json")
+
+
+def test_a_wrong_reference_shows_by_its_fingerprint():
+    assert references([ply(1, "mold", "a"), ply(2, "b", "c"), ply(3, "d", "e")]) == ["", "", ""]
+    assert references([ply(1, "mold", "a"), ply(1, "mold", "a2")]) == ["", ""]  # the same ply, scanned twice
+    _, second = references([ply(1, "mold", "a"), ply(2, "mold", "c")])
+    assert second == "it is that of ply 1, too: the ply between them is not in it"
+    _, second = references([ply(1, "mold", "a"), ply(2, "a", "c")])
+    assert second == "it is the scan of ply 1 before debulking, whose pockets it hides"
+    bare = dataclasses.replace(ply(1, "mold").report, trace=None)
+    assert references([Layup(bare, "old.json")]) == [""]
