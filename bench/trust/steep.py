@@ -175,7 +175,7 @@ def _cast(surface: Surface, rays: Floats, aside_mm: float, rng: np.random.Genera
 
 def inspected(given: Scene, thickness_mm: float) -> debulk.Report:
     """Inspect a scene with the right recipe."""
-    recipe = debulk.Recipe(material={"thickness_mm": thickness_mm}, verdict={"max_rms_mm": max(0.3, thickness_mm)})
+    recipe = debulk.Recipe(material={"thickness_mm": thickness_mm})
     return debulk.inspect(given.scan, given.reference, recipe, given.outline, mold_from_scanner=given.mold_from_scanner)
 
 

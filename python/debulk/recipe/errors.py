@@ -167,9 +167,6 @@ def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> l
             wrong.append(Wrong(cut, f"expected at most {most:.3g} ({why}, {thickness}), got {got}"))
     if usable("patch.mold_tol_mm", cut):
         check(cut, "patch.mold_tol_mm", values["patch"]["mold_tol_mm"], "the ply touches the mold up to here")
-    if usable(thickness, "level.tol_mm"):
-        tol = values["level"]["tol_mm"]
-        check(thickness, "level.tol_mm", tol, "an empty mold must not pass for a ply")
     if usable(thickness, bulk):
         flat = values["material"]["thickness_mm"] / values["material"]["bulk_factor"]
         for name in ("verdict.max_rms_mm", "verdict.max_ridge_mm"):

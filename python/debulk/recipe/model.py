@@ -5,6 +5,7 @@ Import this module only where it is needed, not with the package: importing pyda
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Mapping
 from os import PathLike
@@ -35,6 +36,12 @@ __all__ = ["Recipe"]
 
 Table = Mapping[str, Any]
 _MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is something else
+
+
+def _max_rms_mm(thickness_mm: Any) -> float:
+    """Return the limit of the RMS unless the recipe sets one: the paper's, or a thicker ply's nominal thickness."""
+    papers = float(VerdictLimits.model_fields["max_rms_mm"].default)
+    return max(papers, thickness_mm) if isinstance(thickness_mm, float) and thickness_mm < math.inf else papers
 
 
 class Recipe(Section):
@@ -93,6 +100,9 @@ class Recipe(Section):
             """Check all values, each one alone and against the others."""
             try:
                 super(Section, self).__init__(**values)
+                # Not among the fields that are set, so that a copy with another thickness gets its own limit.
+                if "max_rms_mm" not in self.verdict.model_fields_set:
+                    self.verdict.__dict__["max_rms_mm"] = _max_rms_mm(self.material.thickness_mm)
                 wrong = impossible(self.model_dump(), set())
             except ValidationError as error:
                 wrong = wrong_values(type(self), error)
@@ -110,6 +120,8 @@ class Recipe(Section):
             if section in merged:
                 table = given.model_dump() if isinstance(given, BaseModel) else given
                 merged[section] |= {str(k): v for k, v in table.items()} if isinstance(table, Mapping) else {}
+        if not isinstance(values.get("verdict"), Mapping) or "max_rms_mm" not in values["verdict"]:
+            merged["verdict"]["max_rms_mm"] = _max_rms_mm(merged["material"]["thickness_mm"])
         return impossible(merged, {entry.name for entry in wrong})
 
     def __repr__(self) -> str:

@@ -23,6 +23,7 @@ __all__ = [
     "flag_mm",
     "front_end",
     "lay_pocket",
+    "level_tol_mm",
     "minimise",
     "outliers",
     "ply",
@@ -33,6 +34,7 @@ __all__ = [
     "unseen",
 ]
 
+_LEVEL_SHARE = 1 / 3  # of the thickness: the mean of a scan without the ply and one with it lies half of it too low
 _SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is
 _APART_MM, _NEAREST_MM = 2.0, 0.5  # between two fibre lines: usually, and at least
 _ACROSS = 0.1  # of a bump's width: at least ten lines cross the smallest bump that counts as a pocket
@@ -89,6 +91,11 @@ def feet(recipe: Recipe) -> _core.pocket.FootOptions:
     options.mold_tol_mm = recipe.patch.mold_tol_mm
     options.smooth_mm = recipe.patch.smooth_mm
     return options
+
+
+def level_tol_mm(recipe: Recipe) -> float:
+    """Return how far, mm, the ply may lie off its thickness: `level.tol_mm`, but at most a third of the thickness."""
+    return min(recipe.level.tol_mm, _LEVEL_SHARE * recipe.material.thickness_mm)
 
 
 def counts_from_mm(recipe: Recipe) -> float:

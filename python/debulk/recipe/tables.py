@@ -129,7 +129,12 @@ class Clean(Section):
 class Level(Section):
     """How near to its thickness above the reference the ply must lie between the pockets."""
 
-    tol_mm: float = Field(default=0.1, gt=0, le=10, description="farther off its thickness than this, it lies wrong")
+    tol_mm: float = Field(
+        default=0.1,
+        gt=0,
+        le=10,
+        description="farther off its thickness than this, or than a third of the thickness, it lies wrong",
+    )
     largest_share: float = Field(
         default=0.05, ge=0, le=0.5, description="share of the ply between the pockets that may lie wrong"
     )
@@ -259,7 +264,7 @@ class VerdictLimits(Section):
         default=_CRITERIA.max_rms_mm,
         gt=0,
         le=_LARGEST_MM,
-        description="largest RMS of the debulked gaps inside the outline",
+        description="largest RMS of the debulked gaps inside the outline; unset: 0.3, or a thicker ply's thickness",
     )
     max_ridge_mm: float = Field(
         default=_CRITERIA.max_ridge_height_mm,

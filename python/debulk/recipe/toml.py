@@ -21,7 +21,9 @@ def toml(recipe: Recipe) -> str:
         lines += ["", f"# {(type(section).__doc__ or '').strip()}", f"[{section_name}]"]
         for name, field in type(section).model_fields.items():
             value = getattr(section, name)
-            setting = f"# {name} = ..." if value is None else f"{name} = {_literal(value)}"
+            setting = f"{name} = {'...' if value is None else _literal(value)}"
+            follows = name == "max_rms_mm" and name not in section.model_fields_set  # from the thickness, as it is
+            setting = f"# {setting}" if value is None or follows else setting
             comment = textwrap.wrap(field.description or "", _WIDTH - _COMMENT_COLUMN - 2) or [""]
             lines.append(f"{setting:<{_COMMENT_COLUMN}}# {comment[0]}".rstrip())
             lines += [f"{'':<{_COMMENT_COLUMN}}# {rest}" for rest in comment[1:]]

@@ -12,7 +12,7 @@ from debulk import Verdict, surface
 
 def inspected(radius_mm, slope_deg, thickness_mm, lift_mm=0.0):
     scan, reference, outline = spar.clouds(radius_mm, slope_deg, thickness_mm, lift_mm)
-    recipe = debulk.Recipe(material={"thickness_mm": thickness_mm}, verdict={"max_rms_mm": max(0.3, thickness_mm)})
+    recipe = debulk.Recipe(material={"thickness_mm": thickness_mm})
     return debulk.inspect(scan, reference, recipe, outline)
 
 

@@ -158,6 +158,19 @@ def test_what_cannot_be_is_refused(values, name):
     assert name in error_of(Recipe, **values)
 
 
+def test_the_limit_of_the_rms_follows_a_thicker_ply_unless_it_is_set():
+    """The paper's limit is the nominal thickness, and a thick ply without any wrinkle has more than 0.3 mm."""
+    thick = Recipe(material={"thickness_mm": 0.6})
+    assert (thick.verdict.max_rms_mm, Recipe(material={"thickness_mm": 0.13}).verdict.max_rms_mm) == (0.6, 0.3)
+    assert Recipe(material={"thickness_mm": 0.6}, verdict={"max_rms_mm": 0.55}).verdict.max_rms_mm == 0.55
+    again = thick.model_copy(update={"material": {"thickness_mm": 0.3}})
+    assert again == Recipe()
+    assert Recipe(material={"thickness_mm": 0.45}, verdict=thick.verdict).verdict.max_rms_mm == 0.45
+    assert thick.verdict.max_rms_mm == 0.6
+    assert Recipe(**tomllib.loads(thick.to_toml())) == thick
+    assert error_of(Recipe, material={"thickness_mm": 0.6}, net={"node_target": 9}).startswith("net.node_target")
+
+
 def test_sections_alone_are_checked_too():
     assert error_of(Material, thickness_mm=0) == "thickness_mm: expected a number greater than 0, got 0"
     assert Recipe(material=Material(thickness_mm=0.2)).material.thickness_mm == 0.2

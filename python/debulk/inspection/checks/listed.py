@@ -100,7 +100,7 @@ CHECKS = (
         "The ply does not lie one thickness above the reference",
         "squares of the ply between the pockets: their median height, their share too high or too low, and the rigid "
         "motion, bend or step that explains it",
-        "`level.tol_mm` for the median; `level.largest_share` of the squares",
+        "`level.tol_mm`, at most a third of the thickness, for the median; `level.largest_share` of the squares",
         "what the reason names: check pose, thickness and reference; whether scanner or mold moved; whether scan and "
         "reference are swapped; whether backing paper was left on; lay down a ply that stands loose",
         (INVALID,),
@@ -211,7 +211,7 @@ CHECKS = (
         "plateaus",
         "A flat place with a sharp edge",
         "places that lie off their level by more than half a thickness, flat, and go up or down within a few cells",
-        "`level.tol_mm`, and the area of the smallest pocket",
+        "0.55 thicknesses, and the area of the smallest pocket",
         "missing ply (INVALID): lay it anew, or give the outline that it has; double ply, or something on or below it "
         "(UNDECIDED): look at it, put it right, and scan again",
         (INVALID, UNDECIDED),

@@ -9,6 +9,7 @@ import numpy as np
 from debulk.inspection.evidence.edge_check import EdgeFit
 from debulk.inspection.place.level import Deviation
 from debulk.inspection.place.level_step import Step, step_of
+from debulk.recipe import options
 from debulk.results.level import Level
 
 if TYPE_CHECKING:
@@ -62,11 +63,11 @@ def level_reason(
     loose_share
         Share of the ply between the pockets that may stand up because it is a loose border or low bumps.
     """
-    tol, share = recipe.level.tol_mm, recipe.level.largest_share
+    tol, share = options.level_tol_mm(recipe), recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:
         return (
             "the level of the ply cannot be determined: its median height between the pockets is uncertain by "
-            f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:g} mm; scan again, with less noise, "
+            f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:.2g} mm; scan again, with less noise, "
             "and check whether the reference is of this mold"
         )
     median, wrong = level.laid_mm - level.thickness_mm, level.low_share + level.high_share
@@ -131,14 +132,15 @@ def _step(step: Step) -> tuple[str, str]:
 
 def _uneven(level: Level, found: Deviation, recipe: Recipe) -> tuple[str, str]:
     """Name a deviation that no simple motion explains, and a remedy."""
+    tol_mm = options.level_tol_mm(recipe)
     worst = int(np.argmax(np.abs(found.residual_mm) - 2 * found.error_mm))
     x, y = found.xy_mm[worst]
     what = (
-        f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {recipe.level.tol_mm:g} mm too "
+        f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {tol_mm:.2g} mm too "
         f"low and {100 * level.high_share:.0f} % too high, worst by {found.residual_mm[worst]:+.2f} mm at "
         f"({x:.0f}, {y:.0f}) mm"
     )
     raised = level.low_share <= recipe.level.largest_share
-    if raised and abs(level.laid_mm - level.thickness_mm) <= recipe.level.tol_mm:
+    if raised and abs(level.laid_mm - level.thickness_mm) <= tol_mm:
         return what, "a ply that stands off the mold so widely cannot be judged; lay it down and scan again"
     return what, "check whether the reference is of this mold and of the plies below, and whether scanner or mold moved"

@@ -28,6 +28,7 @@ from debulk.inspection.place.steep import too_steep
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference import frame
 from debulk.inspection.reference.resolution import coarse_reason
+from debulk.recipe import options
 from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
@@ -102,6 +103,7 @@ class Placing:
         self._setup, self._recipe, self._wide_mm = setup, setup.recipe, width_of(prepared.seen)
         self._thickness_mm = setup.recipe.material.thickness_mm
         self._least_mm = self._thickness_mm if least_mm is None else least_mm
+        self._tol_mm = options.level_tol_mm(setup.recipe)
         corners = _core.surface.extent(prepared.reference)
         low, high = corners.min(axis=0), corners.max(axis=0)
         frame.check_tilt(prepared.reference, low, high, ply_outline)
@@ -146,7 +148,7 @@ class Placing:
             return Placed(None, self._steep)
         blocks = self._blocks(sample, on, ())
         off = departure(blocks, self._thickness_mm, self._least_mm)
-        if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._recipe.level.tol_mm) <= _PLY_SHARE:
+        if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._tol_mm) <= _PLY_SHARE:
             return None
         placed = self._judge(sample, ())
         return placed if placed.finding else None
@@ -222,14 +224,14 @@ class Placing:
         on = self.zones.inside(sample)
         off = departure(self._blocks(sample, on, ()), self._thickness_mm, self._least_mm)
         median = float(np.median(off)) if len(off) >= _LEAST_BLOCKS else 0.0
-        return median if _WORTH * self._recipe.level.tol_mm < abs(median) <= most else 0.0
+        return median if _WORTH * self._tol_mm < abs(median) <= most else 0.0
 
     def _blocks(self, sample: Sample, on: NDArray[np.bool_], outlines: Sequence[Floats]) -> Blocks:
         """Return the squares of the ply outside the outlines, without the bare mold if the ply's outline is unknown."""
         used = on & off_pockets(sample.points_mm, outlines)
         if self.outline is None:
             above_mm = sample.height_mm - self._setup.prepared.bare_mm(sample.points_mm[:, :2])
-            bare = np.abs(above_mm) <= self._recipe.level.tol_mm
+            bare = np.abs(above_mm) <= self._tol_mm
             if np.count_nonzero(bare & used) < _BARE_SHARE * np.count_nonzero(used):
                 used &= ~bare
         return self.zones.blocks(sample, on, used)
@@ -248,7 +250,7 @@ class Placing:
             reason = few_squares_reason(zones, sample, on, least=_LEAST_BLOCKS, share=share, outlined=outlined)
             return Placed(None, Finding("level", Verdict.INVALID, reason))
         found = deviation(blocks, thickness, self._least_mm)
-        level = level_of(found, blocks, thickness, recipe.level.tol_mm, sample.removed_mm)
+        level = level_of(found, blocks, thickness, self._tol_mm, sample.removed_mm)
         loose = self._loose_share(found, blocks, bumps)
         doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
         swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0
@@ -258,7 +260,7 @@ class Placing:
         if not doubt:
             return Placed(replace(level, loose_share=loose) if needed else level)
         off_mm = level.laid_mm - level.thickness_mm
-        return Placed(level, Finding("level", Verdict.INVALID, doubt, off_mm, recipe.level.tol_mm, "mm"))
+        return Placed(level, Finding("level", Verdict.INVALID, doubt, off_mm, self._tol_mm, "mm"))
 
     def _loose_share(self, found: Deviation, blocks: Blocks, bumps: Sequence[tuple[Floats, float]]) -> float:
         """Return the share of the squares that stand up in one piece with the ply's edge or with a bump.
@@ -267,7 +269,7 @@ class Placing:
         low, or a fit that is not level. An area of more than a fifth of the ply that stands up is neither a loose
         border nor a bump.
         """
-        tol = self._recipe.level.tol_mm
+        tol = self._tol_mm
         off = found.off(tol)
         if np.mean(off < 0) > _LOW_SHARE:
             return 0.0

@@ -114,7 +114,7 @@ def find(
         The surface below the ply. Where this surface itself has a step, a ply that runs on smoothly is no plateau; nor
         is a ply in a groove that the fitted surface fills in, or on a rib that it cuts off.
     recipe
-        The sections level, material and segmentation are used.
+        The sections material and segmentation are used.
     stop
         Checked between one place and the next.
     outlined
@@ -124,10 +124,9 @@ def find(
     every = max(1, int(_CELL_MM / heights.spacing_mm))
     heights = Grid(heights.values[::every, ::every], heights.origin_mm, every * heights.spacing_mm)
     thickness, cell = recipe.material.thickness_mm, float(heights.spacing_mm)
-    least = max(_OFF * thickness, recipe.level.tol_mm)
     on = zones.cells(heights) & np.isfinite(heights.values)
     rise = cv2.medianBlur(np.where(on, heights.values - np.float32(thickness), np.float32(0)), 3)
-    off = np.abs(rise) > least
+    off = np.abs(rise) > _OFF * thickness
     least_mm2 = min(recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
     if np.count_nonzero(off) * cell**2 < least_mm2:
         return ()

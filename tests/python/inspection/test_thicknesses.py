@@ -1,0 +1,39 @@
+"""Thin and thick plies: what means the ply goes by its thickness."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import debulk
+import spar
+from debulk import Verdict
+from debulk.recipe import options
+
+
+def inspected(scan, reference, outline, thickness_mm):
+    return debulk.inspect(scan, reference, debulk.Recipe(material={"thickness_mm": thickness_mm}), outline)
+
+
+@pytest.mark.parametrize("thickness_mm", [0.13, 0.2, 0.6])
+def test_a_ply_that_lies_ceases_with_nothing_but_its_thickness_in_the_recipe(thickness_mm):
+    report = inspected(*spar.clouds(80.0, 20.0, thickness_mm), thickness_mm)
+    assert report.verdict is Verdict.CEASE, report.reason
+
+
+@pytest.mark.parametrize("thickness_mm", [0.13, 0.18, 0.2])
+def test_the_mean_of_a_scan_without_the_ply_and_one_with_it_is_invalid(thickness_mm):
+    """As a temporal filter makes it, or a buffer that was not cleared: all heights are halved."""
+    scan, reference, outline = spar.clouds(20.0, 45.0, thickness_mm, lift_mm=1.9)
+    assert spar.true_ridge_mm(20.0, 45.0, 1.9, thickness_mm) > 0.9
+    before = spar.clouds(20.0, 45.0, thickness_mm, seed=1)[1]
+    mean = (0.5 * (scan.astype(np.float64) + before)).astype(np.float32)
+    report = inspected(mean, reference, outline, thickness_mm)
+    assert report.verdict is Verdict.INVALID, report.reason
+    assert report.findings[0].check == "level"
+
+
+def test_the_level_is_never_looser_than_a_third_of_the_thickness():
+    of = [debulk.Recipe(material={"thickness_mm": t}, level={"tol_mm": 0.2}) for t in (0.15, 0.6)]
+    assert [options.level_tol_mm(recipe) for recipe in of] == pytest.approx([0.05, 0.2])
+    assert options.level_tol_mm(debulk.Recipe()) == 0.1
