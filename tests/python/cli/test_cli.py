@@ -76,7 +76,11 @@ def test_inspect_hands_everything_on(cell):
     assert "INVALID: pocket 6" in result.stdout and "written: c.csv" in result.stdout
     assert result.stderr == ""
     assert (cell / "a.html").read_text(encoding="utf-8").startswith("<!doctype html>")
-    assert Report.load(cell / "b.json").source == {"scan": "scan <1>.pcd", "reference": "ref.pcd"}
+    assert Report.load(cell / "b.json").source == {
+        "scan": "scan <1>.pcd",
+        "reference": "ref.pcd",
+        "recipe": "cell.toml",
+    }
 
 
 def test_what_a_file_holds_beside_its_points_is_in_the_report(cell):

@@ -18,6 +18,7 @@ def layup():
     return debulk.scenes.layup(seed=0, pixels=(640, 480))
 
 
+@pytest.mark.layup
 def test_reports_and_comparisons_are_in_the_history(layup, tmp_path):
     path = tmp_path / "cell.sqlite"
     pose = layup.mold_from_scanner
@@ -42,6 +43,7 @@ def test_reports_and_comparisons_are_in_the_history(layup, tmp_path):
         debulk.Inspector(None, layup.reference, history=3)
 
 
+@pytest.mark.layup
 def test_the_command_line_stores_what_it_saves(layup, tmp_path):
     files.save_cloud(tmp_path / "scan.pcd", layup.scan)
     files.save_cloud(tmp_path / "ref.pcd", layup.reference)

@@ -55,6 +55,7 @@ def test_what_is_no_such_file_is_named(tmp_path, text):
     assert path.read_text() == text
 
 
+@pytest.mark.layup
 def test_an_inspector_asks_for_it(tmp_path):
     (tmp_path / "cell.toml").write_text("[verdict]\nmax_rms_mm = 5.0\nmax_ridge_mm = 9.0\n")
     words = ["approve", tmp_path / "cell.toml", "--in", tmp_path / "approved.toml", "--by", "A. Owner"]

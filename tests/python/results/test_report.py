@@ -10,6 +10,7 @@ import pytest
 
 from debulk import Grid, InputError
 from debulk.report import Report
+from debulk.results.codec import SCHEMA
 from debulk.results.deciding import worst_first
 from debulk.results.number import number
 from debulk.results.report import PocketNet, PocketReport, SolveReport
@@ -69,7 +70,7 @@ def test_json_is_plain_json(report, tmp_path):
         raise AssertionError(name)
 
     tree = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"), parse_constant=refuse)
-    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", 11, "invalid")
+    assert (tree["format"], tree["schema"], tree["verdict"]) == ("debulk report", SCHEMA, "invalid")
     assert tree["pockets"][3]["solve"]["curvature"] == "NaN"
     assert len(tree["pockets"][0]["net"]["nodes_mm"][0]) == 3
 
@@ -115,10 +116,10 @@ def test_saving_is_deterministic(report, tmp_path):
 @pytest.mark.parametrize(
     ("mend", "part"),
     [
-        (lambda t: t.update(schema=12), "schema: expected 1 to 11, got 12; install a newer debulk"),
-        (lambda t: t.update(schema=0), "schema: expected 1 to 11, got 0"),
-        (lambda t: t.update(schema=True), "schema: expected 1 to 11, got true"),
-        (lambda t: t.pop("schema"), "schema: expected 1 to 11, got null"),
+        (lambda t: t.update(schema=SCHEMA + 1), f"got {SCHEMA + 1}; install a newer debulk"),
+        (lambda t: t.update(schema=0), f"schema: expected 1 to {SCHEMA}, got 0"),
+        (lambda t: t.update(schema=True), f"schema: expected 1 to {SCHEMA}, got true"),
+        (lambda t: t.pop("schema"), f"schema: expected 1 to {SCHEMA}, got null"),
         (lambda t: t.update(format="other"), "not a report"),
         (lambda t: t.pop("reason"), "reason: is missing"),
         (lambda t: t.update(extra=1), "extra: not a value"),
