@@ -17,8 +17,9 @@ HAS_OPEN3D = importlib.util.find_spec("open3d") is not None
 
 def test_all_pockets(report):
     made = shapes(report, magnify=10.0)
-    values = report.height_map.values
-    edges = sum(len(p.outline_mm) + (0 if p.net is None else 2 * len(p.net.edges)) for p in report.pockets)
+    edges = sum(len(p.outline_mm) + (0 if p.net is None else len(p.net.edges)) for p in report.pockets)
+    strong = [p for p in report.pockets if p.deciding_ridge and p.deciding_ridge.most_mm > 0.6]
+    edges += sum(len(line) - 1 for p in strong for one in p.ridges for line in one.lines_mm)
     assert made.lines.segments.shape == (edges, 2)
     assert made.lines.rgb.shape == (edges, 3)
     assert made.lines.segments.min() == 0
@@ -28,8 +29,55 @@ def test_all_pockets(report):
     )
     assert len(made.points) == len(made.point_rgb) <= 400_000
     assert 0 <= made.point_rgb.min() <= made.point_rgb.max() <= 1
-    # Where a net is drawn the map is not, and only there: pocket 6 has none.
-    assert made.points[:, 2].max() == pytest.approx(10 * np.nanmax(values[340:400, 360:400]), rel=0.05)
+
+
+def test_there_is_ply_wherever_the_scan_saw_some_and_no_spike_of_the_coarse_net(report):
+    """Inside the nets the ply after debulking is drawn, outside them the map, and nowhere a hole."""
+    known = report.pockets[1]
+    top = int(np.argmax(known.initial_gap_mm))
+    spike, ridge = np.zeros_like(known.debulked_gap_mm), np.full_like(known.post_processed_gap_mm, 0.25)
+    spike[top], ridge[top] = 5.0, 1.1
+    p = dataclasses.replace(known, debulked_gap_mm=spike, post_processed_gap_mm=ridge)
+    pockets = (report.pockets[0], p, *report.pockets[2:])
+    made = shapes(dataclasses.replace(report, pockets=pockets), pocket=2, magnify=1.0)
+    inside = made.points[np.hypot(*(made.points[:, :2] - p.centroid_mm).T) < 40]
+    cells = {tuple(cell) for cell in np.floor(inside[:, :2] / 4).astype(int).tolist()}
+    x, y = np.floor(np.array(p.centroid_mm) / 4).astype(int)
+    assert all((x + i, y + j) in cells for i in range(-6, 7) for j in range(-6, 7))
+    assert 1.0 < inside[:, 2].max() <= 1.1 + 1e-9
+    blue, orange = inside[:, 2] < 0.59, inside[:, 2] > 0.61
+    rgb = made.point_rgb[np.hypot(*(made.points[:, :2] - p.centroid_mm).T) < 40]
+    assert (rgb[blue, 2] > rgb[blue, 0]).all() and (rgb[orange, 0] > rgb[orange, 2]).all()
+
+
+def test_the_map_is_not_one_flat_colour_and_a_legend_names_all(report):
+    made = shapes(report)
+    assert len(np.unique(made.point_rgb.round(3), axis=0)) > 60
+    words = [text for _, text in made.legend]
+    for told in (
+        "CREASE",
+        "before debulking",
+        "below the limit of 0.6 mm",
+        "above the limit",
+        "ridge",
+        "rest of the ply",
+    ):
+        assert any(told in text for text in words)
+
+
+@pytest.mark.parametrize("pocket", [None, 2, 7])
+def test_everything_fits_into_the_picture(report, pocket):
+    from debulk.view.drawing import _camera
+
+    made = shapes(report, pocket)
+    every = np.concatenate([made.points, made.lines.corners, made.labels.corners])
+    centre, eye = _camera(every, 1.6)
+    ahead = (centre - eye) / np.linalg.norm(centre - eye)
+    right = np.array([1.0, 0.0, 0.0])
+    z = (every - eye) @ ahead
+    across, up = ((every - eye) @ axis / z / np.tan(np.radians(20)) for axis in (right, np.cross(right, ahead)))
+    assert np.abs(across).max() <= 1.6 and np.abs(up).max() <= 1.0
+    assert max(np.abs(across).max() / 1.6, np.abs(up).max()) > 0.85  # and fills it
 
 
 def test_the_magnification_that_is_chosen_fits_the_picture(report):
@@ -73,7 +121,8 @@ def test_every_pocket_has_its_number_above_it_and_the_scales_are_true(report):
         strokes = sum({"1": 2, "7": 3, "4": 4, "0": 6, "6": 6, "8": 7}.get(digit, 5) for digit in str(pocket.id))
         assert near.sum() == strokes + 1  # and the pin
         assert heights[near][:, :, 2].min() == pytest.approx(4.0 * pocket.peak_mm)
-    longest = np.abs(heights[:, 1] - heights[:, 0]).max(axis=0)
+    bars = heights[heights[:, :, 2].min(axis=1) == 0]
+    longest = np.abs(bars[:, 1] - bars[:, 0]).max(axis=0)
     assert longest[0] == 200.0 and longest[2] / 4.0 == pytest.approx(10.0)  # the ply is 1140 mm long, a pocket 15 high
 
 

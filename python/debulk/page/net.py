@@ -104,7 +104,7 @@ def net_views(pocket: PocketReport, limit_mm: float, section: list[int] | None =
     raised = [np.column_stack([s[:, :2], lift * s[:, 2]]) for s, lift in zip(solids, lifts, strict=True)]
     frame = _frame(raised, radius, exaggeration)
     scales = [(2 * limit_mm, ridge_colours(COLOURS)) if t in after else (top, colours(COLOURS)) for t, _, _ in states]
-    shape = _Shape(_cells(net), net.kinds.tolist(), section or [])
+    shape = _Shape(cells_of(net), net.kinds.tolist(), section or [])
     loose = _loose(net, shape.cells)
     views = [
         View(title, _markup(solid, shape, loose, frame, exaggeration * lift, scale), float(gap.max()), lift)
@@ -166,8 +166,8 @@ def _side(nodes: Floats) -> Floats:
     return np.column_stack([long, [-long[1], long[0]]])
 
 
-def _cells(net: PocketNet) -> NDArray[np.int64]:
-    """(C, 4) corners of the net's complete cells: a node, its e, the n of that node, and its own n."""
+def cells_of(net: PocketNet) -> NDArray[np.int64]:
+    """Return the (C, 4) corners of the net's complete cells: a node, its e, the n of that node, and its own n."""
     count = len(net.nodes_mm)
     node = np.arange(count)
     east, north = net.neighbours[:, 0].astype(np.int64), net.neighbours[:, 2].astype(np.int64)

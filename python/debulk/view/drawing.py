@@ -10,7 +10,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from debulk._core import InputError
 from debulk.arguments import typed
@@ -19,7 +21,11 @@ from debulk.view.shapes import Lines, Shapes, shapes
 
 __all__ = ["view"]
 
+Floats = NDArray[np.float64]
+
 COMMAND = "pip install 'debulk[view]'"
+_FIELD_DEG = 40.0  # of the camera, from top to bottom
+_ROOM = 0.94  # share of the picture that may be used
 _LINE_WIDTHS = {"nets": 2.5, "labels": 3.0}  # pixels
 _PACKAGES = "libegl1 libgl1 libusb-1.0-0 libvulkan1 mesa-vulkan-drivers"
 
@@ -38,8 +44,8 @@ def view(
     Parameters
     ----------
     report
-        The report. Its height map, outlines, and every pocket's net before and after debulking are drawn, above the
-        reference.
+        The report. The ply after debulking with the predicted ridges is drawn, and every pocket's net before debulking
+        over it, above the reference. A picture has a legend.
     picture
         Name of a .png to write without a screen. None opens a window, and returns when it is closed.
     pocket
@@ -119,16 +125,48 @@ def _draw(made: Shapes, path: str, size: tuple[int, int]) -> None:
     renderer.scene.view.set_post_processing(False)  # keeps the chosen colours
     everything = np.concatenate([made.points, made.lines.corners, made.labels.corners])
     low, high = everything.min(axis=0), everything.max(axis=0)
-    centre, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
+    reach = float(np.linalg.norm(high - low))
     for name, geometry in _geometries(open3d, made).items():
         material = rendering.MaterialRecord()
         material.shader = "defaultUnlit" if name == "map" else "unlitLine"
         material.line_width, material.point_size = _LINE_WIDTHS.get(name, 1.0), _point_size(made, reach, size)
         if not geometry.is_empty():
             renderer.scene.add_geometry(name, geometry, material)
-    eye = centre + reach * np.array([0.0, -0.72, 0.72])
-    renderer.setup_camera(40.0, centre.astype(np.float32), eye.astype(np.float32), np.array([0, 0, 1], np.float32))
-    open3d.io.write_image(path, renderer.render_to_image())
+    centre, eye = _camera(everything, size[0] / size[1])
+    renderer.setup_camera(
+        _FIELD_DEG, centre.astype(np.float32), eye.astype(np.float32), np.array([0, 0, 1], np.float32)
+    )
+    drawn = np.ascontiguousarray(np.asarray(renderer.render_to_image())[..., ::-1])
+    _write_legend(drawn, made)
+    if not cv2.imwrite(path, drawn):
+        sys.exit(1)
+
+
+def _camera(points: Floats, aspect: float) -> tuple[Floats, Floats]:
+    """Return where to look at and from where, so that all points just fit into the picture, obliquely from above."""
+    ahead = np.array([0.0, 1.0, -1.0]) / np.sqrt(2.0)
+    up = np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0)
+    right = np.array([1.0, 0.0, 0.0])
+    tall = np.tan(np.radians(_FIELD_DEG / 2)) * _ROOM
+    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    for _ in range(8):
+        x, y, z = ((points - centre) @ axis for axis in (right, up, ahead))
+        away = float(max((np.abs(x) / (tall * aspect) - z).max(), (np.abs(y) / tall - z).max()))
+        u, v = x / (away + z), y / (away + z)
+        centre = centre + 0.5 * away * ((u.max() + u.min()) * right + (v.max() + v.min()) * up)
+    return centre, centre - away * ahead
+
+
+def _write_legend(drawn: NDArray[np.uint8], made: Shapes) -> None:
+    """Write what the colours mean, and by how much heights are magnified, into the upper left corner."""
+    unit = max(drawn.shape[0] / 1000, 0.4)
+    at = 0
+    for (red, green, blue), words in (*made.legend, ((0.0, 0.0, 0.0), f"heights x {made.magnify:g}")):
+        at += round(26 * unit)
+        colour = tuple(round(255 * part) for part in (blue, green, red))
+        cv2.rectangle(drawn, (round(16 * unit), at - round(14 * unit)), (round(40 * unit), at), colour, -1)
+        place, black = (round(50 * unit), at), (20, 20, 20)
+        cv2.putText(drawn, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.6 * unit, black, max(1, round(unit)), cv2.LINE_AA)
 
 
 def _point_size(made: Shapes, reach: float, size: tuple[int, int]) -> float:
