@@ -13,6 +13,7 @@ void bind_surface(pybind11::module_ m);
 void bind_pocket(pybind11::module_ m);
 void bind_fibre(pybind11::module_ m);
 void bind_region(pybind11::module_ m);
+void bind_rawscan(pybind11::module_ m);
 void bind_net(pybind11::module_ m);
 void bind_solve(pybind11::module_ m);
 void bind_sheet(pybind11::module_ m);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <pybind11/stl.h>
@@ -24,6 +26,14 @@ inline CloudView cloud_view(const CloudArray& a, const char* name) {
   require(a.size() / 3 <= std::numeric_limits<int>::max(), name, "at most 2^31 points", a.size() / 3);
   const bool organised = a.ndim() == 3;
   return {a.data(), static_cast<int>(organised ? a.shape(1) : a.shape(0)), organised ? static_cast<int>(a.shape(0)) : 1};
+}
+
+// The mask of an organised cloud, true where a pixel is not to be used.
+inline const std::uint8_t* mask_of(const std::optional<Array<std::uint8_t>>& mask, const CloudView& cloud) {
+  if (!mask) return nullptr;
+  require(mask->ndim() == 2 && mask->shape(0) == cloud.height && mask->shape(1) == cloud.width, "mask", "a mask of the scan's shape",
+          shape_of(*mask));
+  return mask->data();
 }
 
 // Reads a rigid motion, x_mold = T x_scanner.

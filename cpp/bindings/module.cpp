@@ -44,6 +44,7 @@ PYBIND11_MODULE(core, m, py::multiple_interpreters::not_supported()) {
   debulk::bind_pocket(room("pocket"));
   debulk::bind_fibre(room("fibre"));
   debulk::bind_region(room("region"));
+  debulk::bind_rawscan(room("rawscan"));
   debulk::bind_net(room("net"));
   debulk::bind_solve(room("solve"));
   debulk::bind_sheet(room("sheet"));

@@ -17,6 +17,7 @@ LINES = tuple(
         "core solve sheet",
         "core solve section ridge",
         "pocket region",
+        "pocket rawscan",
         "pocket fibre verdict",
         "core files",
     )

@@ -1,10 +1,8 @@
 """Types of the compiled module `debulk._core.cloud`."""
 
-from collections.abc import Sequence
-
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Bytes, _Made, _Singles
+from debulk._core import Stop, _Bound, _Bytes, _Singles
 
 class OutlierOptions(metaclass=_Bound):
     neighbours: int
@@ -12,22 +10,6 @@ class OutlierOptions(metaclass=_Bound):
     least_ratio: float
     def __init__(self) -> None: ...
 
-class QuietLimits(_Made):
-    @property
-    def told(self) -> bool: ...
-    @property
-    def stepped(self) -> bool: ...
-    @property
-    def step_mm(self) -> float: ...
-    @property
-    def scatter_mm(self) -> float: ...
-
-square_side: int
-
-def quiet_limits(
-    scan: ArrayLike, step: int, squares: ArrayLike, axes: ArrayLike, threads: int, stop: Stop
-) -> list[QuietLimits]: ...
-def quiet_squares(scan: ArrayLike, step: int, limits: Sequence[QuietLimits], threads: int, stop: Stop) -> _Bytes: ...
 def bounds(points: ArrayLike, threads: int) -> tuple[int, list[float], list[float]]: ...
 def transform(points: ArrayLike, matrix: ArrayLike, threads: int, stop: Stop) -> _Singles: ...
 def fit_pinhole(points: ArrayLike, /) -> tuple[float, float, float] | None: ...

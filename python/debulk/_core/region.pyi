@@ -3,8 +3,8 @@
 from numpy.typing import ArrayLike
 
 from debulk._core import Stop, _Bound, _Floats, _Singles
-from debulk._core.pocket import Foot, FootMap, FootOptions, Segmentation, SegmentOptions, Unseen, UnseenOptions
-from debulk._core.surface import FrontEndOptions, Reference, Surface
+from debulk._core.pocket import FootMap, FootOptions, Segmentation, SegmentOptions, Unseen, UnseenOptions
+from debulk._core.surface import FrontEndOptions, Reference
 
 class RegionOptions(metaclass=_Bound):
     front: FrontEndOptions
@@ -48,33 +48,3 @@ class RegionFront(metaclass=_Bound):
     def times(self) -> tuple[float, float, float, float, float, float]: ...
     @property
     def windows(self) -> list[tuple[int, int, int, int]]: ...
-
-class WrinkleOptions(metaclass=_Bound):
-    widest_mm: float
-    links: int
-    most: int
-    def __init__(self) -> None: ...
-
-class NarrowBumpOptions(metaclass=_Bound):
-    most: int
-    def __init__(self) -> None: ...
-
-class WrinkleFinder(metaclass=_Bound):
-    def __init__(
-        self,
-        reference: Reference,
-        seen: tuple[ArrayLike, ArrayLike, float],
-        mold_from_scanner: ArrayLike,
-        ply_outline: ArrayLike,
-        threads: int,
-    ) -> None: ...
-    def find(
-        self, scan: ArrayLike, mask: ArrayLike | None, pitch_mm: float, options: WrinkleOptions, stop: Stop
-    ) -> tuple[list[tuple[_Floats, float, float]], bool]: ...
-    def find_bumps(
-        self, scan: ArrayLike, mask: ArrayLike | None, pitch_mm: float, options: NarrowBumpOptions, stop: Stop
-    ) -> tuple[list[list[float]], bool]: ...
-
-def riders(
-    points: ArrayLike, pitch_mm: float, feet: FootMap, foot: Foot, reference: Surface, stop: Stop
-) -> list[list[float]]: ...

@@ -19,7 +19,7 @@ Whole = NDArray[np.int64]
 Cloud = NDArray[np.float32]
 OnPly = Callable[[Cloud], Bools]
 
-SIDE = _core.cloud.square_side  # pixels along the side of a square
+SIDE = _core.rawscan.square_side  # pixels along the side of a square
 _ACROSS = 3.0  # squares that begin within the width of the smallest patch that is looked for
 _FOR_LIMITS = 1000  # squares, spread over the image, from which the scan's noise is read
 _LEVEL = 0.01  # component of the mold's z in the scanner's XY: if smaller, depths along both z axes differ alike
@@ -105,8 +105,8 @@ def quiet_squares(
     if not len(some):
         return Quiet(np.zeros(shape, dtype=np.bool_))
     axes = [(0.0, 0.0, 1.0), tuple(up)] if np.hypot(*up[:2]) > _LEVEL else [(0.0, 0.0, 1.0)]
-    limits = _core.cloud.quiet_limits(scan, squares.step, some, axes, threads, stop)
-    maybe = np.flatnonzero(_core.cloud.quiet_squares(scan, squares.step, limits, threads, stop))
+    limits = _core.rawscan.quiet_limits(scan, squares.step, some, axes, threads, stop)
+    maybe = np.flatnonzero(_core.rawscan.quiet_squares(scan, squares.step, limits, threads, stop))
     quiet = np.zeros(count, dtype=np.bool_)
     quiet[_those_on_ply(scan, squares, maybe, on_ply)] = True
     return Quiet(quiet.reshape(shape), _unknown(limits))
@@ -129,7 +129,7 @@ def touching(quiet: Bools) -> list[Whole]:
     return pieces
 
 
-def _unknown(limits: list[_core.cloud.QuietLimits]) -> str:
+def _unknown(limits: list[_core.rawscan.QuietLimits]) -> str:
     if all(along.told for along in limits):
         return ""
     step_mm = max(along.step_mm for along in limits if not along.told)

@@ -3,7 +3,7 @@
 A foreign body under the ply, 5 to 9 mm wide at its foot, covers a few dozen points. The spike filter and the median of
 the height map remove its top, and with it the bump. The raw scan is therefore searched before any filter, in rows of
 pixels 2 mm apart: where a point stands out from both sides, the group of raised points around it is measured on the
-neighbouring pixels (cpp/debulk/region/narrow_bumps.hpp). The height map does not resolve such a bump, so no net can be
+neighbouring pixels (cpp/debulk/rawscan/narrow_bumps.hpp). The height map does not resolve such a bump, so no net can be
 laid on it and it is not judged as a pocket. Its ridge is estimated from its height and width instead, and a bump whose
 ridge could be above the limit leaves the layup undecided.
 """

@@ -101,7 +101,7 @@ def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.St
     if not len(found.foot.outline_mm):
         return []
     points = raw.over(found.foot.outline_mm, datum)
-    listed = _core.region.riders(points, raw.pitch_mm, core, foot, datum, stop or _core.Stop())
+    listed = _core.rawscan.riders(points, raw.pitch_mm, core, foot, datum, stop or _core.Stop())
     return [Rider((x, y), high_mm, wide_mm, bell_excess_mm(high_mm, wide_mm)) for x, y, high_mm, wide_mm in listed]
 
 

@@ -5,7 +5,7 @@ they remove flying pixels. The difference between the two is that a wrinkle goes
 The scan is therefore searched before any filter, along pairs of adjacent rows and columns of pixels; the pairs are some
 millimetres apart. Points that stand out narrowly from both sides, in both lines of a pair, are linked from pair to pair
 if they lie on a straight line and are about equally high. Such a chain is a wrinkle only if the pixels between its
-pairs stand up as well (cpp/debulk/region/standing_wrinkles.hpp).
+pairs stand up as well (cpp/debulk/rawscan/standing_wrinkles.hpp).
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ __all__ = ["Standing", "WrinkleSearch", "findings"]
 Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
-_SEARCH = _core.region.WrinkleOptions()
-_BUMPS = _core.region.NarrowBumpOptions()
+_SEARCH = _core.rawscan.WrinkleOptions()
+_BUMPS = _core.rawscan.NarrowBumpOptions()
 _SAME_MM = 15.0  # chains nearer to one another than this are one wrinkle
 _FEWEST_PIXELS = 8  # along each side of an image
 _NARROWEST_MM = 2.0  # a fold of a ply is no narrower
@@ -73,7 +73,7 @@ class WrinkleSearch:
 
     def __init__(self, setup: Setup) -> None:
         self._outline, self._recipe = setup.outline, setup.recipe
-        self._core = _core.region.WrinkleFinder(
+        self._core = _core.rawscan.WrinkleFinder(
             setup.prepared.datum,
             setup.prepared.seen_on_grid(),
             setup.pose,

@@ -1,4 +1,4 @@
-#include "debulk/region/crossings.hpp"
+#include "debulk/rawscan/crossings.hpp"
 
 #include <algorithm>
 #include <cmath>

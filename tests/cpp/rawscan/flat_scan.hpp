@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "debulk/region/standing_wrinkles.hpp"
-#include "looking_down.hpp"
+#include "debulk/rawscan/standing_wrinkles.hpp"
+#include "region/looking_down.hpp"
 
 // Scans of what stands on the plane z = 0, and the finder of what is too narrow for the filters.
 namespace debulk::flat_scan {

@@ -1,4 +1,4 @@
-#include "debulk/region/riders.hpp"
+#include "debulk/rawscan/riders.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "debulk/cloud/quiet_squares.hpp"
+#include "debulk/rawscan/quiet_squares.hpp"
 
 #include <algorithm>
 #include <cmath>

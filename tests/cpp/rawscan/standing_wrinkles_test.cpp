@@ -1,7 +1,7 @@
 // A wrinkle that stands already is found with its place, height and width, along rows and along columns; what is spoiled is said
 // to be; a raised stop ends the search.
 
-#include "debulk/region/standing_wrinkles.hpp"
+#include "debulk/rawscan/standing_wrinkles.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "debulk/cloud/pixel_square.hpp"
 #include "debulk/core/stop.hpp"
+#include "debulk/rawscan/pixel_square.hpp"
 
 namespace debulk {
 

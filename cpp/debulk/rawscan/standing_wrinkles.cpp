@@ -1,4 +1,4 @@
-#include "debulk/region/standing_wrinkles.hpp"
+#include "debulk/rawscan/standing_wrinkles.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "debulk/cloud/quiet_limits.hpp"
+#include "debulk/rawscan/quiet_limits.hpp"
 
 namespace debulk {
 

@@ -1,4 +1,4 @@
-#include "debulk/cloud/pixel_square.hpp"
+#include "debulk/rawscan/pixel_square.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "debulk/cloud/quiet_limits.hpp"
+#include "debulk/rawscan/quiet_limits.hpp"
 
 #include <algorithm>
 #include <cmath>

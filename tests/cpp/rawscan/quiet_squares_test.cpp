@@ -1,4 +1,4 @@
-#include "debulk/cloud/quiet_squares.hpp"
+#include "debulk/rawscan/quiet_squares.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numeric>
 #include <random>
 
-#include "clouds.hpp"
+#include "cloud/clouds.hpp"
 #include "debulk/core/error.hpp"
 
 namespace debulk {

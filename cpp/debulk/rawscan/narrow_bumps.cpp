@@ -1,4 +1,4 @@
-#include "debulk/region/narrow_bumps.hpp"
+#include "debulk/rawscan/narrow_bumps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
-#include "debulk/region/standing_wrinkles.hpp"
+#include "debulk/rawscan/standing_wrinkles.hpp"
 
 namespace debulk {
 namespace {

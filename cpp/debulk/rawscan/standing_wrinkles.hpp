@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "debulk/pocket/polygon.hpp"
-#include "debulk/region/crossings.hpp"
-#include "debulk/region/narrow_bumps.hpp"
+#include "debulk/rawscan/crossings.hpp"
+#include "debulk/rawscan/narrow_bumps.hpp"
 #include "debulk/surface/reference.hpp"
 
 namespace debulk {

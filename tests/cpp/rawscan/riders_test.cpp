@@ -1,6 +1,6 @@
 // A narrow bump on a pocket is found in the points that its filtered heights do not show; noise, flying points and highlights are none.
 
-#include "debulk/region/riders.hpp"
+#include "debulk/rawscan/riders.hpp"
 
 #include <gtest/gtest.h>
 
