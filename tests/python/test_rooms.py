@@ -42,9 +42,9 @@ def test_the_lines_join():
     assert BEFORE["core"] == set()
     assert BEFORE["solve"] == BEFORE["files"] == {"core"}
     assert BEFORE["net"] == {"core", "scanner", "cloud", "surface", "pocket"}
-    assert BEFORE["region"] == {"core", "scanner", "cloud", "surface", "pocket"}
+    assert BEFORE["region"] == BEFORE["rawscan"] == {"core", "scanner", "cloud", "surface", "pocket"}
     assert BEFORE["section"] == {"core", "solve"}
-    assert BEFORE["verdict"] == set(BEFORE) - {"verdict", "region", "files"}
+    assert BEFORE["verdict"] == set(BEFORE) - {"verdict", "region", "rawscan", "files"}
 
 
 def plant(root: Path, name: str, text: str) -> None:
