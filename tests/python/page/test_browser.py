@@ -8,6 +8,8 @@ import pytest
 
 from debulk import Grid
 from debulk.comparison import Comparison
+from debulk.history import History
+from debulk.history.page import page as history_page
 from debulk.page import stack
 from debulk.report import Report
 from debulk.results.comparison import PocketComparison
@@ -73,12 +75,27 @@ def pages(report, tmp_path_factory):
     )  # fmt: skip
     comparison.save(folder / "comparison.html")
     Comparison(pockets=(), max_rms_mm=0.3, max_peak_mm=0.6).save(folder / "empty_comparison.html")
+    history = History(folder / "cell.sqlite")
+    history.add_comparison(comparison, hostile)
+    for _ in range(24):  # control charts have limits from twenty layups on
+        history.add(report)
+    (folder / "history.html").write_text(history_page(history), encoding="utf-8")
     return folder
 
 
 @pytest.mark.parametrize("width", [360, 1200])
 @pytest.mark.parametrize(
-    "name", ["report", "hostile", "many", "comparison", "empty_comparison", "stack", *(f"empty_{v}" for v in Verdict)]
+    "name",
+    [
+        "report",
+        "hostile",
+        "many",
+        "comparison",
+        "empty_comparison",
+        "stack",
+        "history",
+        *(f"empty_{v}" for v in Verdict),
+    ],
 )
 def test_nothing_complains_and_nothing_sticks_out(browser, pages, name, width):
     browser.open(pages / f"{name}.html", width=width, phone=width < 500, dark=width < 500)
