@@ -96,13 +96,14 @@ def stacked(times: Sequence[str], pockets: dict[str, NDArray[np.int64]]) -> Draw
                     f'<rect class="{verdict.value}" x="{a:.1f}" y="{y:.1f}" width="{b - a:.1f}" height="{height:.1f}"/>'
                 )
         below = below + mean
-    note = f"Each bar: the mean of {_span(sizes)}, in the order in which they were stored."
+    each = "is a layup" if sizes.max() == 1 else f"is the mean of {_span(sizes)}"
+    note = f"Each bar {each}, in the order in which they were stored."
     return Drawing("Pockets per layup", _WIDTH, _HEIGHT, "".join(parts), note)
 
 
 def _span(sizes: NDArray[np.int64]) -> str:
     low, high = int(sizes.min()), int(sizes.max())
-    return f"{low} {'layup' if high == 1 else 'layups'}" if low == high else f"{low} or {high} layups"
+    return f"{low} layups" if low == high else f"{low} or {high} layups"
 
 
 def chart(title: str, times: Sequence[str], control: Control) -> Drawing | None:
