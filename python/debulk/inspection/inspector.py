@@ -66,6 +66,7 @@ __all__ = ["Cancelled", "Inspector", "Progress"]
 log = logging.getLogger("debulk")
 log.addHandler(logging.NullHandler())
 _FOUND = 0.45  # share of the work that is done once the pockets are found, as reported to the progress function
+_COARSER = 1.3  # spacings of the height map: points farther apart than this do not give it all that it could show
 
 
 class Inspector:
@@ -357,7 +358,7 @@ class Inspector:
             found = watched(cycle.stop, lambda: self._find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
         with cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
-            found = watched(cycle.stop, lambda: self._with_runs(found, cycle.stop))
+            found = watched(cycle.stop, lambda: self._with_runs(found, cycle.stop, sample.pitch_mm))
         with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
             placed = self._placing.judge(sample, found)
             plateaus = self._placing.plateaus(found, cycle.stop)
@@ -411,11 +412,13 @@ class Inspector:
         found = self._find(self.prepared.place.near(scan, "scan", stop), stop)
         return self._with_runs(found, stop or _core.Stop())
 
-    def _with_runs(self, found: Found, stop: _core.Stop) -> Found:
-        """Return what was found, with the runs of the fibre lines over it."""
+    def _with_runs(self, found: Found, stop: _core.Stop, pitch_mm: float = 0.0) -> Found:
+        """Return what was found, with the runs of the fibre lines over it, in a scan with points so far apart."""
         threads = self.recipe.run.threads
         runs = self.ply.fibres.over(found.parts, stop, whole=found.regions is None, threads=threads)
-        return replace(found, runs=runs)
+        coarser = _COARSER * self.grid_spacing_mm < pitch_mm < np.inf
+        beyond_mm = float(np.sqrt(pitch_mm**2 - self.grid_spacing_mm**2)) if coarser else 0.0
+        return replace(found, runs=runs.of_coarser(beyond_mm), pitch_mm=pitch_mm)
 
     def _find(self, scan: ArrayLike, stop: _core.Stop | None) -> Found:
         """Find the pockets of a scan without the shift of far clouds."""

@@ -56,7 +56,8 @@ def of_scan(found: Found, outline_known: bool, bumps_searched: bool) -> tuple[Le
             )
         )
     if found.parts and not bumps_searched:
-        entries.append(narrow_bumps.not_looked_for(max(whole.heights.spacing_mm for whole, _ in found.parts)))
+        apart_mm = max(found.pitch_mm, *(float(whole.heights.spacing_mm) for whole, _ in found.parts))
+        entries.append(narrow_bumps.not_looked_for(apart_mm))
     return (*entries, *unseen.left_out(found), *found.left_out)
 
 

@@ -66,6 +66,7 @@ class PlyZones:
     def __init__(self, ply_outline: Floats | None, low_mm: Floats, high_mm: Floats) -> None:
         if ply_outline is not None:
             low_mm, high_mm = np.maximum(low_mm, ply_outline.min(axis=0)), np.minimum(high_mm, ply_outline.max(axis=0))
+        self.box_mm = np.stack([low_mm, high_mm])
         size = np.maximum(high_mm - low_mm, _CELL_MM)
         nx, ny = np.ceil(size / _CELL_MM).astype(int) + 1
         x, y = low_mm[0] + _CELL_MM * np.arange(nx), low_mm[1] + _CELL_MM * np.arange(ny)

@@ -145,6 +145,8 @@ class Found:
         For each of the holes of `unseen`, whether the mask hides it. Empty if there is no mask.
     runs
         The runs of the fibre lines over the parts; None: not read.
+    pitch_mm
+        Distance from point to point of the scan; 0: not measured. The heights between them are interpolated.
 
     Examples
     --------
@@ -166,6 +168,7 @@ class Found:
     doubt: str = ""
     masked: tuple[bool, ...] = ()
     runs: ScanRuns | None = None
+    pitch_mm: float = 0.0
 
     @property
     def pockets(self) -> tuple[FoundPocket, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 __all__ = ["PlyFibres", "ScanRuns"]
 
 Floats = NDArray[np.float64]
+# Means over 3 mm and the interpolation between them left of the excess of bells 16, 20, 24 and 40 mm wide, on a map of
+# 0.8 mm: 0.44, 0.55, 0.67 and 0.86. That is exp(-25 (pitch / width)^2) within 0.04.
+_LOST = 25.0
+_LEAST_WIDE = 4.0  # pitches: a narrower run is not resolved, and its width is that of noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +47,19 @@ class ScanRuns:
     _lines: _core.fibre.FibreLines
     _field: _core.fibre.ExcessField
     _known: WeakKeyDictionary[Feet, NDArray[np.int32]] = field(default_factory=WeakKeyDictionary)
+
+    def of_coarser(self, beyond_mm: float) -> ScanRuns:
+        """Return the same runs with what points farther apart than the map's heights may have lost of each.
+
+        Between points of a pitch p the map is interpolated, and the points may themselves be means over p, as those of
+        a voxel filter are. `beyond_mm` is the root of p² less the square of the map's spacing; 0 changes nothing.
+        """
+        if not beyond_mm > 0:
+            return self
+        width_mm = np.maximum((self.runs.length_mm - self.runs.flat_mm) / self.runs.spans, _LEAST_WIDE * beyond_mm)
+        lost = np.exp(-_LOST * (beyond_mm / width_mm) ** 2)
+        high_mm = np.where(self.runs.high_mm > 0, self.runs.high_mm / lost, self.runs.high_mm)
+        return replace(self, runs=replace(self.runs, high_mm=high_mm))
 
     def crossing(self, feet: Feet, index: int) -> NDArray[np.intp]:
         """Return the numbers of the runs that cross the foot of one pocket."""

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
-from debulk.inspection.evidence.sample import sample_of
-from debulk.inspection.evidence.smooth_patches import SIDE, Squares, quiet_squares, some_on_ply, squares_of, touching
+from debulk.inspection.evidence.cloud_image import CloudImage, laid_out
+from debulk.inspection.evidence.sample import Sample, sample_of
+from debulk.inspection.evidence.smooth_patches import (
+    SIDE,
+    Squares,
+    quiet_pixels,
+    quiet_squares,
+    some_on_ply,
+    squares_of,
+    touching,
+)
 from debulk.inspection.holes import unseen
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
 from debulk.results.area import in_cm2
@@ -21,7 +32,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.inspection.evidence.edge_check import Outline
     from debulk.inspection.evidence.ply_zones import PlyZones
-    from debulk.inspection.evidence.sample import Sample
     from debulk.inspection.reference.prepared import Prepared
     from debulk.recipe import Recipe
 
@@ -32,6 +42,9 @@ _LARGEST_MM2 = 200.0  # a patch of this area is reported, even if the recipe's s
 _LEAST_SQUARES = 4  # touching squares without noise that make a patch: one alone may be quiet by chance
 _SEEN_PIXELS = 20  # a patch this wide is found on nearly any surface: a smaller one holds too few whole squares
 _NOTED = 1.5  # widths of the smallest wanted patch: that narrower ones can be missed is not worth a line in each report
+_SEEN_LAID = 12  # the same for a list of points that was laid out, whose pixels are looked at one by one
+_RIM_PIXELS = 2  # by which their patches come out smaller
+_BESIDE_MM = 20.0  # round the ply: its edge shows how sharp the scan is
 _LOST = 0.3  # of a square's side: squares nearer to a patch's rim than this contain noise from outside it
 
 
@@ -130,24 +143,29 @@ class FilledSearch:
         self, scan: NDArray[np.float32], sample: Sample, mask: NDArray[np.bool_] | None, stop: _core.Stop
     ) -> Filled:
         """Search a scan, given a sample of its points; pixels at which the (H, W) mask is True are not used."""
-        if scan.ndim != 3:
-            return Filled(unknown="the scan is no image: which of its points are neighbours is not known")
         wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
-        squares = squares_of(scan.shape, sample.pitch_mm, wide_mm)
+        on_ply: Callable[[NDArray[np.float32]], NDArray[np.bool_]]
+        if scan.ndim == 3:
+            image, on_ply = CloudImage(scan, scan, sample.pitch_mm), self.on_ply
+        else:
+            box_mm = self._zones.box_mm + _BESIDE_MM * np.array([[-1.0], [1.0]])
+            laid = laid_out(scan, self._pose, self._prepared.reference, box_mm, sample.pitch_mm, self._threads)
+            if laid is None:
+                return Filled(unknown="too few points lie on the ply to lay them out as an image")
+            image, on_ply, mask = laid, self._laid_on_ply, None
+        squares = squares_of(image.points.shape, image.pitch_mm, wide_mm)
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
-            some = some_on_ply(scan, squares, self.on_ply)
-            found = quiet_squares(scan, squares, some, self.on_ply, self._up, stop, self._threads)
-            smoothed = self._smoothed.find(scan, squares, some, sample.pitch_mm, mask)
-        quiet = found.squares
-        if mask is not None and mask.shape == scan.shape[:2]:
-            quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
-        pieces = [piece for piece in touching(quiet) if len(piece) >= _LEAST_SQUARES]
-        patches = [self._patch(scan, squares, piece, sample.pitch_mm) for piece in pieces]
-        unknown, seen_mm = found.unknown, _SEEN_PIXELS * sample.pitch_mm
+            some = some_on_ply(image.heights, squares, on_ply)
+            smoothed = self._smoothed.find(image, squares, some, mask)
+            if scan.ndim == 2:
+                patches, unknown, across = *self._in_list(image, smoothed), _SEEN_LAID
+            else:
+                patches, unknown, across = *self._in_image(image, squares, some, mask, stop), _SEEN_PIXELS
+        seen_mm = across * image.pitch_mm
         if not unknown and seen_mm > _NOTED * wide_mm:
-            unknown = f"on pixels {sample.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
+            unknown = f"on pixels {image.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
         large = tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2)
         return Filled(large, unknown, smoothed)
 
@@ -159,12 +177,51 @@ class FilledSearch:
         """Return which of (N, 3) points of a scan, all finite, lie on the ply, well inside its outline."""
         return self._zones.inside(self._of(points))
 
-    def _patch(self, scan: NDArray[np.float32], squares: Squares, piece: NDArray[np.int64], pitch_mm: float) -> Patch:
+    def _laid_on_ply(self, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Return which of (N, 3) places of an image of heights lie on the ply; their z is above the reference."""
+        at = heights.astype(np.float64)
+        return self._zones.inside(Sample(at, at[:, 2], 1, np.zeros(len(at), np.bool_)))
+
+    def _in_image(
+        self,
+        image: CloudImage,
+        squares: Squares,
+        some: NDArray[np.int64],
+        mask: NDArray[np.bool_] | None,
+        stop: _core.Stop,
+    ) -> tuple[list[Patch], str]:
+        """Return the patches of a scan's own image, and why they could not be found; empty: they could."""
+        found = quiet_squares(image.heights, squares, some, self.on_ply, self._up, stop, self._threads)
+        quiet = found.squares
+        if mask is not None and mask.shape == image.points.shape[:2]:
+            quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
+        pieces = [piece for piece in touching(quiet) if len(piece) >= _LEAST_SQUARES]
+        return [self._patch(image, squares, piece) for piece in pieces], found.unknown
+
+    def _patch(self, image: CloudImage, squares: Squares, piece: NDArray[np.int64]) -> Patch:
         row, column = squares.rows[piece[:, 0]] + SIDE // 2, squares.columns[piece[:, 1]] + SIDE // 2
-        of = self._of(scan[row, column])
+        of = self._of(image.points[row, column])
         radius = np.sqrt(len(piece) / np.pi) * squares.step + _LOST * SIDE
         x, y = of.points_mm[:, :2].mean(axis=0)
-        return Patch((float(x), float(y)), float(np.pi * (radius * pitch_mm) ** 2), float(of.height_mm.max()))
+        return Patch((float(x), float(y)), float(np.pi * (radius * image.pitch_mm) ** 2), float(of.height_mm.max()))
+
+    def _in_list(self, image: CloudImage, smoothed: Smoothed) -> tuple[list[Patch], str]:
+        """Return the same of a list of points that was laid out; what was smoothed as a whole has no patches."""
+        if smoothed.shared_mm:
+            return [], ""
+        quiet, unknown = quiet_pixels(image.heights[..., 2], image.step_mm)
+        own = cv2.dilate(quiet.astype(np.uint8), np.ones((2 * _RIM_PIXELS + 1,) * 2, np.uint8))
+        own[~np.isfinite(image.heights[..., 2])] = 0
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(own, connectivity=4)
+        large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * image.pitch_mm**2 >= self._least_mm2) + 1
+        patches = []
+        for label in large:
+            held = image.heights[labels == label]
+            held = held[self._laid_on_ply(held)]
+            if len(held):
+                x, y, _ = held.mean(axis=0, dtype=np.float64).tolist()
+                patches.append(Patch((x, y), len(held) * image.pitch_mm**2, float(held[:, 2].max())))
+        return patches, unknown
 
     def _of(self, points: NDArray[np.float32]) -> Sample:
         return sample_of(points, self._prepared, self._pose, self._threads)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.smooth_patches import Squares
 from debulk.inspection.rawscan.edge_spread import EdgeSpread
@@ -95,21 +96,17 @@ class SmoothedSearch:
         self._fine_mm, self._threads = recipe.clean.fine_mm, recipe.run.threads
 
     def find(
-        self,
-        scan: NDArray[np.float32],
-        squares: Squares,
-        some: NDArray[np.int64],
-        pitch_mm: float,
-        mask: NDArray[np.bool_] | None,
+        self, image: CloudImage, squares: Squares, some: NDArray[np.int64], mask: NDArray[np.bool_] | None
     ) -> Smoothed:
-        """Look for smoothing in an organised scan, at the squares `some` on the ply and at the ply's edge.
+        """Look for smoothing in an image, at the squares `some` on the ply and at the ply's edge.
 
         The (H, W) mask is True where a pixel is not to be used.
         """
+        pitch_mm = image.pitch_mm
         step = max(1, round(self._fine_mm / pitch_mm))
-        if noise_is_shared(scan, squares, some, step):
+        if noise_is_shared(image.heights, squares, some, step):
             return Smoothed(shared_mm=step * pitch_mm)
-        spread_mm = self.edge_mm(scan, mask)
+        spread_mm = self.edge_mm(image.points, mask)
         allowed_mm = _SPREAD * max(self._fine_mm, pitch_mm)
         return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)
 

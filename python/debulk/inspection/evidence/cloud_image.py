@@ -1,0 +1,121 @@
+"""A scan as an image of heights, in which neighbours are known: the scan's own pixels, or a list of points laid out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core, cloud
+from debulk.inspection.clouds.thinning import complete
+
+if TYPE_CHECKING:
+    from debulk.surface import Reference
+
+__all__ = ["CloudImage", "laid_out"]
+
+Cloud = NDArray[np.float32]
+Floats = NDArray[np.float64]
+
+# A pixel's side over the pitch of the points: of points that lie at random, 92 % of such pixels hold at least one.
+_SIDE = 1.6
+_MOST_PIXELS = 8_000_000  # a denser list is laid out more coarsely
+_ROWS = 60  # from which the step of the depths is read
+_SAME = 4.0  # times a float32's resolution: depths whose steps are no larger were not rounded
+_AROUND = 5  # pixels along the side of the window from which a pixel's slope is read
+
+
+@dataclass(frozen=True, eq=False)
+class CloudImage:
+    """An image of some of a list's points, one for each pixel.
+
+    Attributes
+    ----------
+    points
+        (H, W, 3), scanner's frame, NaN where a pixel holds none: the points as they came.
+    heights
+        (H, W, 3) the pixels' middles in mold XY, and the heights above the reference there. A point lies anywhere in
+        its pixel. Its height is moved to the middle along the slope of the heights around.
+    pitch_mm
+        Side of a pixel.
+    """
+
+    points: Cloud
+    heights: Cloud
+    pitch_mm: float
+
+    @property
+    def step_mm(self) -> float:
+        """Step to which the depths, the scanner's z, were rounded; 0: no coarser than float32."""
+        depths = self.points[:: max(1, len(self.points) // _ROWS), :, 2]
+        depths = depths[np.isfinite(depths)]
+        apart = np.diff(np.unique(depths))
+        least = float(apart.min()) if len(apart) else 0.0
+        return least if least > _SAME * float(np.spacing(np.abs(depths).max())) else 0.0
+
+
+def laid_out(
+    scan: Cloud, mold_from_scanner: Floats | None, reference: Reference, box_mm: Floats, pitch_mm: float, threads: int
+) -> CloudImage | None:
+    """Lay a list of points out as an image over a part of the mold; None: the part or the pitch is not known.
+
+    Parameters
+    ----------
+    scan
+        (N, 3), scanner's frame, NaN where nothing was seen.
+    mold_from_scanner
+        (4, 4), x_mold = T x_scanner; None: the scan is in the mold's frame.
+    reference
+        The surface below the ply.
+    box_mm
+        (2, 2) lowest and highest mold XY of the part.
+    pitch_mm
+        Distance from point to point.
+    threads
+        0: as many as there are processors.
+    """
+    low, high = np.maximum(box_mm[0], _corners(reference)[0]), np.minimum(box_mm[1], _corners(reference)[1])
+    if not np.isfinite(pitch_mm) or not (low < high).all():
+        return None
+    side = max(_SIDE * pitch_mm, float(np.sqrt(np.prod(high - low) / _MOST_PIXELS)))
+    nx, ny = (int(n) for n in np.ceil((high - low) / side))
+    mold = scan if mold_from_scanner is None else cloud.transform(scan, mold_from_scanner, threads=threads)
+    with np.errstate(invalid="ignore", over="ignore"):
+        cell = np.floor((mold[:, :2] - np.float32(low)) / np.float32(side))
+        inside = complete(np.isfinite(mold)) & (cell >= 0).all(axis=1) & (cell[:, 0] < nx) & (cell[:, 1] < ny)
+    inside = np.flatnonzero(inside)
+    off = mold[inside, :2] - np.float32(low) - np.float32(side) * (cell[inside] + np.float32(0.5))
+    inside = inside[np.argsort(-(off**2).sum(axis=1), kind="stable")]
+    column, row = cell[inside].astype(np.int64).T
+    chosen = np.full(nx * ny, -1)
+    chosen[row * nx + column] = inside  # of several points in a pixel, the last one stays: that nearest to its middle
+    held = np.flatnonzero(chosen >= 0)
+    points = np.full((ny * nx, 3), np.nan, dtype=np.float32)
+    points[held] = scan[chosen[held]]
+    x, y = low[0] + side * (np.arange(nx) + 0.5), low[1] + side * (np.arange(ny) + 0.5)
+    image = np.stack([*np.meshgrid(x, y), np.full((ny, nx), np.nan)], axis=-1).reshape(-1, 3)
+    of = mold[chosen[held]].astype(np.float64)
+    image[held, 2] = of[:, 2] - reference.height(np.clip(of[:, :2], *_corners(reference)))
+    beside = np.zeros((ny * nx, 2))
+    beside[held] = (of[:, :2] - image[held, :2]) / side
+    heights = image.reshape(ny, nx, 3)
+    heights[..., 2] -= _along_the_slope(heights[..., 2], beside.reshape(ny, nx, 2))
+    return CloudImage(points.reshape(ny, nx, 3), heights.astype(np.float32), side)
+
+
+def _along_the_slope(height: Floats, off: Floats) -> Floats:
+    """Return by how much each height changes over the way (in pixels) from its pixel's middle to its point."""
+    seen = np.isfinite(height)
+    weight = cv2.blur(seen.astype(np.float64), (_AROUND, _AROUND))
+    level = cv2.blur(np.where(seen, height, 0.0), (_AROUND, _AROUND)) / np.maximum(weight, 1e-9)
+    level[weight <= 0] = 0.0
+    down, right = np.gradient(level)
+    return np.where(seen, off[..., 0] * right + off[..., 1] * down, 0.0)
+
+
+def _corners(reference: Reference) -> Floats:
+    corners = np.asarray(_core.surface.extent(reference))
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
