@@ -253,7 +253,7 @@ def test_what_cannot_be_looked_at_is_left_out():
     scan, reference = _scans(standing=bump(60, 3.0))
     assert not _left_out(_inspected(scan, reference))
     assert "patches less than 41 mm wide" in _left_out(_inspected(scan[::2, ::2], reference))[0]
-    assert "no image" in _left_out(_inspected(scan.reshape(-1, 3), reference.reshape(-1, 3)))[0]
+    assert not _left_out(_inspected(scan.reshape(-1, 3), reference.reshape(-1, 3)))
 
 
 def test_an_image_of_one_row_or_column_is_too_small_to_look_at():

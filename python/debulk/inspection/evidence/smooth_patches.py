@@ -152,7 +152,9 @@ def quiet_pixels(height: Cloud, step_mm: float) -> tuple[Bools, str]:
     known = np.concatenate([fourth[np.isfinite(fourth)] for fourth in fourths])
     middle = float(np.median(known)) if len(known) else 0.0
     if not middle > 0 or step_mm > _STEP * middle:
-        return np.zeros(height.shape, dtype=np.bool_), steps_hide(step_mm) if step_mm else "too little of it was seen"
+        return np.zeros(height.shape, dtype=np.bool_), steps_hide(
+            step_mm
+        ) if step_mm else "the scan has too little noise to miss it in a patch"
     window = (_ROUND, _ROUND)
     counts = []
     for fourth, part in zip(fourths, (np.s_[2:-2, :], np.s_[:, 2:-2]), strict=True):
