@@ -46,7 +46,7 @@ class History:
     path
         The file; it is made with the first record.
     pictures
-        Whether height maps and maps of excess are kept, which take nine tenths of a report's bytes. Without them a page
+        Whether height maps and maps of excess are kept, which take two thirds of a report's bytes. Without them a page
         made of a stored report has no heights on its map; all figures, outlines and nets are there.
 
     Raises

@@ -49,8 +49,7 @@ from debulk.inspection.running.preparation import Preparation
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.net import Drape
 from debulk.report import Report
-from debulk.results.approval import approvals, not_approved
-from debulk.results.compose import with_finding
+from debulk.results.approval import approvals
 from debulk.results.finding import Finding
 from debulk.stopping import Running
 from debulk.verdict import Verdict
@@ -162,7 +161,7 @@ class Inspector:
         self.camera = inputs.camera_parameters(camera)
         self.mask = inputs.image_mask(mask)
         self.history = history_of(history)
-        self._approval = None if approved is None else not_approved(approvals(approved), recipe.model_dump())
+        self._approved = None if approved is None else approvals(approved)
 
         check_solves(recipe)
         preparation = Preparation(progress)
@@ -309,7 +308,6 @@ class Inspector:
                 report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
             seconds = None if deadline_s is None else float(deadline_s)
             warnings = (*self.prepared.place.warnings(scan), *report.warnings)
-            report = with_finding(report, self._approval)
             report = replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
         return report if self.history is None else self.history.keep(report)
 
@@ -376,7 +374,8 @@ class Inspector:
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
-            seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, recognised, self._humps)
+            more = (recognised, self._humps, self._approved)
+            seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, *more)
             return reporting.report(seen, cycle.timings_ms())
 
     def _riding(self, points: NDArray[np.float32], sample: Sample, judged: Judged, stop: _core.Stop) -> list[Finding]:

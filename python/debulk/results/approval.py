@@ -15,10 +15,8 @@ from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.files.replacing import replacing
 from debulk.files.source import open_source
-from debulk.results.finding import Finding
-from debulk.verdict import Verdict
 
-__all__ = ["Approval", "approvals", "approve", "not_approved", "recipe_hash"]
+__all__ = ["Approval", "approvals", "approve", "recipe_hash"]
 
 _KEYS = ("name", "time_utc", "recipe_sha256")
 
@@ -104,12 +102,3 @@ def approve(path: str | PathLike[str], recipe: Mapping[str, Any], name: str, tim
     with replacing(path) as temporary:
         temporary.write_text(f"{before}[[approved]]\n{lines}", encoding="utf-8")
     return new
-
-
-def not_approved(given: tuple[Approval, ...], recipe: Mapping[str, Any]) -> Finding | None:
-    """Return the finding that a recipe is none of the approved ones; None if it is one."""
-    own = recipe_hash(recipe)
-    if any(one.recipe_sha256 == own for one in given):
-        return None
-    reason = f"the recipe, SHA-256 {own[:12]}, is none of the {len(given)} approved: have it approved (debulk approve)"
-    return Finding("approval", Verdict.UNDECIDED, reason)

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeVar
 
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, Verdict
 
-if TYPE_CHECKING:
-    from debulk.results.report import ReportData
-
-__all__ = ["compose", "with_finding"]
-
-ReportT = TypeVar("ReportT", bound="ReportData")
+__all__ = ["compose"]
 
 
 def compose(findings: Sequence[Finding]) -> Judgement:
@@ -45,12 +38,3 @@ def compose(findings: Sequence[Finding]) -> Judgement:
         mentioned = [one.reason for one in findings if one.at_best is None and one.pocket is None]
         reason = "; ".join([reason, *mentioned])
     return Judgement(verdict, reason)
-
-
-def with_finding(report: ReportT, finding: Finding | None) -> ReportT:
-    """Return a report with one more finding, and the verdict that all of them allow; as it is without one."""
-    if finding is None:
-        return report
-    findings = (*report.findings, finding)
-    judged = compose(findings)
-    return dataclasses.replace(report, findings=findings, verdict=judged.verdict, reason=judged.reason)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from debulk.inspection.bumps import tolerances
-from debulk.inspection.checks import pockets, shared_runs
+from debulk.inspection.checks import approval, pockets, shared_runs
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.ply import humps
@@ -270,6 +270,15 @@ CHECKS = (
         "switch the smoothing off, give the raw cloud, or allow for it (`clean.fine_mm`); set the scanner's focus",
         (UNDECIDED,),
         lambda seen: seen.filled.smoothed.findings(),
+    ),
+    Check(
+        "approval",
+        "The recipe was not approved",
+        "the hash of the recipe, without its section `run`, against a file of approved ones, if one is given",
+        "the recipes in that file",
+        "use an approved recipe, or have this one approved (`debulk approve`)",
+        (UNDECIDED,),
+        lambda seen: approval.findings(seen.approved, seen.ply.recipe),
     ),
 )
 """Every check, in order."""

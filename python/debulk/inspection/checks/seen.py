@@ -14,6 +14,7 @@ from debulk.inspection.ply.humps import Hump
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan.filled import Filled
 from debulk.inspection.rawscan.wrinkles import Standing
+from debulk.results.approval import Approval
 from debulk.results.finding import Finding
 from debulk.results.report import PocketReport
 
@@ -67,6 +68,8 @@ class Seen:
         How the scan compares with the chain that was qualified; None: no chain was given.
     humps
         Humps of the reference that look like pockets of the ply before.
+    approved
+        The recipes that the cell's owner approved; None: no approval is asked for.
     """
 
     ply: PlyOnMold
@@ -79,3 +82,4 @@ class Seen:
     filled: Filled
     recognised: Recognised | None = None
     humps: tuple[Hump, ...] = ()
+    approved: tuple[Approval, ...] | None = None
