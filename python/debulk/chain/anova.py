@@ -66,7 +66,7 @@ def crossed(values: ArrayLike, quantity: str = "", unit: str = "", tolerance: fl
     >>> parts = np.array([1.0, 2.0, 3.0])[:, None, None]
     >>> study = crossed(parts + np.array([-0.1, 0.1]), "height", "mm", tolerance=1.2)
     >>> round(study.repeatability, 3), round(study.percent_grr, 1), round(study.percent_tolerance, 1), study.distinct
-    (0.141, 14.0, 70.7, 9)
+    (0.141, 14.1, 70.7, 9)
     """
     from scipy.stats import f as fisher
 

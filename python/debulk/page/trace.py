@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from debulk.results.chain import ChainReport
     from debulk.results.comparison import ComparisonData
     from debulk.results.report import ReportData
     from debulk.results.trace import ArrayTrace, Trace
@@ -32,7 +33,7 @@ def trace_lists(report: ReportData) -> list[tuple[str, _Entries]]:
     trace = report.trace
     if trace is None:
         return []
-    return _lists(trace, report.ply_outline_mm)
+    return [*_lists(trace, report.ply_outline_mm), ("chain that measured", _chain(report.chain))]
 
 
 def comparison_lists(comparison: ComparisonData) -> list[tuple[str, _Entries]]:
@@ -135,6 +136,14 @@ def _array(name: str, array: ArrayTrace | None) -> _Entries:
     size = " × ".join(str(length) for length in array.shape)
     kind, value = array.fingerprint or ("SHA-256", "not computed")
     return [(name, size), (f"{name}, {kind}", value)]
+
+
+def _chain(chain: ChainReport | None) -> _Entries:
+    """Return how the scan compares with its chain, figure by figure."""
+    if chain is None:
+        return [("qualified chain", "none was given")]
+    named = [("name, qualified", f"{chain.name}, {chain.made_utc[:10]}"), ("SHA-256", chain.sha256)]
+    return [*named, *((f"{one.differs.upper()} {one.says}".strip(), one.figures) for one in chain.figures)]
 
 
 def _geometry(outline: Any, trace: Trace) -> _Entries:

@@ -46,9 +46,14 @@ class ChainFigure:
             return f"{low} to {high}"
         return f"at least {low}" if low is not None else f"at most {high}" if high is not None else ""
 
-    def __str__(self) -> str:
+    @property
+    def figures(self) -> str:
+        """What was measured, and the limits."""
         limits = f", qualified {self.span}" if self.span else ""
-        return f"{self.says} {self.measured:.2g}{' ' * bool(self.unit)}{self.unit}{limits}"
+        return f"{self.measured:.2g}{' ' * bool(self.unit)}{self.unit}{limits}"
+
+    def __str__(self) -> str:
+        return f"{self.says} {self.figures}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,6 +10,10 @@ import pytest
 import debulk
 from debulk import InputError, Verdict
 from debulk.chain import Chain, Figure, Signature, recognised
+from debulk.page.report import page
+from debulk.report import Report
+from debulk.results.trace import Trace
+from html_reader import read
 
 SEEN = Signature(
     pitch_mm=1.3, noise_mm=0.05, near=-0.04, middle=-0.03, far=-0.01, repeated=0.0, step_mm=0.0, missing=0.02,
@@ -143,3 +147,14 @@ def test_without_a_chain_the_report_says_so():
     assert any("chain that measures" in entry.what for entry in report.left_out)
     with pytest.raises(InputError, match=r"chain: expected a debulk\.Chain"):
         debulk.Inspector(None, layup.reference, chain="chain.json")
+
+
+def test_the_page_of_a_report_shows_how_it_compares():
+    found = recognised(replace(SEEN, step_mm=0.01), chain())
+    report = Report(
+        verdict=Verdict.INVALID, reason="", pockets=(), trace=Trace(time_utc="2026-03-01T12:00:00Z"), chain=found.report
+    )
+    text = " ".join(" ".join(read(page(report)).text).split())
+    assert "ROUNDED step of the depths 0.01 mm, qualified at most 0.0005" in text
+    assert "cell 3, 2026-03-01" in text
+    assert "qualified chain none was given" in " ".join(" ".join(read(page(replace(report, chain=None))).text).split())
