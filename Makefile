@@ -103,6 +103,10 @@ mutants: $(stamps)/tests $(stamps)/strength ## Change what decides a verdict in 
 	tests/mutants/python.sh $(python) build/mutants
 	$(python) tests/mutants/cpp.py mutants build/test
 
+.PHONY: house
+house: $(stamps)/venv ## Draw the order of the rooms into docs/house.md
+	$(python) tests/python/house.py
+
 .PHONY: docs
 docs: $(stamps)/package $(stamps)/docs ## Build the pages of docs/ into build/docs
 	$(pages)

@@ -286,3 +286,47 @@ def circles(root: Path) -> list[str]:
 
 
 CHECKS = (wrong_includes, wrong_links, wrong_imports, circles, too_long)
+
+
+# --- the picture ---
+
+
+def _uses(root: Path, room: str) -> list[str]:
+    """Return the rooms that a C++ room uses itself, in the order in which the data walks."""
+    found = re.search(r"\bUSES((?:\s+[a-z]\w*)+)", (root / "cpp" / "debulk" / room / "CMakeLists.txt").read_text())
+    used = found[1].split() if found else []
+    return sorted(used, key=lambda other: (len(BEFORE[other]), other))
+
+
+def _told(path: Path) -> str:
+    """Return the beginning of a module's docstring, as far as its first comma, colon or full stop."""
+    text = " ".join((ast.get_docstring(ast.parse(path.read_text())) or "").split())
+    return re.split(r"[.:;,](?:\s|$)", text)[0]
+
+
+def picture(root: Path) -> str:
+    """Draw the house: every room of the core with those that it uses, every part of the package above those it may."""
+    rooms = sorted(path.parent.name for path in (root / "cpp" / "debulk").glob("*/CMakeLists.txt"))
+    rooms.sort(key=lambda room: (len(BEFORE[room]), room))
+    lines = ["C++ (cpp/debulk), a room on those that it uses", ""]
+    lines += [
+        f"  {room:10}{'<- ' + ' '.join(_uses(root, room)) if _uses(root, room) else ''}".rstrip() for room in rooms
+    ]
+    lines += ["", "Python (python/debulk), from below to above", ""]
+    parts = {name.split(".")[1]: path for name, path in modules_of(root).items() if name.count(".") == 1}
+    parts |= {"debulk": modules_of(root)["debulk"]}
+    order = [*PYTHON_BELOW, *PYTHON_ROOMS, *PYTHON_ABOVE]
+    lines += [f"  {part:12} {_told(parts[part])}" for part in order if part in parts]
+    return "\n".join(lines)
+
+
+def page_with(page: str, drawn: str) -> str:
+    """Return the page with the picture in its block of text."""
+    return re.sub(r"(?s)(?<=```text\n)C\+\+ .*?(?=\n```)", lambda _: drawn, page)
+
+
+if __name__ == "__main__":
+    house = Path(__file__).resolve().parents[2]
+    where = house / "docs/house.md"
+    where.write_text(page_with(where.read_text(), picture(house)))
+    print(picture(house))

@@ -15,6 +15,8 @@ from house import (
     PYTHON_ROOMS,
     circles,
     modules_of,
+    page_with,
+    picture,
     too_long,
     wrong_imports,
     wrong_includes,
@@ -36,6 +38,12 @@ def test_the_house_was_read():
     assert len(modules) > 50
     parts = {name.split(".")[1] for name in modules if "." in name}
     assert parts <= {*PYTHON_BELOW, *PYTHON_ROOMS, *PYTHON_ABOVE}
+
+
+def test_the_picture_on_the_page_is_of_this_house():
+    page = (ROOT / "docs/house.md").read_text()
+    assert picture(ROOT) in page, "make house draws it anew"
+    assert page_with(page.replace("  core", "  attic"), picture(ROOT)) == page
 
 
 def test_the_lines_join():
