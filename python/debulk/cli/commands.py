@@ -244,6 +244,8 @@ def approve(
 
 for command in (
     pages.page,
+    pages.diff,
+    pages.checks,
     qualifying.qualify,
     cli_tools.compare,
     cli_tools.repeat,

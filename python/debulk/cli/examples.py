@@ -19,6 +19,8 @@ EXAMPLES = {
         "debulk qualify scans/*.pcd --reference ref.pcd --pose pose.txt -o chain.json -o chain.html",
         "debulk inspect scan.pcd --reference ref.pcd --pose pose.txt --chain chain.json",
     ),
+    "diff": ("debulk diff before.json after.json", "debulk diff cell.toml new.toml"),
+    "checks": ("debulk checks", "debulk checks level"),
     "recipe": ("debulk recipe > cell.toml",),
     "compare": (
         "debulk compare layup.json debulked.pcd --reference ref.pcd --pose pose.txt",
@@ -66,6 +68,7 @@ _CODES = {
     "demo": "0 done, whatever the verdict, 2 bad input, 3 INVALID",
     "compare": "0 no outcome was wrong, 1 one was, 2 bad input",
     "history check": "0 nothing was changed or is missing, 1 something, 2 bad input",
+    "diff": "0 nothing differs, 1 something does, 2 bad input",
     "repeat": "0 all figures the same, 1 one differs, 2 bad input",
     "replay": "0 all solves certified, 1 one is not, 2 bad input",
 }

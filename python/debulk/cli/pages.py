@@ -43,6 +43,51 @@ def page(
         print(f"written: {output}")
 
 
+def diff(
+    first: Annotated[Path, typer.Argument(help="A report, .json, or a recipe, .toml.")],
+    second: Annotated[Path, typer.Argument(help="Another one of the same kind.")],
+) -> None:
+    """Show what differs between two reports, or between two recipes: verdicts, places, ridges and settings.
+
+    The exit code is 0 where nothing differs, 1 where something does, 2 for bad input.
+    """
+    with outcome():
+        from debulk.results.difference import recipe_difference, report_difference
+
+        kinds = {path.suffix.lower() for path in (first, second)}
+        if kinds == {".toml"}:
+            from debulk.recipe import Recipe
+
+            lines = recipe_difference(*(Recipe.load(path).model_dump() for path in (first, second)))
+        elif kinds == {".json"}:
+            from debulk.report import Report
+
+            lines = report_difference(*(Report.load(path) for path in (first, second)))
+        else:
+            raise InputError(f"{first}, {second}: expected two reports (.json) or two recipes (.toml)")
+        print("\n".join(lines) if lines else "the same verdicts, places, ridges and settings")
+        raise typer.Exit(1 if lines else 0)
+
+
+def checks(
+    name: Annotated[str | None, typer.Argument(help="Name of a check, as in a report; unset: all.")] = None,
+) -> None:
+    """Say what each check of an inspection looks at, its limit, and what to do about its findings."""
+    with outcome():
+        from debulk.cli.support import show
+        from debulk.inspection.checks.listed import CHECKS
+        from debulk.results.report_text import fold
+
+        chosen = [check for check in CHECKS if name in (None, check.name)]
+        if not chosen:
+            raise InputError(f"{name}: expected the name of a check: {', '.join(check.name for check in CHECKS)}")
+        for check in chosen:
+            verdicts = " or ".join(one.name for one in check.at_best if one is not None) or "only mentioned"
+            lines = [f"{check.name}: {check.title} ({verdicts})", f"  looks at {check.sees}"]
+            lines += [f"  limit: {check.limit}", f"  do: {check.remedy}"]
+            show(lambda width, lines=lines: "\n".join(fold(line, width) for line in lines))  # type: ignore[misc]
+
+
 def _own_page(report: Path, output: Path) -> str:
     """Return the link from the new page to the report's own, or nothing."""
     own = report.with_suffix(".html")

@@ -130,7 +130,8 @@ def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:
 def level_line(level: Level) -> str:
     """Describe how the ply lies between its pockets."""
     return (
-        f"the ply between the pockets stands {level.laid_mm:.3f} ± {level.uncertainty_mm:.3f} mm above the reference, "
+        f"the ply between the pockets stands {abs(level.laid_mm):.3f} ± {level.uncertainty_mm:.3f} mm "
+        f"{'above' if level.laid_mm >= 0 else 'below'} the reference, "
         f"its thickness is {level.thickness_mm:g} mm; tilt {level.tilt_deg:.3f}°, bow {level.bow_mm:.2f} mm"
     )
 

@@ -7,7 +7,8 @@ import re
 __all__ = ["remedy"]
 
 _REQUESTS = re.compile(
-    r"(?:check|complete|crop|give|lay|look|scan again|set|smooth|switch|treat|turn|clean)\b", re.IGNORECASE
+    r"(?:check|clean|complete|crop|give|lay|look|scan again|set|smooth|swap|switch|treat|turn|use|multiply|qualify)\b",
+    re.IGNORECASE,
 )
 
 

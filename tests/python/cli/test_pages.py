@@ -107,3 +107,28 @@ def test_compare_ends_with_1_where_an_outcome_was_wrong(folder, report, monkeypa
 def test_the_exit_code_of_compare_is_in_its_help():
     text = " ".join(run("compare", "--help").output.replace("│", " ").split())
     assert "exit code is 1 where an outcome was wrong" in text
+
+
+def test_diff_of_reports_and_of_recipes(folder, report):
+    report.save(folder / "a.json")
+    dataclasses.replace(report, pockets=report.pockets[:6]).save(folder / "b.json")
+    assert run("diff", "a.json", "a.json").exit_code == 0
+    different = run("diff", "a.json", "b.json")
+    assert different.exit_code == 1 and "only in the first" in different.stdout
+    (folder / "a.toml").write_text("[net]\nnode_target = 60\n")
+    (folder / "b.toml").write_text("[net]\nnode_target = 70\n")
+    recipes = run("diff", "a.toml", "b.toml")
+    assert (recipes.exit_code, recipes.stdout) == (1, "recipe, net.node_target: 60, then 70\n")
+    assert run("diff", "a.toml", "a.json").exit_code == 2
+
+
+def test_every_check_is_explained_by_its_name(folder):
+    from debulk.inspection.checks.listed import CHECKS
+
+    everything = " ".join(run("checks").stdout.split())
+    for check in CHECKS:
+        one = run("checks", check.name)
+        text = " ".join(one.stdout.split())
+        assert one.exit_code == 0 and text in everything
+        assert text.startswith(f"{check.name}: ") and " ".join(check.remedy.split()) in text
+    assert run("checks", "nothing").exit_code == 2

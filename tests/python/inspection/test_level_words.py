@@ -211,8 +211,8 @@ def test_the_sentences_to_the_letter():
         "the reference from before it was draped, with all the digits that the scanner gave"
     )
     assert swapped_reason(100_000.0, 2.5) == (
-        "scan and reference look swapped: 1000 cm² of the scan hang more than 2.5 mm below the reference; give them "
-        "the other way round, or check the pose: z is to point up, away from the mold"
+        "scan and reference look swapped: 1000 cm² of the scan hang more than 2.5 mm below the reference; swap scan "
+        "and reference, or check the pose: z is to point up, away from the mold"
     )
     assert edge_reason(EdgeFit(judged=9, off_share=1.0, far_row=3, off_mm=0.6, at_mm=np.array([10.0, -20.4]))) == (
         "the outline does not fit the scan: along 100 % of it the ply's edge is elsewhere, round (10, -20) mm 1 mm "

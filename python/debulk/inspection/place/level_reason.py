@@ -33,7 +33,7 @@ def swapped_reason(hanging_mm2: float, cut_height_mm: float) -> str:
     """Say that parts of the scan lie below the reference where pockets should stand above it."""
     return (
         f"scan and reference look swapped: {hanging_mm2 / 100:.0f} cm² of the scan hang more than {cut_height_mm:g} mm "
-        "below the reference; give them the other way round, or check the pose: z is to point up, away from the mold"
+        "below the reference; swap scan and reference, or check the pose: z is to point up, away from the mold"
     )
 
 
