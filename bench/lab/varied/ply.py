@@ -13,11 +13,12 @@ from lab.varied.molds import Mold
 from lab.varied.polygons import inside
 
 Floats = NDArray[np.float64]
+_DIFFERENCE_MM = 0.1
 
 
 @dataclass(frozen=True)
 class Ply:
-    """A ply of constant vertical thickness over gaps that add up; the gap is also defined beyond the outline."""
+    """A ply of constant thickness along the mold's normal, over gaps along z that add up, also beyond the outline."""
 
     mold: Mold
     outline: Floats
@@ -40,12 +41,19 @@ class Ply:
                 total[window] += bump.gap(x[window], y[window]) * _within(bump.box, x[window], y[window])
         return total
 
+    def laid(self, x: Floats, y: Floats) -> Floats:
+        """Height of the upper side of a ply without air below it in the mold's frame, continued beyond its outline."""
+        mold = self.mold.smooth_height
+        rises = [mold(x + d, y + e) - mold(x - d, y - e) for d, e in ((_DIFFERENCE_MM, 0.0), (0.0, _DIFFERENCE_MM))]
+        upright = np.sqrt(1 + sum((rise / (2 * _DIFFERENCE_MM)) ** 2 for rise in rises))  # 1 / cos(slope)
+        return np.asarray(mold(x, y) + self.thickness_mm * upright)
+
     def top(self, x: Floats, y: Floats) -> Floats:
         """Height of the ply's upper side in the mold's frame, continued beyond its outline."""
-        return self.mold.smooth_height(x, y) + self.thickness_mm + self.gap(x, y)
+        return self.laid(x, y) + self.gap(x, y)
 
     def height_above_mold(self, x: Floats, y: Floats) -> Floats:
-        """Height of the ply's upper side above the mold, 0 beside the ply."""
+        """Thickness and gap, 0 beside the ply; on a slope its upper side stands higher by what the thickness leans."""
         return np.where(inside(self.outline, x, y), self.thickness_mm + self.gap(x, y), 0.0)
 
 

@@ -98,10 +98,10 @@ class Stage:
         """Depths with the ply, and with the clamp if there is one."""
         low, high, steep = self._bounds
         slopes = sorted((steepness(b) for b in self.ply.bumps), reverse=True)[:2]
-        tallest = sum(sorted((b.height_mm for b in self.ply.bumps), reverse=True)[:3]) + self.ply.thickness_mm
+        tallest = sum(sorted((b.height_mm for b in self.ply.bumps), reverse=True)[:3]) + 3 * self.ply.thickness_mm
 
         def in_image(x: Floats, y: Floats) -> Floats:
-            return self.mold.smooth_height(x, y) + self.ply.thickness_mm + self.ply.gap_in_image(x, y)
+            return self.ply.laid(x, y) + self.ply.gap_in_image(x, y)
 
         depth = first_hit(self.camera, self.ply.top, in_image, low, high + tallest, steep + sum(slopes))
         on_ply = inside(self.ply.outline, *self.at(depth))

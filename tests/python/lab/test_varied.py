@@ -192,10 +192,10 @@ def test_first_hits_against_marching(mold):
     for j, i in seen[rng.choice(len(seen), 400, replace=False)]:
         t = np.linspace(depth[j, i] - 60, depth[j, i] - 1e-3, 4000)
         x, y, z = (stage.camera.centre[k] + t * d[j, i] for k, d in enumerate((dx, dy, dz)))
-        free = z - ground.height(x, y) - np.where(inside(SQUARE, x, y), ply.height_above_mold(x, y), 0)
+        free = z - np.where(inside(SQUARE, x, y), ply.top(x, y), ground.height(x, y))
         assert free.min() > -1e-3
         end = stage.camera.centre + depth[j, i] * np.array([dx[j, i], dy[j, i], dz[j, i]])
-        top = ground.height(end[0], end[1]) + ply.height_above_mold(end[0], end[1])
+        top = np.where(inside(SQUARE, *end[:2]), ply.top(*end[:2]), ground.height(*end[:2]))
         assert end[2] == pytest.approx(float(top), abs=1e-4)
 
 
