@@ -59,10 +59,10 @@ class History:
     >>> import tempfile
     >>> from debulk.report import Report, Verdict
     >>> history = History(f"{tempfile.mkdtemp()}/cell.sqlite")
-    >>> history.add(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=(), coverage=0.99))
+    >>> history.add(Report(verdict=Verdict.INVALID, reason="nothing was checked", pockets=()))
     1
     >>> history.report(1).verdict.name, len(history.find(verdict="CREASE")), history.check().passed
-    ('CEASE', 0, True)
+    ('INVALID', 0, True)
     """
 
     @typed

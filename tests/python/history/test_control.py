@@ -10,7 +10,7 @@ STILL = np.tile([-1.0, 1.0, -0.5, 0.5], 25)  # mean 0, mean moving range 1.49
 
 
 def after(*figures):
-    chart = control(np.concatenate([STILL, figures]))
+    chart = control(np.concatenate([STILL, figures]), baseline=100)
     return {name: np.flatnonzero(found).tolist() for name, found in chart.signals.items() if found.any()}, chart
 
 
@@ -45,14 +45,14 @@ def test_a_rule_points_where_it_should(figures, expected):
 
 def test_layups_without_a_figure_are_passed_over():
     with_gaps = np.insert(np.concatenate([STILL, [9.0]]), [3, 50], np.nan)
-    chart = control(with_gaps)
+    chart = control(with_gaps, baseline=100)
     assert np.flatnonzero(chart.signals["beyond"]).tolist() == [102]
 
 
 def test_few_or_equal_figures_point_at_nothing():
     few = control(np.append(np.arange(18.0), 1e9))
     assert few.limits is None and not any(found.any() for found in few.signals.values())
-    still = control(np.append(np.ones(100), 1e9))
+    still = control(np.append(np.ones(100), 1e9), baseline=100)
     assert not any(found.any() for found in still.signals.values())
     with pytest.raises(InputError, match="baseline: expected at least 20"):
         control(STILL, baseline=5)
