@@ -1,7 +1,7 @@
 """Reads the house: what includes and imports what, against the order of the rooms.
 
 A room uses only rooms that stand before it on a line. In C++ every `#include` is read, in Python every import, also
-those inside functions; `if TYPE_CHECKING` is left out, for a name in an annotation binds nothing when the code runs.
+those inside functions and under `if TYPE_CHECKING`; `FOR_TYPES_ONLY` lists the few of the latter that go uphill.
 """
 
 import ast
@@ -61,6 +61,23 @@ INSPECTION_ROOMS = (
     "running", "clouds", "reference", "ply", "evidence", "find", "holes", "evaluate", "bumps", "place", "rawscan",
     "checks",
 )  # fmt: skip
+
+# Imports under `if TYPE_CHECKING` that go uphill or close a circle; no new ones are wanted. Those of the package's own
+# `__init__`, which names everything lazily, are not counted.
+FOR_TYPES_ONLY = {
+    ("debulk.solve", "debulk.sheet"),
+    ("debulk.chain.recognise", "debulk.chain.record"),
+    ("debulk.chain.page", "debulk.chain.record"),
+    ("debulk.inspection.calls", "debulk.chain.record"),
+    ("debulk.inspection.checks.seen", "debulk.chain.recognise"),
+    ("debulk.inspection.inspector", "debulk.chain.recognise"),
+    ("debulk.inspection.inspector", "debulk.chain.record"),
+    ("debulk.inspection.repeating", "debulk.chain.record"),
+    ("debulk.inspection.inspector_file", "debulk.inspection.inspector"),
+    ("debulk.inspection.tracing", "debulk.inspection.inspector"),
+    *((f"debulk.results.{name}", "debulk.results.report")
+      for name in ("advice", "deciding", "notebook", "report_text", "smoothing")),
+}  # fmt: skip
 
 # A kernel or an .inl is a source in all but name: its file is included by others.
 MOST_LINES = {".hpp": 120, ".cpp": 350, ".inl": 350, "_kernel.hpp": 350}
@@ -172,19 +189,20 @@ def modules_of(root: Path) -> dict[str, Path]:
     return named
 
 
-def _statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield every node of a module that runs: not what stands in `if TYPE_CHECKING:`, but its else."""
+def _statements(tree: ast.AST, only_types: bool = False) -> Iterator[tuple[ast.AST, bool]]:
+    """Yield every node of a module, and whether it stands under `if TYPE_CHECKING:`."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.If) and "TYPE_CHECKING" in (
             getattr(node.test, "id", ""),
             getattr(node.test, "attr", ""),
         ):
-            for other in node.orelse:
-                yield other
-                yield from _statements(other)
+            for part, types in ((node.body, True), (node.orelse, only_types)):
+                for other in part:
+                    yield other, types
+                    yield from _statements(other, types)
             continue
-        yield node
-        yield from _statements(node)
+        yield node, only_types
+        yield from _statements(node, only_types)
 
 
 def imports_of(name: str, path: Path, modules: dict[str, Path]) -> list[tuple[int, str, str]]:
@@ -192,7 +210,8 @@ def imports_of(name: str, path: Path, modules: dict[str, Path]) -> list[tuple[in
     known = modules.keys() | {"debulk._core"}
     folder = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found = []
-    for node in _statements(ast.parse(path.read_text())):
+    for node, only_types in _statements(ast.parse(path.read_text())):
+        before = len(found)
         if isinstance(node, ast.Import):
             found += [(node.lineno, alias.name, "") for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -203,6 +222,9 @@ def imports_of(name: str, path: Path, modules: dict[str, Path]) -> list[tuple[in
             for alias in node.names:
                 inner = f"{base}.{alias.name}"
                 found.append((node.lineno, inner, "") if inner in known else (node.lineno, base, alias.name))
+        if only_types:
+            spared = [entry for entry in found[before:] if name == "debulk" or (name, entry[1]) in FOR_TYPES_ONLY]
+            found[before:] = [entry for entry in found[before:] if entry not in spared]
     return [entry for entry in found if entry[1].partition(".")[0] == "debulk"]
 
 

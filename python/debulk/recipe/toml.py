@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
+from pydantic import BaseModel
 
 _COMMENT_COLUMN = 34
 _WIDTH = 120
 
 
-def toml(recipe: Recipe) -> str:
+def toml(recipe: BaseModel) -> str:
     """Return the recipe as TOML, with a comment after every setting."""
     lines = ["# Recipe of debulk. What is left out keeps the value shown by `debulk recipe`."]
     for section_name in type(recipe).model_fields:
