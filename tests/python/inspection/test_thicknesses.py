@@ -33,6 +33,20 @@ def test_the_mean_of_a_scan_without_the_ply_and_one_with_it_is_invalid(thickness
     assert report.findings[0].check == "level"
 
 
+@pytest.mark.parametrize("share", [0.3, 0.5])
+def test_two_layers_in_one_list_of_points_are_named(share):
+    """Scans before and after the ply was laid in one cloud, of which the first has a share of the points."""
+    scan, reference, outline = spar.clouds(40.0, 30.0, 0.2, lift_mm=2.0)
+    before = spar.clouds(40.0, 30.0, 0.2, seed=1)[1]
+    from_before = np.random.default_rng(0).random(scan.shape[:2]) < share
+    both = np.where(from_before[..., None], before, scan).reshape(-1, 3)
+    report = inspected(both, reference, outline, 0.2)
+    assert report.verdict is Verdict.INVALID
+    assert report.reason.startswith("the scan holds two layers, 0.2"), report.reason
+    alone = inspected(scan.reshape(-1, 3), reference, outline, 0.2)
+    assert all(finding.check != "two_layers" for finding in alone.findings)
+
+
 def test_the_level_is_never_looser_than_a_third_of_the_thickness():
     of = [debulk.Recipe(material={"thickness_mm": t}, level={"tol_mm": 0.2}) for t in (0.15, 0.6)]
     assert [options.level_tol_mm(recipe) for recipe in of] == pytest.approx([0.05, 0.2])

@@ -60,6 +60,15 @@ CHECKS = (
         _of_place("unit"),
     ),
     Check(
+        "two_layers",
+        "The cloud holds two layers",
+        "in a list of points, windows 40 mm apart: whether neighbours lie at two heights, mixed as in two scans",
+        "a quarter of the thickness, in a fifth of the windows",
+        "give one scan alone; clear the buffer before the next one",
+        (INVALID,),
+        _of_place("two_layers"),
+    ),
+    Check(
         "repeated_pixels",
         "The image was enlarged by repeating pixels",
         "the share of pixels that hold the same point as a neighbour",

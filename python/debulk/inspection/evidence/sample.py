@@ -42,6 +42,8 @@ class Sample:
         Distance from point to point of the scan, where it shows the ply; inf: not known.
     repeated
         Share of the scan's pixels that hold the same point as a neighbour; see `repeated_pixels`.
+    apart_mm
+        Distance of two layers in one list of points; 0: one layer. See `two_layers`.
     inside
         Results of `PlyZones.inside`, by the zones, kept because several checks ask for them.
     """
@@ -53,12 +55,15 @@ class Sample:
     removed_mm: float = 0.0
     pitch_mm: float = np.inf
     repeated: float = 0.0
+    apart_mm: float = 0.0
     inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
 
     def lowered(self, offset_mm: float) -> Sample:
         """Return the same points, lower by this offset."""
         down = self.points_mm - np.array([0.0, 0.0, offset_mm])
-        return Sample(down, self.height_mm - offset_mm, self.each, self.same, offset_mm, self.pitch_mm, self.repeated)
+        return replace(
+            self, points_mm=down, height_mm=self.height_mm - offset_mm, removed_mm=offset_mm, inside=WeakKeyDictionary()
+        )
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""

@@ -18,6 +18,7 @@ from debulk.inspection.clouds.unit import unit_reason, width_of
 from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.evidence.sample import Sample, sampled
+from debulk.inspection.evidence.two_layers import layers_apart_mm, layers_reason
 from debulk.inspection.find.found import Found
 from debulk.inspection.place import plateaus
 from debulk.inspection.place.edge_beyond import beyond_reason, find_beyond
@@ -119,7 +120,8 @@ class Placing:
         sample = sampled(scan, self._setup)
         on = self.zones.inside(sample)
         pitch_mm = pitch_of(sample.points_mm[on, :2], sample.each)
-        sample = replace(sample, pitch_mm=pitch_mm, repeated=repeated_share(scan))
+        apart_mm = layers_apart_mm(scan, self._setup, pitch_mm)
+        sample = replace(sample, pitch_mm=pitch_mm, repeated=repeated_share(scan), apart_mm=apart_mm)
         offset_mm = self._offset(sample)
         if not offset_mm:
             return scan, sample
@@ -138,6 +140,9 @@ class Placing:
         unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
             return Placed(None, Finding("unit", Verdict.INVALID, unit))
+        if sample.apart_mm > 0:
+            reason = layers_reason(sample.apart_mm)
+            return Placed(None, Finding("two_layers", Verdict.INVALID, reason, sample.apart_mm, unit="mm"))
         if sample.repeated > REPEATED:
             reason = repeated_reason(sample.repeated)
             return Placed(None, Finding("repeated_pixels", Verdict.INVALID, reason, sample.repeated, REPEATED))
