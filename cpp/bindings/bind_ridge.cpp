@@ -11,6 +11,7 @@
 #include "debulk/ridge/mold_length.hpp"
 #include "debulk/ridge/post_process.hpp"
 #include "debulk/ridge/ridge_height.hpp"
+#include "debulk/ridge/string_bound.hpp"
 #include "debulk/sheet/minimise.hpp"
 #include "debulk/surface/reference.hpp"
 
@@ -90,6 +91,13 @@ void bind_ridge(py::module_ m) {
       .def_readonly("largest_mm", &HeldExcess::largest)
       .def_readonly("bridge_bound_mm", &HeldExcess::bridge_bound);
   m.def("held_excess", &held_excess, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
+  m.def(
+      "string_bound",
+      [](const Foot& foot, double around, const FibreAngles& angles, const Surface& mold) {
+        const py::gil_scoped_release release;
+        return string_bound(foot.outline, around, angles, mold);
+      },
+      py::arg("foot"), py::arg("around_mm"), py::arg("angles"), py::arg("mold"));
 
   py::class_<ExcessCrest>(m, "ExcessCrest")
       .def_property_readonly("line_mm", [](const ExcessCrest& crest) { return to_array(crest.line); })

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from debulk.arguments import typed
 from debulk.results import codec, report_csv, report_text, saving
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LeftOut", "PocketNet", "PocketReport", "Report", "SolveReport", "Verdict"]
 
+_LATER = "_later"
+
 
 class Report(ReportData):
     """The outcome of one inspection; its fields are those of `debulk.results.report.ReportData`.
@@ -29,6 +33,53 @@ class Report(ReportData):
     >>> print(report.table().splitlines()[0])
     CEASE: no pocket
     """
+
+    @property
+    def later(self) -> Callable[[], Report] | None:
+        """What makes the report with all nets and minima; None: nothing is missing, or nothing can be added."""
+        return self.__dict__.get(_LATER)
+
+    def settle(self) -> Report:
+        """Return the report with the nets and minima that its verdict did not need.
+
+        With ``solve.when = "needed"`` an inspection lays no net on a pocket that the excess of its fibres decides, and
+        computes no minimum of it. They are made here, and are those of ``solve.when = "always"`` to the last bit, as
+        are reasons and `left_out`. Pages and plots do it by themselves. Until then the report holds the heights round
+        its pockets, tens of MB at 20 million points; copies of it, from a file or by pickle, cannot be settled.
+
+        Returns
+        -------
+        Report
+            This report itself if nothing is missing, or nothing can be added. A pocket on which no net can be laid, or
+            whose net does not close its rim, is INVALID in it.
+
+        Examples
+        --------
+        >>> import debulk
+        >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+        >>> recipe = debulk.Recipe(solve={"when": "needed"})
+        >>> pose = layup.mold_from_scanner
+        >>> report = debulk.inspect(layup.scan, layup.reference, recipe, layup.ply_outline, mold_from_scanner=pose)
+        >>> [any(p.net is None for p in one.pockets) for one in (report, report.settle())]
+        [True, False]
+        """
+        if self.later is None:
+            return self
+        full = self.later()
+        names = ("verdict", "reason", "findings", "pockets", "left_out", "unseen")
+        return dataclasses.replace(self, **{name: getattr(full, name) for name in names})
+
+    def settled_by(self, later: Callable[[], Report] | None) -> Report:
+        """Have `settle` take what is missing from the report that this function makes; returns this report."""
+        self.__dict__[_LATER] = later  # beside the fields, which are what is saved and compared
+        return self
+
+    def changed(self, **changes: Any) -> Report:
+        """Return the report with other values of some fields; unlike with `dataclasses.replace` it can be settled."""
+        return dataclasses.replace(self, **changes).settled_by(self.later)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != _LATER}
 
     def table(self) -> str:
         """Return the verdict and a line for each pocket as plain text."""
@@ -86,7 +137,7 @@ class Report(ReportData):
         """
         from debulk.results.plotting import plot
 
-        return plot(self, ax)
+        return plot(self.settle(), ax)
 
     @typed
     def save(self, path: str | PathLike[str]) -> None:
@@ -96,7 +147,7 @@ class Report(ReportData):
         ----------
         path
             Name of the file, which ends in .json (everything; :meth:`load` reads it back to the last bit), .csv (a line
-            for each pocket) or .html (one self-contained page).
+            for each pocket) or .html (one self-contained page, for which it is settled, see :meth:`settle`).
 
         Raises
         ------
@@ -107,7 +158,7 @@ class Report(ReportData):
         def html() -> str:
             from debulk.page.report import page
 
-            return page(self)
+            return page(self.settle())
 
         json, csv = (lambda: codec.dumps(self, FORMAT)), (lambda: report_csv.csv_text(self))
         saving.save(path, {".json": json, ".csv": csv, ".html": html})

@@ -8,7 +8,6 @@ a pipe that nobody reads.
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -147,7 +146,7 @@ def inspect(
         source = {"scan": scan.name, "reference": reference.name, **report.source}
         if recipe is not None:
             source["recipe"] = recipe.name
-        report = dataclasses.replace(report, source=source, warnings=(*notes, *report.warnings))
+        report = report.changed(source=source, warnings=(*notes, *report.warnings))
         if kept_in is not None:
             report = kept_in.keep(report)
         _leave(report, outputs, details, as_json)
@@ -207,7 +206,7 @@ def demo(
             + (", from fringe images" if fringes else ""),
             "what this shows": _shown_by_demo(scene, report),
         }
-        report = dataclasses.replace(report, source=source | report.source)
+        report = report.changed(source=source | report.source)
         show(lambda width: fold(source["what this shows"], width))
         if keep_files:
             _keep_files(output, scene, recipe)

@@ -152,7 +152,7 @@ class History:
         try:
             self.add(report)
         except Exception as error:  # a verdict that is there must reach the cell
-            return dataclasses.replace(report, warnings=(*report.warnings, f"not in the history: {error}"))
+            return report.changed(warnings=(*report.warnings, f"not in the history: {error}"))
         return report
 
     def keep_comparison(self, comparison: Comparison, report: Report) -> Comparison:

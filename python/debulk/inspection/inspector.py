@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -26,7 +27,7 @@ from debulk.inspection.checks.seen import Judged, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import clean, hide, owned, taken
 from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
-from debulk.inspection.evaluate.evaluation import evaluate_all, not_judged
+from debulk.inspection.evaluate.evaluation import evaluate_all, not_judged, settle_all
 from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.finder import finder_for
@@ -308,7 +309,9 @@ class Inspector:
                 report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
             seconds = None if deadline_s is None else float(deadline_s)
             warnings = (*self.prepared.place.warnings(scan), *report.warnings)
+            later = report.later
             report = replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
+        report = report.settled_by(later)
         return report if self.history is None else self.history.keep(report)
 
     def _near(self, scan: Any, stop: _core.Stop) -> Any:
@@ -376,7 +379,16 @@ class Inspector:
         with cycle.stage("report", 1.0):
             more = (recognised, self._humps, self._approved)
             seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, *more)
-            return reporting.report(seen, cycle.timings_ms())
+            report = reporting.report(seen, cycle.timings_ms())
+        unsolved = any(one.unsolved for one in done)
+        return report.settled_by(cache(lambda: self._settled(seen))) if unsolved else report
+
+    def _settled(self, seen: Seen) -> Report:
+        """Report the same with the nets and minima that no verdict needed."""
+        judged = seen.judged
+        done = settle_all(judged.pockets, judged.evaluations, self.ply)
+        reports = shared_runs.named([one.report for one in done], judged.pockets, judged.bumps, self.ply)
+        return reporting.report(replace(seen, judged=replace(judged, evaluations=done, reports=reports)), {})
 
     def _riding(self, points: NDArray[np.float32], sample: Sample, judged: Judged, stop: _core.Stop) -> list[Finding]:
         """Look for narrow bumps on top of pockets and of wider bumps, if all pockets are CEASE so far."""

@@ -199,7 +199,8 @@ class Solve(Section):
     """How the minimum of the energy is found."""
 
     when: Literal["always", "needed"] = Field(
-        default="always", description='"needed": no minimum, and no picture of it, of a pocket that the excess decides'
+        default="always",
+        description='"needed": a pocket that the excess decides gets its net and its minimum by report.settle() only',
     )
     method: Literal["auto", "interior_point", "ipopt", "nlopt"] = Field(
         default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"

@@ -162,8 +162,9 @@ class ExcessReport:
         By how much more than this the upper end of `range_mm` lies above `height_mm`.
     bridge_bound_mm
         mm, largest gap below a string that is pulled taut over the mold along a fibre of the net that is too short for
-        it; 0 if none is. Bridges of minima may be higher where a fibre is too short in one place and too long in
-        another. None at the ply's edge, where fibres that slip may bridge, too.
+        it; 0 if none is. Without a net, the larger gap below any such string where a net would lie. Bridges of minima
+        may be higher where a fibre is too short in one place and too long in another. None at the ply's edge, where
+        fibres that slip may bridge, too.
     fibre, direction_deg, from_mm, to_mm
         That fibre: of the first (0) or second (1) direction, the angle along which the ply is too long there, and where
         it leaves the mold and comes back to it, mold XY. None if no fibre leaves the mold.

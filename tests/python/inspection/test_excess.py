@@ -1,5 +1,8 @@
 """The excess length decides inside the ply, before anything is solved; the minima's figures stand beside it."""
 
+import dataclasses
+import pickle
+
 import numpy as np
 import pytest
 
@@ -70,8 +73,12 @@ def test_the_paper_criterion_decides_as_its_figures_say(layup, report):
             assert (p.verdict, p.reason) == (slipping.verdict, slipping.reason)
 
 
-def test_a_solve_that_is_not_needed_is_left_out_and_turns_no_verdict(layup, report):
-    needed = inspect(layup, solve={"when": "needed"})
+@pytest.fixture(scope="module")
+def needed(layup):
+    return inspect(layup, solve={"when": "needed"})
+
+
+def test_nets_and_solves_that_are_not_needed_are_left_out_and_turn_no_verdict(report, needed):
     assert [(p.verdict, p.reason) for p in needed.pockets] == [(p.verdict, p.reason) for p in report.pockets]
     unsolved = [p for p in needed.pockets if p.solve is None]
     assert unsolved
@@ -80,6 +87,34 @@ def test_a_solve_that_is_not_needed_is_left_out_and_turns_no_verdict(layup, repo
         assert p.debulked_mm is None
         assert p.paper_verdict is None
         assert any(f"pocket {p.id}," in entry.what and p.reason in entry.bound for entry in needed.left_out)
+    unlaid = [(p, q) for p, q in zip(report.pockets, needed.pockets, strict=True) if q.net is None and p.net]
+    assert any(q.verdict is Verdict.CEASE for _, q in unlaid)
+    assert any(q.verdict is Verdict.CREASE for _, q in unlaid)
+    for p, q in unlaid:
+        # No string over the mold below a pocket stands higher than this, whatever net is laid there.
+        assert q.excess.bridge_bound_mm >= p.excess.bridge_bound_mm
+        assert dataclasses.replace(q.excess, bridge_bound_mm=p.excess.bridge_bound_mm) == p.excess
+
+
+def content(report):
+    """All but the times and the recipe."""
+    tree = report.to_dict()
+    pockets = [{k: v for k, v in p.items() if not k.startswith("runtime")} for p in tree["pockets"]]
+    return pockets, {k: v for k, v in tree.items() if k not in ("timings_ms", "recipe", "trace", "pockets")}
+
+
+def test_a_settled_report_has_the_bits_of_one_that_was_solved_at_once(report, needed, tmp_path):
+    assert content(needed) != content(report)
+    assert content(needed.settle()) == content(report)
+    assert content(needed.changed(source={"part": "A-17"}).settle())[0] == content(report)[0]
+    assert report.settle() is report
+    needed.save(tmp_path / "r.json")
+    again = Report.load(tmp_path / "r.json")
+    assert again.settle() is again
+    assert again.to_dict() == pickle.loads(pickle.dumps(needed)).to_dict() == needed.to_dict()
+    needed.save(tmp_path / "settled.html")
+    again.save(tmp_path / "loaded.html")
+    assert "RMS" in (tmp_path / "settled.html").read_text()
 
 
 def test_reports_keep_and_show_both(report, tmp_path):

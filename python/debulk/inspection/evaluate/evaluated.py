@@ -16,3 +16,8 @@ class Evaluation:
     report: PocketReport
     left_out: tuple[LeftOut, ...] = ()
     late: str = ""
+
+    @property
+    def unsolved(self) -> bool:
+        """Whether the excess decided before there was a minimum."""
+        return self.report.solve is None and self.report.decided_by == "excess"

@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from debulk import _core, ridge, solve, verdict
-from debulk.inspection.evaluate import both_ways, bridge_sections, dumps, edge_friction, left_out, ridges, starts
+from debulk.inspection.evaluate import (
+    both_ways,
+    bridge_sections,
+    by_runs,
+    dumps,
+    edge_friction,
+    left_out,
+    ridges,
+    starts,
+)
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.evaluate.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
 from debulk.inspection.find.found import FoundPocket
@@ -21,14 +30,14 @@ from debulk.inspection.holes import hole_beside, unseen
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.cycle import Cycle
 from debulk.recipe import options
-from debulk.results.report import PocketNet, PocketReport, SolveReport
+from debulk.results.report import ExcessReport, PocketNet, PocketReport, SolveReport
 from debulk.stopping import stopping
 from debulk.workers import Workers
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged"]
+__all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged", "settle_all"]
 
 log = logging.getLogger("debulk")
 
@@ -45,6 +54,14 @@ def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, b
             cycle.report("debulk", begun + (1 - begun) * len(evaluations) / len(pockets))
     cycle.check()
     return evaluations
+
+
+def settle_all(pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOnMold) -> list[Evaluation]:
+    """Evaluate the pockets again that have no minimum because the excess decided; the others stay as they are."""
+    recipe = ply.recipe.model_copy(update={"solve": ply.recipe.solve.model_copy(update={"when": "always"})})
+    unsolved = [found for found, one in zip(pockets, done, strict=True) if one.unsolved]
+    again = iter(evaluate_all(unsolved, replace(ply, recipe=recipe), Cycle(), 0.0))
+    return [next(again) if one.unsolved else one for one in done]
 
 
 def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None) -> Evaluation:
@@ -67,7 +84,8 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         if found.promoted and (specks := unseen.single_points(found.pocket, found.unseen, spacing_mm, ply.recipe)):
             share = found.pocket.measured_share
             return _not_evaluated(seen, _refused(found, f"it was seen to {100 * share:.0f} % only{specks}: scan again"))
-        return _evaluate(found, seen, ply, stop, pool)
+        unlaid = _by_runs(found, seen, ply) if ply.recipe.solve.when == "needed" else None
+        return unlaid or _evaluate(found, seen, ply, stop, pool)
     except _core.Stopped:
         return _late(found, seen)
     except Exception as error:
@@ -75,6 +93,19 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         what = " ".join(str(error).split())
         refused = f"an unexpected error, {type(error).__name__}{': ' if what else ''}{what}; please report it"
         return _not_evaluated(seen, verdict.judge(certified=False, refused=refused))
+
+
+def _by_runs(found: FoundPocket, seen: PocketReport, ply: PlyOnMold) -> Evaluation | None:
+    """Judge a pocket without a net; None if it needs one."""
+    watch = _Stopwatch()
+    with watch.step("excess"):
+        decided = by_runs.judged(found, ply)
+    if decided is None:
+        return None
+    known, judged = decided
+    report = replace(_not_evaluated(seen, _with_joined(judged, found)).report, decided_by=judged.decided_by)
+    report = replace(report, excess=_alone(known, ply.recipe), **watch.figures())
+    return Evaluation(report, left_out.of_unsolved(found.number, judged, "the net and the minimum"))
 
 
 def _evaluate(
@@ -93,7 +124,7 @@ def _evaluate(
         known = laid.judge_unsolved()
         if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
             report = _report(seen, laid, watch, _with_joined(known, found), None, {"ridges": stands})
-            return Evaluation(report, left_out.of_unsolved(found.number, known))
+            return Evaluation(report, left_out.of_unsolved(found.number, known, "the minimum"))
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         with watch.step("ridge"):
@@ -145,25 +176,24 @@ def _report(
     paper_verdict: verdict.Verdict | None,
     debulked: dict[str, Any],
 ) -> PocketReport:
-    known = laid.excess
-    if known is not None:
-        limits = criteria(laid.recipe, "excess")
-        alone = verdict.judge(
-            certified=False, inside_ply=True, excess_range_mm=known.range_mm, no_bridge=True, criteria=limits
-        )
-        known = replace(known, verdict=alone.verdict)
     return replace(
         seen,
         verdict=judged.verdict,
         reason=judged.reason,
         decided_by=judged.decided_by,
         paper_verdict=paper_verdict,
-        excess=known,
-        runtime_ms=sum(watch.split_ms.values()),
-        runtime_split_ms=watch.split_ms,
+        excess=None if laid.excess is None else _alone(laid.excess, laid.recipe),
+        **watch.figures(),
         **_net_figures(laid),
         **debulked,
     )
+
+
+def _alone(known: ExcessReport, recipe: Recipe) -> ExcessReport:
+    """Return the ridge by the excess with the verdict by it alone."""
+    limits, mm = criteria(recipe, "excess"), known.range_mm
+    alone = verdict.judge(certified=False, inside_ply=True, excess_range_mm=mm, no_bridge=True, criteria=limits)
+    return replace(known, verdict=alone.verdict)
 
 
 def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:
@@ -183,6 +213,10 @@ class _Stopwatch:
         yield
         within_ms = sum(self.split_ms.values()) - before_ms
         self.split_ms[name] = self.split_ms.get(name, 0.0) + 1e3 * (time.perf_counter() - began) - within_ms
+
+    def figures(self) -> dict[str, Any]:
+        """Return the times as a report has them."""
+        return {"runtime_ms": sum(self.split_ms.values()), "runtime_split_ms": self.split_ms}
 
 
 def _seen(found: FoundPocket) -> PocketReport:

@@ -33,14 +33,14 @@ def of_pocket(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
     return tuple(entries)
 
 
-def of_unsolved(number: int, judged: Judgement) -> tuple[LeftOut, ...]:
-    """Name the minimum that was not computed because the excess length decides without it."""
+def of_unsolved(number: int, judged: Judgement, what: str) -> tuple[LeftOut, ...]:
+    """Name what was not computed because the excess length decides without it: the minimum, or the net as well."""
     bound = f"every minimum keeps the excess length: {judged.reason}"
     if judged.verdict is Verdict.CEASE:
         bound += "; no fibre is, as a whole, so short that it could bridge up to the limit"
     return (
         LeftOut(
-            what=f"the minimum of pocket {number}, its picture and the paper's figures",
+            what=f"{what} of pocket {number}, its picture and the paper's figures",
             why='solve.when is "needed", and the excess length decides',
             bound=bound,
         ),
