@@ -133,7 +133,7 @@ class Level(Section):
         default=0.1,
         gt=0,
         le=10,
-        description="farther off its thickness than this, or than a third of the thickness, it lies wrong",
+        description="farther off its thickness than this, or than 0.35 thicknesses, it lies wrong",
     )
     largest_share: float = Field(
         default=0.05, ge=0, le=0.5, description="share of the ply between the pockets that may lie wrong"

@@ -123,7 +123,7 @@ def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:
     if tol_mm is None or share is None:
         return False
     wrong = level.low_share + level.high_share - level.loose_share
-    most_mm = min(tol_mm, level.thickness_mm / 3)  # as the inspection takes it
+    most_mm = min(tol_mm, 0.35 * level.thickness_mm)  # as the inspection takes it
     return bool(abs(level.laid_mm - level.thickness_mm) > most_mm or wrong > share)
 
 

@@ -109,7 +109,7 @@ CHECKS = (
         "The ply does not lie one thickness above the reference",
         "squares of the ply between the pockets: their median height, their share too high or too low, and the rigid "
         "motion, bend or step that explains it",
-        "`level.tol_mm`, at most a third of the thickness, for the median; `level.largest_share` of the squares",
+        "`level.tol_mm`, at most 0.35 thicknesses, for the median; `level.largest_share` of the squares",
         "what the reason names: check pose, thickness and reference; whether scanner or mold moved; whether scan and "
         "reference are swapped; whether backing paper was left on; lay down a ply that stands loose",
         (INVALID,),
