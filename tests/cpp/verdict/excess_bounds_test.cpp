@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "debulk/core/error.hpp"
+#include "debulk/ridge/ridge_height.hpp"
 
 namespace debulk {
 namespace {
@@ -55,6 +56,13 @@ TEST(ExcessBounds, FollowTheFormulaAndTheFold) {
   EXPECT_EQ(huge.elastic, huge.geometric);
 }
 
+TEST(ExcessBounds, TheFormulaCountsFromTheConsolidatedThickness) {
+  const double height = ridge_height_of_excess(0.3, kThickness);  // 0.279 mm, between 0.25 and 0.36 mm
+  EXPECT_EQ(ridge_by_formula(0.3, kThickness, kBulk), height);
+  EXPECT_EQ(ridge_by_formula(0.3, kThickness, 1.0), 0);  // a bulk factor of 1 is allowed: 0.3 mm
+  EXPECT_EQ(excess_bounds(0.4, kThickness, 1.0, 2).geometric, ridge_height_of_excess(0.4, kThickness));
+}
+
 TEST(ExcessBounds, NameWhatIsWrong) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(excess_bounds(nan, 0.3, 1.2, 2), InputError);
@@ -65,7 +73,13 @@ TEST(ExcessBounds, NameWhatIsWrong) {
   EXPECT_THROW(natural_length(360, -1, 0.1), InputError);
   EXPECT_THROW(natural_length(360, 0.3, nan), InputError);
   const double inf = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(excess_bounds(1, 0.3, inf, 2), InputError);
+  for (const double excess : {1.0, -1.0}) {  // a taut fibre's arguments are checked, too
+    EXPECT_THROW(excess_bounds(excess, 0, 1.2, 2), InputError);
+    EXPECT_THROW(excess_bounds(excess, 0.3, inf, 2), InputError);
+    EXPECT_THROW(excess_bounds(excess, 0.3, 0.9, 2), InputError);
+    EXPECT_THROW(excess_bounds(excess, 0.3, 1.2, 0), InputError);
+  }
+  EXPECT_THROW(excess_bounds(-inf, 0.3, 1.2, 2), InputError);
   EXPECT_THROW(ridge_by_formula(nan, 0.3, 1.2), InputError);
   EXPECT_THROW(ridge_by_formula(1, inf, 1.2), InputError);
   EXPECT_THROW(ridge_by_formula(1, 0.3, inf), InputError);
