@@ -49,6 +49,12 @@ def test_a_ply_that_lies_right_has_no_reason():
     [
         (0.30 + 0.5, ("the scan lies 0.50 mm too high everywhere (between", "stands 0.80 mm above", "check the pose")),
         (0.30 - 0.60, ("the scan lies 0.60 mm too low everywhere", "thickness is 0.3 mm")),
+        (-0.13, ("no ply is seen: the scan stands 0.13 mm below the reference", "lies 0.43 mm too low")),
+        (
+            0.30 + 0.9 * U**2,
+            ("is bent by 0.84 mm over the ply", "or the ply stands off the mold widely, by 0.", "lay the ply down",
+             "if it does lie on the mold, check the scanner's calibration"),
+        ),
         (0.01, ("no ply is seen: the scan stands 0.01 mm above", "by its thickness of 0.3 mm", "lies 0.29 mm too low")),
         (
             0.30 + 0.6 * U,

@@ -36,6 +36,8 @@ def test_doubled_rows_do_no_harm(layup):
 def test_only_points_that_were_seen_count(layup):
     assert repeated_share(layup.scan) == 0
     assert repeated_share(layup.scan.reshape(-1, 3)) == 0
+    assert repeated_share(np.empty((0, 3), np.float32)) == 0
+    assert repeated_share(np.full((8, 3), np.nan, np.float32)) == 0
     assert repeated_share(np.full((8, 8, 3), np.nan, np.float32)) == 0
     assert repeated_share(np.ones((8, 8, 3), np.float32)) == 1
 
@@ -48,3 +50,14 @@ def test_it_does_not_matter_where_the_blocks_begin(shape, times):
     large = few.repeat(times, axis=0).repeat(times, axis=1)
     for begin in range(times):
         assert repeated_share(large[begin : begin + height, begin : begin + width]) > REPEATED
+
+
+@pytest.mark.parametrize("order", ["side by side", "in heaps", "mixed"])
+def test_points_that_a_list_holds_five_times_are_named(layup, order):
+    """It was "0.0 % of the ply was seen": the outlier filter takes heaps of points away."""
+    points = layup.scan[np.isfinite(layup.scan).all(axis=2)]
+    many = np.tile(points, (5, 1)) if order == "side by side" else points.repeat(5, axis=0)
+    report = inspect(layup, np.random.default_rng(0).permutation(many) if order == "mixed" else many)
+    assert report.verdict is debulk.Verdict.INVALID
+    assert "80 % of the scan's points are copies of another point" in report.reason
+    assert "about 5 times; give each point once" in report.reason

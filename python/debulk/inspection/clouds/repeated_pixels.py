@@ -1,4 +1,4 @@
-"""Whether an image of points was enlarged by repeating pixels, as the option "nearest" of many programs does.
+"""Whether points are repeated: in an enlarged image, as the option "nearest" of many programs does, or in a list.
 
 Its points then lie in heaps, and the outlier filter, which compares distances, takes all of them away.
 """
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 __all__ = ["REPEATED", "repeated_reason", "repeated_share"]
 
 REPEATED = 0.6  # 0.75 if every pixel became 2 by 2 pixels; 0.5 if only rows or columns were doubled, which does no harm
+_POINTS = 20_000  # of a list that are looked at
 _ROWS = 16  # looked at
 _COLUMNS = 7  # one of so many is looked at: an odd number, so that pixels of every place in a block are among them
 
@@ -18,8 +19,8 @@ _COLUMNS = 7  # one of so many is looked at: an odd number, so that pixels of ev
 def repeated_share(scan: NDArray[np.float32]) -> float:
     """Return the share of the pixels that hold the same point as the next one to the right or below, bit for bit.
 
-    Only some rows and columns are looked at. Pixels in which nothing was seen do not count; points without an order
-    have no share.
+    Only some rows and columns are looked at. Pixels in which nothing was seen do not count. In a list of points it is
+    the share of the points that are copies; only the points of some values of x are looked at.
 
     Examples
     --------
@@ -27,6 +28,8 @@ def repeated_share(scan: NDArray[np.float32]) -> float:
     >>> repeated_share(image), repeated_share(image.repeat(2, axis=0).repeat(2, axis=1)) > 0.6
     (0.0, True)
     """
+    if scan.ndim == 2:
+        return _again_share(scan)
     if scan.ndim != 3 or min(scan.shape[:2]) < 2:
         return 0.0
     rows = np.linspace(0, scan.shape[0] - 2, _ROWS).astype(np.intp)
@@ -38,8 +41,23 @@ def repeated_share(scan: NDArray[np.float32]) -> float:
     return float(same.sum() / max(1, seen.sum()))
 
 
-def repeated_reason(share: float) -> str:
-    """Say that the pixels are repeated, and what to give instead."""
+def _again_share(points: NDArray[np.float32]) -> float:
+    """Return the share of (N, 3) points that are copies of another one, estimated from some 20 000 of them."""
+    some = max(1, len(points) // _POINTS)
+    # A hash of x takes all copies of a point or none of them, whatever their order, and also where x was rounded.
+    of_x = np.ascontiguousarray(points[:, 0], dtype=np.float32).view(np.uint32) * np.uint32(2654435761)
+    few = points[(of_x >> np.uint32(8)) % np.uint32(some) == 0]
+    few = few[np.isfinite(few).all(axis=1)]
+    return 1 - len(np.unique(few, axis=0)) / len(few) if len(few) else 0.0
+
+
+def repeated_reason(share: float, *, image: bool) -> str:
+    """Say that the points are repeated, and what to give instead."""
+    if not image:
+        return (
+            f"{100 * share:.0f} % of the scan's points are copies of another point, bit for bit: each is there about "
+            f"{1 / (1 - share):.0f} times; give each point once, or look which clouds were put together"
+        )
     return (
         f"of the scan's pixels {100 * share:.0f} % hold the same point as a neighbour, bit for bit: its image was "
         "enlarged by repeating pixels; give the scan in the resolution in which it was taken"

@@ -44,6 +44,8 @@ class Sample:
         Share of the scan's pixels that hold the same point as a neighbour; see `repeated_pixels`.
     apart_mm
         Distance of two layers in one list of points; 0: one layer. See `two_layers`.
+    image
+        Whether the scan is an image.
     inside
         Results of `PlyZones.inside`, by the zones, kept because several checks ask for them.
     """
@@ -56,6 +58,7 @@ class Sample:
     pitch_mm: float = np.inf
     repeated: float = 0.0
     apart_mm: float = 0.0
+    image: bool = True
     inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
 
     def lowered(self, offset_mm: float) -> Sample:

@@ -65,6 +65,9 @@ def level_reason(
     """
     tol, share = options.level_tol_mm(recipe), recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:
+        if _lifted(level, found, recipe):
+            what, remedy = _uneven(level, found, recipe)
+            return f"the ply stands off the mold so widely that its level is not known: {what}: {remedy}"
         return (
             "the level of the ply cannot be determined: its median height between the pockets is uncertain by "
             f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:.2g} mm; scan again, with less noise, "
@@ -76,8 +79,8 @@ def level_reason(
     bare = level.laid_mm <= tol and abs(level.laid_mm) < 0.5 * level.thickness_mm
     if bare and sum(found.left(tol, 0)) <= share:
         return (
-            f"no ply is seen: the scan stands {level.laid_mm:.2f} mm above the reference everywhere, a ply by its "
-            f"thickness of {level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, "
+            f"no ply is seen: the scan stands {_off_reference(level)} everywhere, a ply by its thickness of "
+            f"{level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, "
             f"or the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low"
         )
     enough = max(share, _EXPLAINED * wrong)
@@ -92,10 +95,27 @@ def level_reason(
         what, remedy = _step(step)
     else:
         what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
+        if order == 2 and _lifted(level, found, recipe):
+            top = int(np.argmax(found.residual_mm - 2 * found.error_mm))
+            x, y = found.xy_mm[top]
+            high_mm = found.residual_mm[top]
+            what = f"{what}, or the ply stands off the mold widely, by {high_mm:.2f} mm at ({x:.0f}, {y:.0f}) mm"
+            remedy = f"look there first: lay the ply down and scan again; if it does lie on the mold, {remedy}"
     return (
-        f"{what} (between the pockets the ply stands {level.laid_mm:.2f} mm above the reference, its thickness is "
+        f"{what} (between the pockets the ply stands {_off_reference(level)}, its thickness is "
         f"{level.thickness_mm:g} mm): {remedy}"
     )
+
+
+def _off_reference(level: Level) -> str:
+    return f"{abs(level.laid_mm):.2f} mm {'below' if level.laid_mm < 0 else 'above'} the reference"
+
+
+def _lifted(level: Level, found: Deviation, recipe: Recipe) -> bool:
+    """Return whether the ply lies on the mold somewhere and is too low nowhere, as where air lifts it widely."""
+    share = recipe.level.largest_share
+    laid = np.quantile(np.abs(found.residual_mm), share) <= options.level_tol_mm(recipe)
+    return bool(laid and level.low_share <= share < level.high_share)
 
 
 def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[str, str]:

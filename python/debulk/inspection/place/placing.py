@@ -121,7 +121,9 @@ class Placing:
         on = self.zones.inside(sample)
         pitch_mm = pitch_of(sample.points_mm[on, :2], sample.each)
         apart_mm = layers_apart_mm(scan, self._setup, pitch_mm)
-        sample = replace(sample, pitch_mm=pitch_mm, repeated=repeated_share(scan), apart_mm=apart_mm)
+        sample = replace(
+            sample, pitch_mm=pitch_mm, repeated=repeated_share(scan), apart_mm=apart_mm, image=scan.ndim == 3
+        )
         offset_mm = self._offset(sample)
         if not offset_mm:
             return scan, sample
@@ -144,7 +146,7 @@ class Placing:
             reason = layers_reason(sample.apart_mm)
             return Placed(None, Finding("two_layers", Verdict.INVALID, reason, sample.apart_mm, unit="mm"))
         if sample.repeated > REPEATED:
-            reason = repeated_reason(sample.repeated)
+            reason = repeated_reason(sample.repeated, image=sample.image)
             return Placed(None, Finding("repeated_pixels", Verdict.INVALID, reason, sample.repeated, REPEATED))
         coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
         if coarse:

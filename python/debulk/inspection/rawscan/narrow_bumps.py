@@ -83,7 +83,7 @@ def findings(bumps: Sequence[NarrowBump], limit_mm: float) -> list[Finding]:
             "narrow_bumps",
             Verdict.UNDECIDED,
             f"{_named(bump)}, is narrower than what the height map resolves, and its excess length could make a ridge "
-            f"of {bump.ridge_mm:.2f} mm: look there, and scan again",
+            f"of {bump.ridge_mm:.2f} mm{_why_it_counts(bump.ridge_mm, limit_mm)}: look there, and scan again",
             bump.ridge_mm,
             limit_mm,
             "mm",
@@ -91,6 +91,16 @@ def findings(bumps: Sequence[NarrowBump], limit_mm: float) -> list[Finding]:
         )
         for bump in bumps
     ]
+
+
+def _why_it_counts(ridge_mm: float, limit_mm: float) -> str:
+    """Say why a ridge below the limit counts; empty for one above it."""
+    if ridge_mm >= limit_mm:
+        return ""
+    return (
+        f" by the pixels on it, which miss its top and foot; from {_SURE:g} of the limit of {limit_mm:.2f} mm on it "
+        "may be above it"
+    )
 
 
 def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...]:
