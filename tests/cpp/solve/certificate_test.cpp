@@ -28,6 +28,9 @@ TEST(Certificate, FailsBeyondEachLimitAndSaysWhich) {
     at.*field = std::nan("");
     EXPECT_EQ(at.failure().find(limit.second), 0u) << at.failure();
   }
+  Certificate rises;
+  rises.energy_gain_mj = 2;
+  EXPECT_EQ(rises.failure(), "energy 2 mJ above the start's, not 0");
   Certificate two;
   two.length_error = two.kkt_error = 1;
   EXPECT_EQ(two.failure(), "length error 1 above 0.001, first-order residual 1 above 0.0001");
