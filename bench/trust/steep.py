@@ -27,8 +27,8 @@ PLY_HALF_LENGTH_MM = 110.0
 LIFT_MM = (10.0, 50.0)  # distances from the middle of the length between which a lift fades out
 CAMERA_MM, PITCH_MM, NOISE_MM = 1500.0, 0.55, 0.02  # noise: along the ray, of a surface seen at right angles
 STEP_MM = 0.05
-RADII_MM, SLOPES_DEG, THICKNESSES_MM = (15.0, 20.0, 40.0, 80.0), (45.0, 51.0, 58.0, 62.0), (0.13, 0.3, 0.6)
-RIDGES_MM = (0.0, 0.8, 1.15)  # of the lifts; 0: the ply lies on the spar
+RADII_MM, SLOPES_DEG, THICKNESSES_MM = (15.0, 20.0, 40.0, 80.0), (51.0, 58.0, 62.0), (0.13, 0.6)
+RIDGES_MM = (0.0, 1.15)  # of the lifts; 0: the ply lies on the spar
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path)
-    parser.add_argument("--only", help="one scene: radius,slope,thickness,ridge")
+    parser.add_argument("--only", help="one scene: radius,slope,thickness,ridge[,aside of the camera]")
     args = parser.parse_args()
     if args.only:
         print(line(*map(float, args.only.split(","))))
