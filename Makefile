@@ -176,7 +176,7 @@ trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scen
 	$(python) bench/trust/lines.py --out bench/trust/lines.txt
 	$(python) bench/trust/stranger.py --scenes 80 --seed 11 --out bench/trust/stranger.txt
 	$(python) bench/trust/setups.py --out bench/trust/setups.txt
-	$(python) bench/trust/outlines.py --out bench/trust/outlines.txt
+	$(python) bench/trust/outlines.py --layups 2 --out bench/trust/outlines.txt
 
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it

@@ -25,6 +25,12 @@ Floats = NDArray[np.float64]
 NOISE_MM = 0.02
 TOLD = {"share their measuring noise": "noise", "spreads the ply's edge": "edge"}
 SPREAD = ("Gaussian of 1 pixel", "box of 5 pixels", "median of 5 pixels, twice", "bilateral, 9 pixels, 2 mm")
+# As lists of points in no order: a filter of the image before it is written, or means over cubes of so many mm.
+LISTS: dict[str, str | float] = {
+    "list of points": "none",
+    "list, Gaussian of 4 pixels": "Gaussian of 4 pixels",
+    "list, means over 3 mm": 3.0,
+}
 SAID = ("cease", "undecided", "crease", "invalid")
 
 
@@ -39,7 +45,7 @@ def main() -> None:
     args = parser.parse_args()
     width, height = map(int, args.pixels.split("x"))
     rng = np.random.default_rng([args.seed, 5])
-    counts: dict[str, dict[str, int]] = {name: {} for name in ("none", *FILTERS)}
+    counts: dict[str, dict[str, int]] = {name: {} for name in ("none", *FILTERS, *LISTS)}
     for number in range(args.bumps):
         layup = scenes.layup(3 + number % 5, (width, height))
         inspector = debulk.Inspector(
@@ -47,7 +53,7 @@ def main() -> None:
         )
         scan = laid(layup, inspector, bell(layup, rng), rng)
         for name, of in counts.items():
-            given = scan if name == "none" else filtered(scan, FILTERS[name])
+            given = listed(scan, LISTS[name], rng) if name in LISTS else through(scan, name)
             report = inspector.inspect(given)
             of[report.verdict.value] = of.get(report.verdict.value, 0) + 1
             for words, told in TOLD.items():
@@ -68,6 +74,22 @@ def main() -> None:
     print(text, end="")
     if args.out is not None:
         args.out.write_text(text)
+
+
+def through(scan: NDArray[np.float32], name: str) -> NDArray[np.float32]:
+    """Return a scan put through a filter of this name."""
+    return scan if name == "none" else filtered(scan, FILTERS[name])
+
+
+def listed(scan: NDArray[np.float32], by: str | float, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return a scan as a list of points, after a filter of this name, or as means over cubes of this side."""
+    points = (through(scan, by) if isinstance(by, str) else scan).reshape(-1, 3)
+    points = rng.permutation(points[np.isfinite(points).all(axis=1)])
+    if isinstance(by, str):
+        return points
+    _, of, count = np.unique(np.floor(points / by), axis=0, return_inverse=True, return_counts=True)
+    means = [np.bincount(of.ravel(), points[:, k].astype(np.float64)) / count for k in range(3)]
+    return np.stack(means, axis=1).astype(np.float32)
 
 
 def edges(number: int, seed: int, pixels: tuple[int, int]) -> list[str]:
