@@ -151,8 +151,9 @@ def _evaluate(
     with watch.step("ridge"):
         bridge = bridge_sections.weighed(ends.judged, laid, settled, found, ply, stop)
     by_rule = replace(bridge.judged, reason=bridge.judged.reason + _drawn_in(settled.best, laid.recipe))
-    if found.promoted and settled.solution.status in REFUSED:
-        by_rule = _refused(found, settled.solution.explanation)
+    unjudged = settled.solution.explanation if settled.solution.status in REFUSED else ""
+    if found.promoted and (unjudged or not laid.closed_rim):
+        by_rule = _refused(found, unjudged or "the rim of its net is not closed")
     by_rule = _with_joined(by_rule, found)
     if laid.excess is None:
         with watch.step("ridge"):
