@@ -25,7 +25,7 @@ from debulk.inspection.bumps import tolerances
 from debulk.inspection.checks import shared_runs
 from debulk.inspection.checks.seen import Judged, Seen
 from debulk.inspection.clouds import fingerprint
-from debulk.inspection.clouds.cleaning import clean, hide, owned, taken
+from debulk.inspection.clouds.cleaning import as_points, clean, hide, owned
 from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
 from debulk.inspection.evaluate.evaluation import evaluate_all, not_judged, settle_all
 from debulk.inspection.evidence.raw_points import RawPoints
@@ -44,7 +44,7 @@ from debulk.inspection.rawscan import riders
 from debulk.inspection.rawscan.filled import Filled, FilledSearch
 from debulk.inspection.rawscan.wrinkles import Standing, WrinkleSearch
 from debulk.inspection.reference.prepared import Prepared, prepare
-from debulk.inspection.running.cycle import Cancelled, Cycle, Progress, beside, watched
+from debulk.inspection.running.cycle import Cancelled, Cycle, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
 from debulk.inspection.running.preparation import Preparation
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
@@ -172,7 +172,7 @@ class Inspector:
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
         self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
-        self._below: mold_edge.Below | None = None
+        self._below: mold_edge.BelowEdge | None = None
         if self.ply_outline is None:
             reference, self._below = mold_edge.parted(reference, recipe)
         self._pose = reference.place.pose(self.mold_from_scanner)
@@ -299,7 +299,9 @@ class Inspector:
         cycle = Cycle(deadline_s, progress)
         with (
             self._running.holding(cycle.stop),
-            fingerprint.beside(near := self._near(scan, cycle.stop), cycle.stop, self.recipe.run.scan_hash) as scanned,
+            fingerprint.in_parallel(
+                near := self._near(scan, cycle.stop), cycle.stop, self.recipe.run.scan_hash
+            ) as scanned,
         ):
             try:
                 report = self._inspect(near, cycle)
@@ -324,14 +326,14 @@ class Inspector:
     def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
         """Run the steps of an inspection, one after the other."""
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
-            given = taken(scan, "scan", cycle.stop)
+            given = as_points(scan, "scan", cycle.stop)
             points, sample = self._placing.look(given, cycle.stop)
             placed = self._placing.gross(sample)
             if placed is None and self._below is not None and (wrong := self._below.finding(sample)):
                 placed = Placed(None, wrong)
         if placed is not None:
             return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
-        with beside(
+        with in_parallel(
             cycle.stop, lambda: self._search_raw(given, points, sample, cycle.stop), self.recipe.run.threads
         ) as searched:
             return self._judge(points, sample, searched, cycle)

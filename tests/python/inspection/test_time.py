@@ -10,7 +10,7 @@ import pytest
 from debulk import Inspector, Recipe, Verdict, _core, scenes
 from debulk.inspection.evaluate import evaluation, starts
 from debulk.inspection.evaluate.laid_pocket import LaidPocket
-from debulk.inspection.running.cycle import Cycle, beside
+from debulk.inspection.running.cycle import Cycle, in_parallel
 from debulk.solve import minimise_with
 
 HANG_S = 60  # of this process's own time; each of these scans took minutes once
@@ -198,7 +198,7 @@ def test_an_error_costs_one_pockets_verdict_and_not_the_report(layup, inspector,
 @pytest.mark.parametrize("threads", [1, 2])
 def test_work_beside_gives_its_result_and_ends_before_the_body_is_left(threads):
     stop, done = _core.Stop(), []
-    with beside(stop, lambda: done.append(threading.current_thread()) or "found", threads) as result:
+    with in_parallel(stop, lambda: done.append(threading.current_thread()) or "found", threads) as result:
         assert result() == "found"
     assert [thread is threading.main_thread() for thread in done] == [False]
 
@@ -212,7 +212,7 @@ def test_an_error_of_the_body_ends_the_work_beside_it():
             time.sleep(0.001)
         ended.append(True)
 
-    with pytest.raises(KeyboardInterrupt), beside(stop, work, 2):
+    with pytest.raises(KeyboardInterrupt), in_parallel(stop, work, 2):
         began.wait()
         raise KeyboardInterrupt
     assert ended

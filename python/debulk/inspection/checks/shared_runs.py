@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["findings", "named"]
 
 _NAMED = 3  # so many pockets and so many bumps at most are named in a reason
-_APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is told if they are nearer than this
+_APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is named_mm if they are nearer than this
 
 
 def named(
@@ -59,14 +59,14 @@ def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMo
     most_mm = excess.most_mm(every)
     left = np.setdiff1d(np.flatnonzero(every.held), runs_over(pockets))
     judged: list[Finding] = []
-    told = np.zeros((0, 2))
+    named_mm = np.zeros((0, 2))
     for n in left[np.argsort(-most_mm[left], kind="stable")].tolist():
         ridge_mm = excess.ridge_of(float(most_mm[n]), ply.recipe)
         if ridge_mm <= limit_mm:
             break
-        if (np.linalg.norm(told - every.top_mm[n], axis=1) < _APART_MM).any():
+        if (np.linalg.norm(named_mm - every.top_mm[n], axis=1) < _APART_MM).any():
             continue
-        told = np.vstack([told, every.top_mm[n]])
+        named_mm = np.vstack([named_mm, every.top_mm[n]])
         (x0, y0), (x1, y1) = every.from_mm[n].tolist(), every.to_mm[n].tolist()
         where = f"the ply from ({x0:.0f}, {y0:.0f}) to ({x1:.0f}, {y1:.0f}) mm, where no pocket is,"
         reason = _reason(where, float(every.high_mm[n]), ridge_mm, ply)

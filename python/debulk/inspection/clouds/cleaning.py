@@ -16,7 +16,7 @@ from debulk.recipe import options
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["check_mask", "clean", "hide", "is_plain", "masked", "owned", "pieces", "slices", "taken"]
+__all__ = ["as_points", "check_mask", "clean", "hide", "is_plain", "masked", "owned", "pieces", "slices"]
 
 Cloud = NDArray[np.float32]
 _PIECE = 1 << 19  # points; they take a few milliseconds, and a raised stop is heeded between pieces
@@ -43,7 +43,7 @@ def slices(array: NDArray[Any], stop: _core.Stop | None = None) -> Iterator[slic
         yield slice(first, first + rows)
 
 
-def taken(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
+def as_points(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     """Do what `as_cloud` does, but heed the stop, because it takes a while to copy a cloud of another type."""
     if not is_plain(points) or (points.dtype == np.float32 and points.flags.c_contiguous):
         return cloud.as_cloud(points, name)
@@ -69,7 +69,7 @@ def is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
 
 def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> Cloud:
     """Check a cloud, and return it with NaN where the mask hides it."""
-    whole = taken(points, name, stop)
+    whole = as_points(points, name, stop)
     _check_bounds(whole, name, stop)
     if mask is None:
         return whole

@@ -17,7 +17,7 @@ from debulk.inspection.clouds.cleaning import pieces
 from debulk.results.trace import ArrayTrace
 from debulk.workers import Workers
 
-__all__ = ["Hash", "beside", "of_cloud", "of_mask"]
+__all__ = ["Hash", "in_parallel", "of_cloud", "of_mask"]
 
 Hash = Literal["sha256", "xxh3"]
 _MAKE: dict[Hash, Callable[[], Any]] = {"sha256": hashlib.sha256, "xxh3": xxhash.xxh3_128}
@@ -43,7 +43,7 @@ def of_mask(mask: NDArray[np.bool_]) -> ArrayTrace:
 
 
 @contextmanager
-def beside(points: ArrayLike, stop: _core.Stop, kind: Hash | None) -> Iterator[Callable[[], ArrayTrace | None]]:
+def in_parallel(points: ArrayLike, stop: _core.Stop, kind: Hash | None) -> Iterator[Callable[[], ArrayTrace | None]]:
     """Fingerprint a scan while the body runs; the body gets a function that waits for the result.
 
     The result is None if the scan is no cloud; the inspection itself refuses it and gives the reason. If its owner

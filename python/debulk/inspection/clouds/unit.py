@@ -11,7 +11,7 @@ __all__ = ["unit_reason", "width_of"]
 
 Floats = NDArray[np.float64]
 _UNITS = {"centimetres": 10.0, "inches": 25.4, "decimetres": 100.0, "metres": 1000.0}
-_NEAR = 0.15  # of the factor: ply and reference are not seen from exactly the same place
+_FACTOR_TOL = 0.15  # of the factor: ply and reference are not seen from exactly the same place
 
 
 def width_of(seen: Grid) -> Floats:
@@ -33,7 +33,7 @@ def unit_reason(points_mm: Floats, wide: Floats) -> str:
     low, high = np.array([np.percentile(points_mm[:, axis], [1, 99]) for axis in (0, 1)]).T  # faster than along an axis
     ratio = float(np.hypot(*wide) / max(1e-9, np.hypot(*(high - low))))
     for unit, factor in _UNITS.items():
-        if abs(ratio / factor - 1) < _NEAR:
+        if abs(ratio / factor - 1) < _FACTOR_TOL:
             return (
                 f"the scan is {high[0] - low[0]:.3g} by {high[1] - low[1]:.3g} mm and the reference {wide[0]:.4g} by "
                 f"{wide[1]:.4g} mm: is the scan in {unit}? Multiply its points by {factor:g}"

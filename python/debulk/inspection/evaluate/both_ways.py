@@ -18,7 +18,7 @@ from debulk.grid import Grid
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.evaluate.laid_pocket import criteria
 from debulk.inspection.find.found import FoundPocket
-from debulk.inspection.holes.hole_beside import Beside, rim_share
+from debulk.inspection.holes.pocket_holes import PocketHoles, rim_share
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import options
 from debulk.results.half_seen import MOST_OF_RIM, HalfSeen, Way, at_best, hole_names
@@ -38,7 +38,7 @@ _PLATE, _MEMBRANE = 1e-4, 1e4
 
 
 def judged(
-    found: FoundPocket, seen: PocketReport, hole: Beside, ply: PlyOnMold, stop: _core.Stop, evaluate: Evaluate
+    found: FoundPocket, seen: PocketReport, hole: PocketHoles, ply: PlyOnMold, stop: _core.Stop, evaluate: Evaluate
 ) -> Evaluation:
     """Judge a pocket in each way that the ply may lie in the hole.
 
@@ -86,7 +86,7 @@ def judged(
     return _of_all(seen, replace(half, ways=ways), evaluations, ply)
 
 
-def _ways(hole: Beside, ply: PlyOnMold, stop: _core.Stop) -> Iterator[tuple[str, Heights | None]]:
+def _ways(hole: PocketHoles, ply: PlyOnMold, stop: _core.Stop) -> Iterator[tuple[str, Heights | None]]:
     """Yield each way with the window's heights; None if the known heights round the hole do not determine them."""
     unknown, known = hole.unknown.view(np.uint8), np.asarray(hole.heights.values, dtype=np.float32)
     low_mm = np.float32(ply.recipe.material.thickness_mm)
@@ -98,7 +98,7 @@ def _ways(hole: Beside, ply: PlyOnMold, stop: _core.Stop) -> Iterator[tuple[str,
 
 
 def _pieces(
-    found: FoundPocket, own: Flags, hole: Beside, heights: Heights, ply: PlyOnMold, stop: _core.Stop
+    found: FoundPocket, own: Flags, hole: PocketHoles, heights: Heights, ply: PlyOnMold, stop: _core.Stop
 ) -> Iterator[FoundPocket]:
     """Find the pockets where the pocket or the hole is: a single one, or several that the hole separates.
 
@@ -140,7 +140,7 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
     filled = _worst(evaluations[_FILLED])
     names, limits = hole_names(half.holes), ply.recipe.verdict
     best = at_best(half, ply.recipe.segmentation.area_tol_mm2)
-    told = ", ".join(f"{way.verdict.name} with it {way.holes}" for way in half.ways)
+    said = ", ".join(f"{way.verdict.name} with it {way.holes}" for way in half.ways)
     late = ", ".join(dict.fromkeys(one.late for done in evaluations.values() for one in done if one.late))
     if late:
         cut = next(one for done in evaluations.values() for one in done if one.late)
@@ -148,11 +148,11 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
     elif best is not Verdict.CREASE and seen.measured_share < limits.min_pocket_coverage:
         # Not asked of CREASE: however little of a pocket was seen, that part may show that it creases.
         judgement = verdict.judge(certified=False, coverage=seen.measured_share, criteria=criteria(ply.recipe))
-        judgement = Judgement(judgement.verdict, f"{judgement.reason}: {names} borders on it, scan again; {told}")
+        judgement = Judgement(judgement.verdict, f"{judgement.reason}: {names} borders on it, scan again; {said}")
     elif len({way.verdict for way in half.ways}) > 1:
-        judgement = Judgement(best, f"{names} borders on it and decides: scan again; {told}")
+        judgement = Judgement(best, f"{names} borders on it and decides: scan again; {said}")
     elif best is not half.ways[0].verdict:
-        judgement = Judgement(best, f"{names} borders on it and may hide more than its rim shows: scan again; {told}")
+        judgement = Judgement(best, f"{names} borders on it and may hide more than its rim shows: scan again; {said}")
     else:
         judgement = Judgement(best, f"{half.ways[0].reason}, however the ply lies in {names} beside it")
     report = replace(

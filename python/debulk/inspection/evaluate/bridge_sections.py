@@ -65,24 +65,24 @@ def weighed(
         return Weighed(Judgement(Verdict.UNDECIDED, late, judged.decided_by), late="the sections of a bridge")
     if section is None:
         return Weighed(judged)
-    told = bridge_section_line(section)
+    figures = bridge_section_line(section)
     if section.range_mm[0] > limits.max_ridge_mm + limits.ridge_margin_mm:
-        return Weighed(replace(judged, reason=f"{judged.reason}, and {told}"), section)
+        return Weighed(replace(judged, reason=f"{judged.reason}, and {figures}"), section)
     # A fibre may also be too short in one place and too long in another, which sections as wholes do not show.
     if section.lacks_mm > 0 and section.range_mm[1] <= limits.max_ridge_mm - _SHORT_MM:
-        return Weighed(replace(without, reason=f"{without.reason}; its net bridges, but {told}"), section)
-    reason = f"{judged.reason} by its net, but {told}; {_REMEDY}"
+        return Weighed(replace(without, reason=f"{without.reason}; its net bridges, but {figures}"), section)
+    reason = f"{judged.reason} by its net, but {figures}; {_REMEDY}"
     return Weighed(Judgement(Verdict.UNDECIDED, reason, judged.decided_by), section)
 
 
-class Short(NamedTuple):
+class TooShort(NamedTuple):
     """Why a bump may remain as a bridge above the limit, in words, and whether that is more likely than not."""
 
     why: str
     likely: bool
 
 
-def over_bump(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Short | None:
+def over_bump(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> TooShort | None:
     """Say why a bump below the tolerances may be a bridge; None if not; raises `Stopped`.
 
     Measured are bumps whose short fibres stand as high now as a bridge that counts. A taut fibre stays as it stands;
@@ -97,11 +97,11 @@ def over_bump(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Short | N
     section = measured(found, ply, stop)
     if section is None:
         why = f"the ply over it may bridge the hollow below, where it stands {bound_mm:.2f} mm high"
-        return Short(why, likely=False)
+        return TooShort(why, likely=False)
     if section.range_mm[1] < least_mm:
         return None
     why = f"the ply over it is too short for the hollow below: a bridge of {bridge_section_line(section)}"
-    return Short(why, likely=section.height_mm >= least_mm)
+    return TooShort(why, likely=section.height_mm >= least_mm)
 
 
 def measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSection | None:

@@ -89,8 +89,8 @@ def _together(
         return laid.judge(slipping.solution, slipping.best, counted.every)
     reason = if_held.reason
     if not late:
-        told = f"{if_held.reason} if its rim is held, {if_slipping.reason} if it slips"
-        reason = f"friction at the ply's edge decides: {told}; {_REMEDY}"
+        both = f"{if_held.reason} if its rim is held, {if_slipping.reason} if it slips"
+        reason = f"friction at the ply's edge decides: {both}; {_REMEDY}"
     return Judgement(Verdict.UNDECIDED, reason, if_held.decided_by)
 
 

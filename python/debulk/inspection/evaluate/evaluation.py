@@ -26,7 +26,7 @@ from debulk.inspection.evaluate import (
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.evaluate.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
 from debulk.inspection.find.found import FoundPocket
-from debulk.inspection.holes import hole_beside, unseen
+from debulk.inspection.holes import pocket_holes, unseen
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.cycle import Cycle
 from debulk.recipe import options
@@ -73,13 +73,13 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
     if stop.now():
         return _late(found, seen)
     try:
-        hole = hole_beside.beside(found, ply)
+        hole = pocket_holes.holes_of(found, ply)
         if hole is not None:
             return both_ways.judged(
                 found, seen, hole, ply, stop, lambda piece: _evaluate(piece, _seen(piece), ply, stop, pool)
             )
         if not found.foot.closed:
-            return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.beside(found)))
+            return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.open_rim(found)))
         spacing_mm = found.segmentation.heights.spacing_mm
         if found.promoted and (specks := unseen.single_points(found.pocket, found.unseen, spacing_mm, ply.recipe)):
             share = found.pocket.measured_share

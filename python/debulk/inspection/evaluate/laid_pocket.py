@@ -29,7 +29,7 @@ __all__ = ["REFUSED", "LaidPocket", "criteria", "lay_net", "lay_pocket"]
 REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface")
 _FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
 _FREE = 2  # kind of a node at the ply's edge
-_SLIPS = 2.0
+_SLIP_LENGTHS = 2.0  # of ply beside the edge: from farther away nothing is released
 _NARROW = "; by so much the filters may have lowered what is narrow for such heights: give a denser scan"
 
 
@@ -222,7 +222,7 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
     # nothing.
     slip_mm = ply.recipe.net.free_edge_mm
     away_mm = float(pocket.distance_to_outline(ply.outline, found.pocket.outline_mm).min())
-    if away_mm > _SLIPS * slip_mm:
+    if away_mm > _SLIP_LENGTHS * slip_mm:
         return (
             f"its net is free at an edge of the ply {away_mm:.0f} mm away, and a ply slips by some {slip_mm:g} mm: "
             f"{round_it}"

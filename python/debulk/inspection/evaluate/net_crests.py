@@ -29,7 +29,7 @@ class NetCrest:
     nodes
         Its peaks in order, each on a different fibre.
     points_mm
-        (K, 3) positions of these nodes, with one more point at each end, half the way on to the next fibre.
+        (K, 3) positions of these nodes, with one more point at each end, half the path on to the next fibre.
     section
         Its highest section.
     """
@@ -63,15 +63,15 @@ def _trace(start: int, fibre: int, links: Links, peaks: Collection[int], nodes_m
     ahead, back = _ALONG[fibre]
     ways = []
     for side in _ACROSS[fibre]:
-        way = [start]
-        while (beside := links[way[-1]][side]) >= 0:
+        path = [start]
+        while (beside := links[path[-1]][side]) >= 0:
             near = [node for node in (beside, links[beside][ahead], links[beside][back]) if node in peaks]
-            near = [node for node in near if node not in way]
+            near = [node for node in near if node not in path]
             if not near:
                 break
-            here = nodes_mm[way[-1], :2]
-            way.append(min(near, key=lambda node: float(np.hypot(*(nodes_mm[node, :2] - here)))))
-        ways.append(way)
+            here = nodes_mm[path[-1], :2]
+            path.append(min(near, key=lambda node: float(np.hypot(*(nodes_mm[node, :2] - here)))))
+        ways.append(path)
     return (*reversed(ways[1][1:]), *ways[0])
 
 
@@ -86,7 +86,7 @@ def _outward(node: int, links: Links, nodes_mm: Floats, side: int, fibre: int) -
         return np.asarray(nodes_mm[links[node][side]] - nodes_mm[node])
     if links[node][other] >= 0:
         return np.asarray(nodes_mm[node] - nodes_mm[links[node][other]])
-    ends = [nodes_mm[links[node][way] if links[node][way] >= 0 else node] for way in _ALONG[fibre]]
+    ends = [nodes_mm[links[node][path] if links[node][path] >= 0 else node] for path in _ALONG[fibre]]
     x, y = (ends[0] - ends[1])[:2]
     segment_mm = max(float(np.linalg.norm(end - nodes_mm[node])) for end in ends)
     to_north = 1.0 if (side == _ACROSS[fibre][0]) == (fibre == 0) else -1.0

@@ -79,12 +79,12 @@ class Outline:
     def __init__(self, corners_mm: Floats, bare_mm: Callable[[Floats], Floats] | None = None) -> None:
         ends = np.roll(corners_mm, -1, axis=0)
         lengths = np.linalg.norm(ends - corners_mm, axis=1)
-        way = np.concatenate([[0.0], np.cumsum(lengths)])
-        count = max(3, round(way[-1] / _STRETCH_MM))
-        steps = max(2, round(way[-1] / count / _STEP_MM))
-        at = (np.arange(count * steps) + 0.5) / (count * steps) * way[-1]
-        side = np.clip(np.searchsorted(way, at, side="right") - 1, 0, len(corners_mm) - 1)
-        share = ((at - way[side]) / lengths[side])[:, None]
+        along_mm = np.concatenate([[0.0], np.cumsum(lengths)])
+        count = max(3, round(along_mm[-1] / _STRETCH_MM))
+        steps = max(2, round(along_mm[-1] / count / _STEP_MM))
+        at = (np.arange(count * steps) + 0.5) / (count * steps) * along_mm[-1]
+        side = np.clip(np.searchsorted(along_mm, at, side="right") - 1, 0, len(corners_mm) - 1)
+        share = ((at - along_mm[side]) / lengths[side])[:, None]
         points = corners_mm[side] + share * (ends - corners_mm)[side]
         # Normals are taken over some 16 mm: the short sides of a noisy outline have no useful normals of their own.
         reach = max(1, round(0.25 * _STRETCH_MM / _STEP_MM))
@@ -101,7 +101,7 @@ class Outline:
         own = (inside == (self.offsets_mm < 0)) & (near > 0.7 * np.abs(self.offsets_mm))
         self._xy, self._own = xy, own
         self.places_mm, self.normals = points, normal
-        self.step_mm = float(way[-1]) / (count * steps)
+        self.step_mm = float(along_mm[-1]) / (count * steps)
         self._stretches = (count, steps)
         bare = np.zeros(own.shape) if bare_mm is None else bare_mm(xy.reshape(-1, 2)).reshape(own.shape)
         self._bare = bare.reshape(count, steps, -1).mean(axis=1)

@@ -14,7 +14,7 @@ from debulk.inspection.clouds.thinning import complete
 
 __all__ = [
     "SIDE",
-    "Quiet",
+    "QuietSquares",
     "Squares",
     "quiet_pixels",
     "quiet_squares",
@@ -66,7 +66,7 @@ class Squares:
 
 
 @dataclass(frozen=True, eq=False)
-class Quiet:
+class QuietSquares:
     """Which squares of a scan carry no noise.
 
     Attributes
@@ -98,7 +98,7 @@ def some_on_ply(scan: Cloud, squares: Squares, on_ply: OnPly) -> Whole:
 
 def quiet_squares(
     scan: Cloud, squares: Squares, some: Whole, on_ply: OnPly, up: Floats, stop: _core.Stop, threads: int = 0
-) -> Quiet:
+) -> QuietSquares:
     """Find the squares on the ply that carry none of the scan's noise.
 
     Parameters
@@ -121,13 +121,13 @@ def quiet_squares(
     shape = len(squares.rows), len(squares.columns)
     count = shape[0] * shape[1]
     if not len(some):
-        return Quiet(np.zeros(shape, dtype=np.bool_))
+        return QuietSquares(np.zeros(shape, dtype=np.bool_))
     axes = [(0.0, 0.0, 1.0), tuple(up)] if np.hypot(*up[:2]) > _LEVEL else [(0.0, 0.0, 1.0)]
     limits = _core.rawscan.quiet_limits(scan, squares.step, some, axes, threads, stop)
     maybe = np.flatnonzero(_core.rawscan.quiet_squares(scan, squares.step, limits, threads, stop))
     quiet = np.zeros(count, dtype=np.bool_)
     quiet[_those_on_ply(scan, squares, maybe, on_ply)] = True
-    return Quiet(quiet.reshape(shape), _unknown(limits))
+    return QuietSquares(quiet.reshape(shape), _unknown(limits))
 
 
 def quiet_pixels(height: Cloud, step_mm: float) -> tuple[Bools, str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from debulk import pocket
 from debulk.inspection.find.found import Found, FoundPocket
-from debulk.inspection.holes.hole_beside import BRIDGE_MM, listed_hole
+from debulk.inspection.holes.pocket_holes import BRIDGE_MM, listed_hole
 from debulk.pocket import Dropped
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -19,7 +19,7 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["beside", "findings", "holes", "left_out", "single_points", "standing_mm"]
+__all__ = ["findings", "holes", "left_out", "open_rim", "single_points", "standing_mm"]
 
 _SPECK_POINTS = 8  # fewer than 3 by 3, as in the C++ core
 _NEAR_MM = 10.0  # from a hole to a foot or bump beside it: smoothed heights reach a little past what was seen
@@ -151,7 +151,7 @@ def _judged_with(hole: pocket.UnseenHole, pockets: Sequence[PocketReport]) -> Po
     return None
 
 
-def beside(found: FoundPocket) -> str:
+def open_rim(found: FoundPocket) -> str:
     """Return what a pocket's open rim borders on, in words: the nearest hole, if one is listed near it."""
     outline = found.foot.outline_mm
 

@@ -18,7 +18,7 @@ _NORMAL = 1.4826  # standard deviation of normally distributed values over the m
 _BISQUARE = 4.685  # constant of Tukey's weights: 95 % efficient for normally distributed values
 _LEAST_SIGMA_MM = 0.005
 _ROUNDS = 8
-_SURE = 2.0  # standard errors
+_STANDARD_ERRORS = 2.0  # standard errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Deviation:
         paraboloid is off by more than the tolerance there. The paraboloid shows a motion or a bend of the scan that is
         lost in the noise of single squares.
         """
-        beyond = np.abs(self.residual_mm) > tol_mm + _SURE * self.error_mm
+        beyond = np.abs(self.residual_mm) > tol_mm + _STANDARD_ERRORS * self.error_mm
         smooth = np.abs(self.fits_mm[2]) > tol_mm
         sign = np.where(beyond, np.sign(self.residual_mm), np.where(smooth, np.sign(self.fits_mm[2]), 0.0))
         return np.asarray(sign, dtype=np.int64)
@@ -79,7 +79,7 @@ class Deviation:
 
     def left(self, tol_mm: float, order: int) -> tuple[float, float]:
         """Return the shares of the squares that lie too low and too high after subtracting the fit of that order."""
-        rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + _SURE * self.error_mm
+        rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + _STANDARD_ERRORS * self.error_mm
         return float(np.mean(rest < -limit)), float(np.mean(rest > limit))
 
 

@@ -40,10 +40,10 @@ def swapped_reason(hanging_mm2: float, cut_height_mm: float) -> str:
 def edge_reason(fit: EdgeFit) -> str:
     """Say where the outline does not fit."""
     x, y = fit.at_mm
-    way = f"{abs(fit.off_mm):.0f} mm {'outside' if fit.off_mm > 0 else 'inside'}"
+    shift = f"{abs(fit.off_mm):.0f} mm {'outside' if fit.off_mm > 0 else 'inside'}"
     return (
         f"the outline does not fit the scan: along {100 * fit.off_share:.0f} % of it the ply's edge is elsewhere, "
-        f"round ({x:.0f}, {y:.0f}) mm {way} it; check that it is this ply's, not mirrored, and in the mold's frame"
+        f"round ({x:.0f}, {y:.0f}) mm {shift} it; check that it is this ply's, not mirrored, and in the mold's frame"
     )
 
 

@@ -20,7 +20,7 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Below", "parted"]
+__all__ = ["BelowEdge", "parted"]
 
 _SQUARE_MM = 40.0
 _LEAST_POINTS = 9  # that a square needs to be judged
@@ -29,7 +29,7 @@ _CLIFF_MM = 200.0  # within this distance of the edge the table is visible again
 
 
 @dataclass(frozen=True, eq=False)
-class Below:
+class BelowEdge:
     """The part of the reference below the mold's edge, which is taken for a table if a scan shows nothing on it.
 
     Attributes
@@ -81,7 +81,7 @@ class Below:
         )
 
 
-def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, Below | None]:
+def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, BelowEdge | None]:
     """Return the reference without the part below a cliff, and that part, which is None if there is no cliff."""
     seen = prepared.seen
     marks: NDArray[np.uint8] = _core.surface.above_cliffs(*prepared.seen_on_grid(), recipe.run.threads, _core.Stop())
@@ -96,4 +96,4 @@ def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, Below | None]:
     mold = Grid(
         np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype), seen.origin_mm, seen.spacing_mm
     )
-    return replace(prepared, seen=mold), Below(below, share, recipe.material.thickness_mm)
+    return replace(prepared, seen=mold), BelowEdge(below, share, recipe.material.thickness_mm)

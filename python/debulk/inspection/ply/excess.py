@@ -34,12 +34,12 @@ def of_runs(runs: FibreRuns, bridge_bound_mm: float | None, recipe: Recipe) -> E
         Material and limits.
     """
     least_mm = 2 * recipe.verdict.excess_margin_mm  # an excess is twice as long as its ridge is high
-    spare_mm = np.maximum(runs.uncertainty_mm, least_mm)
+    margin_mm = np.maximum(runs.uncertainty_mm, least_mm)
     single = alone(runs)
     sure = single & bound(runs)
-    low_mm = float((runs.low_mm - spare_mm)[sure].max(initial=0.0))
-    high_mm = float((runs.high_mm + spare_mm).max(initial=0.0))
-    alone_mm = float((runs.high_mm + spare_mm)[single].max(initial=0.0))
+    low_mm = float((runs.low_mm - margin_mm)[sure].max(initial=0.0))
+    high_mm = float((runs.high_mm + margin_mm).max(initial=0.0))
+    alone_mm = float((runs.high_mm + margin_mm)[single].max(initial=0.0))
     if not len(runs):
         return ExcessReport(
             length_mm=0.0,
@@ -62,8 +62,8 @@ def of_runs(runs: FibreRuns, bridge_bound_mm: float | None, recipe: Recipe) -> E
         alone_mm=_standing(alone_mm, recipe),
         elastic_mm=section.elastic_height(excess_mm, recipe),
         noise_mm=float(runs.uncertainty_mm[worst]) / 4,
-        uncertainty_mm=float(spare_mm[worst]) / 2,
-        missed_mm=max(0.0, high_mm - excess_mm - float(spare_mm[worst])) / 2,
+        uncertainty_mm=float(margin_mm[worst]) / 2,
+        missed_mm=max(0.0, high_mm - excess_mm - float(margin_mm[worst])) / 2,
         bridge_bound_mm=bridge_bound_mm,
         fibre=int(runs.family[worst]),
         direction_deg=direction_deg(np.array([x1 - x0, y1 - y0])),

@@ -26,14 +26,14 @@ _HALF = 12  # pixels from a window's middle to its sides
 _COARSE = (24, 32)  # rows and columns that give the first estimate of the image's place on the mold
 _NEWTON = 4  # steps from that estimate to the pixel that shows a place
 _MISS = 2.0  # pixels by which that pixel may miss the place
-_NEAR, _BESIDE = 6.0, 4.0  # pixels from the edge: the spread is measured nearer, the levels on both sides farther off
+_NEAR_PIXELS, _BESIDE_PIXELS = 6.0, 4.0  # from the edge: the spread is measured nearer, the levels farther off
 _SEEN = 0.9  # share of a window's pixels that must be seen
 _LEAST = 60  # points needed in each part of a window, and for the first estimate
 _STEP = (0.5, 1.6)  # thicknesses along z: steps of such a height are the edge of this ply alone
 _LEVEL = 0.7  # thicknesses by which the surface beside the ply may be off the reference
 _OUTLIER = 0.7  # steps above 1 or below 0 beyond which a point is not used
 _WINDOWS_NEEDED = 16
-_SURE = 2.0  # standard errors of the median over the windows
+_STANDARD_ERRORS = 2.0  # standard errors of the median over the windows
 _OF_QUARTILES = 1.2533 / 1.349  # a median's standard error over its root of n, per distance between the quartiles
 
 
@@ -88,7 +88,7 @@ class EdgeSpread:
         if len(spreads) < _WINDOWS_NEEDED:
             return float("nan")
         low, middle, high = np.quantile(spreads, [0.25, 0.5, 0.75])
-        return float(middle - _SURE * _OF_QUARTILES * (high - low) / np.sqrt(len(spreads)))
+        return float(middle - _STANDARD_ERRORS * _OF_QUARTILES * (high - low) / np.sqrt(len(spreads)))
 
     def _pixels_at(self, scan: Cloud) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return rows and columns (N, 2) of the pixels that show places on the outline, and those places' indices."""
@@ -143,10 +143,10 @@ def _sigmas(height: Floats, out: Floats) -> Floats:
     for _ in range(2):  # the levels determine where the edge is, and the edge where the levels are read
         on_ply = height > 0.5 * (high + low)
         edge = _quantile(out, known, np.sum(on_ply, axis=1, keepdims=True) / np.maximum(_count(known), 1))
-        inner, outer = known & (out - edge < -_BESIDE), known & (out - edge > _BESIDE)
+        inner, outer = known & (out - edge < -_BESIDE_PIXELS), known & (out - edge > _BESIDE_PIXELS)
         high, low = _quantile(height, inner, 0.5), _quantile(height, outer, 0.5)
     share = (height - low) / (high - low)
-    near = np.abs(out - edge) < _NEAR
+    near = np.abs(out - edge) < _NEAR_PIXELS
     used = known & (np.abs(share - 0.5) < 0.5 + _OUTLIER)
     varies = np.where(used, share * (1 - share), 0.0)
     at_edge, of_noise = (
@@ -155,7 +155,7 @@ def _sigmas(height: Floats, out: Floats) -> Floats:
     good = (high - low > _STEP[0]) & (high - low < _STEP[1]) & (np.abs(low) < _LEVEL)
     for where in (inner, outer, used & near, used & ~near):
         good = good & (_count(where) >= _LEAST)
-    return np.ravel(np.where(good, np.sqrt(np.pi) * 2 * _NEAR * (at_edge - of_noise), np.nan))
+    return np.ravel(np.where(good, np.sqrt(np.pi) * 2 * _NEAR_PIXELS * (at_edge - of_noise), np.nan))
 
 
 def _count(marks: Bools) -> NDArray[np.int64]:

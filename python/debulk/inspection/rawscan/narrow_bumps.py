@@ -23,7 +23,7 @@ from debulk.verdict import Verdict
 
 __all__ = ["NarrowBump", "bell_excess_mm", "critical", "findings", "left_out", "not_looked_for"]
 
-_SURE = 0.75  # of the limit: a lower estimate is surely below the limit, although pixels miss the bump's top and foot
+_SURELY_BELOW = 0.75  # of the limit: a lower estimate is surely below it, although pixels miss the top and the foot
 _PIXELS = 5.0  # narrowest foot searched for, in pixels (in mm if they are finer): in a narrower one too few stand up
 _MEASURED = 0.78  # least measured width of a foot over that of the narrowest; flying points side by side reach 0.75
 _STEEPEST = 2.0  # greatest height of a bump over the width of its foot: a ply cannot be steeper
@@ -71,7 +71,7 @@ def critical(found: Sequence[Sequence[float]], pitch_mm: float, recipe: Recipe) 
             continue
         excess_mm = bell_excess_mm(height_mm, foot_mm)
         ridge_mm = min(height_mm, _core.ridge.ridge_height_of_excess(excess_mm, thickness_mm))
-        if ridge_mm > _SURE * limit_mm and length_mm < _LONGEST_MM:
+        if ridge_mm > _SURELY_BELOW * limit_mm and length_mm < _LONGEST_MM:
             bumps.append(NarrowBump((x, y), height_mm, width_mm, length_mm, excess_mm, ridge_mm))
     return tuple(bumps)
 
@@ -98,8 +98,8 @@ def _why_it_counts(ridge_mm: float, limit_mm: float) -> str:
     if ridge_mm >= limit_mm:
         return ""
     return (
-        f" by the pixels on it, which miss its top and foot; from {_SURE:g} of the limit of {limit_mm:.2f} mm on it "
-        "may be above it"
+        f" by the pixels on it, which miss its top and foot; from {_SURELY_BELOW:g} of the limit of {limit_mm:.2f} mm "
+        "on it may be above it"
     )
 
 

@@ -34,13 +34,13 @@ class Carrier(NamedTuple):
         Its name in words.
     found
         The place where it stands.
-    spare_mm
+    own_excess_mm
         Largest excess length that its own fibres may have, mm.
     """
 
     name: str
     found: FoundPocket
-    spare_mm: float
+    own_excess_mm: float
 
 
 class Rider(NamedTuple):
@@ -54,7 +54,7 @@ class Rider(NamedTuple):
 
 def carriers(pockets: Sequence[FoundPocket], bumps: Sequence[Bump]) -> list[Carrier]:
     """List the pockets, and the bumps that are not judged as pockets."""
-    return [Carrier(name, one, _spare_mm(one)) for name, one in named_places(pockets, bumps)]
+    return [Carrier(name, one, _own_excess_mm(one)) for name, one in named_places(pockets, bumps)]
 
 
 def findings(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Finding]:
@@ -83,7 +83,7 @@ def findings(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.
             late = f"the deadline passed before bumps on {carrier.name} were looked for"
             return Finding("deadline", Verdict.UNDECIDED, late)
         for rider in riders:
-            ridge_mm = excess.ridge_of(carrier.spare_mm + rider.excess_mm, ply.recipe)
+            ridge_mm = excess.ridge_of(carrier.own_excess_mm + rider.excess_mm, ply.recipe)
             if ridge_mm > limit_mm:
                 reason = _reason(carrier.name, rider, ridge_mm)
                 return Finding("riders", Verdict.UNDECIDED, reason, ridge_mm, limit_mm, "mm", rider.top_mm)
@@ -105,7 +105,7 @@ def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.St
     return [Rider((x, y), high_mm, wide_mm, bell_excess_mm(high_mm, wide_mm)) for x, y, high_mm, wide_mm in listed]
 
 
-def _spare_mm(found: FoundPocket) -> float:
+def _own_excess_mm(found: FoundPocket) -> float:
     runs = found.excess
     return 0.0 if runs is None else excess.upper_mm(runs[excess.bound(runs)])
 

@@ -53,8 +53,8 @@ def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[
 
 def _shared(depths: Floats) -> bool:
     own = _own_share(depths)
-    told = len(own) >= max(_FEWEST, _LEAST_SHARE * len(depths))
-    return told and float(np.quantile(own, _MOST_TELL)) < _SHARED
+    enough = len(own) >= max(_FEWEST, _LEAST_SHARE * len(depths))
+    return enough and float(np.quantile(own, _MOST_TELL)) < _SHARED
 
 
 def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> Floats:

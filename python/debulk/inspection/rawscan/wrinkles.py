@@ -205,9 +205,9 @@ def _on_any(bump: NarrowBump, wrinkles: Sequence[Wrinkle]) -> bool:
     """Return whether a bump is a part of one of the wrinkles."""
     for wrinkle in wrinkles:
         start, end, top = (np.asarray(place) for place in (wrinkle.start_mm, wrinkle.end_mm, bump.top_mm))
-        way = end - start
-        share = np.clip(np.dot(top - start, way) / max(float(np.dot(way, way)), 1e-9), 0.0, 1.0)
-        if float(np.linalg.norm(start + share * way - top)) < _SAME_MM:
+        span = end - start
+        share = np.clip(np.dot(top - start, span) / max(float(np.dot(span, span)), 1e-9), 0.0, 1.0)
+        if float(np.linalg.norm(start + share * span - top)) < _SAME_MM:
             return True
     return False
 

@@ -13,7 +13,7 @@ from debulk._core import InputError
 from debulk.stopping import stopping
 from debulk.workers import Workers
 
-__all__ = ["Cancelled", "Cycle", "Progress", "beside", "watched"]
+__all__ = ["Cancelled", "Cycle", "Progress", "in_parallel", "watched"]
 
 log = logging.getLogger("debulk")
 Progress = Callable[[str, float], None]
@@ -83,7 +83,7 @@ def watched(stop: _core.Stop, work: Callable[[], Result]) -> Result:
 
 
 @contextmanager
-def beside(stop: _core.Stop, work: Callable[[], Result], threads: int) -> Iterator[Callable[[], Result]]:
+def in_parallel(stop: _core.Stop, work: Callable[[], Result], threads: int) -> Iterator[Callable[[], Result]]:
     """Do the work in another thread while the body runs; the body gets a function that waits for the result.
 
     If only one thread is allowed, the work is done when the body asks for its result.

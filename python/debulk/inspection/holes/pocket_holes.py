@@ -16,7 +16,7 @@ from debulk.inspection.find.windows import cells_round, cut_out, grown
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
 
-__all__ = ["BRIDGE_MM", "Beside", "beside", "listed_hole", "rim_share"]
+__all__ = ["BRIDGE_MM", "PocketHoles", "holes_of", "listed_hole", "rim_share"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -30,7 +30,7 @@ _NEAR_CELLS = 2  # a contour runs along unknown cells at up to so many cells fro
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class PocketHoles:
     """The holes beside a pocket, in a window of the height map.
 
     Attributes
@@ -54,7 +54,7 @@ class Beside:
     rim_share: float
 
 
-def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
+def holes_of(found: FoundPocket, ply: PlyOnMold) -> PocketHoles | None:
     """Find the holes beside a pocket; None if there are none, or if the foot is closed and none of them is listed.
 
     A hole is a part of the ply that the scan, the reference or the mask leaves unknown after the rules for small holes
@@ -74,7 +74,7 @@ def beside(found: FoundPocket, ply: PlyOnMold) -> Beside | None:
     if found.foot.closed and not {listed_hole(*one) for one in thick} & set(holes):
         return None
     pocket_cells = found.segmentation.labels.values[rows, columns] == found.pocket.id
-    return Beside(window, unknown, pocket_cells, holes, rim_share(found.foot.outline_mm, unknown, window))
+    return PocketHoles(window, unknown, pocket_cells, holes, rim_share(found.foot.outline_mm, unknown, window))
 
 
 def listed_hole(hole: pocket.UnseenHole, hidden: bool) -> HoleBeside:
