@@ -169,7 +169,9 @@ def bell(x0, y0, radius, high):
 
 
 @pytest.mark.parametrize(
-    "raised", [flat, bell(150, 100, 40, 4.0), bell(300, 100, 25, 3.0), bell(150, 0, 12, 2.0)], ids=str
+    "raised",
+    [flat, bell(150, 100, 40, 4.0), bell(300, 100, 25, 3.0), bell(150, 0, 12, 2.0)],
+    ids=["flat", "in the middle", "across a side", "narrow"],
 )
 @pytest.mark.parametrize("off", [-3.0, 0.0, 3.0])
 def test_nothing_lies_outside_a_right_outline(raised, off):
