@@ -350,7 +350,7 @@ def test_outline(tmp_path):
     ("text", "part"),
     [
         ("x,y\n0,0\n1,1\n", "at least 3 corners"),
-        ("0,0\n10,10\n20,20\n", "3 corners round 0 mm"),
+        ("0,0\n10,10\n20,20\n", "3 corners go there and back over 20 by 20 mm and enclose 0 mm"),
         ("0,0,0\n1,0,0\n0,1,0\n", "two columns x,y, got 3"),
         ("x,y\nx,y\n", "none"),
         ("0,0\n1,inf\n0,1\n", "line 2: expected finite"),

@@ -218,7 +218,7 @@ def test_of_a_bump_without_an_outline_the_net_s_bridge_counts():
 
 
 def test_a_bump_whose_sections_bridge_though_its_net_does_not_is_not_passed(monkeypatch):
-    likely = bridge_sections.Short("the ply over it is too short", likely=True)
+    likely = bridge_sections.TooShort("the ply over it is too short", likely=True)
     monkeypatch.setattr(bridge_sections, "over_bump", lambda *_: likely)
     (one,) = inspect(2000.0, 150.0, 1.4).pockets
     assert one.drawn_in_mm > 0

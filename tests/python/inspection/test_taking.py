@@ -46,7 +46,7 @@ class Patience(_core.Stop):
 )
 def test_pieces_make_the_cloud_that_one_go_makes(given):
     whole = cloud.as_cloud(given)
-    for taken in (cleaning.taken(given, "scan", _core.Stop()), cleaning.owned(given, "scan", _core.Stop())):
+    for taken in (cleaning.as_points(given, "scan", _core.Stop()), cleaning.owned(given, "scan", _core.Stop())):
         assert taken.dtype == np.float32
         np.testing.assert_array_equal(taken, whole)
     assert fingerprint.of_cloud(given) == fingerprint.of_cloud(whole)
@@ -54,7 +54,7 @@ def test_pieces_make_the_cloud_that_one_go_makes(given):
 
 def test_a_plain_scan_is_borrowed_and_a_copy_is_a_copy():
     plain = IMAGE.astype(np.float32)
-    assert np.shares_memory(cleaning.taken(plain, "scan", _core.Stop()), plain)
+    assert np.shares_memory(cleaning.as_points(plain, "scan", _core.Stop()), plain)
     assert not np.shares_memory(cleaning.owned(plain, "scan", _core.Stop()), plain)
 
 
@@ -63,7 +63,7 @@ def test_what_is_no_cloud_is_refused_in_the_same_words(wrong):
     with pytest.raises(InputError) as one_go:
         cloud.as_cloud(wrong, "scan")
     with pytest.raises(InputError) as by_pieces:
-        cleaning.taken(wrong, "scan", _core.Stop())
+        cleaning.as_points(wrong, "scan", _core.Stop())
     assert str(by_pieces.value) == str(one_go.value)
 
 
@@ -71,7 +71,7 @@ def test_a_stop_is_heeded_between_two_pieces():
     plain = IMAGE.astype(np.float32)
     for looks in (0, 1, 5):
         with pytest.raises(_core.Stopped):
-            cleaning.taken(IMAGE, "scan", Patience(looks))
+            cleaning.as_points(IMAGE, "scan", Patience(looks))
         with pytest.raises(_core.Stopped):
             cleaning.owned(plain, "scan", Patience(looks))
         with pytest.raises(_core.Stopped):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["product"]
+__all__ = ["least_squares", "product"]
 
 Floats = NDArray[np.float64]
 
@@ -18,3 +18,8 @@ Floats = NDArray[np.float64]
 def product(rows: NDArray[np.floating], factors: NDArray[np.floating]) -> Floats:
     """Return ``rows @ factors`` for (N, K) rows and (K,) or (K, M) factors."""
     return np.asarray(np.einsum("nk,k...->n...", rows, factors))
+
+
+def least_squares(rows: Floats, values: Floats) -> Floats:
+    """Return the (K,) factors that fit (N, K) rows to (N,) values best, by the normal equations of few terms."""
+    return np.asarray(np.linalg.solve(product(rows.T, rows), product(rows.T, values)))

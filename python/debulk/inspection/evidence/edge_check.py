@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -114,10 +115,11 @@ class Outline:
         values[known] = heights.values[ij[known][:, 1], ij[known][:, 0]]
         return values
 
-    def missed(self, seen: Grid, surface: Reference) -> Floats:
+    def missed(self, seen: Grid, surface: Reference, off_mm: float) -> Floats:
         """Return by how much the (N, K) heights of a map stand above the surface fitted to it; 0: nothing known.
 
-        A smooth surface does not follow every edge of a mold, and what it cuts off stands up in every scan.
+        A smooth surface does not follow every edge of a mold, and what it cuts off stands up in every scan. Within 8 mm
+        of places where it is off by more than `off_mm`, the result is NaN: there a blurred scan stands up, too.
         """
         ij, known = self._cells(seen)
         xy, heights = seen.origin_mm + seen.spacing_mm * ij[known], seen.values[ij[known][:, 1], ij[known][:, 0]]
@@ -127,7 +129,8 @@ class Outline:
         above[on] = heights[on] - surface.height(xy[on])
         out = np.zeros(known.shape)
         out[known] = above
-        return out
+        edges = cv2.dilate((np.abs(out) > off_mm).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+        return np.where(edges, np.nan, out)
 
     def _cells(self, heights: Grid) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """Return the column and row of the cell nearest to each place, (N, K, 2), and which of them are on the map."""

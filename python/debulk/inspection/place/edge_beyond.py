@@ -7,7 +7,7 @@ outline: outside it the scan shows the reference, or nothing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -67,7 +67,9 @@ class Beyond:
     height_mm: float
 
 
-def find_beyond(outline: Outline, values: Floats, thickness_mm: float, raised_mm: float) -> Beyond | None:
+def find_beyond(
+    outline: Outline, values: Floats, thickness_mm: float, raised_mm: float, spacing_mm: float = 0.0
+) -> Beyond | None:
     """Return the largest piece that lies outside the outline; None: there is none of a size that matters.
 
     Parameters
@@ -80,23 +82,45 @@ def find_beyond(outline: Outline, values: Floats, thickness_mm: float, raised_mm
         The ply's thickness.
     raised_mm
         By how much the whole scan stands too high, within the tolerance of the level.
+    spacing_mm
+        Of the map that the heights come from: two cells beside the outline, and less than nine of them, say nothing.
     """
     off = outline.offsets_mm
     cell_mm2 = outline.step_mm * float(off[1] - off[0])
     height = values - raised_mm
     pieces = []
     with np.errstate(invalid="ignore"):  # NaN compares as False: what is not known is not counted
-        for kind in _KINDS:
+        for kind in (_seen_from(kind, spacing_mm) for kind in _KINDS):
             up = (height > kind.thicknesses * thickness_mm) & (height < _OBJECT_MM)
             level = kind.median * thickness_mm
             found = _pieces(up, off, kind, kind.least_mm2 / cell_mm2)
-            pieces += [piece for piece in found if np.median(height[piece]) >= level]
+            pieces += [
+                piece for piece in found if np.median(height[piece]) >= level and _attached(height, piece, off, level)
+            ]
     if not pieces:
         return None
     row, column = max(pieces, key=lambda piece: len(piece[0]))
     at = outline.places_mm[row] + off[column, None] * outline.normals[row]
     x, y = at[np.argmin(((at - at.mean(axis=0)) ** 2).sum(axis=1))].tolist()
     return Beyond((x, y), len(row) * cell_mm2, float(np.median(values[row, column])))
+
+
+def _seen_from(kind: _Kind, spacing_mm: float) -> _Kind:
+    """Return a kind of evidence as a map of this spacing can show it."""
+    from_mm, least_mm2 = max(kind.from_mm, 2 * spacing_mm), max(kind.least_mm2, 9 * spacing_mm**2)
+    return replace(kind, from_mm=from_mm, least_mm2=least_mm2)
+
+
+def _attached(height: Floats, piece: tuple[Whole, Whole], off: Floats, level: float) -> bool:
+    """Return whether a piece of ply goes on up to the outline, as a ply does that was left out.
+
+    Where a filter met the border of the image, a scan may stand up beside the outline, but not at it.
+    """
+    if not level:
+        return True
+    between = height[np.unique(piece[0])][:, (off > 0) & (off < off[piece[1]].min())]
+    known = between[np.isfinite(between)]
+    return not known.size or float(np.median(known)) >= level
 
 
 def beyond_reason(found: Beyond) -> str:

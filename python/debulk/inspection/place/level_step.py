@@ -60,9 +60,9 @@ def step_of(found: Deviation, order: int) -> Step | None:
     best, smallest = None, _BETTER
     for degrees in np.arange(_WAYS) * (180.0 / _WAYS):
         across = np.array([-np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
-        along = product(found.xy_mm, across)
-        ranked = np.argsort(along, kind="stable")
-        ordered, along = residual[ranked], along[ranked]
+        away_mm = product(found.xy_mm, across)
+        ranked = np.argsort(away_mm, kind="stable")
+        ordered, along = residual[ranked], away_mm[ranked]
         for below in range(least, count - least + 1, max(1, count // _PLACES)):
             if along[below] - along[below - 1] <= _SAME_MM:
                 continue
@@ -74,7 +74,7 @@ def step_of(found: Deviation, order: int) -> Step | None:
                 continue
             smallest, share = left / smoothly, (count - below if high > low else below) / count
             middle, here = found.xy_mm.mean(axis=0), 0.5 * (along[below - 1] + along[below])
-            rest = residual - np.where(along < here, low, high)
+            rest = residual - np.where(away_mm < here, low, high)
             best = Step(abs(high - low), share, middle + (here - middle @ across) * across, float(degrees), rest)
     return best
 

@@ -111,7 +111,11 @@ class Placing:
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
         self.outline = None if ply_outline is None else Outline(ply_outline, prepared.bare_mm)
-        self._missed = 0.0 if self.outline is None else self.outline.missed(prepared.seen, prepared.reference)
+        self._missed = (
+            0.0
+            if self.outline is None
+            else self.outline.missed(prepared.seen, prepared.reference, 0.5 * self._thickness_mm)
+        )
         self.zones = PlyZones(ply_outline, low, high)
         self._steep = None if ply_outline is None else too_steep(prepared, ply_outline, setup.mold_from_scanner)
 
@@ -208,7 +212,7 @@ class Placing:
             finding = Finding("ply_edge", Verdict.INVALID, edge_reason(fit), fit.off_share, most, place_mm=(x, y))
             return replace(placed, finding=finding)
         raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
-        beyond = find_beyond(self.outline, strips - self._missed, self._thickness_mm, raised_mm)
+        beyond = find_beyond(self.outline, strips - self._missed, self._thickness_mm, raised_mm, heights.spacing_mm)
         if beyond is None:
             return placed
         at, reason = beyond.at_mm, beyond_reason(beyond)

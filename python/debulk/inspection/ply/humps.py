@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from debulk import pocket
 from debulk.grid import Grid
-from debulk.inspection.clouds.products import product
+from debulk.inspection.clouds.products import least_squares, product
 from debulk.inspection.ply.excess import ridge_of
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -155,7 +155,8 @@ def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[tu
     v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     ring = (np.hypot(u, v) > cells) & (np.hypot(u, v) <= _OUTER * cells)
     kernel = np.zeros(ring.shape)
-    kernel[ring] = np.linalg.pinv(_quadratic(u[ring] / cells, v[ring] / cells))[0]
+    terms = _quadratic(u[ring] / cells, v[ring] / cells)
+    kernel[ring] = product(terms, np.linalg.solve(product(terms.T, terms), np.eye(terms.shape[1])[0]))
     known = np.isfinite(coarse.values)
     level = float(np.median(coarse.values[known])) if known.any() else 0.0
     heights = np.where(known, coarse.values - level, 0.0)
@@ -191,7 +192,7 @@ def _hump(
     ring = known & (far > 1) & (far <= _OUTER)
     if np.count_nonzero(ring) < 30:
         return None
-    factors = np.linalg.lstsq(_quadratic(u[ring], v[ring]), part[ring], rcond=None)[0]
+    factors = least_squares(_quadratic(u[ring], v[ring]), part[ring])
     below = product(_quadratic(u.ravel(), v.ravel()), factors).reshape(part.shape)
     hump = np.where(known, part - below, 0.0)
     height = float(hump[row - rows.start, column - columns.start])
