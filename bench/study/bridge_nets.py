@@ -13,7 +13,7 @@ from pathlib import Path
 from textwrap import fill
 
 import numpy as np
-from limit import INSPECTED, prepared
+from limit import prepared
 
 from debulk.inspection.evaluate.evaluation import evaluate_all
 from debulk.inspection.running.cycle import Cycle
@@ -28,7 +28,7 @@ HERE = Path(__file__).parent
 def undecided_bridges() -> list[tuple[int, float]]:
     """Return layup and true ridge of each such pocket."""
     with (HERE / "limit.csv").open() as file:
-        rows = [r for r in csv.DictReader(file) if r["reading"] == INSPECTED and r["verdict"] == "undecided"]
+        rows = [r for r in csv.DictReader(file) if r["verdict"] == "undecided"]
     return [(int(r["layup"]), float(r["truth_mm"])) for r in rows if "by its net, but" in r["reason"]]
 
 
