@@ -134,26 +134,22 @@ def table(results: list[Result], layups: range, pixels: tuple[int, int]) -> str:
 
 
 def picture(results: list[Result], path: Path) -> None:
-    """Draw the error over the processor time, a colour for each knob; the default is the large star."""
+    """Draw a row for each setting: the error of nine pockets in ten, and the processor time; lines are the default."""
     plt = pyplot()
     with plt.rc_context(STYLE):
-        figure, ax = plt.subplots(figsize=(11, 6.5), layout="constrained")
-        colours = dict(zip(dict.fromkeys(r.knob for r in results), plt.get_cmap("tab10").colors, strict=False))
-        for r in results:
-            if not r.off_mm:
-                continue
-            star = r.knob == DEFAULT
-            ax.scatter(r.cpu_ms, r.quantile(0.9), s=260 if star else 60, marker="*" if star else "o",
-                       color="black" if star else colours[r.knob], zorder=3 if star else 2)  # fmt: skip
-            ax.annotate(
-                r.setting if star else f"{r.knob}: {r.setting}", (r.cpu_ms, r.quantile(0.9)), xytext=(7, 5),
-                textcoords="offset points", fontsize=8,
-            )  # fmt: skip
-        ax.set(
-            xscale="log", yscale="log", xlabel="processor time of a cycle, ms",
-            ylabel="error of the ridge, mm: nine of ten pockets lie below",
-            title="What each setting costs, and how well it measures",
-        )  # fmt: skip
+        figure, (error, cost) = plt.subplots(1, 2, figsize=(11, 0.32 * len(results) + 1.6), sharey=True,
+                                             layout="constrained")  # fmt: skip
+        rows = range(len(results))
+        colours = ["black" if r.knob == DEFAULT else "#0072b2" for r in results]
+        error.scatter([r.quantile(0.9) for r in results], rows, c=colours)
+        cost.scatter([r.cpu_ms for r in results], rows, c=colours)
+        error.axvline(results[0].quantile(0.9), color="0.7", zorder=0)
+        cost.axvline(results[0].cpu_ms, color="0.7", zorder=0)
+        error.set_yticks(rows, [r.setting if r.knob == DEFAULT else f"{r.knob}: {r.setting}" for r in results])
+        error.invert_yaxis()
+        error.set(xlim=(0, None), xlabel="error of the ridge, mm: nine of ten pockets lie below")
+        cost.set(xlim=(0, None), xlabel="processor time of a cycle, ms")
+        figure.suptitle("What each setting costs, and how well it measures")
         figure.savefig(path, dpi=110)
 
 
