@@ -9,7 +9,7 @@ a pipe that nobody reads.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,13 +18,12 @@ from debulk.cli import history as cli_history
 from debulk.cli import pages, qualifying, scanning
 from debulk.cli import tools as cli_tools
 from debulk.cli.examples import epilog
-from debulk.cli.given import angles_of, camera_of
+from debulk.cli.given import Angles, Camera, Mask, Outline, Pose, RecipeFile, Unit, angles_of, camera_of
 from debulk.cli.loudness import print_json, with_loudness
 from debulk.cli.support import (
     DETAILS,
     EXIT_CODES,
     JSON,
-    POSE_HELP,
     chain_of,
     check_writable,
     outcome,
@@ -71,18 +70,13 @@ def _options(
 def inspect(
     scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .ptx or text.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
-    recipe: Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")] = None,
-    pose: Annotated[Path | None, typer.Option(help=POSE_HELP)] = None,
-    outline: Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")] = None,
-    angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90",
-    camera: Annotated[
-        str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
-    ] = None,
-    mask: Annotated[
-        Path | None,
-        typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
-    ] = None,
-    unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    recipe: RecipeFile = None,
+    pose: Pose = None,
+    outline: Outline = None,
+    angles: Angles = "0,90",
+    camera: Camera = None,
+    mask: Mask = None,
+    unit: Unit = "mm",
     chain: Annotated[Path | None, typer.Option(help="The qualified chain, .json (debulk qualify).")] = None,
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
     context: Annotated[

@@ -1,12 +1,30 @@
-"""Options of the command line that are several numbers in one word."""
+"""What a command is given: the options that several commands have, and those that are several numbers in one word."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
 
 from debulk import InputError
+from debulk.cli.support import POSE_HELP
 
-__all__ = ["angles_of", "camera_of", "numbers_of"]
+__all__ = ["Angles", "Camera", "Mask", "Outline", "Pose", "RecipeFile", "Unit", "angles_of", "camera_of", "numbers_of"]
+
+RecipeFile = Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")]
+Pose = Annotated[Path | None, typer.Option(help=POSE_HELP)]
+Outline = Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")]
+Angles = Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")]
+Camera = Annotated[
+    str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
+]
+Mask = Annotated[
+    Path | None,
+    typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
+]
+Unit = Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")]
 
 
 def angles_of(text: str) -> tuple[float, float]:

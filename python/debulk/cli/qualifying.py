@@ -9,26 +9,21 @@ from typing import Annotated, Any, Literal
 import typer
 
 from debulk import InputError
-from debulk.cli.given import angles_of, camera_of, numbers_of
-from debulk.cli.support import POSE_HELP, check_writable, outcome, pose_of, shown_progress
+from debulk.cli.given import Angles, Camera, Mask, Outline, Pose, RecipeFile, Unit, angles_of, camera_of, numbers_of
+from debulk.cli.support import check_writable, outcome, pose_of, shown_progress
 
 
 def qualify(
     scans: Annotated[list[Path], typer.Argument(help="At least ten scans of one unmoved layup, in their order.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
     name: Annotated[str, typer.Option(help="The chain's name, such as the cell's.")] = "chain",
-    recipe: Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")] = None,
-    pose: Annotated[Path | None, typer.Option(help=POSE_HELP)] = None,
-    outline: Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")] = None,
-    angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90",
-    camera: Annotated[
-        str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
-    ] = None,
-    mask: Annotated[
-        Path | None,
-        typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
-    ] = None,
-    unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    recipe: RecipeFile = None,
+    pose: Pose = None,
+    outline: Outline = None,
+    angles: Angles = "0,90",
+    camera: Camera = None,
+    mask: Mask = None,
+    unit: Unit = "mm",
     strip: Annotated[
         str | None, typer.Option(help="x,y,x,y,height,width in mm: ends and size of a strip that --strip-scan shows.")
     ] = None,

@@ -9,21 +9,19 @@ from typing import Annotated, Literal
 
 import typer
 
+from debulk.cli.given import Mask, Pose, Unit
 from debulk.cli.loudness import print_json
-from debulk.cli.support import FAULT, JSON, POSE_HELP, chain_of, check_writable, outcome, pose_of, show, shown_progress
+from debulk.cli.support import FAULT, JSON, chain_of, check_writable, outcome, pose_of, show, shown_progress
 
 
 def compare(
     report: Annotated[Path, typer.Argument(help="Report of the inspection before debulking, .json.")],
     scan: Annotated[Path, typer.Argument(help="Cloud of the debulked ply: .npy, .npz, .ply, .pcd, .ptx or text.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before the ply was draped.")],
-    pose: Annotated[Path | None, typer.Option(help=POSE_HELP)] = None,
+    pose: Pose = None,
     recipe: Annotated[Path | None, typer.Option(help="Settings; unset: those of the report.")] = None,
-    mask: Annotated[
-        Path | None,
-        typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
-    ] = None,
-    unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")] = "mm",
+    mask: Mask = None,
+    unit: Unit = "mm",
     history: Annotated[Path | None, typer.Option(help="The cell's history, .sqlite, to which it is added.")] = None,
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")

@@ -179,7 +179,7 @@ class Inspector:
         self.setup = Setup(reference, self.ply, self._pose, self.mask)
         self._placing = preparation.step("checks", 0.9, lambda: Placing(self.setup))
         self._wrinkles = WrinkleSearch(self.setup)
-        self._filled = FilledSearch(reference, self._pose, self._placing.zones, self._placing.outline, recipe)
+        self._filled = FilledSearch(self.setup, self._placing.zones, self._placing.outline)
         self.chain = chain
         self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
         self._humps = preparation.step("humps", 0.93, lambda: humps_of(reference.seen, self.ply))

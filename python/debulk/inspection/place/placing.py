@@ -111,11 +111,8 @@ class Placing:
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
         self.outline = None if ply_outline is None else Outline(ply_outline, prepared.bare_mm)
-        self._missed = (
-            0.0
-            if self.outline is None
-            else self.outline.missed(prepared.seen, prepared.reference, 0.5 * self._thickness_mm)
-        )
+        if self.outline is not None:
+            self._missed = self.outline.missed(prepared.seen, prepared.reference, 0.5 * self._thickness_mm)
         self.zones = PlyZones(ply_outline, low, high)
         self._steep = None if ply_outline is None else too_steep(prepared, ply_outline, setup.mold_from_scanner)
 

@@ -32,7 +32,7 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.inspection.evidence.edge_check import Outline
     from debulk.inspection.evidence.ply_zones import PlyZones
-    from debulk.inspection.reference.prepared import Prepared
+    from debulk.inspection.ply.setup import Setup
     from debulk.recipe import Recipe
 
 __all__ = ["Filled", "FilledSearch", "Patch"]
@@ -114,30 +114,19 @@ class FilledSearch:
 
     Parameters
     ----------
-    prepared
-        The prepared reference.
-    mold_from_scanner
-        (4, 4); None if both frames are the same.
+    setup
+        Of whose recipe the sections ``clean``, ``material``, ``segmentation`` and ``run`` are used.
     zones
         Where the ply is.
     outline
         The outline of the ply; None if it is not known.
-    recipe
-        Of which the sections ``clean``, ``material``, ``segmentation`` and ``run`` are used.
     """
 
-    def __init__(
-        self,
-        prepared: Prepared,
-        mold_from_scanner: Floats | None,
-        zones: PlyZones,
-        outline: Outline | None,
-        recipe: Recipe,
-    ) -> None:
-        self._prepared, self._pose, self._zones, self._threads = prepared, mold_from_scanner, zones, recipe.run.threads
-        self._up = np.array([0.0, 0.0, 1.0]) if mold_from_scanner is None else mold_from_scanner[2, :3]
-        self._smoothed = SmoothedSearch(prepared, mold_from_scanner, outline, recipe)
-        self._least_mm2 = min(recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
+    def __init__(self, setup: Setup, zones: PlyZones, outline: Outline | None) -> None:
+        self._setup, self._zones, self._threads = setup, zones, setup.recipe.run.threads
+        self._up = setup.pose[2, :3]
+        self._smoothed = SmoothedSearch(setup, outline)
+        self._least_mm2 = min(setup.recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
 
     def find(
         self, scan: NDArray[np.float32], sample: Sample, mask: NDArray[np.bool_] | None, stop: _core.Stop
@@ -149,7 +138,14 @@ class FilledSearch:
             image, on_ply = CloudImage(scan, scan, sample.pitch_mm), self.on_ply
         else:
             box_mm = self._zones.box_mm + _BESIDE_MM * np.array([[-1.0], [1.0]])
-            laid = laid_out(scan, self._pose, self._prepared.reference, box_mm, sample.pitch_mm, self._threads)
+            laid = laid_out(
+                scan,
+                self._setup.mold_from_scanner,
+                self._setup.prepared.reference,
+                box_mm,
+                sample.pitch_mm,
+                self._threads,
+            )
             if laid is None:
                 return Filled(unknown="too few points lie on the ply to lay them out as an image")
             image, on_ply, mask = laid, self._laid_on_ply, None
@@ -224,4 +220,4 @@ class FilledSearch:
         return patches, unknown
 
     def _of(self, points: NDArray[np.float32]) -> Sample:
-        return sample_of(points, self._prepared, self._pose, self._threads)
+        return sample_of(points, self._setup.prepared, self._setup.mold_from_scanner, self._threads)

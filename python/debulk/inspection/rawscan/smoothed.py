@@ -18,8 +18,7 @@ from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
-    from debulk.inspection.reference.prepared import Prepared
-    from debulk.recipe import Recipe
+    from debulk.inspection.ply.setup import Setup
 
 __all__ = ["Smoothed", "SmoothedSearch"]
 
@@ -78,21 +77,15 @@ class SmoothedSearch:
 
     Parameters
     ----------
-    prepared
-        The prepared reference.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: scans are in the mold's frame.
+    setup
+        Of whose recipe the sections clean, material and run are used.
     outline
         The ply's outline; None: the ply's edge is not looked at.
-    recipe
-        The sections clean, material and run are used.
     """
 
-    def __init__(
-        self, prepared: Prepared, mold_from_scanner: Floats | None, outline: Outline | None, recipe: Recipe
-    ) -> None:
-        thickness_mm = recipe.material.thickness_mm
-        self._edge = None if outline is None else EdgeSpread(prepared, mold_from_scanner, outline, thickness_mm)
+    def __init__(self, setup: Setup, outline: Outline | None) -> None:
+        recipe, given = setup.recipe, (setup.prepared, setup.mold_from_scanner)
+        self._edge = None if outline is None else EdgeSpread(*given, outline, recipe.material.thickness_mm)
         self._fine_mm, self._threads = recipe.clean.fine_mm, recipe.run.threads
 
     def find(
