@@ -6,16 +6,15 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from debulk.inspection.checks.check import Check
-from debulk.inspection.checks.listed import CHECKS
+from debulk.results.check_texts import CHECK_TEXTS, CheckText
 
 
 def reference() -> str:
     """Every check in the order in which they speak, as Markdown."""
-    return "\n".join(line for check in CHECKS for line in section(check))
+    return "\n".join(line for check in CHECK_TEXTS for line in section(check))
 
 
-def section(check: Check) -> list[str]:
+def section(check: CheckText) -> list[str]:
     """One check: what is wrong, what is looked at, the limit, and what to do."""
     verdicts = " or ".join(one.name for one in check.at_best if one is not None)
     return [

@@ -137,6 +137,8 @@ class Judgement:
     verdict: Verdict
     reason: str
     decided_by: str = field(default="", repr=False)
+    remedy: str = field(default="", repr=False)
+    """What to do, if the reason asks for something of its own."""
 
 
 @typed

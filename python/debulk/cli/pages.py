@@ -75,12 +75,12 @@ def checks(
     """Say what each check of an inspection looks at, its limit, and what to do about its findings."""
     with outcome():
         from debulk.cli.support import show
-        from debulk.inspection.checks.listed import CHECKS
+        from debulk.results.check_texts import CHECK_TEXTS
         from debulk.results.report_text import fold
 
-        chosen = [check for check in CHECKS if name in (None, check.name)]
+        chosen = [check for check in CHECK_TEXTS if name in (None, check.name)]
         if not chosen:
-            raise InputError(f"{name}: expected the name of a check: {', '.join(check.name for check in CHECKS)}")
+            raise InputError(f"{name}: expected the name of a check: {', '.join(check.name for check in CHECK_TEXTS)}")
         for check in chosen:
             verdicts = " or ".join(one.name for one in check.at_best if one is not None) or "only mentioned"
             lines = [f"{check.name}: {check.title} ({verdicts})", f"  looks at {check.sees}"]

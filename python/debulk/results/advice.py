@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.results.area import in_cm2
 from debulk.results.deciding import worst_first
-from debulk.results.remedy import remedy
 from debulk.results.smoothing import smoothing
 from debulk.verdict import Verdict
 
@@ -63,14 +62,14 @@ def advice(report: ReportData) -> list[Deed]:
         return [Deed("draw the vacuum")]
     deeds = []
     if level_off(report):
-        asked = remedy(report.reason) or "check the pose, the thickness in the recipe and the reference"
-        return [Deed(asked), Deed("then scan again: no pocket counts before the level is right")]
+        asked = [one.asks for one in report.findings if one.check == "level"] or [_LEVEL]
+        return [Deed(asked[0]), Deed("then scan again: no pocket counts before the level is right")]
     pockets = [pocket for pocket in worst_first(report.pockets) if pocket.verdict is not Verdict.CEASE]
     late = {one.pocket for one in report.findings if one.check == "deadline"}
     hidden = [hole for hole in report.unseen if hole.at_best is not None]
     others = _WITH_PLACES | {"holes"} if hidden else _WITH_PLACES
     found = [one for one in report.findings if one.check not in others and one.pocket is None]
-    deeds += [_of_finding(one) for one in found if one.at_best is not None or remedy(one.reason)]
+    deeds += [_of_finding(one) for one in found if one.at_best is not None or one.remedy]
     deeds += [_of_pocket(pocket, report) for pocket in pockets if pocket.id not in late]
     deeds += [Deed("smooth it", wrinkle_line(wrinkle)) for wrinkle in report.wrinkles]
     if late:
@@ -78,37 +77,35 @@ def advice(report: ReportData) -> list[Deed]:
     for hole in hidden:
         deeds.append(Deed("complete the reference" if hole.of == "reference" else "scan again", hole_line(hole)))
     if not deeds:
-        deeds.append(Deed(remedy(report.reason) or "scan again"))
+        deeds.append(Deed("scan again"))
     if any(deed.do.startswith(_BY_HAND) for deed in deeds):
         deeds.append(Deed("scan again before the vacuum is drawn"))
     return list(dict.fromkeys(deeds))
 
 
 _WITH_PLACES = {"pockets", "wrinkles", "deadline"}  # these findings have entries of their own
+_LEVEL = "check the pose, the thickness in the recipe and the reference"  # in a report of before the findings
 _BY_HAND = ("smooth", "lay", "treat", "look")
+
+
+_ASKED = {Verdict.CREASE: "smooth the ply", Verdict.UNDECIDED: "smooth the ply, or treat it as CREASE"}
 
 
 def _of_finding(finding: Finding) -> Deed:
     what = finding.check.replace("_", " ")
-    return Deed(remedy(finding.reason) or "scan again", what, finding.place_mm, verdict=finding.at_best)
+    return Deed(finding.asks, what, finding.place_mm, verdict=finding.at_best)
 
 
 def _of_pocket(pocket: PocketReport, report: ReportData) -> Deed:
     ridge, limit_mm = pocket.deciding_ridge, report.recipe.get("verdict", {}).get("max_ridge_mm")
     way = smoothing(pocket, report.ply_outline_mm)
-    asked = remedy(pocket.reason)
-    if pocket.verdict is Verdict.CREASE:
-        asked = asked or "smooth the ply"
-    elif pocket.verdict is Verdict.UNDECIDED:
-        asked = asked or "smooth the ply, or treat it as CREASE"
+    asked = pocket.remedy or _ASKED.get(pocket.verdict, "scan again")
     amount, towards = "", None
     exceeds = ridge is not None and limit_mm is not None and ridge.most_mm > limit_mm
     if ridge is not None and limit_mm is not None and (exceeds or pocket.verdict is Verdict.CREASE):
         amount = f"ridge up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm" if way is None else way.short
         towards = way and way.towards_deg
-    return Deed(
-        asked or "scan again", f"pocket {pocket.id}", pocket.centroid_mm, amount, towards, pocket.id, pocket.verdict
-    )
+    return Deed(asked, f"pocket {pocket.id}", pocket.centroid_mm, amount, towards, pocket.id, pocket.verdict)
 
 
 def level_off(report: ReportData) -> bool:

@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
+from debulk.results.check_texts import text_of
 from debulk.verdict import Verdict
 
-__all__ = ["Finding"]
+__all__ = ["Finding", "Reason"]
+
+
+class Reason(NamedTuple):
+    """A sentence that says what is wrong, and what it asks for."""
+
+    text: str
+    remedy: str
 
 
 @dataclass(frozen=True)
@@ -28,6 +37,8 @@ class Finding:
         (x, y) in the mold's frame; None: it is not about one place.
     pocket
         Number of the pocket that it is about; None: it is not about a pocket.
+    remedy
+        What to do about it, if that is more than what the list of checks says for all findings of the check.
     """
 
     check: str
@@ -38,3 +49,16 @@ class Finding:
     unit: str = ""
     place_mm: tuple[float, float] | None = None
     pocket: int | None = None
+    remedy: str = ""
+
+    @property
+    def asks(self) -> str:
+        """What to do about it: its own remedy, or that of its check.
+
+        Examples
+        --------
+        >>> Finding("reference", None, "the reference is known on 40 % of the ply").asks
+        'complete the reference'
+        """
+        text = text_of(self.check)
+        return self.remedy or (text.remedy if text else "scan again")

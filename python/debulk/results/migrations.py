@@ -136,6 +136,11 @@ def _to_11(report: Tree) -> None:
     _add(report, findings=[only], chain=None)
 
 
+def _to_13(report: Tree) -> None:
+    for asking in (*report["findings"], *report["pockets"]):
+        _add(asking, remedy="")
+
+
 _REPORT: dict[int, Callable[[Tree], None]] = {
     2: _to_2,
     3: _to_3,
@@ -147,5 +152,6 @@ _REPORT: dict[int, Callable[[Tree], None]] = {
     9: _to_9,
     10: _to_10,
     11: _to_11,
+    13: _to_13,
 }
 _COMPARISON: dict[int, Callable[[Tree], None]] = {5: _ridges_of_comparison, 12: _trace_of_comparison}

@@ -198,6 +198,8 @@ class PocketReport(Record):
         Number of the pocket; 1 is the largest.
     verdict, reason
         The outcome, and why in one sentence.
+    remedy
+        What to do, where the reason asks for something of its own; empty: what a pocket of this verdict asks for.
     decided_by
         The criterion whose figures give the verdict, "excess" or "paper"; empty if neither decided.
     paper_verdict
@@ -268,6 +270,7 @@ class PocketReport(Record):
     id: int
     verdict: Verdict
     reason: str
+    remedy: str = ""
     decided_by: str = ""
     paper_verdict: Verdict | None = None
     excess: ExcessReport | None = None

@@ -7,6 +7,7 @@ import debulk
 from debulk import Verdict, _core
 from debulk.inspection.checks.check import Check, findings_of
 from debulk.inspection.checks.listed import CHECKS
+from debulk.results.check_texts import CHECK_TEXTS
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
 
@@ -14,7 +15,7 @@ NAMES = [check.name for check in CHECKS]
 
 
 def check(name, look):
-    return Check(name, "", "", "", "", (Verdict.UNDECIDED,), look)
+    return Check(name, look)
 
 
 def fails(error):
@@ -27,7 +28,8 @@ def fails(error):
 
 def test_each_check_has_a_name_of_its_own_and_says_what_to_do():
     assert len(set(NAMES)) == len(NAMES)
-    for one in CHECKS:
+    assert [text.name for text in CHECK_TEXTS] == NAMES
+    for one in CHECK_TEXTS:
         assert one.title and one.sees and one.limit and one.remedy and one.at_best
 
 

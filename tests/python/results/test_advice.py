@@ -72,23 +72,25 @@ def test_a_creasing_pocket_has_its_amount_and_direction(report):
 
 
 def test_the_findings_own_remedies_come_first(report):
-    swapped = "scan and reference look swapped: 12 cm² hang below it; give them the other way round"
-    outline = "the ply's outline is not given, and nothing tells where it ends; give the ply's outline (--outline)"
     found = (
-        Finding("reference", Verdict.INVALID, swapped),
-        Finding("mold_edge", Verdict.INVALID, outline, place_mm=(1.0, -2.0)),
-        Finding("coverage", Verdict.INVALID, "60 % was seen, limit 98 %"),
+        Finding("level", Verdict.INVALID, "scan and reference look swapped", remedy="swap scan and reference"),
+        Finding("mold_edge", Verdict.INVALID, "nothing tells where the ply ends", place_mm=(1.0, -2.0)),
+        Finding("reference", None, "the reference is known on 60 % of the ply", remedy="complete the reference"),
+        Finding("outline", None, "only mentioned, and asks for nothing of its own"),
+        Finding("made up", Verdict.INVALID, "a check of a later version"),
         Finding("pockets", Verdict.CREASE, "pocket 3 creases"),
     )
-    deeds = advice(dataclasses.replace(report, reason=swapped, findings=found))
-    assert [(deed.do, deed.at, deed.place_mm) for deed in deeds[:3]] == [
-        ("give them the other way round", "reference", None),
-        ("give the ply's outline (--outline)", "mold edge", (1.0, -2.0)),
-        ("scan again", "coverage", None),
+    deeds = advice(dataclasses.replace(report, findings=found))
+    assert [(deed.do, deed.at, deed.place_mm) for deed in deeds[:4]] == [
+        ("swap scan and reference", "level", None),
+        ("give the ply's outline", "mold edge", (1.0, -2.0)),
+        ("complete the reference", "reference", None),
+        ("scan again", "made up", None),
     ]
-    assert deeds[3].pocket == 6
-    alone = advice(Report(verdict=Verdict.INVALID, reason=swapped, pockets=()))  # a report of an earlier version
-    assert [deed.do for deed in alone] == ["give them the other way round"]
+    assert deeds[4].pocket == 6
+    asks = dataclasses.replace(report.pockets[3], remedy="give a denser scan")
+    (deed, *_) = advice(dataclasses.replace(report, findings=(), unseen=(), pockets=(asks,)))
+    assert (deed.do, deed.pocket) == ("give a denser scan", asks.id)
 
 
 def test_no_advice_refers_to_another_sentence(report):

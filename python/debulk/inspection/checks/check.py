@@ -23,22 +23,12 @@ class Check:
     Attributes
     ----------
     name
-        Name of its findings; ``docs/checks.md`` has a section of this name.
-    title, sees, limit, remedy
-        For the documentation: what is wrong, in a few words; what is looked at; the limit, and where it is set; what to
-        do about a finding.
-    at_best
-        Verdicts that its findings allow at best.
+        Name of its findings; what it looks at and its limit stand under this name in `debulk.results.check_texts`.
     look
         Returns the findings, from what was seen.
     """
 
     name: str
-    title: str
-    sees: str
-    limit: str
-    remedy: str
-    at_best: tuple[Verdict | None, ...]
     look: Callable[[Seen], Iterable[Finding]]
 
 

@@ -10,10 +10,8 @@ from debulk.verdict import Judgement, Verdict, judge_layup
 
 __all__ = ["counts", "coverage", "deadline", "not_seen", "outline", "pockets", "reference", "search"]
 
-_NO_OUTLINE = (
-    "the ply's outline is not given; give it (ply_outline, --outline) if what is wrong lies beside the ply, or at the "
-    "mold's edge"
-)
+_GIVE_IT = "give the ply's outline (ply_outline, --outline) if what is wrong lies beside the ply, or at the mold's edge"
+_NO_OUTLINE = _GIVE_IT.replace("give the ply's outline", "the ply's outline is not given; give it")
 
 
 def coverage(seen: Seen) -> list[Finding]:
@@ -31,13 +29,14 @@ def reference(seen: Seen) -> list[Finding]:
     known = found.unseen.reference_coverage
     if found.unseen.coverage >= least or known >= least:
         return []
-    return [Finding("reference", None, f"the reference is known on {100 * known:.1f} % of the ply", known, least)]
+    reason = f"the reference is known on {100 * known:.1f} % of the ply"
+    return [Finding("reference", None, reason, known, least, remedy="complete the reference")]
 
 
 def outline(seen: Seen) -> list[Finding]:
     """Mention that the outline is not given, unless the scan is in the wrong place anyway."""
     misplaced = seen.placed.finding is not None and counts(seen)
-    return [] if seen.ply.outline is not None or misplaced else [Finding("outline", None, _NO_OUTLINE)]
+    return [] if seen.ply.outline is not None or misplaced else [Finding("outline", None, _NO_OUTLINE, remedy=_GIVE_IT)]
 
 
 def search(seen: Seen) -> list[Finding]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.grid import Grid
+from debulk.results.finding import Reason
 
 __all__ = ["unit_reason", "width_of"]
 
@@ -22,20 +23,21 @@ def width_of(seen: Grid) -> Floats:
     return np.array([np.ptp(np.flatnonzero(known.any(axis=axis))) for axis in (0, 1)]) * seen.spacing_mm
 
 
-def unit_reason(points_mm: Floats, wide: Floats) -> str:
-    """Return which other unit (N, 3) points of a scan, all finite, are likely to be in; empty if there is no sign.
+def unit_reason(points_mm: Floats, wide: Floats) -> Reason | None:
+    """Return which other unit (N, 3) points of a scan, all finite, are likely to be in; None if there is no sign.
 
     A scan that is smaller by such a factor than the reference, which is (2,) mm wide, shows far too little of the ply
     in any case.
     """
     if not len(points_mm):
-        return ""
+        return None
     low, high = np.array([np.percentile(points_mm[:, axis], [1, 99]) for axis in (0, 1)]).T  # faster than along an axis
     ratio = float(np.hypot(*wide) / max(1e-9, np.hypot(*(high - low))))
     for unit, factor in _UNITS.items():
         if abs(ratio / factor - 1) < _FACTOR_TOL:
-            return (
+            what = (
                 f"the scan is {high[0] - low[0]:.3g} by {high[1] - low[1]:.3g} mm and the reference {wide[0]:.4g} by "
-                f"{wide[1]:.4g} mm: is the scan in {unit}? Multiply its points by {factor:g}"
+                f"{wide[1]:.4g} mm: is the scan in {unit}?"
             )
-    return ""
+            return Reason(f"{what} Multiply its points by {factor:g}", f"multiply the scan's points by {factor:g}")
+    return None

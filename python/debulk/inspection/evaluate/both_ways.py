@@ -32,6 +32,7 @@ Flags = NDArray[np.bool_]
 Evaluate = Callable[[FoundPocket], Evaluation]
 
 _FILLED, _ON_MOLD, _SPANNED = "filled in", "on the mold", "spanned"
+_AGAIN, _COMPLETE = "scan again", "complete the reference"
 # Weights of the first against the second differences of the heights in the hole. A weight near zero gives a plate that
 # continues the slopes at the rim; a large one gives a stretched membrane.
 _PLATE, _MEMBRANE = 1e-4, 1e4
@@ -60,9 +61,7 @@ def judged(
     """
     names, half = hole_names(hole.holes), HalfSeen(holes=hole.holes, rim_share=hole.rim_share)
     if any(one.of == "reference" for one in hole.holes):
-        return _refused(
-            seen, half, f"{names} borders on it, and the mold under it is not known: complete the reference"
-        )
+        return _refused(seen, half, f"{names} borders on it, and the mold under it is not known", _COMPLETE)
     evaluations: dict[str, list[Evaluation]] = {}
     own = hole.pocket | hole.unknown
     for way, heights in _ways(hole, ply, stop):
@@ -70,7 +69,7 @@ def judged(
             break
         pieces = [] if heights is None else list(_pieces(found, own, hole, heights, ply, stop))
         if not pieces or not all(piece.foot.closed for piece in pieces):
-            return _refused(seen, half, f"{names} borders on it, and hides where it ends: scan again")
+            return _refused(seen, half, f"{names} borders on it, and hides where it ends")
         if way == _FILLED:
             stands = np.isin(pieces[0].segmentation.labels.values, [piece.pocket.id for piece in pieces])
             own |= stands  # cells that are one pocket with the hole filled in stay together in the other ways
@@ -80,7 +79,7 @@ def judged(
             half = replace(half, rim_share=share)
             if share > MOST_OF_RIM:
                 why = f"{100 * share:.0f} % of its perimeter, more than {100 * MOST_OF_RIM:.0f} %"
-                return _refused(seen, half, f"{names} borders on it and hides {why}: scan again")
+                return _refused(seen, half, f"{names} borders on it and hides {why}")
         evaluations[way] = [evaluate(piece) for piece in pieces]
     ways = tuple(_way(name, done) for name, done in evaluations.items())
     return _of_all(seen, replace(half, ways=ways), evaluations, ply)
@@ -148,17 +147,20 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
     elif best is not Verdict.CREASE and seen.measured_share < limits.min_pocket_coverage:
         # Not asked of CREASE: however little of a pocket was seen, that part may show that it creases.
         judgement = verdict.judge(certified=False, coverage=seen.measured_share, criteria=criteria(ply.recipe))
-        judgement = Judgement(judgement.verdict, f"{judgement.reason}: {names} borders on it, scan again; {said}")
+        reason = f"{judgement.reason}: {names} borders on it, {_AGAIN}; {said}"
+        judgement = Judgement(judgement.verdict, reason, remedy=_AGAIN)
     elif len({way.verdict for way in half.ways}) > 1:
-        judgement = Judgement(best, f"{names} borders on it and decides: scan again; {said}")
+        judgement = Judgement(best, f"{names} borders on it and decides: {_AGAIN}; {said}", remedy=_AGAIN)
     elif best is not half.ways[0].verdict:
-        judgement = Judgement(best, f"{names} borders on it and may hide more than its rim shows: scan again; {said}")
+        reason = f"{names} borders on it and may hide more than its rim shows: {_AGAIN}; {said}"
+        judgement = Judgement(best, reason, remedy=_AGAIN)
     else:
         judgement = Judgement(best, f"{half.ways[0].reason}, however the ply lies in {names} beside it")
     report = replace(
         filled.report,
         verdict=judgement.verdict,
         reason=judgement.reason,
+        remedy=judgement.remedy,
         half_seen=half,
         outline_mm=seen.outline_mm,
         foot_outline_mm=seen.foot_outline_mm,
@@ -172,6 +174,7 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
     return replace(filled, report=report, left_out=tuple(dict.fromkeys(left_out)), late=late)
 
 
-def _refused(seen: PocketReport, half: HalfSeen, why: str) -> Evaluation:
-    refused = verdict.judge(certified=False, refused=why)
-    return Evaluation(replace(seen, verdict=refused.verdict, reason=refused.reason, half_seen=half))
+def _refused(seen: PocketReport, half: HalfSeen, why: str, remedy: str = _AGAIN) -> Evaluation:
+    refused = verdict.judge(certified=False, refused=f"{why}: {remedy}")
+    report = replace(seen, verdict=refused.verdict, reason=refused.reason, remedy=remedy, half_seen=half)
+    return Evaluation(report)

@@ -72,7 +72,7 @@ def weighed(
     if section.lacks_mm > 0 and section.range_mm[1] <= limits.max_ridge_mm - _SHORT_MM:
         return Weighed(replace(without, reason=f"{without.reason}; its net bridges, but {figures}"), section)
     reason = f"{judged.reason} by its net, but {figures}; {_REMEDY}"
-    return Weighed(Judgement(Verdict.UNDECIDED, reason, judged.decided_by), section)
+    return Weighed(Judgement(Verdict.UNDECIDED, reason, judged.decided_by, _REMEDY), section)
 
 
 class TooShort(NamedTuple):

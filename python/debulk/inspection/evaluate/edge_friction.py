@@ -87,11 +87,11 @@ def _together(
     """Judge a pocket that is CEASE with a slipping rim."""
     if if_held.verdict is Verdict.CEASE:
         return laid.judge(slipping.solution, slipping.best, counted.every)
-    reason = if_held.reason
-    if not late:
-        both = f"{if_held.reason} if its rim is held, {if_slipping.reason} if it slips"
-        reason = f"friction at the ply's edge decides: {both}; {_REMEDY}"
-    return Judgement(Verdict.UNDECIDED, reason, if_held.decided_by)
+    if late:
+        return Judgement(Verdict.UNDECIDED, if_held.reason, if_held.decided_by)
+    both = f"{if_held.reason} if its rim is held, {if_slipping.reason} if it slips"
+    reason = f"friction at the ply's edge decides: {both}; {_REMEDY}"
+    return Judgement(Verdict.UNDECIDED, reason, if_held.decided_by, _REMEDY)
 
 
 def _end(settled: starts.Settled, judged: Judgement) -> EdgeEnd:

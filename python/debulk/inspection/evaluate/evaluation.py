@@ -181,6 +181,7 @@ def _report(
         seen,
         verdict=judged.verdict,
         reason=judged.reason,
+        remedy=judged.remedy,
         decided_by=judged.decided_by,
         paper_verdict=paper_verdict,
         excess=None if laid.excess is None else _alone(laid.excess, laid.recipe),
@@ -238,7 +239,7 @@ def _seen(found: FoundPocket) -> PocketReport:
 
 
 def _not_evaluated(seen: PocketReport, judged: verdict.Judgement) -> Evaluation:
-    return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason))
+    return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason, remedy=judged.remedy))
 
 
 def _late(found: FoundPocket, seen: PocketReport) -> Evaluation:

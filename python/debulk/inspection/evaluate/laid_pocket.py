@@ -16,6 +16,7 @@ from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.effort import check_solves
 from debulk.recipe import options
+from debulk.results.finding import Reason
 from debulk.results.report import ExcessReport
 
 if TYPE_CHECKING:
@@ -30,7 +31,9 @@ REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface")
 _FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
 _FREE = 2  # kind of a node at the ply's edge
 _SLIP_LENGTHS = 2.0  # of ply beside the edge: from farther away nothing is released
-_NARROW = "; by so much the filters may have lowered what is narrow for such heights: give a denser scan"
+_NARROW = "by so much the filters may have lowered what is narrow for such heights"
+_DENSER = "give a denser scan"
+_LAY_DOWN = "lay it down there and scan again"
 
 
 class _ExcessEvidence(TypedDict):
@@ -60,7 +63,7 @@ class LaidPocket:
     held_excess_mm
         Largest excess of a fibre that is held at both ends, at the net's spacing.
     doubt
-        Why the pocket may crease although its net does not; empty if nothing suggests that.
+        Why the pocket may crease although its net does not; None if nothing suggests that.
     recipe
         All settings.
     """
@@ -72,7 +75,7 @@ class LaidPocket:
     closed_rim: bool
     excess: ExcessReport | None
     held_excess_mm: float
-    doubt: str
+    doubt: Reason | None
     recipe: Recipe
 
     @property
@@ -150,12 +153,14 @@ class LaidPocket:
 
     def _doubted(self, judged: verdict.Judgement, recipe: Recipe) -> verdict.Judgement:
         if judged.verdict is verdict.Verdict.CEASE and self.doubt:
-            return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt)
+            return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt.text, remedy=self.doubt.remedy)
         known, limit_mm = self.excess, recipe.verdict.max_ridge_mm
         if judged.verdict is not verdict.Verdict.UNDECIDED or known is None:
             return judged
         by_filters = known.range_mm[0] + 2 * known.uncertainty_mm <= limit_mm < known.alone_mm
-        return replace(judged, reason=f"{judged.reason}{_NARROW}") if by_filters else judged
+        if not by_filters:
+            return judged
+        return replace(judged, reason=f"{judged.reason}; {_NARROW}: {_DENSER}", remedy=_DENSER)
 
     def _excess_evidence(self) -> _ExcessEvidence:
         known = self.excess
@@ -187,7 +192,7 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
         closed_rim=found.foot.closed and len(laid.open_ends) == 0,
         excess=known,
         held_excess_mm=held.largest_mm,
-        doubt=found.doubt or ("" if known is not None else _doubt(found, laid, ply)),
+        doubt=Reason(found.doubt, "") if found.doubt else _doubt(found, laid, ply) if known is None else None,
         recipe=ply.recipe,
     )
 
@@ -209,36 +214,36 @@ def _excess(found: FoundPocket, laid: net.Net, held: _core.ridge.HeldExcess, ply
     return excess.of_runs(runs, bound_mm, recipe)
 
 
-def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> str:
-    """Say why a minimum at the ply's edge proves little; empty if it proves enough."""
+def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> Reason | None:
+    """Say why a minimum at the ply's edge proves little; None if it proves enough."""
     times = found.foot.area_mm2 / found.pocket.area_mm2
-    round_it = f"the ply stands off the mold round it, on {times:.0f} times its area; lay it down there and scan again"
+    round_it = f"the ply stands off the mold round it, on {times:.0f} times its area; {_LAY_DOWN}"
     inside = int(np.count_nonzero(laid.inside))
     if inside < _FEWEST_INSIDE:
-        return f"only {inside} of the {len(laid.nodes_mm)} nodes of its net lie inside its outline: {round_it}"
+        what = f"only {inside} of the {len(laid.nodes_mm)} nodes of its net lie inside its outline"
+        return Reason(f"{what}: {round_it}", _LAY_DOWN)
     if ply.outline is None or not (laid.kinds == _FREE).any():
-        return ""
+        return None
     # Friction holds the ply after a slip of about 20 mm (docs/model.md, section 6), so an edge farther off releases
     # nothing.
     slip_mm = ply.recipe.net.free_edge_mm
     away_mm = float(pocket.distance_to_outline(ply.outline, found.pocket.outline_mm).min())
     if away_mm > _SLIP_LENGTHS * slip_mm:
-        return (
-            f"its net is free at an edge of the ply {away_mm:.0f} mm away, and a ply slips by some {slip_mm:g} mm: "
-            f"{round_it}"
-        )
+        what = f"its net is free at an edge of the ply {away_mm:.0f} mm away, and a ply slips by some {slip_mm:g} mm"
+        return Reason(f"{what}: {round_it}", _LAY_DOWN)
     # A net at the edge may let a fibre that is held at both ends bow sideways to where the ply is free. It is not known
     # whether friction allows that.
     runs, limits = found.excess, ply.recipe.verdict
     held_mm = 0.0 if runs is None else excess.upper_mm(runs[runs.held])
     if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > options.counts_from_mm(ply.recipe):
         side = "above" if ridge_mm > limits.max_ridge_mm else f"within {limits.ridge_margin_mm:.2f} mm of"
-        return (
+        what = (
             f"a fibre that is held at both ends is up to {held_mm:.2f} mm longer than the mold, a ridge of "
             f"{ridge_mm:.2f} mm {side} the limit of {limits.max_ridge_mm:.2f} mm unless it moves sideways to the ply's "
             "edge"
         )
-    return ""
+        return Reason(what, "")
+    return None
 
 
 def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> net.Net:

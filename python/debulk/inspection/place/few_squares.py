@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from debulk.inspection.clouds.thinning import pitch_of
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.evidence.sample import Sample
+from debulk.results.finding import Reason
 
 __all__ = ["few_squares_reason"]
 
@@ -17,7 +18,7 @@ _ROUND_MM = 50  # margin that a cropped scan should keep round the ply
 
 def few_squares_reason(
     zones: PlyZones, sample: Sample, on: NDArray[np.bool_], *, least: int, share: float, outlined: bool
-) -> str:
+) -> Reason:
     """Say why there are too few squares, and what to do.
 
     Parameters
@@ -34,25 +35,25 @@ def few_squares_reason(
     known = np.isfinite(sample.height_mm)
     each_mm2 = pitch_of(sample.points_mm[known, :2], 1) ** 2
     seen = np.count_nonzero(on) * each_mm2 / max(zones.inner_mm2, 1.0)
-    cannot = "the level of the ply cannot be determined"
     if not outlined or not np.isfinite(each_mm2) or seen < _SEEN:
-        return (
-            f"{cannot}: between the pockets only {100 * share:.1f} % of it was seen by scan and reference; check that "
-            "the outline, the scan and the reference are of the same part, in mm, with their pose: z is to point up, "
-            "away from the mold"
+        what = f"between the pockets only {100 * share:.1f} % of it was seen by scan and reference"
+        remedy = (
+            "check that the outline, the scan and the reference are of the same part, in mm, with their pose: z is to "
+            "point up, away from the mold"
         )
-    if zones.squares < least:
-        return (
-            f"{cannot}: the ply is too small, only {zones.squares} squares of {zones.side_mm:g} mm lie "
-            f"{zones.inset_mm:g} mm inside its outline, and {least} are needed; check that the outline is in mm"
+    elif zones.squares < least:
+        what = (
+            f"the ply is too small, only {zones.squares} squares of {zones.side_mm:g} mm lie {zones.inset_mm:g} mm "
+            f"inside its outline, and {least} are needed"
         )
-    if len(zones.blocks(sample, on, on).height_mm) < least:
-        return (
-            f"{cannot}: the ply is a small part of the scan, only {np.count_nonzero(on)} of the {len(on)} points that "
-            f"are looked at for it lie well inside the outline; crop scan and reference to the ply and {_ROUND_MM} mm "
-            "round it"
+        remedy = "check that the outline is in mm"
+    elif len(zones.blocks(sample, on, on).height_mm) < least:
+        what = (
+            f"the ply is a small part of the scan, only {np.count_nonzero(on)} of the {len(on)} points that are looked "
+            "at for it lie well inside the outline"
         )
-    return (
-        f"{cannot}: pockets with their feet leave only {100 * share:.1f} % of the ply between them; lay it down and "
-        "scan again"
-    )
+        remedy = f"crop scan and reference to the ply and {_ROUND_MM} mm round it"
+    else:
+        what = f"pockets with their feet leave only {100 * share:.1f} % of the ply between them"
+        remedy = "lay it down and scan again"
+    return Reason(f"the level of the ply cannot be determined: {what}; {remedy}", remedy)

@@ -10,6 +10,7 @@ from debulk.inspection.evidence.edge_check import EdgeFit
 from debulk.inspection.place.level import Deviation
 from debulk.inspection.place.level_step import Step, step_of
 from debulk.recipe import options
+from debulk.results.finding import Reason
 from debulk.results.level import Level
 
 if TYPE_CHECKING:
@@ -29,12 +30,13 @@ def same_reason(share: float) -> str:
     )
 
 
-def swapped_reason(hanging_mm2: float, cut_height_mm: float) -> str:
+def swapped_reason(hanging_mm2: float, cut_height_mm: float) -> Reason:
     """Say that parts of the scan lie below the reference where pockets should stand above it."""
-    return (
+    what = (
         f"scan and reference look swapped: {hanging_mm2 / 100:.0f} cm² of the scan hang more than {cut_height_mm:g} mm "
-        "below the reference; swap scan and reference, or check the pose: z is to point up, away from the mold"
+        "below the reference"
     )
+    return _asking(what, "; ", "swap scan and reference, or check the pose: z is to point up, away from the mold")
 
 
 def edge_reason(fit: EdgeFit) -> str:
@@ -49,8 +51,8 @@ def edge_reason(fit: EdgeFit) -> str:
 
 def level_reason(
     level: Level, found: Deviation, recipe: Recipe, pockets_share: float = 0.0, loose_share: float = 0.0
-) -> str:
-    """Say why a level cannot be that of the ply; empty if it can.
+) -> Reason | None:
+    """Say why a level cannot be that of the ply, and what to do; None if it can.
 
     Parameters
     ----------
@@ -67,21 +69,22 @@ def level_reason(
     if level.uncertainty_mm > 0.5 * tol:
         if _lifted(level, found, recipe):
             what, remedy = _uneven(level, found, recipe)
-            return f"the ply stands off the mold so widely that its level is not known: {what}: {remedy}"
-        return (
+            return _asking(f"the ply stands off the mold so widely that its level is not known: {what}", ": ", remedy)
+        what = (
             "the level of the ply cannot be determined: its median height between the pockets is uncertain by "
-            f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:.2g} mm; scan again, with less noise, "
-            "and check whether the reference is of this mold"
+            f"{level.uncertainty_mm:.2g} mm, and its tolerance is {tol:.2g} mm"
         )
+        return _asking(what, "; ", "scan again, with less noise, and check whether the reference is of this mold")
     median, wrong = level.laid_mm - level.thickness_mm, level.low_share + level.high_share
     if abs(median) <= tol and wrong - loose_share <= share:
-        return ""
+        return None
     bare = level.laid_mm <= tol and abs(level.laid_mm) < 0.5 * level.thickness_mm
     if bare and sum(found.left(tol, 0)) <= share:
-        return (
+        return Reason(
             f"no ply is seen: the scan stands {_off_reference(level)} everywhere, a ply by its thickness of "
             f"{level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, "
-            f"or the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low"
+            f"or the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low",
+            "look whether the ply is on the mold, and give the reference from before it was draped",
         )
     enough = max(share, _EXPLAINED * wrong)
     left = [found.left(tol, k) for k in range(3)]
@@ -101,10 +104,12 @@ def level_reason(
             high_mm = found.residual_mm[top]
             what = f"{what}, or the ply stands off the mold widely, by {high_mm:.2f} mm at ({x:.0f}, {y:.0f}) mm"
             remedy = f"look there first: lay the ply down and scan again; if it does lie on the mold, {remedy}"
-    return (
-        f"{what} (between the pockets the ply stands {_off_reference(level)}, its thickness is "
-        f"{level.thickness_mm:g} mm): {remedy}"
-    )
+    where = f"between the pockets the ply stands {_off_reference(level)}, its thickness is {level.thickness_mm:g} mm"
+    return _asking(f"{what} ({where})", ": ", remedy)
+
+
+def _asking(what: str, joint: str, remedy: str) -> Reason:
+    return Reason(f"{what}{joint}{remedy}", remedy)
 
 
 def _off_reference(level: Level) -> str:

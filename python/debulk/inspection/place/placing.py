@@ -142,7 +142,7 @@ class Placing:
             return Placed(None, Finding("same_scan", Verdict.INVALID, same_reason(same), same, limit))
         unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
-            return Placed(None, Finding("unit", Verdict.INVALID, unit))
+            return Placed(None, Finding("unit", Verdict.INVALID, unit.text, remedy=unit.remedy))
         if sample.apart_mm > 0:
             reason = layers_reason(sample.apart_mm)
             return Placed(None, Finding("two_layers", Verdict.INVALID, reason, sample.apart_mm, unit="mm"))
@@ -256,7 +256,7 @@ class Placing:
             outlined = self.outline is not None
             share = blocks.ply_share
             reason = few_squares_reason(zones, sample, on, least=_LEAST_BLOCKS, share=share, outlined=outlined)
-            return Placed(None, Finding("level", Verdict.INVALID, reason))
+            return Placed(None, Finding("level", Verdict.INVALID, reason.text, remedy=reason.remedy))
         found = deviation(blocks, thickness, self._least_mm)
         level = level_of(found, blocks, thickness, self._tol_mm, sample.removed_mm)
         loose = self._loose_share(found, blocks, bumps)
@@ -268,7 +268,8 @@ class Placing:
         if not doubt:
             return Placed(replace(level, loose_share=loose) if needed else level)
         off_mm = level.laid_mm - level.thickness_mm
-        return Placed(level, Finding("level", Verdict.INVALID, doubt, off_mm, self._tol_mm, "mm"))
+        finding = Finding("level", Verdict.INVALID, doubt.text, off_mm, self._tol_mm, "mm", remedy=doubt.remedy)
+        return Placed(level, finding)
 
     def _loose_share(self, found: Deviation, blocks: Blocks, bumps: Sequence[tuple[Floats, float]]) -> float:
         """Return the share of the squares that stand up in one piece with the ply's edge or with a bump.

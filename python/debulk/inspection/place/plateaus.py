@@ -81,15 +81,18 @@ def findings(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Finding
             left_mm = one.off_mm + thickness_mm
             reason = (
                 f"the ply is missing over {place}: with a sharp edge the scan goes down to {left_mm:.2f} mm above the "
-                "reference there: torn, cut out or folded away? Lay it anew, or give the outline that it has"
+                "reference there: torn, cut out or folded away?"
             )
+            remedy = "lay it anew, or give the outline that it has"
         else:
             reason = (
                 f"the ply lies {one.off_mm:.2f} mm too high over {place}, flat and with a sharp edge, as air does not "
-                "lift it: double, folded over, or with something on or below it? Look at it, and scan again"
+                "lift it: double, folded over, or with something on or below it?"
             )
+            remedy = "look at it, put it right, and scan again"
         at_best = Verdict.INVALID if one.off_mm < 0 else Verdict.UNDECIDED
-        out.append(Finding("plateaus", at_best, reason, one.off_mm, unit="mm", place_mm=one.centre_mm))
+        reason = f"{reason} {remedy.capitalize()}"
+        out.append(Finding("plateaus", at_best, reason, one.off_mm, unit="mm", place_mm=one.centre_mm, remedy=remedy))
     return out
 
 

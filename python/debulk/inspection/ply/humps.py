@@ -103,6 +103,7 @@ def findings(humps: tuple[Hump, ...], recipe: Recipe) -> list[Finding]:
             limit,
             "mm",
             hump.place_mm,
+            remedy="give the scan that was taken after the ply before was debulked",
         )
         for hump in humps
     ]

@@ -1,0 +1,278 @@
+"""What each check looks at, its limit, and what to do about its findings, in the order in which they speak.
+
+The inspection runs these checks (`debulk.inspection.checks.listed`); the page, docs/checks.md and `debulk checks` show
+these texts.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from debulk.verdict import Verdict
+
+__all__ = ["CHECK_TEXTS", "CheckText", "text_of"]
+
+INVALID, CREASE, UNDECIDED, CEASE = (Verdict.INVALID, Verdict.CREASE, Verdict.UNDECIDED, Verdict.CEASE)
+
+
+class CheckText(NamedTuple):
+    """One thing that can make the verdict of a layup worse, or that a reader of the report must know.
+
+    Attributes
+    ----------
+    name
+        Name of its findings; ``docs/checks.md`` has a section of this name.
+    title, sees, limit, remedy
+        What is wrong, in a few words; what is looked at; the limit, and where it is set; what to do about a finding
+        that does not know better itself.
+    at_best
+        Verdicts that its findings allow at best; None: they are only mentioned.
+    """
+
+    name: str
+    title: str
+    sees: str
+    limit: str
+    remedy: str
+    at_best: tuple[Verdict | None, ...]
+
+
+CHECK_TEXTS = (
+    CheckText(
+        "chain",
+        "The scan does not come from the qualified chain",
+        "the scan's signature against that of the chain of scanner, filters and export, if one is given",
+        "the range that the chain's own scans showed",
+        "use the scanner, the settings and the export that were qualified, or qualify the chain anew",
+        (INVALID, UNDECIDED),
+    ),
+    CheckText(
+        "same_scan",
+        "Scan and reference are the same cloud",
+        "whether points of the scan and of the reference agree bit for bit",
+        "half of the points on the ply; 95 % of all points where the outline is not given",
+        "give the scan of the draped ply and the reference from before it was draped, with all digits",
+        (INVALID,),
+    ),
+    CheckText(
+        "unit",
+        "The scan is in another unit",
+        "the extent of the scan against that of the reference",
+        "within 15 % of the factor between millimetres and centimetres, inches, decimetres or metres",
+        "multiply the points by the factor that the reason names, or give the unit (`--unit`)",
+        (INVALID,),
+    ),
+    CheckText(
+        "two_layers",
+        "The cloud holds two layers",
+        "in a list of points, windows 40 mm apart: whether neighbours lie at two heights, mixed as in two scans",
+        "a quarter of the thickness, in a fifth of the windows",
+        "give one scan alone; clear the buffer before the next one",
+        (INVALID,),
+    ),
+    CheckText(
+        "repeated_pixels",
+        "The image was enlarged by repeating pixels",
+        "the share of pixels that hold the same point as a neighbour",
+        "60 % of the pixels",
+        "give the scan in the resolution in which it was taken",
+        (INVALID,),
+    ),
+    CheckText(
+        "point_spacing",
+        "The scan is too coarse",
+        "the spacing of the points on the ply",
+        "four points across a pocket of `segmentation.area_tol_mm2`",
+        "give the full cloud, or raise the smallest pocket's area in the recipe",
+        (INVALID,),
+    ),
+    CheckText(
+        "steep_mold",
+        "The mold is too steep below the ply",
+        "where the outline is given: the angle of the mold's normal to z, and to the rays of its organised scan",
+        "65 degrees from z, 70 from a ray, on more than 2 cm² of the mold in one piece",
+        "turn the mold's frame or the scanner so that both look at it more squarely, or inspect that side by itself",
+        (INVALID,),
+    ),
+    CheckText(
+        "mold_edge",
+        "The mold's edge does not tell where the ply ends",
+        "without an outline: squares of 40 mm below a cliff of the reference, in which the scan stands up",
+        "half a thickness above the reference",
+        "give the ply's outline",
+        (INVALID,),
+    ),
+    CheckText(
+        "level",
+        "The ply does not lie one thickness above the reference",
+        "squares of the ply between the pockets: their median height, their share too high or too low, and the rigid "
+        "motion, bend or step that explains it",
+        "`level.tol_mm`, at most 0.35 thicknesses, for the median; `level.largest_share` of the squares",
+        "check pose, thickness and reference; whether scanner or mold moved; whether scan and reference are swapped; "
+        "whether backing paper was left on; lay down a ply that stands loose",
+        (INVALID,),
+    ),
+    CheckText(
+        "ply_edge",
+        "The ply's edge is not where the outline is",
+        "stretches of 40 mm along the outline: the step of one thickness across it",
+        "`level.largest_edge_share` of the stretches, or three neighbouring ones far off",
+        "check that the outline is this ply's, not mirrored, and in the mold's frame",
+        (INVALID,),
+    ),
+    CheckText(
+        "largest_pocket",
+        "One pocket stands on most of the ply",
+        "the foot of the widest pocket",
+        "`level.largest_pocket_share` of the ply",
+        "lay the ply down, or check pose and reference, then scan again",
+        (INVALID,),
+    ),
+    CheckText(
+        "reference_humps",
+        "The reference may hold a pocket of the ply before",
+        "round humps of the reference on smooth surroundings, under the ply",
+        "`verdict.max_ridge_mm`, for the ridge of the longest fibre over it",
+        "give the scan that was taken after the ply before was debulked (`debulk.Stack`); a mold may have such a boss",
+        (None,),
+    ),
+    CheckText(
+        "coverage",
+        "Too little of the ply was seen",
+        "the share of the ply that scan and reference show, small holes filled in",
+        "`verdict.min_coverage`",
+        "scan again from where all of the ply is seen, or with another exposure",
+        (INVALID,),
+    ),
+    CheckText(
+        "reference",
+        "The reference is not known on all of the ply",
+        "the share of the ply on which the reference is known, where the coverage is too small",
+        "`verdict.min_coverage`",
+        "complete the reference",
+        (None,),
+    ),
+    CheckText(
+        "outline",
+        "The outline is not given",
+        "whether the inspector knows where the ply ends",
+        "none",
+        "give it (`ply_outline`, `--outline`): without it nothing at the ply's edge is told from what lies beside it",
+        (None,),
+    ),
+    CheckText(
+        "search",
+        "No pockets were looked for",
+        "why the scan shows far too little of the ply",
+        "half of `verdict.min_coverage`",
+        "check that scan and reference are of the same part, in one unit and frame, rows and columns in order",
+        (None,),
+    ),
+    CheckText(
+        "pockets",
+        "The worst pocket",
+        "the verdict of every pocket, and of every bump that was judged as one",
+        "`verdict.max_ridge_mm` and the margins; `verdict.min_pocket_coverage`",
+        "smooth the ply along the fibres that are too long, towards the nearest edge, and scan again; "
+        "if the pocket is UNDECIDED, look its reason up",
+        (INVALID, CREASE, UNDECIDED, CEASE),
+    ),
+    CheckText(
+        "deadline",
+        "Time ran out",
+        "which pockets or searches were cut off; before any pocket is known, all of the inspection is",
+        "`deadline_s`",
+        "give more time or more threads, and inspect the same scan again",
+        (UNDECIDED, None),
+    ),
+    CheckText(
+        "holes",
+        "A hole may hide something",
+        "every part of the ply that was not seen: how high its rim stands, how wide it is, whether a pocket was judged "
+        "with it; and bumps whose rest lies in a hole",
+        "a rim of a quarter of `segmentation.cut_height_mm`, or one thickness and `patch.mold_tol_mm` if that is more",
+        "scan again with less glare, with another exposure or from another side",
+        (INVALID, UNDECIDED),
+    ),
+    CheckText(
+        "shared_fibres",
+        "A fibre is too long where no pocket is",
+        "the runs of the fibre lines that cross no pocket and are held at both ends",
+        "`verdict.max_ridge_mm`",
+        "smooth the ply along the line that the reason names, and scan again",
+        (UNDECIDED,),
+    ),
+    CheckText(
+        "plateaus",
+        "A flat place with a sharp edge",
+        "places that lie off their level by more than half a thickness, flat, and go up or down within a few cells",
+        "0.55 thicknesses, and the area of the smallest pocket",
+        "missing ply (INVALID): lay it anew, or give the outline that it has; double ply, or something on or below it "
+        "(UNDECIDED): look at it, put it right, and scan again",
+        (INVALID, UNDECIDED),
+    ),
+    CheckText(
+        "riders",
+        "A narrow bump rides on a pocket",
+        "points of the raw scan that stand above the filtered heights of a pocket or bump, where all pockets cease",
+        "`verdict.max_ridge_mm`, for the excess of both together",
+        "look there, and scan again",
+        (UNDECIDED,),
+    ),
+    CheckText(
+        "wrinkles",
+        "A wrinkle stands already",
+        "pairs of rows and columns of the raw scan: what stands out narrowly and goes on along a straight line",
+        "`verdict.max_ridge_mm`, for the ridge of its excess",
+        "smooth it out, and scan again; no vacuum closes it",
+        (CREASE, UNDECIDED),
+    ),
+    CheckText(
+        "narrow_bumps",
+        "A bump is narrower than the height map resolves",
+        "groups of points of the raw scan that stand up in every direction",
+        "three quarters of `verdict.max_ridge_mm`, for the excess of a bell of its size",
+        "look there for something below the ply, and scan again",
+        (UNDECIDED,),
+    ),
+    CheckText(
+        "raw_scan",
+        "The raw scan could not be searched",
+        "in how many places the raw scan stands out sharply",
+        "the number that the search can follow",
+        "scan again: the scan is spoiled",
+        (INVALID,),
+    ),
+    CheckText(
+        "filled",
+        "A patch carries no measuring noise",
+        "squares of 12 by 12 pixels whose noise is a tenth of the scan's, or which show fewer roundings",
+        "together the area of the smallest pocket, 2 cm² at most",
+        "switch the scanner's hole filling and clipping off, or give the raw cloud",
+        (INVALID, UNDECIDED),
+    ),
+    CheckText(
+        "smoothed",
+        "The scan was smoothed",
+        "whether neighbouring points share their noise, and how wide the step at the ply's edge is",
+        "`clean.fine_mm`, or a pixel if that is wider",
+        "switch the smoothing off, give the raw cloud, or allow for it (`clean.fine_mm`); set the scanner's focus",
+        (UNDECIDED,),
+    ),
+    CheckText(
+        "approval",
+        "The recipe was not approved",
+        "the hash of the recipe, without its section `run`, against a file of approved ones, if one is given",
+        "the recipes in that file",
+        "use an approved recipe, or have this one approved (`debulk approve`)",
+        (UNDECIDED,),
+    ),
+)
+"""Every check, in order."""
+
+_BY_NAME = {text.name: text for text in CHECK_TEXTS}
+
+
+def text_of(check: str) -> CheckText | None:
+    """Return the text of a check; None for a name that this version does not know."""
+    return _BY_NAME.get(check)
