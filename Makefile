@@ -112,6 +112,12 @@ docs: $(stamps)/package $(stamps)/docs ## Build the pages of docs/ into build/do
 	$(pages)
 	@echo 'debulk: the pages are in build/docs/index.html'
 
+.PHONY: pictures
+pictures: $(stamps)/package $(stamps)/bench ## Make the pictures of the README and of docs/ anew; needs Chromium and a quiet machine
+	$(python) bench/pictures/physics.py
+	$(python) bench/pictures/gallery.py
+	$(python) bench/pictures/page.py
+
 .PHONY: wheel
 wheel: $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
 	cmake/make_wheel.sh $(python) dist

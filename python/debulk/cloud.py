@@ -194,7 +194,7 @@ def remove_outliers(
 
     Returns
     -------
-    NDArray[np.bool_]
+    NDArray[bool]
         (H, W) or (N,): False for outliers and for missing points.
 
     Raises

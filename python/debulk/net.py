@@ -45,7 +45,7 @@ class Net:
     area_mm2
         Area of the ply's surface inside the perimeter.
     shear_deg
-        (N,) mean of |90° - crossing angle| of the fibres at each node.
+        (N,) mean of ``|90° - crossing angle|`` of the fibres at each node.
     open_ends
         Numbers of inner nodes away from the ply's edge where a fibre neighbour is missing. If there are any, the rim is
         not closed by fixed nodes, and the pocket cannot be judged.
@@ -119,10 +119,10 @@ def fibre_net(
         Height above the reference up to which the mold holds a node in the band.
     paths
         How the net continues from the centre along its two fibres: on each as a "geodesic" or in a "vertical_plane", or
-        with "least_shear" by two crossing strips of cells that shear least, as in KinDrape [1]_. Geodesics follow every
-        bump. Use the plane on a surface that is noisy from sample to sample, or was joined with a step at the
-        perimeter. The strips follow a doubly curved mold with the least shear at first, but each cell depends on the
-        one before; shear is measured from the angle at which the fibres cross at the centre in space, so only
+        with "least_shear" by two crossing strips of cells that shear least, as in KinDrape (see below). Geodesics
+        follow every bump. Use the plane on a surface that is noisy from sample to sample, or was joined with a step at
+        the perimeter. The strips follow a doubly curved mold with the least shear at first, but each cell depends on
+        the one before; shear is measured from the angle at which the fibres cross at the centre in space, so only
         directions at a right angle in the tangent plane give KinDrape's net.
     rms_outline_mm
         (K, 2) outline that determines `Net.inside` in place of the perimeter.
@@ -138,9 +138,9 @@ def fibre_net(
 
     References
     ----------
-    .. [1] C. Krogh, B. L. V. Bak, E. Lindgaard, A. M. Olesen, S. M. Hermansen, P. H. Broberg, J. A. Kepler, E. Lund,
-       J. Jakobsen: "A simple MATLAB draping code for fiber-reinforced composites with application to optimization of
-       manufacturing process parameters", Struct. Multidisc. Optim. 64 (2021), 457-471.
+    C. Krogh, B. L. V. Bak, E. Lindgaard, A. M. Olesen, S. M. Hermansen, P. H. Broberg, J. A. Kepler, E. Lund,
+    J. Jakobsen: "A simple MATLAB draping code for fiber-reinforced composites with application to optimization of
+    manufacturing process parameters", Struct. Multidisc. Optim. 64 (2021), 457-471.
 
     Examples
     --------

@@ -421,7 +421,7 @@ def misfits(
 
     Returns
     -------
-    NDArray[np.bool_]
+    NDArray[bool]
         (ny, nx), True where a height exists that the surface misses by more than 0.2 mm and by eight times what noise
         explains, in a trimmed mean over 6 mm and on 64 mm² or more. Such places are grooves too narrow for the surface,
         and the area beside a cliff.

@@ -53,7 +53,7 @@ def inside(outline_mm: ArrayLike, xy_mm: ArrayLike) -> NDArray[np.bool_]:
 
     Returns
     -------
-    NDArray[np.bool_]
+    NDArray[bool]
         (N,).
 
     Raises
@@ -115,7 +115,7 @@ def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bo
 
     Returns
     -------
-    NDArray[np.bool_]
+    NDArray[bool]
         (ny, nx).
 
     Examples
