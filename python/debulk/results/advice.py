@@ -41,6 +41,8 @@ class Deed(NamedTuple):
         Direction in which the ply can be pushed out over the nearest edge, 0 to 360 degrees from the mold's +x.
     pocket, verdict
         Number and verdict of the pocket; None if it is not about one.
+    check
+        Name of the check whose finding asks for it; empty if none does.
     """
 
     do: str
@@ -50,6 +52,7 @@ class Deed(NamedTuple):
     way_deg: float | None = None
     pocket: int | None = None
     verdict: Verdict | None = None
+    check: str = ""
 
     def __str__(self) -> str:
         place = "" if self.place_mm is None else f" at ({self.place_mm[0]:.0f}, {self.place_mm[1]:.0f}) mm"
@@ -93,7 +96,7 @@ _ASKED = {Verdict.CREASE: "smooth the ply", Verdict.UNDECIDED: "smooth the ply, 
 
 def _of_finding(finding: Finding) -> Deed:
     what = finding.check.replace("_", " ")
-    return Deed(finding.asks, what, finding.place_mm, verdict=finding.at_best)
+    return Deed(finding.asks, what, finding.place_mm, verdict=finding.at_best, check=finding.check)
 
 
 def _of_pocket(pocket: PocketReport, report: ReportData) -> Deed:

@@ -1,4 +1,4 @@
-"""The report as JSON, schema 12.
+"""The report as JSON, schema 13.
 
 Records are objects and arrays are nested lists. Numbers that JSON does not have are the strings "NaN", "Infinity" and
 "-Infinity". Only grids, such as the height map, are packed: base64 of zlib of little-endian float32, or float64 if they
