@@ -11,6 +11,7 @@ from first_family import held_excess_mm
 
 from debulk import InputError, inspect, scenes
 from debulk.recipe import Recipe
+from debulk.verdict import Verdict
 from lab.varied import MISTAKES, Given, Mistake, given_right, varied_layup
 from lab.varied.polygons import inside
 
@@ -89,6 +90,7 @@ class Outcome:
     blind: bool  # the case has a mistake with which nothing may pass
     missed: int  # number of creasing pockets that no pocket of the report, other than closing ones, covers
     pockets: int
+    checks: str  # the checks that make the verdict worse than CEASE, each with the verdict that it allows at best
     seconds: float  # CPU time of the inspection
 
     @property
@@ -145,6 +147,7 @@ def run(case: Case, pixels: tuple[int, int]) -> Outcome:
         blind=case.mistake is not None and case.mistake.blind,
         missed=0,
         pockets=0,
+        checks="",
         seconds=0.0,
     )
     began = time.process_time()
@@ -166,6 +169,8 @@ def run(case: Case, pixels: tuple[int, int]) -> Outcome:
     else:
         outcome.said, outcome.reason, outcome.passed = report.verdict.value, report.reason, report.passed
         outcome.pockets = len(report.pockets)
+        worse = {(f.check, f.at_best.value) for f in report.findings if f.at_best not in (None, Verdict.CEASE)}
+        outcome.checks = " ".join(f"{check}:{at_best}" for check, at_best in sorted(worse))
         if case.mistake is None and outcome.said != "invalid":
             outcome.missed = _missed(standing, report)
     outcome.seconds = round(time.process_time() - began, 2)

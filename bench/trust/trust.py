@@ -77,6 +77,7 @@ def _lost(case: Case, said: str, reason: str) -> Outcome:
         blind,
         0,
         0,
+        "",
         nan,
     )
 
