@@ -166,6 +166,10 @@ bench: $(stamps)/package $(stamps)/bench ## Build and run the C++ benchmarks; re
 	$(python) bench/front/regions.py
 	$(python) bench/front/registration.py > bench/front/registration.txt
 
+.PHONY: protocol
+protocol: $(stamps)/tests $(stamps)/docs ## Write the validation protocol of this build, one page, to build/protocol.html
+	$(python) bench/protocol/protocol.py
+
 .PHONY: trust
 trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scenes, half of them spoiled; text and picture in bench/trust
 	$(python) bench/trust/trust.py --scenes 2000 --jobs 2
