@@ -30,7 +30,7 @@ STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem }
 table { border-collapse: collapse; width: 100%; margin: 1rem 0 } th { text-align: left }
 td, th { border-bottom: 1px solid #bbb; padding: .25rem .5rem; vertical-align: top }
-code { font-size: 85%; overflow-wrap: anywhere } tr { break-inside: avoid }
+code { font-size: 90%; overflow-wrap: anywhere } tr { break-inside: avoid }
 @media print { body { font-size: 9pt; margin: 0; max-width: none } @page { size: A4; margin: 15mm } }
 """
 
