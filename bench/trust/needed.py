@@ -13,9 +13,9 @@ from collections import Counter
 from pathlib import Path
 
 from cases import Outcome
-from trust import read
 
 from debulk.inspection.checks.listed import CHECKS
+from trust import read
 
 
 def table(outcomes: list[Outcome]) -> str:
