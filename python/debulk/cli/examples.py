@@ -14,7 +14,11 @@ EXAMPLES = {
         "debulk inspect s.npy --reference r.npy --pose p.txt --json > layup.json",
     ),
     "demo": ("debulk demo", "debulk demo -o out --seed 3 --keep-files"),
-    "page": ("debulk page layup.json -o layup.html", "debulk page ply1.json ply2.json -o stack.html"),
+    "page": (
+        "debulk page layup.json -o layup.html",
+        "debulk page ply1.json ply2.json -o stack.html",
+        "debulk page before.json after.json --compare -o both.html",
+    ),
     "qualify": (
         "debulk qualify scans/*.pcd --reference ref.pcd --pose pose.txt -o chain.json -o chain.html",
         "debulk inspect scan.pcd --reference ref.pcd --pose pose.txt --chain chain.json",

@@ -16,6 +16,7 @@ from debulk.cli.support import check_writable, outcome
 def page(
     reports: Annotated[list[Path], typer.Argument(help="Reports, .json; several: the plies of a stack.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The page, .html.")],
+    compare: Annotated[bool, typer.Option("--compare", help="Two reports side by side: what differs.")] = False,
 ) -> None:
     """Make the page of a report, or one page of the reports of a stack: the worst plies first, then ply by ply.
 
@@ -28,16 +29,22 @@ def page(
         check_writable(output)
 
         from debulk.files import replacing
+        from debulk.page.difference import page as difference_page
         from debulk.page.stack import Layup
         from debulk.page.stack import page as stack_page
         from debulk.report import Report
 
+        if compare and len(reports) != 2:
+            raise InputError(f"--compare: expected two reports, got {len(reports)}")
         found = [Report.load(path) for path in reports]
         if len(found) == 1:
             found[0].save(output)
         else:
-            layups = [Layup(one, path.name, _own_page(path, output)) for one, path in zip(found, reports, strict=True)]
-            html = stack_page(layups)
+            if compare:
+                html = difference_page(found[0], found[1], (reports[0].name, reports[1].name))
+            else:
+                named = zip(found, reports, strict=True)
+                html = stack_page([Layup(one, path.name, _own_page(path, output)) for one, path in named])
             with replacing(output) as temporary:
                 temporary.write_text(html, encoding="utf-8", newline="\n")
         print(f"written: {output}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.results.deciding import worst_first
 from debulk.results.number import number
@@ -12,30 +12,75 @@ from debulk.results.number import number
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
 
-__all__ = ["recipe_difference", "report_difference"]
+__all__ = ["Place", "SettingChange", "changes", "places", "recipe_difference", "report_difference"]
 
 _SAME_PLACE_MM = 15.0  # pockets whose centroids are nearer than this, or than the smaller one is wide, are the same
 _SAME_MM = 0.005  # ridges that differ by less are the same when rounded
 
 
+class Place(NamedTuple):
+    """A place at which the first report has a pocket, the second, or both."""
+
+    first: PocketReport | None
+    second: PocketReport | None
+
+    @property
+    def rise_mm(self) -> float | None:
+        """By how much the second ridge is the higher one; None without both."""
+        ridges = [pocket and pocket.deciding_ridge for pocket in self]
+        return None if None in ridges else ridges[1].height_mm - ridges[0].height_mm  # type: ignore[union-attr]
+
+    @property
+    def differs(self) -> bool:
+        """Whether the verdict, or the ridge as it is shown, differs."""
+        if self.first is None or self.second is None or self.first.verdict is not self.second.verdict:
+            return True
+        low, high = _heights(self)
+        return low != high and not abs(self.rise_mm or math.inf) < _SAME_MM
+
+
+class SettingChange(NamedTuple):
+    """A setting of two recipes that differs, with both values in words."""
+
+    name: str
+    first: str
+    second: str
+
+
+def places(first: ReportData, second: ReportData) -> list[Place]:
+    """Return every place, those of both reports first, the most severe ones first of each.
+
+    Pockets are paired by their places, as their numbers follow from their areas.
+    """
+    pairs, only_first, only_second = _paired(first, second)
+    alone = [Place(pocket, None) for pocket in only_first] + [Place(None, pocket) for pocket in only_second]
+    return [*(Place(*pair) for pair in pairs), *alone]
+
+
 def report_difference(first: ReportData, second: ReportData) -> list[str]:
     """Return a line for each difference, the most severe first; empty if verdicts, places and settings are the same.
 
-    Pockets are paired by their places, as their numbers follow from their areas. Of two reports of a scan with other
-    settings this shows what the settings change; of two scans of a ply, what happened to it.
+    Of two reports of a scan with other settings this shows what the settings change; of two scans of a ply, what
+    happened to it.
     """
-    lines = [] if first.verdict is second.verdict else [f"verdict: {first.verdict.name}, then {second.verdict.name}"]
-    pairs, only_first, only_second = _paired(first, second)
-    for a, b in pairs:
-        ridges = [pocket.deciding_ridge for pocket in (a, b)]
-        heights = [number(ridge.height_mm if ridge else None, 2) for ridge in ridges]
-        moved = [ridge.height_mm if ridge else math.nan for ridge in ridges]
-        if a.verdict is not b.verdict or (not abs(moved[0] - moved[1]) < _SAME_MM and heights[0] != heights[1]):
-            verdicts = a.verdict.name if a.verdict is b.verdict else f"{a.verdict.name}, then {b.verdict.name}"
-            lines.append(f"{_name(a)}, pocket {b.id} then: {verdicts}; ridge {heights[0]}, then {heights[1]} mm")
-    lines += [f"{_name(pocket)}: {pocket.verdict.name}, only in the first" for pocket in only_first]
-    lines += [f"{_name(pocket)}: {pocket.verdict.name}, only in the second" for pocket in only_second]
+    lines = [] if first.verdict is second.verdict else [f"verdict: {first.verdict}, then {second.verdict}"]
+    lines += [_line(place) for place in places(first, second) if place.differs]
     return lines + recipe_difference(first.recipe, second.recipe)
+
+
+def _line(place: Place) -> str:
+    a, b = place
+    if a is None or b is None:
+        known, which = (b, "second") if a is None else (a, "first")
+        return f"{_name(known)}: {known.verdict}, only in the {which}"  # type: ignore[arg-type, union-attr]
+    verdicts = f"{a.verdict}" if a.verdict is b.verdict else f"{a.verdict}, then {b.verdict}"
+    low, high = _heights(place)
+    return f"{_name(a)}, pocket {b.id} then: {verdicts}; ridge {low}, then {high} mm"
+
+
+def _heights(place: Place) -> list[str]:
+    ridges = [pocket and pocket.deciding_ridge for pocket in place]
+    return [number(ridge.height_mm if ridge else None, 2) for ridge in ridges]
 
 
 def recipe_difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:
@@ -46,10 +91,15 @@ def recipe_difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> li
     >>> recipe_difference({"net": {"node_target": 90, "paths": "x"}}, {"net": {"node_target": 100, "paths": "x"}})
     ['recipe, net.node_target: 90, then 100']
     """
+    return [f"recipe, {one.name}: {one.first}, then {one.second}" for one in changes(first, second)]
+
+
+def changes(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[SettingChange]:
+    """Return the settings that differ, in the order of the recipe."""
     settings = [dict(_settings(recipe)) for recipe in (first, second)]
     names = [*settings[0], *(name for name in settings[1] if name not in settings[0])]
-    told = [(name, *(_told(one, name) for one in settings)) for name in names]
-    return [f"recipe, {name}: {a}, then {b}" for name, a, b in told if a != b]
+    every = [SettingChange(name, *(_told(one, name) for one in settings)) for name in names]
+    return [one for one in every if one.first != one.second]
 
 
 def _settings(recipe: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -45,6 +45,15 @@ def test_a_stack_links_the_pages_that_are_there_as_seen_from_its_own_place(folde
     assert "ply%201" not in (folder / "plies" / "ply 1 #a.html").read_text(encoding="utf-8")
 
 
+def test_two_reports_are_shown_side_by_side(folder):
+    names = ["plies/ply 1 #a.json", "plies/ply 2 #a.json"]
+    assert run("page", *names, "--compare", "-o", "both.html").exit_code == 0
+    assert "0 of 7 places differ" in (folder / "both.html").read_text(encoding="utf-8")
+    for wrong in (names[:1], names + names[:1]):
+        assert "expected two reports" in run("page", *wrong, "--compare", "-o", "no.html").stderr
+    assert not (folder / "no.html").exists()
+
+
 def test_a_single_reports_page_is_the_one_that_inspect_writes(folder):
     assert run("page", "plies/ply 1 #a.json", "-o", "one.html").exit_code == 0
     assert (folder / "one.html").read_bytes() == (folder / "plies" / "ply 1 #a.html").read_bytes()

@@ -10,7 +10,7 @@ from debulk import Grid
 from debulk.comparison import Comparison
 from debulk.history import History
 from debulk.history.page import page as history_page
-from debulk.page import stack
+from debulk.page import difference, stack
 from debulk.report import Report
 from debulk.results.comparison import PocketComparison
 from debulk.results.report import LeftOut
@@ -48,6 +48,7 @@ def pages(report, tmp_path_factory):
         stack.Layup(report, "report.json", "report.html"),
     ]
     (folder / "stack.html").write_text(stack.page(layups), encoding="utf-8")
+    (folder / "difference.html").write_text(difference.page(hostile, report, (HOSTILE, "b.json")), encoding="utf-8")
     many = tuple(dataclasses.replace(report.pockets[k % 5], id=k + 1) for k in range(100))
     dataclasses.replace(report, pockets=many).save(folder / "many.html")
     compared = [
@@ -93,6 +94,7 @@ def pages(report, tmp_path_factory):
         "comparison",
         "empty_comparison",
         "stack",
+        "difference",
         "history",
         *(f"empty_{v}" for v in Verdict),
     ],
