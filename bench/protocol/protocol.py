@@ -60,7 +60,7 @@ def outcomes(cited: set[tuple[str, str]]) -> dict[tuple[str, str], str]:
 
 def hazards() -> list[str]:
     """Return the table of the hazards with the results of their tests."""
-    rows = rows_of((ROOT / "docs" / "hazards.md").read_text(), "## Hazards that are detected")
+    rows = rows_of((ROOT / "docs/hazards.md").read_text(), "## Hazards that are detected")
     cited = {row[3]: re.findall(r"(test_\w+\.py)::(test_\w+)", row[3]) for row in rows}
     said = outcomes({test for tests in cited.values() for test in tests})
     lines = ["| hazard | noticed by | verdict | test | result |", "|---|---|---|---|---|"]
@@ -97,7 +97,8 @@ def since(commit: str) -> str:
 def figures() -> list[str]:
     """Return the table of what was measured, each with its interval and its age."""
     lines = ["| what | figure | 95 % interval | command | result | recorded in |", "|---|---|---|---|---|---|"]
-    for what, figure, command, result, commit in rows_of((ROOT / "docs" / "figures.md").read_text(), "| what"):
+    subjects = (ROOT / "docs/figures.md").read_text().split("\n## ")[1:]
+    for what, figure, command, result, commit in (row for subject in subjects for row in rows_of(subject, "")):
         lines.append(f"| {what} | {figure} | {interval(what, figure)} | {command} | {result} | {since(commit)} |")
     return lines
 
@@ -108,7 +109,7 @@ def protocol() -> str:
         ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=False
     ).stdout.strip()
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    assumed = rows_of((ROOT / "docs" / "hazards.md").read_text(), "## Assumptions")
+    assumed = rows_of((ROOT / "docs/hazards.md").read_text(), "## Assumptions")
     tests = [f"| {one.name} | {'passed' if one.passed else '**failed**'} | {one.detail} |" for one in self_test()]
     return "\n".join(
         [

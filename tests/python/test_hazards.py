@@ -8,7 +8,7 @@ from pathlib import Path
 from debulk.inspection.checks.listed import CHECKS
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs" / "hazards.md").read_text()
+PAGE = (ROOT / "docs/hazards.md").read_text()
 DETECTED, ASSUMED = PAGE.split("## Assumptions that nothing here checks")
 
 
