@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from browsing import browser  # noqa: F401, a fixture
 from debulk.grid import Grid
 from debulk.report import Report
 from debulk.results.finding import Finding

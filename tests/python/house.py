@@ -53,7 +53,7 @@ PYTHON_ROOMS = (
 )
 PYTHON_ABOVE = (
     "files", "results", "page", "report", "comparison", "history", "learning", "inspection", "stack", "chain", "scenes",
-    "view", "doctor", "bill", "cli", "pyinstaller",
+    "view", "doctor", "bill", "serve", "cli", "pyinstaller",
 )  # fmt: skip
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.

@@ -15,7 +15,7 @@ import typer
 
 from debulk import InputError, __version__
 from debulk.cli import history as cli_history
-from debulk.cli import pages, qualifying, scanning
+from debulk.cli import pages, qualifying, scanning, serving
 from debulk.cli import tools as cli_tools
 from debulk.cli.examples import epilog
 from debulk.cli.given import Angles, Camera, Mask, Outline, Pose, RecipeFile, Unit, angles_of, camera_of
@@ -240,6 +240,7 @@ for command in (
     pages.diff,
     pages.checks,
     qualifying.qualify,
+    serving.serve,
     cli_tools.compare,
     cli_tools.repeat,
     cli_tools.view,

@@ -23,6 +23,10 @@ EXAMPLES = {
         "debulk qualify scans/*.pcd --reference ref.pcd --pose pose.txt -o chain.json -o chain.html",
         "debulk inspect scan.pcd --reference ref.pcd --pose pose.txt --chain chain.json",
     ),
+    "serve": (
+        "debulk serve --reference ref.pcd --pose pose.txt --folder scans --history cell.sqlite",
+        "debulk serve --pose pose.txt --folder scans --deadline 2 --port 9000",
+    ),
     "diff": ("debulk diff before.json after.json", "debulk diff cell.toml new.toml"),
     "checks": ("debulk checks", "debulk checks level"),
     "recipe": ("debulk recipe > cell.toml",),

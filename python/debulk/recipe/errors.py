@@ -86,6 +86,11 @@ _KINDS = {
     "model_type": "a table of settings",
     "model_attributes_type": "a table of settings",
     "string_type": "text",
+    "string_too_short": "text",
+    "string_too_long": "a shorter text",
+    "string_pattern_mismatch": "letters, digits, dots, - and _",
+    "tuple_type": "a list of numbers",
+    "missing": "a value",
     "invalid_key": "names that are text",
 }
 

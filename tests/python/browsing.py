@@ -54,6 +54,7 @@ class Browser:
         os.close(theirs_out)
         self.inbox, self.outbox, self.rest = ours_in, ours_out, b""
         self.numbers, self.session, self.complaints, self.events = itertools.count(1), None, [], []
+        self.own = ("file:", "data:")
         target = self("Target.createTarget", url="about:blank")["targetId"]
         self.session = self("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
@@ -91,10 +92,13 @@ class Browser:
                 self.complaints.append(what)
             case "Runtime.consoleAPICalled" if what["type"] in ("error", "warning", "assert"):
                 self.complaints.append(what)
-            case "Network.requestWillBeSent" if not what["request"]["url"].startswith(("file:", "data:")):
+            case "Network.requestWillBeSent" if not what["request"]["url"].startswith(self.own):
                 self.complaints.append(what["request"]["url"])
 
-    def open(self, path, width=1200, height=900, scale=1, dark=False, script=True, phone=False):
+    def open(self, page, width=1200, height=900, scale=1, dark=False, script=True, phone=False):
+        """Open a file, by its path, or an address, whose server may be asked for more."""
+        address = page if isinstance(page, str) else page.as_uri()
+        self.own = ("file:", "data:", *([page] if isinstance(page, str) else []))
         self.complaints.clear()
         self("Emulation.setScriptExecutionDisabled", value=not script)
         self("Emulation.setEmulatedMedia", features=[
@@ -103,7 +107,7 @@ class Browser:
         self("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=phone)
         self("Emulation.setTouchEmulationEnabled", enabled=phone)
         self.events.clear()
-        self("Page.navigate", url=path.as_uri())
+        self("Page.navigate", url=address)
         while "Page.loadEventFired" not in self.events:
             self._note(self._read())
 

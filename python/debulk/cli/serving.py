@@ -1,0 +1,87 @@
+"""The command that runs the service of a cell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from debulk import InputError
+from debulk.cli.given import Angles, Camera, Mask, Outline, Pose, RecipeFile, Unit, angles_of, camera_of
+from debulk.cli.support import chain_of, outcome, pose_of
+
+
+def serve(
+    reference: Annotated[
+        Path | None, typer.Option(help="Reference of the inspector named default; others come by PUT /inspectors/NAME.")
+    ] = None,
+    recipe: RecipeFile = None,
+    pose: Pose = None,
+    outline: Outline = None,
+    angles: Angles = "0,90",
+    camera: Camera = None,
+    mask: Mask = None,
+    unit: Unit = "mm",
+    chain: Annotated[Path | None, typer.Option(help="The qualified chain, .json (debulk qualify).")] = None,
+    approved: Annotated[
+        Path | None, typer.Option(help="Approved recipes, .toml: with another recipe no layup is CEASE.")
+    ] = None,
+    history: Annotated[
+        Path | None, typer.Option(help="The cell's history, .sqlite, to which reports are added.")
+    ] = None,
+    folder: Annotated[
+        list[Path] | None, typer.Option(help="Folder whose files may be named in requests; repeatable.")
+    ] = None,
+    deadline: Annotated[float | None, typer.Option(help="Seconds for a scan that comes without a deadline.")] = None,
+    queue: Annotated[int, typer.Option(min=1, max=1000, help="Scans that may wait; one more is refused.")] = 8,
+    most_mb: Annotated[float, typer.Option(min=0.001, max=100000, help="Largest scan that may be sent, MB.")] = 1000,
+    spool: Annotated[Path | None, typer.Option(help="Folder for scans that are sent; unset: the system's.")] = None,
+    host: Annotated[str, typer.Option(help="Address to listen at; others than localhost are open to the network.")] = (
+        "127.0.0.1"
+    ),
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any that is free.")] = 8642,
+) -> None:
+    """Inspect scans as they come by HTTP, and show the newest verdict on a screen; needs the extra "serve".
+
+    It serves until it is interrupted. There is no password: whoever reaches the address can use it.
+    """
+    with outcome():
+        fibre_angles, pinhole = angles_of(angles), camera_of(camera)
+        if deadline is not None and not 0 < deadline <= 3600:
+            raise InputError(f"--deadline: expected a number of seconds up to 3600, got {deadline:g}")
+        from debulk.results.extras import imported
+
+        for module in ("starlette", "uvicorn"):
+            imported(module, "serve", "debulk serve")
+
+        from debulk import files
+        from debulk.history.kept import history_of
+        from debulk.recipe import Recipe
+        from debulk.serve.folders import Folders
+        from debulk.serve.inspectors import Cell
+        from debulk.serve.running import serve as run
+        from debulk.serve.service import Service
+
+        cell = Cell(
+            Recipe() if recipe is None else Recipe.load(recipe),
+            None if outline is None else files.load_outline(outline, unit),
+            fibre_angles,
+            pose_of(pose, unit),
+            pinhole,
+            None if mask is None else files.load_mask(mask),
+            chain_of(chain),
+            approved,
+            unit,
+        )
+        first = None if reference is None else cell.inspector(reference)
+        folders, kept_in = Folders(folder or []), history_of(history)
+
+        def made() -> Service:
+            service = Service(cell, folders, kept_in, queue, deadline)
+            if first is not None:
+                service.inspectors.begin("default")
+                service.inspectors.end(first)
+            return service
+
+        run(made, host, port, spool, int(most_mb * 1e6), lambda address: print(f"debulk: {address}", flush=True))

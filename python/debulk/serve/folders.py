@@ -1,0 +1,63 @@
+"""The folders from which the service reads: nothing else on the machine can be named in a request."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from debulk import InputError
+from debulk.serve.refusal import Refusal
+
+__all__ = ["Folders"]
+
+
+class Folders:
+    """Folders whose files may be named in requests.
+
+    Parameters
+    ----------
+    allowed
+        The folders; with none, no file can be named.
+
+    Raises
+    ------
+    InputError
+        If one of them is not there.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> (folder / "scan.pcd").touch()
+    >>> Folders([folder]).file(f"{folder}/scan.pcd").name
+    'scan.pcd'
+    >>> Folders([folder]).file(f"{folder}/../scan.pcd")
+    Traceback (most recent call last):
+    ...
+    debulk.serve.refusal.Refusal: path: expected a file in a folder given by --folder
+    """
+
+    def __init__(self, allowed: Sequence[Path]) -> None:
+        for folder in allowed:
+            if not folder.is_dir():
+                raise InputError(f"--folder: there is no folder {folder}")
+        self._allowed = [folder.resolve() for folder in allowed]
+
+    def file(self, named: str) -> Path:
+        """Return the path of a file that a request names, with no symbolic link left in it.
+
+        Raises
+        ------
+        Refusal
+            If it is in none of the folders, whether it exists or not, or is no file.
+        """
+        try:
+            path = Path(named).resolve()
+            inside = any(path.is_relative_to(folder) for folder in self._allowed)
+            if inside and path.is_file():  # no pipe and no device, which may never end
+                return path
+        except (OSError, ValueError, RuntimeError):  # too long, a zero byte, links in a circle
+            inside = False
+        if not inside:
+            raise Refusal(403, "path: expected a file in a folder given by --folder")
+        raise Refusal(404, "path: there is no such file")

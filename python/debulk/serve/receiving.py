@@ -1,0 +1,104 @@
+"""A scan that is sent: written to a file while it arrives, bounded in size and in patience."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import os
+import tempfile
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+from starlette.requests import ClientDisconnect, Request
+
+from debulk.serve.refusal import Refusal
+
+__all__ = ["received", "received_json"]
+
+_SILENCE_S = 20.0  # a client that sends nothing for so long is given up
+_AT_ONCE = 1 << 20  # bytes written together: a write for each packet would take longer than the network
+
+
+async def received(request: Request, folder: Path, name: str, most_bytes: int) -> Path:
+    """Write the body of a request to a new file in a folder, which keeps the ending of the name.
+
+    Raises
+    ------
+    Refusal
+        If it is empty, too large, does not go on, or there is no room for it; the file is gone then.
+    """
+    _check_length(request, most_bytes)
+    number, path = tempfile.mkstemp(prefix="scan-", suffix=f"-{name}", dir=folder)
+    try:
+        with open(number, "wb", buffering=0) as file:
+            size = await _copied(request, file.fileno(), most_bytes)
+        if not size:
+            raise Refusal(400, "the request has no body: expected a scan")
+    except BaseException as error:
+        os.unlink(path)
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT):
+            raise Refusal(507, f"no room for the scan: {error.strerror}; free some, or send a path", 5) from None
+        raise
+    return Path(path)
+
+
+async def received_json(request: Request, most_bytes: int) -> bytes:
+    """Return a small body.
+
+    Raises
+    ------
+    Refusal
+        If it is too large, or does not go on.
+    """
+    _check_length(request, most_bytes)
+    body = b""
+    async for part in _parts(request):
+        body += part
+        _check_size(len(body), most_bytes)
+    return body
+
+
+async def _copied(request: Request, file: int, most_bytes: int) -> int:
+    size, held = 0, bytearray()
+    async for part in _parts(request):
+        size += len(part)
+        _check_size(size, most_bytes)
+        held += part
+        if len(held) >= _AT_ONCE:
+            await asyncio.to_thread(_write, file, bytes(held))
+            held.clear()
+    await asyncio.to_thread(_write, file, bytes(held))
+    return size
+
+
+def _write(file: int, data: bytes) -> None:
+    left = memoryview(data)
+    while left:
+        left = left[os.write(file, left) :]
+
+
+async def _parts(request: Request) -> AsyncIterator[bytes]:
+    parts = request.stream()
+    try:
+        while True:
+            async with asyncio.timeout(_SILENCE_S):
+                part = await anext(parts)
+            if part:
+                yield part
+    except StopAsyncIteration:
+        return
+    except TimeoutError:
+        raise Refusal(408, f"nothing came for {_SILENCE_S:.0f} s") from None
+    except ClientDisconnect:
+        raise Refusal(400, "the client has left before all had come") from None
+
+
+def _check_length(request: Request, most_bytes: int) -> None:
+    length = request.headers.get("content-length", "0")
+    if length.isdecimal():
+        _check_size(int(length[:20]), most_bytes)
+
+
+def _check_size(size: int, most_bytes: int) -> None:
+    if size > most_bytes:
+        raise Refusal(413, f"the body is too large: at most {most_bytes / 1e6:g} MB are taken (--most-mb)")

@@ -1,0 +1,153 @@
+"""What the service keeps and tells of an inspection: the verdict, and where to do what."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.inspection.inspector import Inspector
+from debulk.report import Report
+from debulk.results.advice import Deed, advice
+from debulk.results.approval import recipe_hash
+from debulk.results.looks import VERDICT_SIGNS
+from debulk.verdict import Verdict
+
+__all__ = ["Job", "Place", "Result", "refused", "result_of"]
+
+_MOST_CORNERS = 120  # of an outline that is only a picture
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A scan that was accepted.
+
+    Attributes
+    ----------
+    id
+        Differs from that of every other job, also of other runs of the service.
+    inspector, inspector_name
+        The inspector of the moment in which the scan was accepted.
+    scan, sent
+        The file; whether it was sent, and so belongs to the service.
+    deadline_s
+        Seconds from `began_s`; None: no deadline.
+    part, ply
+        Kept in the report.
+    began_s, received_utc
+        When it was accepted, by a clock that never jumps, and as the time of day.
+    """
+
+    id: str
+    inspector: Inspector
+    inspector_name: str
+    scan: Path
+    sent: bool
+    deadline_s: float | None
+    part: str
+    ply: str
+    began_s: float
+    received_utc: str
+
+
+@dataclass(frozen=True)
+class Place:
+    """An entry of the checklist: what to do, at what, where in the mold frame, and by how much."""
+
+    do: str
+    at: str
+    place_mm: tuple[float, float] | None
+    amount: str
+    way_deg: float | None
+    verdict: str
+
+    @classmethod
+    def of(cls, deed: Deed) -> Place:
+        """Return the same in plain words and numbers."""
+        return cls(
+            deed.do, deed.at, deed.place_mm, deed.amount, deed.way_deg, deed.verdict.name if deed.verdict else ""
+        )
+
+    def __str__(self) -> str:
+        return str(Deed(self.do, self.at, self.place_mm, self.amount))
+
+
+@dataclass(frozen=True)
+class Result:
+    """The outcome of a job; `refused` if its scan could not be read or inspected, which is INVALID.
+
+    `record` is its number in the history; `recipe` the hash of the recipe; `seconds` run from accepting to this.
+    """
+
+    id: str
+    verdict: str
+    sign: str
+    reason: str
+    part: str
+    ply: str
+    inspector: str
+    scan: str
+    received_utc: str
+    finished_utc: str
+    seconds: float
+    refused: bool = False
+    do: tuple[Place, ...] = ()
+    outline_mm: tuple[tuple[float, float], ...] = ()
+    warnings: tuple[str, ...] = ()
+    record: int | None = None
+    recipe: str = ""
+    passed: bool = False
+
+
+def result_of(job: Job, report: Report, record: int | None, finished_utc: str, seconds: float) -> Result:
+    """Return what is kept of a report."""
+    return Result(
+        job.id,
+        report.verdict.name,
+        VERDICT_SIGNS[report.verdict],
+        report.reason,
+        job.part,
+        job.ply,
+        job.inspector_name,
+        job.scan.name,
+        job.received_utc,
+        finished_utc,
+        seconds,
+        do=tuple(map(Place.of, advice(report))),
+        outline_mm=_outline(report.ply_outline_mm),
+        warnings=report.warnings,
+        record=record,
+        recipe=recipe_hash(report.recipe),
+        passed=report.passed,
+    )
+
+
+def refused(job: Job, reason: str, finished_utc: str, seconds: float) -> Result:
+    """Return the outcome of a scan that could not be inspected: never better than INVALID."""
+    return Result(
+        job.id,
+        Verdict.INVALID.name,
+        VERDICT_SIGNS[Verdict.INVALID],
+        reason,
+        job.part,
+        job.ply,
+        job.inspector_name,
+        job.scan.name,
+        job.received_utc,
+        finished_utc,
+        seconds,
+        refused=True,
+        do=(Place("scan again, or look at the service's log", "", None, "", None, ""),),
+        recipe=recipe_hash(job.inspector.recipe.model_dump()),
+    )
+
+
+def _outline(outline_mm: NDArray[np.float64] | None) -> tuple[tuple[float, float], ...]:
+    """Return an outline for a small picture, with as many corners as it can show."""
+    if outline_mm is None or not len(outline_mm):
+        return ()
+    some = outline_mm[:: math.ceil(len(outline_mm) / _MOST_CORNERS)]
+    return tuple((float(x), float(y)) for x, y in some)

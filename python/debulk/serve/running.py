@@ -1,0 +1,102 @@
+"""Runs the service until it is asked to end."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import socket
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import uvicorn
+
+from debulk import InputError
+from debulk.serve.service import Service
+from debulk.serve.web import application
+
+__all__ = ["serve"]
+
+_CONNECTIONS = 100  # more are answered by 503
+_END_S = 3  # what open connections get at the end
+
+
+class _Server(uvicorn.Server):
+    """A server whose end by a signal is an end like any other: what is open is closed, what is temporary is removed."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Have SIGINT and SIGTERM end the server."""
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, self.handle_exit, number, None)
+        yield
+
+
+def serve(
+    service: Callable[[], Service],
+    host: str,
+    port: int,
+    spool: Path | None,
+    most_bytes: int,
+    ready: Callable[[str], None],
+) -> None:
+    """Serve until SIGINT or SIGTERM.
+
+    Parameters
+    ----------
+    service
+        Makes the service, within the event loop.
+    host, port
+        Where to listen; port 0: any that is free.
+    spool
+        Folder for scans that are sent; None: that of the system for temporary files.
+    most_bytes
+        Largest scan that is taken.
+    ready
+        Called with the address once it is listened to.
+
+    Raises
+    ------
+    InputError
+        If the address cannot be used, or the folder is not there.
+    """
+    try:
+        bound = socket.create_server((host, port), backlog=64)
+    except (OSError, OverflowError) as error:
+        raise InputError(f"--host {host} --port {port}: cannot be listened to: {error}") from None
+    if spool is not None and not spool.is_dir():
+        raise InputError(f"--spool: there is no folder {spool}")
+    with bound, tempfile.TemporaryDirectory(prefix="debulk-serve-", dir=spool) as folder:
+        address = f"http://{host}:{bound.getsockname()[1]}/"
+        asyncio.run(_served(service, bound, Path(folder), most_bytes, address, ready))
+
+
+async def _served(
+    service: Callable[[], Service],
+    bound: socket.socket,
+    folder: Path,
+    most_bytes: int,
+    address: str,
+    ready: Callable[[str], None],
+) -> None:
+    made = service()
+    hosts = sorted({"localhost", "127.0.0.1", "[::1]", bound.getsockname()[0]})
+    settings = uvicorn.Config(
+        application(made, folder, most_bytes, hosts),
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        limit_concurrency=_CONNECTIONS,
+        timeout_graceful_shutdown=_END_S,
+    )
+    work = asyncio.ensure_future(made.work())
+    server = _Server(settings)
+    ready(address)
+    try:
+        await server.serve(sockets=[bound])
+    finally:
+        work.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await work

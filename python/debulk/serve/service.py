@@ -1,0 +1,319 @@
+"""The service itself: a short queue, one inspection at a time, and the last results."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import logging
+import secrets
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from debulk import InputError
+from debulk.files import Unit
+from debulk.files.clouds import read_cloud
+from debulk.files.source import Points
+from debulk.history import History
+from debulk.inspection.inspector import Inspector
+from debulk.inspection.running.cycle import Cancelled
+from debulk.inspection.tracing import now_utc
+from debulk.serve.asked import Inspection, Reference
+from debulk.serve.folders import Folders
+from debulk.serve.inspectors import Cell, Inspectors
+from debulk.serve.refusal import Refusal
+from debulk.serve.result import Job, Result, refused, result_of
+from debulk.serve.threads import in_thread
+
+__all__ = ["Service"]
+
+log = logging.getLogger("debulk")
+KEPT = 1000
+"""Results that can be asked for; older ones are in the history."""
+MOST_HANGING = 4
+"""Inspections that hang, beyond which no scan is accepted: each holds a thread and its memory."""
+_LATE_S = 10.0  # beyond its deadline an inspection is given up: its file does not let itself be read
+_LONGEST_S = 300.0  # the same for an inspection without a deadline
+_RECENT = 20  # inspections from whose times the next one's is estimated
+
+
+class Service:
+    """Inspects scans one after the other; its methods are called from the thread of its event loop.
+
+    Parameters
+    ----------
+    cell
+        What all inspectors have in common.
+    folders
+        Where the files may lie that requests name.
+    history
+        Receives every report; None: none does.
+    most_waiting
+        Scans that may wait; one more is refused.
+    deadline_s
+        Seconds for a scan that is sent without a deadline of its own; None: no deadline.
+    read
+        Reads a scan; another function than `debulk.files.clouds.read_cloud` is for tests.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        folders: Folders,
+        history: History | None = None,
+        most_waiting: int = 8,
+        deadline_s: float | None = None,
+        read: Callable[[Path, Unit], Points] = read_cloud,
+    ) -> None:
+        self.cell, self.folders, self.history = cell, folders, history
+        self.most_waiting, self.deadline_s = most_waiting, deadline_s
+        self.inspectors = Inspectors()
+        self.run = secrets.token_hex(4)
+        self.started_utc = now_utc()
+        self.running: Job | None = None
+        self.results: dict[str, Result] = {}
+        self.counts: Counter[str] = Counter()
+        self.seconds = 0.0
+        self.changed = asyncio.Event()
+        self.halted = False
+        self.on_start: list[Callable[[Job], None]] = []
+        self.on_result: list[Callable[[Result], None]] = []
+        self._read = read
+        self._numbers = itertools.count(1)
+        self._arriving = 0
+        self._waiting: deque[Job] = deque()
+        self._work = asyncio.Event()
+        self._hanging: set[str] = set()
+        self._preparation: asyncio.Task[None] | None = None
+        self._times: deque[float] = deque(maxlen=_RECENT)
+
+    # --- what comes in ---
+
+    @property
+    def waiting(self) -> int:
+        """Number of scans that wait or are being received."""
+        return len(self._waiting) + self._arriving
+
+    def check_room(self) -> None:
+        """Check that another scan may wait.
+
+        Raises
+        ------
+        Refusal
+            If the queue is full, too many inspections hang, or the service was halted.
+        """
+        if self.halted:
+            raise Refusal(503, "the service was halted by OPC UA; the method Reset ends that", 5)
+        if self.blocked:
+            raise Refusal(503, f"{self.hanging} scans could not be read to their end: check the drives", 10)
+        if self.waiting >= self.most_waiting:
+            self.counts["full"] += 1
+            raise Refusal(503, f"{self.waiting} scans wait already", self.estimate_s())
+
+    @contextmanager
+    def place_in_the_queue(self) -> Iterator[None]:
+        """Hold a place while a scan arrives.
+
+        Raises
+        ------
+        Refusal
+            As for `check_room`.
+        """
+        self.check_room()
+        self._arriving += 1
+        try:
+            yield
+        finally:
+            self._arriving -= 1
+
+    def estimate_s(self) -> float:
+        """Estimate when the queue has moved on by a scan, from the times of the last ones."""
+        mean = sum(self._times) / len(self._times) if self._times else 1.0
+        return min(max(mean, 1.0), 60.0)
+
+    def submit(self, asked: Inspection) -> Job:
+        """Accept a scan that a request names.
+
+        Raises
+        ------
+        Refusal
+            If there is no room, no such inspector, or no such file in a folder.
+        """
+        self.check_room()
+        inspector = self.inspectors.get(asked.inspector)
+        return self.accept(asked, inspector, self.folders.file(asked.path or ""), sent=False)
+
+    def accept(self, asked: Inspection, inspector: Inspector, scan: Path, sent: bool) -> Job:
+        """Put a scan into the queue, in which its request holds a place."""
+        job = Job(
+            f"{self.run}-{next(self._numbers)}",
+            inspector,
+            asked.inspector,
+            scan,
+            sent,
+            asked.deadline_s or self.deadline_s,
+            asked.part,
+            asked.ply,
+            time.monotonic(),
+            now_utc(),
+        )
+        self._waiting.append(job)
+        self._work.set()
+        self._tell()
+        return job
+
+    def prepare(self, name: str, asked: Reference) -> None:
+        """Begin to prepare an inspector; from now on its name has none until it is ready.
+
+        Raises
+        ------
+        Refusal
+            If a file is in no allowed folder, or another inspector is being prepared.
+        """
+        reference = self.folders.file(asked.reference)
+        outline = None if asked.outline is None else self.folders.file(asked.outline)
+        self.inspectors.begin(name)
+        self._tell()
+
+        def made() -> Inspector:
+            return self.cell.changed(asked.angles, outline).inspector(reference)
+
+        self._preparation = asyncio.ensure_future(self._prepared(made))
+
+    async def _prepared(self, made: Callable[[], Inspector]) -> None:
+        try:
+            found: Inspector | str = await in_thread(made)
+        except InputError as error:
+            found = str(error)
+        except Exception:
+            log.exception("a fault of debulk's while an inspector was prepared")
+            found = "a fault of debulk's: see the log, and report it"
+        self.inspectors.end(found)
+        self._tell()
+
+    # --- what is asked ---
+
+    def state_of(self, number: str) -> str:
+        """Return "waiting", "running", "done", or an empty text if there is no such scan."""
+        if number in self.results:
+            return "done"
+        if self.running and self.running.id == number:
+            return "running"
+        return "waiting" if any(job.id == number for job in self._waiting) else ""
+
+    async def result(self, number: str, wait_s: float) -> Result | None:
+        """Return a result, for which is waited so long; None: it is not there yet.
+
+        Raises
+        ------
+        Refusal
+            If there is no such scan, or it is forgotten.
+        """
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(wait_s):
+                while self.state_of(number) in ("waiting", "running"):
+                    await self.changed.wait()
+        if not self.state_of(number):
+            raise Refusal(404, f"there is no inspection {number} among the last {KEPT} of this run")
+        return self.results.get(number)
+
+    @property
+    def hanging(self) -> int:
+        """Number of inspections that were given up, and whose threads have not come back yet."""
+        return len(self._hanging)
+
+    @property
+    def blocked(self) -> bool:
+        """Whether so many of them hang that no scan is accepted."""
+        return self.hanging >= MOST_HANGING
+
+    # --- the work ---
+
+    async def work(self) -> None:
+        """Inspect scans until the task is cancelled."""
+        while True:
+            while not self._waiting:
+                self._work.clear()
+                await self._work.wait()
+            self.running = job = self._waiting.popleft()
+            self._tell()
+            for tell in self.on_start:
+                tell(job)
+            try:
+                result = await self._outcome(job)
+            finally:
+                self.running = None
+                if job.sent:
+                    job.scan.unlink(missing_ok=True)
+            self.results[job.id] = result
+            while len(self.results) > KEPT:
+                self.results.pop(next(iter(self.results)))
+            self.counts[result.verdict] += 1
+            self.seconds += result.seconds
+            self._times.append(result.seconds)
+            self._tell()
+            for say in self.on_result:
+                say(result)
+
+    async def _outcome(self, job: Job) -> Result:
+        given_up = threading.Event()
+        left = _patience_s(job) - (time.monotonic() - job.began_s)
+        try:
+            return await asyncio.wait_for(in_thread(self._inspected, job, given_up), max(left, _LATE_S))
+        except TimeoutError:
+            self._hanging.add(job.id)
+            job.inspector.cancel()
+            reason = f"{job.scan.name}: could not be read or inspected in time; check the drive it lies on"
+        except asyncio.CancelledError:
+            job.inspector.cancel()
+            raise
+        except (InputError, Cancelled) as error:
+            reason = str(error).replace(str(job.scan), job.scan.name) if job.sent else str(error)
+        except Exception:
+            log.exception("a fault of debulk's in the inspection of %s", job.scan.name)
+            reason = "a fault of debulk's: see the log, and report it"
+        given_up.set()
+        return refused(job, reason, now_utc(), _since(job))
+
+    def _inspected(self, job: Job, given_up: threading.Event) -> Result:
+        try:
+            return self._of_file(job, given_up)
+        finally:
+            self._hanging.discard(job.id)
+
+    def _of_file(self, job: Job, given_up: threading.Event) -> Result:
+        """Read and inspect a scan, in a thread of its own."""
+        cloud = self._read(job.scan, self.cell.unit)
+        if given_up.is_set():  # nobody waits any more: nothing may come into the history that no cell was told
+            raise Cancelled("given up")
+        left = None if job.deadline_s is None else max(job.deadline_s - _since(job), 1e-3)
+        context = {name: value for name, value in (("part", job.part), ("ply", job.ply)) if value}
+        report = job.inspector.inspect(cloud.values, deadline_s=left, context=context)
+        notes = [f"{job.scan.name}: {note}" for note in cloud.notes]
+        report = report.changed(
+            source={"scan": job.scan.name, "inspector": job.inspector_name, **report.source},
+            warnings=(*notes, *report.warnings),
+        )
+        record = None
+        if self.history is not None and not given_up.is_set():
+            report = self.history.keep(report)
+            with contextlib.suppress(InputError):
+                record = self.history.number_of(report)
+        return result_of(job, report, record, now_utc(), _since(job))
+
+    def _tell(self) -> None:
+        """Wake all who wait for a change."""
+        before, self.changed = self.changed, asyncio.Event()
+        before.set()
+
+
+def _since(job: Job) -> float:
+    return time.monotonic() - job.began_s
+
+
+def _patience_s(job: Job) -> float:
+    return (job.deadline_s or _LONGEST_S) + _LATE_S

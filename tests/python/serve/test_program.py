@@ -1,0 +1,75 @@
+"""`debulk serve` as it is run: from its command line to the verdict of a virtual layup, and to its end."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+
+import numpy as np
+import pytest
+
+import debulk
+from debulk.history import History
+
+pytestmark = pytest.mark.layup
+CALL = "from debulk.cli import main; main()"
+
+
+@pytest.fixture
+def cell(tmp_path):
+    layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    debulk.files.save_cloud(tmp_path / "ref.npy", layup.reference)
+    debulk.files.save_cloud(tmp_path / "scan.npy", layup.scan)
+    np.savetxt(tmp_path / "pose.txt", layup.mold_from_scanner)
+    np.savetxt(tmp_path / "outline.csv", layup.ply_outline, delimiter=",")
+    return tmp_path
+
+
+def ask(address, method="GET", body=None, kind="application/json"):
+    data = json.dumps(body).encode() if isinstance(body, dict) else body
+    request = urllib.request.Request(address, data, {"Content-Type": kind}, method=method)
+    with urllib.request.urlopen(request, timeout=90) as answer:
+        return json.loads(answer.read()), answer.headers
+
+
+def test_from_the_command_to_the_verdict_and_to_the_end(cell):
+    words = ["serve", "--port", "0", "--reference", "ref.npy", "--pose", "pose.txt", "--outline", "outline.csv"]
+    words += ["--folder", ".", "--history", "cell.sqlite", "--spool", "."]
+    process = subprocess.Popen([sys.executable, "-c", CALL, *words], cwd=cell, stdout=subprocess.PIPE, text=True)
+    try:
+        home = re.search(r"http://\S+", process.stdout.readline())[0]
+        assert ask(f"{home}health")[0]["ok"]
+        _, headers = ask(f"{home}inspections", "POST", {"path": str(cell / "scan.npy"), "part": "A-17", "ply": 1})
+        by_path = ask(f"{home}{headers['Location'][1:]}?wait_s=60")[0]["result"]
+        ask(f"{home}inspectors/next", "PUT", {"reference": str(cell / "ref.npy"), "angles": [45, -45]})
+        while ask(f"{home}inspectors")[0]["next"] == "preparing":
+            pass
+        body = (cell / "scan.npy").read_bytes()
+        sent = f"{home}inspections?name=scan.npy&inspector=next"
+        _, headers = ask(sent, "POST", body, "application/octet-stream")
+        turned = ask(f"{home}{headers['Location'][1:]}?wait_s=60")[0]["result"]
+    finally:
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(30) == 0
+    process.stdout.close()
+    history = History(cell / "cell.sqlite")
+    kept = history.report(by_path["record"])
+    assert (by_path["verdict"], by_path["reason"]) == (kept.verdict.name, kept.reason) == ("CREASE", kept.reason)
+    assert [deed["place_mm"] for deed in by_path["do"] if deed["verdict"] == "CREASE"]
+    assert len(by_path["outline_mm"]) > 3
+    other = history.report(turned["record"])
+    assert other.trace.fibre_angles_deg.tolist() == [45.0, -45.0] and other.source["inspector"] == "next"
+    assert sorted(path.name for path in cell.iterdir() if path.name.startswith("debulk-serve")) == []
+
+
+def test_a_port_that_is_taken_is_named(cell):
+    import socket
+
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        done = subprocess.run(
+            [sys.executable, "-c", CALL, "serve", "--port", port], cwd=cell, capture_output=True, text=True, timeout=60
+        )
+    assert done.returncode == 2 and f"--port {port}: cannot be listened to" in done.stderr
