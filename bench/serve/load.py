@@ -2,8 +2,8 @@
 
 python bench/serve/load.py [REQUESTS] > bench/serve/load.txt
 
-Of a hundred requests one is inspected (a virtual layup of 640 x 480 pixels, sent or by path); the others ask for results
-and states, are refused, send broken bodies, or leave midway. The times are of a machine on which other programs ran.
+Of a hundred requests one is inspected (a virtual layup of 640 x 480 pixels, sent or by path); the others ask for
+results and states, are refused, send broken bodies, or leave midway. The machine was busy with other programs.
 """
 
 import http.client
@@ -92,7 +92,9 @@ def main(requests: int) -> None:
         debulk.files.save_cloud(folder / "ref.npy", layup.reference)
         debulk.files.save_cloud(folder / "scan.npy", layup.scan)
         np.savetxt(folder / "pose.txt", layup.mold_from_scanner)
+        np.savetxt(folder / "outline.csv", layup.ply_outline, delimiter=",")
         words = ["serve", "--port", "0", "--reference", "ref.npy", "--pose", "pose.txt", "--folder", "."]
+        words += ["--outline", "outline.csv"]
         process = subprocess.Popen([sys.executable, "-c", CALL, *words], cwd=folder, stdout=subprocess.PIPE, text=True)
         assert process.stdout is not None
         port = int(process.stdout.readline().rstrip("/\n").rpartition(":")[2])
