@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from debulk.inspection.checks.listed import CHECKS
+from debulk.results.check_texts import CHECK_TEXTS as CHECKS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/hazards.md").read_text()
