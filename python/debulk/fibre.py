@@ -80,7 +80,7 @@ class FibreRuns:
         return len(self.family)
 
     def __getitem__(self, chosen: NDArray[np.bool_] | NDArray[np.intp] | slice) -> FibreRuns:
-        return FibreRuns(**{one.name: getattr(self, one.name)[chosen] for one in fields(self)})
+        return FibreRuns(**{one.name: getattr(self, one.name)[chosen] for one in fields(FibreRuns)})
 
     @property
     def held(self) -> NDArray[np.bool_]:

@@ -7,10 +7,13 @@ from collections.abc import Callable
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.results import codec, report_csv, report_text, saving
 from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT, LeftOut, PocketNet, PocketReport, ReportData, SolveReport
+from debulk.results.rework import rework
+from debulk.rework import Handling, Rework
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -80,6 +83,40 @@ class Report(ReportData):
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != _LATER}
+
+    @typed
+    def rework(self, handling: Handling | None = None) -> Rework:
+        """Plan how the length leaves that would become ridges (docs/rework.md).
+
+        Parameters
+        ----------
+        handling
+            What can be held, and how firmly the ply sticks; None: `debulk.rework.Handling()`.
+
+        Returns
+        -------
+        Rework
+            Its moves, in their order; as text by `str`, as JSON types by `to_dict`. Every fibre over a pocket that
+            creases keeps at most the excess of a ridge as high as the limit less ``verdict.ridge_margin_mm``.
+
+        Raises
+        ------
+        InputError
+            If the report has no fibre lines: they are read with ``verdict.criterion = "excess"`` from schema 13 on.
+
+        Examples
+        --------
+        >>> import debulk
+        >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+        >>> pose = layup.mold_from_scanner
+        >>> report = debulk.inspect(layup.scan, layup.reference, None, layup.ply_outline, mold_from_scanner=pose)
+        >>> worst = report.rework().of(2)[0]
+        >>> worst.by, worst.length_mm > 2, round(worst.towards_deg)
+        ('lift', True, 90)
+        """
+        if (planned := rework(self, handling)) is None:
+            raise InputError("report: it has no fibre lines, so that no rework follows from it: inspect the scan again")
+        return planned
 
     def table(self) -> str:
         """Return the verdict and a line for each pocket as plain text."""

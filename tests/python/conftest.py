@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
 from browsing import browser  # noqa: F401, a fixture
+from debulk import fibre
 from debulk.grid import Grid
 from debulk.report import Report
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketNet, PocketReport, SolveReport
 from debulk.results.ridge import RidgeGeometry
+from debulk.results.runs import ExcessRuns
 from debulk.results.trace import ArrayTrace, Trace
+from debulk.surface import Reference
 from debulk.verdict import Verdict
 from layers import LAYERS, Layers
 
@@ -133,13 +138,29 @@ def _pocket(k, bell, rng):
     )  # fmt: skip
 
 
+def _runs(heights, outline):
+    """The fibre lines over the bells, as on a flat mold, each with the number of the pocket that it crosses."""
+    grid = Grid(heights, np.zeros(2), 2.0)
+    runs = fibre.measure(
+        grid, Reference(np.zeros((4, 4)), (-300.0, -300.0), 600.0), (0, 90), outline, apart_mm=6.0
+    ).runs
+    centres = np.array([bell[:2] for bell in _BELLS])
+    away = np.linalg.norm(runs.top_mm[:, None] - centres, axis=2)
+    number = np.where(away.min(axis=1) < 60, away.argmin(axis=1) + 1, 0)
+    long = runs.high_mm > 0.8
+    kept = np.isin(runs.family + 2 * runs.line, (runs.family + 2 * runs.line)[long])
+    columns = {entry.name: getattr(runs, entry.name)[kept] for entry in fields(fibre.FibreRuns)}
+    return ExcessRuns(**columns, pocket=number[kept], apart_mm=6.0)
+
+
 @pytest.fixture(scope="session")
 def report() -> Report:
     """Seven pockets of all verdicts, one of them invalid, and a noisy height map with drop-outs."""
     rng = np.random.default_rng(0)
     spacing = 2.0
     x, y = np.meshgrid(np.arange(0, 1200, spacing), np.arange(0, 900, spacing))
-    heights = 0.3 + rng.normal(0, 0.05, x.shape) + sum(_bell(x, y, bell) for bell in _BELLS)
+    bells = sum(_bell(x, y, bell) for bell in _BELLS)
+    heights = 0.3 + rng.normal(0, 0.05, x.shape) + bells
     heights[rng.random(x.shape) < 0.01] = np.nan
     heights[np.hypot(x - 610, y - 130) < 18] = np.nan
     outline = np.array([(30, 30), (1150, 30), (1170, 500), (1120, 870), (80, 870), (30, 500)], dtype=float)
@@ -157,7 +178,7 @@ def report() -> Report:
             LeftOut(what="1243 points", why="outliers, more than 1 deviation from their neighbours"),
         ),
         coverage=0.9871, height_map=Grid(heights.astype(np.float32), np.array([0.0, 0.0]), spacing),
-        ply_outline_mm=outline,
+        ply_outline_mm=outline, runs=_runs(0.3 + bells, outline),
         recipe=Recipe(net={"node_target": 90}, verdict={"rms_margin_mm": 0, "ridge_margin_mm": 0}).model_dump(),
         source={"scan": "scan <1>.pcd", "reference": "ref.pcd"},
         findings=(

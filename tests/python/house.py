@@ -52,8 +52,8 @@ PYTHON_ROOMS = (
     "scanner",
 )
 PYTHON_ABOVE = (
-    "files", "results", "page", "report", "comparison", "history", "learning", "inspection", "stack", "chain", "scenes",
-    "view", "doctor", "bill", "serve", "cli", "pyinstaller",
+    "files", "rework", "results", "page", "report", "comparison", "history", "learning", "inspection", "stack", "chain",
+    "scenes", "view", "doctor", "bill", "serve", "cli", "pyinstaller",
 )  # fmt: skip
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.
@@ -76,7 +76,7 @@ FOR_TYPES_ONLY = {
     ("debulk.inspection.inspector_file", "debulk.inspection.inspector"),
     ("debulk.inspection.tracing", "debulk.inspection.inspector"),
     *((f"debulk.results.{name}", "debulk.results.report")
-      for name in ("advice", "deciding", "notebook", "report_text", "smoothing")),
+      for name in ("advice", "deciding", "notebook", "report_text", "rework")),
 }  # fmt: skip
 
 # A kernel or an .inl is a source in all but name: its file is included by others.

@@ -237,6 +237,7 @@ def approve(
 
 for command in (
     pages.page,
+    pages.rework,
     pages.diff,
     pages.checks,
     qualifying.qualify,

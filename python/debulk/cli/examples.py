@@ -27,6 +27,7 @@ EXAMPLES = {
         "debulk serve --reference ref.pcd --pose pose.txt --folder scans --history cell.sqlite",
         "debulk serve --pose pose.txt --folder scans --deadline 2 --port 9000",
     ),
+    "rework": ("debulk rework layup.json", "debulk rework layup.json --hold 168 -o plan.json"),
     "diff": ("debulk diff before.json after.json", "debulk diff cell.toml new.toml"),
     "checks": ("debulk checks", "debulk checks level"),
     "recipe": ("debulk recipe > cell.toml",),

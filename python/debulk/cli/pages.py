@@ -10,7 +10,9 @@ from urllib.parse import quote
 import typer
 
 from debulk import InputError
-from debulk.cli.support import check_writable, outcome
+from debulk.cli.loudness import print_json
+from debulk.cli.support import JSON, check_writable, outcome
+from debulk.rework import Handling
 
 
 def page(
@@ -48,6 +50,38 @@ def page(
             with replacing(output) as temporary:
                 temporary.write_text(html, encoding="utf-8", newline="\n")
         print(f"written: {output}")
+
+
+def rework(
+    report: Annotated[Path, typer.Argument(help="Report of an inspection, .json.")],
+    hold: Annotated[float, typer.Option(help="Force along the ply that hand or gripper holds, N.")] = Handling.hold_n,
+    stick: Annotated[
+        float, typer.Option(help="Shear stress at which the flat ply slides, MPa, beside its weight's friction.")
+    ] = Handling.stick_mpa,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="The plan for a robot, .json.")] = None,
+    as_json: JSON = False,
+) -> None:
+    """Say how the length leaves that would become ridges: how much, along which fibres, towards which edge."""
+    with outcome():
+        if output is not None and output.suffix.lower() != ".json":
+            raise InputError(f"{output}: expected a file ending in .json")
+
+        from debulk.cli.support import show
+        from debulk.report import Report
+        from debulk.results.report_text import fold
+
+        planned = Report.load(report).rework(Handling(hold, stick))
+        if output is not None:
+            check_writable(output)
+            from debulk.files import replacing
+
+            with replacing(output) as temporary:
+                temporary.write_text(planned.to_json(), encoding="utf-8", newline="\n")
+        if as_json:
+            print_json(planned.to_json())
+        else:
+            show(lambda width: "\n".join(fold(line, width) for line in str(planned).splitlines()))
+            print(f"written: {output}\n" if output else "", end="")
 
 
 def diff(

@@ -12,6 +12,7 @@ from debulk.inspection.checks.check import findings_of
 from debulk.inspection.checks.listed import CHECKS
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.holes import unseen
+from debulk.inspection.long_runs import long_runs
 from debulk.inspection.place.placing import Placed
 from debulk.inspection.ply import humps
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
@@ -53,6 +54,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
         warnings=seen.placed.warnings,
         height_map=found.overview,
         excess_map=None if found.runs is None else found.runs.largest,
+        runs=long_runs(found.runs, judged.pockets, ply),
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
     )

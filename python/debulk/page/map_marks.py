@@ -98,17 +98,18 @@ def wrinkles(standing: Sequence[Wrinkle]) -> list[Spot]:
 
 
 def pushes(deeds: Sequence[Deed], font: float) -> list[Push]:
-    """Return arrows from the places where ply is to be smoothed out, towards the nearest edge."""
+    """Return arrows from the places that length is to leave, towards the edge over which it goes."""
     spots = []
     for deed in deeds:
-        if deed.place_mm is None or deed.way_deg is None:
+        if deed.place_mm is None:
             continue
-        x, y = math.cos(math.radians(deed.way_deg)), -math.sin(math.radians(deed.way_deg))
-        tip, back, half = 3.4 * font, 2.6 * font, 0.45 * font
-        head = f"M{tip * x:.1f} {tip * y:.1f}L"
-        wings = "".join(f"{head}{back * x - s * y:.1f} {back * y + s * x:.1f}" for s in (-half, half))
-        path = f"M0 0L{tip * x:.1f} {tip * y:.1f}{wings}"
-        spots.append(Push(deed.place_mm[0], -deed.place_mm[1], path, str(deed), (tip * x, tip * y)))
+        for way_deg in deed.ways_deg:
+            x, y = math.cos(math.radians(way_deg)), -math.sin(math.radians(way_deg))
+            tip, back, half = 3.4 * font, 2.6 * font, 0.45 * font
+            head = f"M{tip * x:.1f} {tip * y:.1f}L"
+            wings = "".join(f"{head}{back * x - s * y:.1f} {back * y + s * x:.1f}" for s in (-half, half))
+            path = f"M0 0L{tip * x:.1f} {tip * y:.1f}{wings}"
+            spots.append(Push(deed.place_mm[0], -deed.place_mm[1], path, str(deed), (tip * x, tip * y)))
     return spots
 
 

@@ -15,11 +15,10 @@ from debulk.page.map_ridges import ridges, says
 from debulk.page.render import render
 from debulk.page.trace import headline, identity, title_block, trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
-from debulk.results.check_texts import text_of
 from debulk.results.deciding import worst_first
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import half_seen_line
-from debulk.results.smoothing import smoothing, smoothing_line
+from debulk.results.rework import lines_of, rework
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -66,14 +65,12 @@ def page(report: ReportData) -> str:
         counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
         map=report_map(report),
         advice=advice(report),
-        cause=next((one for one in report.findings if one.at_best is report.verdict), None),
-        checks=[(name, text_of(name)) for name in dict.fromkeys(one.check for one in report.findings)],
         deciding=deciding(report),
         level_line=level_line(report.level) if report.level else "",
         half_seen_line=half_seen_line,
         edge_friction_line=edge_friction_line,
         hole_line=hole_line,
-        smoothing={p.id: smoothing_line(way) for p in report.creasing if (way := smoothing(p, report.ply_outline_mm))},
+        rework=lines_of(rework(report)),
         verdict_of={p.id: p.verdict for p in report.pockets},
         drawings=_drawings(report),
         limits=limits,

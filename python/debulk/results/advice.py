@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.results.area import in_cm2
 from debulk.results.deciding import worst_first
-from debulk.results.smoothing import smoothing
+from debulk.results.rework import rework
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.results.finding import Finding
     from debulk.results.level import Level
     from debulk.results.report import PocketReport, ReportData, UnseenHole, Wrinkle
+    from debulk.rework import Move
 
 __all__ = ["Deed", "advice", "deciding", "hole_line", "is_off", "level_line", "level_off", "wrinkle_line"]
 
@@ -36,23 +37,20 @@ class Deed(NamedTuple):
     place_mm
         Its place, mold XY; None without one.
     amount
-        By how much, and in which direction; empty if that is not known.
-    way_deg
-        Direction in which the ply can be pushed out over the nearest edge, 0 to 360 degrees from the mold's +x.
+        By how much, and in which directions; empty if that is not known.
+    ways_deg
+        Directions in which the ply is to be moved out over an edge, 0 to 360 degrees from the mold's +x.
     pocket, verdict
         Number and verdict of the pocket; None if it is not about one.
-    check
-        Name of the check whose finding asks for it; empty if none does.
     """
 
     do: str
     at: str = ""
     place_mm: tuple[float, float] | None = None
     amount: str = ""
-    way_deg: float | None = None
+    ways_deg: tuple[float, ...] = ()
     pocket: int | None = None
     verdict: Verdict | None = None
-    check: str = ""
 
     def __str__(self) -> str:
         place = "" if self.place_mm is None else f" at ({self.place_mm[0]:.0f}, {self.place_mm[1]:.0f}) mm"
@@ -73,7 +71,9 @@ def advice(report: ReportData) -> list[Deed]:
     others = _WITH_PLACES | {"holes"} if hidden else _WITH_PLACES
     found = [one for one in report.findings if one.check not in others and one.pocket is None]
     deeds += [_of_finding(one) for one in found if one.at_best is not None or one.remedy]
-    deeds += [_of_pocket(pocket, report) for pocket in pockets if pocket.id not in late]
+    planned = rework(report)
+    moves = {p.id: () if planned is None else planned.of(p.id) for p in pockets}
+    deeds += [_of_pocket(pocket, moves[pocket.id], report) for pocket in pockets if pocket.id not in late]
     deeds += [Deed("smooth it", wrinkle_line(wrinkle)) for wrinkle in report.wrinkles]
     if late:
         deeds.append(Deed("give the inspection more time, and inspect the same scan again: the deadline passed"))
@@ -96,18 +96,19 @@ _ASKED = {Verdict.CREASE: "smooth the ply", Verdict.UNDECIDED: "smooth the ply, 
 
 def _of_finding(finding: Finding) -> Deed:
     what = finding.check.replace("_", " ")
-    return Deed(finding.asks, what, finding.place_mm, verdict=finding.at_best, check=finding.check)
+    return Deed(finding.asks, what, finding.place_mm, verdict=finding.at_best)
 
 
-def _of_pocket(pocket: PocketReport, report: ReportData) -> Deed:
+def _of_pocket(pocket: PocketReport, moves: tuple[Move, ...], report: ReportData) -> Deed:
     ridge, limit_mm = pocket.deciding_ridge, report.recipe.get("verdict", {}).get("max_ridge_mm")
-    way = smoothing(pocket, report.ply_outline_mm)
     asked = pocket.remedy or _ASKED.get(pocket.verdict, "scan again")
-    amount, towards = "", None
+    amount = ""
+    towards: tuple[float, ...] = ()
     exceeds = ridge is not None and limit_mm is not None and ridge.most_mm > limit_mm
     if ridge is not None and limit_mm is not None and (exceeds or pocket.verdict is Verdict.CREASE):
-        amount = f"ridge up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm" if way is None else way.short
-        towards = way and way.towards_deg
+        moved = " and ".join(move.short for move in moves)
+        amount = moved or f"ridge up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm"
+        towards = tuple(move.towards_deg for move in moves if move.towards_deg is not None)
     return Deed(asked, f"pocket {pocket.id}", pocket.centroid_mm, amount, towards, pocket.id, pocket.verdict)
 
 

@@ -137,6 +137,7 @@ def _to_11(report: Tree) -> None:
 
 
 def _to_13(report: Tree) -> None:
+    _add(report, runs=None)
     for asking in (*report["findings"], *report["pockets"]):
         _add(asking, remedy="")
 

@@ -32,12 +32,14 @@ from debulk.results.record import (
     Versioned,
 )
 from debulk.results.ridge import RidgeGeometry
+from debulk.results.runs import ExcessRuns
 from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
 __all__ = [
     "BridgeSection",
     "ExcessReport",
+    "ExcessRuns",
     "LeftOut",
     "PocketNet",
     "PocketReport",
@@ -453,6 +455,8 @@ class ReportData(Versioned):
         and is coarse where no pocket was looked for.
     excess_map
         Largest excess of a fibre over each place, mm, 0 where none leaves the mold; on a grid of its own.
+    runs
+        The fibre lines that are too long, from which `debulk.Report.rework` follows; None: they were not read.
     ply_outline_mm
         (M, 2), mold XY; None means unknown.
     recipe
@@ -481,6 +485,7 @@ class ReportData(Versioned):
     level: Level | None = None
     height_map: Grid | None = None
     excess_map: Grid | None = None
+    runs: ExcessRuns | None = None
     ply_outline_mm: PointsXY | None = None
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)

@@ -100,12 +100,12 @@ def test_the_cursor_is_told_pocket_verdict_and_ridge(report):
 
 def test_an_arrow_shows_where_a_pocket_is_to_be_smoothed_out(report):
     drawn = report_map(report)
-    deeds = [deed for deed in advice(report) if deed.way_deg is not None]
-    assert len(drawn.pushes) == len(deeds) > 0
-    for push, deed in zip(drawn.pushes, deeds, strict=True):
-        assert (push.x, -push.y) == pytest.approx(deed.place_mm)
+    ways = [(deed.place_mm, way_deg) for deed in advice(report) for way_deg in deed.ways_deg]
+    assert len(drawn.pushes) == len(ways) > 0
+    for push, (place_mm, way_deg) in zip(drawn.pushes, ways, strict=True):
+        assert (push.x, -push.y) == pytest.approx(place_mm)
         angle = np.degrees(np.arctan2(-push.tip[1], push.tip[0])) % 360
-        assert angle == pytest.approx(deed.way_deg)
+        assert angle == pytest.approx(way_deg)
 
 
 def test_no_mark_but_a_crease_is_a_cross(report):

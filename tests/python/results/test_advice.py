@@ -64,11 +64,12 @@ def test_every_pocket_that_decides_is_named_with_its_place(report):
 
 def test_a_creasing_pocket_has_its_amount_and_direction(report):
     for deed in advice(report):
-        if deed.verdict is Verdict.CREASE and report.pocket(deed.pocket).ridges:
-            ridge = report.pocket(deed.pocket).ridges[0]
-            assert deed.do == "smooth the ply" and deed.amount.startswith(f"{ridge.excess_mm:.2f} mm along ")
-            ways = [d + 90 for d in (ridge.direction_deg, ridge.mirrored_deg) if d is not None]
-            assert min(abs((deed.way_deg - way + 90) % 180 - 90) for way in ways) < 1e-6
+        if deed.verdict is Verdict.CREASE:
+            moves = report.rework().of(deed.pocket)
+            assert deed.do == "smooth the ply" and deed.ways_deg == tuple(move.towards_deg for move in moves)
+            assert all(f"{move.length_mm:.2f} mm towards {move.towards_deg:.0f}°" in deed.amount for move in moves)
+            assert moves or deed.amount.startswith("ridge up to ")
+    assert any(deed.ways_deg for deed in advice(report))
 
 
 def test_the_findings_own_remedies_come_first(report):
