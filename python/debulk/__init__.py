@@ -10,6 +10,7 @@ from debulk.grid import Grid
 
 if TYPE_CHECKING:
     from debulk import (
+        batch,
         chain,
         cloud,
         fibre,
@@ -52,6 +53,7 @@ __all__ = [
     "Stack",
     "Verdict",
     "__version__",
+    "batch",
     "chain",
     "cloud",
     "compare",

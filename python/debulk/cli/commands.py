@@ -2,8 +2,8 @@
 
 Exit codes of `inspect`: 0 CEASE, 1 CREASE, 2 bad input, 3 INVALID, 4 UNDECIDED. The other commands end with 0 or
 2, `demo` with 3 where its scan cannot be judged, `compare` with 1 where an outcome was wrong, `replay` with 1 where a
-solve is not certified, `repeat` with 1 where a figure differs. Of all: 70 is a fault of debulk's, 130 an interrupt, 141
-a pipe that nobody reads.
+solve is not certified, `repeat` with 1 where a figure differs, `batch` with 1 where a layup has no report. Of all: 70
+is a fault of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from debulk import InputError, __version__
+from debulk.cli import batch as cli_batch
 from debulk.cli import history as cli_history
 from debulk.cli import pages, qualifying, scanning, serving
 from debulk.cli import tools as cli_tools
@@ -253,6 +254,7 @@ app.command(epilog=epilog("completion"))(cli_tools.completion)
 app.add_typer(scanning.app, name="scan")
 app.command(epilog=epilog("calibrate"))(with_loudness(cli_history.calibrate))
 app.add_typer(cli_history.app, name="history")
+app.command(epilog=epilog("batch"))(with_loudness(cli_batch.batch))
 
 
 def _shown_by_demo(scene: Layup, report: Report) -> str:

@@ -41,6 +41,10 @@ EXAMPLES = {
     "doctor": ("debulk doctor", "debulk doctor --json"),
     "completion": ('eval "$(debulk completion bash)"', "debulk completion zsh > ~/.zfunc/_debulk"),
     "calibrate": ("debulk calibrate cell.sqlite --recipe cell.toml --missed 50 -o proposed.toml",),
+    "batch": (
+        "debulk batch archive/ --recipe new.toml --history new.sqlite",
+        "debulk batch archive/ --recipe new.toml --history new.sqlite --scheduler tcp://10.0.0.5:8786",
+    ),
     "approve": ('debulk approve cell.toml --in approved.toml --by "A. Owner"',),
     "history": (
         "debulk history list cell.sqlite --part A-17 --verdict crease",
