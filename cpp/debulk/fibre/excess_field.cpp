@@ -58,7 +58,7 @@ class Painter {
     const auto excess = static_cast<float>(run.excess.mid);
     for (int k = run.first; k <= run.last; ++k) {
       const Eigen::Vector2d at = out_.largest.locate(line.at(k));
-      const int i = static_cast<int>(std::lround(at.x())), j = static_cast<int>(std::lround(at.y()));
+      const int i = static_cast<int>(std::floor(at.x() + 0.5)), j = static_cast<int>(std::floor(at.y() + 0.5));
       if (!out_.largest.contains(i, j) || excess <= out_.largest.at(i, j)) continue;
       out_.largest.at(i, j) = excess, out_.family.at(i, j) = static_cast<std::uint8_t>(run.family);
     }
@@ -89,12 +89,13 @@ ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWind
     blurs.least = std::max(blurs.least, kNarrowest * std::max(1.0, scales.spacing() * scales.spacing()));
   }
   parallel_for(static_cast<long>(lines.size()), kChunk, options.threads, stop, [&](long begin, long end) {
+    LineReader reader(options, whole);
     for (long n = begin; n < end; ++n)
       for (const TwoScales& scales : all_scales) {
         const FibreLine& line = lines[static_cast<std::size_t>(n)];
         const auto [first, last] = whole ? std::array<int, 2>{0, line.count} : points_within(line, box_of(scales.heights()));
         if (first >= last) continue;
-        LineSpans found = read_line(line, first, last, scales, options, whole);
+        LineSpans found = reader.read(line, first, last, scales);
         LineSpans& all = read[static_cast<std::size_t>(n)];
         all.spans.insert(all.spans.end(), found.spans.begin(), found.spans.end());
         all.gaps.insert(all.gaps.end(), found.gaps.begin(), found.gaps.end());

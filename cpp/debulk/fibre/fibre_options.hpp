@@ -1,6 +1,7 @@
 #pragma once
 
 #include "debulk/core/nominal_ply.hpp"
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 
@@ -16,6 +17,7 @@ struct FibreOptions {
   double hold = 20.0;                      // mm of ply beyond an end, along the line, that hold this end by friction
   double edge_cells = 2.0;                 // cells along the ply's edge in which heights may be partly the mold's
   int threads = 0;                         // 0: as many as the process may use
+  Isa isa = best_isa();
 
   void check() const;
 };

@@ -2,181 +2,186 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+
+#include "debulk/core/simd.hpp"
 
 namespace debulk {
 namespace {
 
-constexpr int kAtOnce = 32;            // points of a line that are looked for before they are read
 constexpr int kBlock = 16;             // steps
-constexpr double kFlat = 0.6;          // of the mold tolerance: flat ply, whose noise counts, is nearer to the mold
+constexpr double kFlatShare = 0.6;     // of the mold tolerance: flat ply, whose noise counts, is nearer to the mold
 constexpr double kLongestTail = 20.0;  // mm
 constexpr int kReach = 2;              // steps to either side, over which a slope is read
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-struct Point : ScaleSample {
-  TwoScales::Place place = TwoScales::Place::outside;
+#define DEBULK_KERNEL "debulk/fibre/excess_kernel.inl"
+#include "debulk/core/simd_dispatch.inl"
 
-  bool raised() const { return place == TwoScales::Place::raised && !std::isnan(fine); }
-  bool unknown() const { return place == TwoScales::Place::unknown || (place == TwoScales::Place::raised && std::isnan(fine)); }
-};
-
-double length(double step, double rise) {
-  return std::sqrt(step * step + rise * rise);
+int wide_steps(const TwoScales& scales, double step) {
+  return std::max(1, static_cast<int>(std::lround(scales.fine_cells() * scales.spacing() / step)));
 }
 
-class Reader {
- public:
-  Reader(const FibreLine& line, int begin, int end, const TwoScales& scales, const FibreOptions& options, bool whole)
-      : line_(line), scales_(scales), options_(options), begin_(begin), points_(static_cast<std::size_t>(std::max(0, end - begin))) {
-    // Heights beside the ply's edge may be partly the mold's; the ply goes on there as it came.
-    const int edge = static_cast<int>(std::ceil(options.edge_cells * scales.spacing() / line.step));
-    const int low = line.to_edge[0] ? edge : 0, high = line.count - (line.to_edge[1] ? edge : 0);
-    std::array<TwoScales::Spot, kAtOnce> spots;
-    for (int from = begin; from < end; from += kAtOnce) {
-      const int count = std::min(kAtOnce, end - from);
-      for (int k = 0; k < count; ++k) {
-        TwoScales::Spot& spot = spots[static_cast<std::size_t>(k)];
-        spot.place = TwoScales::Place::flat;
-        if (from + k >= low && from + k < high) scales.find(line.at(from + k), spot);
-      }
-      for (int k = 0; k < count; ++k) {
-        const TwoScales::Spot& spot = spots[static_cast<std::size_t>(k)];
-        Point& p = point(from + k);
-        if (spot.place == TwoScales::Place::raised) static_cast<ScaleSample&>(p) = TwoScales::sample(spot);
-        p.place = spot.place == TwoScales::Place::outside ? (whole ? TwoScales::Place::unknown : TwoScales::Place::flat) : spot.place;
-      }
-    }
-  }
-
-  LineSpans read() {
-    find_spans();
-    find_gaps();
-    for (std::size_t n = 0; n < out_.spans.size(); ++n) {
-      const int before = n > 0 ? (out_.spans[n - 1].last + out_.spans[n].first) / 2 : begin_;
-      const int after = n + 1 < out_.spans.size() ? (out_.spans[n].last + out_.spans[n + 1].first) / 2 : end() - 1;
-      measure(out_.spans[n], before, after);
-    }
-    read_noise();
-    return std::move(out_);
-  }
-
- private:
-  int end() const { return begin_ + static_cast<int>(points_.size()); }
-  Point& point(int k) { return points_[static_cast<std::size_t>(k - begin_)]; }
-  bool off(int k) { return point(k).raised() && point(k).fine > options_.mold_tol; }
-
-  void find_spans() {
-    for (int k = begin_; k < end(); ++k) {
-      if (!off(k)) continue;
-      FibreSpan span;
-      span.first = span.top = k;
-      for (; k < end() && off(k); ++k)
-        if (point(k).fine > point(span.top).fine) span.top = k;
-      span.last = k - 1;
-      span.gap = point(span.top).fine;
-      out_.spans.push_back(span);
-    }
-  }
-
-  void find_gaps() {
-    for (int k = begin_; k < end(); ++k) {
-      if (!point(k).unknown()) continue;
-      const int first = k;
-      while (k < end() && point(k).unknown()) ++k;
-      out_.gaps.push_back({first, k - 1});
-    }
-  }
-
-  // Length of the tail beyond an end: a parabola that comes down from the gap there with its slope touches the mold at
-  // 2 gap / slope.
-  int tail(int at, int side, int limit) {
-    const int within = at - kReach * side, beyond = at + kReach * side;
-    const bool read = std::min(within, beyond) >= begin_ && std::max(within, beyond) < end();
-    const double slope = read ? (point(within).fine - point(beyond).fine) / (2 * kReach * line_.step) : kUnknown;
-    const double reach = slope > 0 ? std::min(kLongestTail, 2 * point(at).fine / slope) : kLongestTail;
-    int k = at;
-    while (k != limit && std::abs(k + side - at) * line_.step <= reach + line_.step && point(k + side).raised()) k += side;
-    return k;
-  }
-
-  void measure(FibreSpan& span, int before, int after) {
-    const int from = tail(span.first, -1, std::max(before, begin_)), to = tail(span.last, 1, std::min(after, end() - 1));
-    span.tails = {(span.first - from) * line_.step, (to - span.last) * line_.step};
-    span.length = (to - from) * line_.step;
-    for (int k = from; k < to; ++k) {
-      const Point &a = point(k), &b = point(k + 1);
-      const double rise = b.mold - a.mold, along_mold = length(line_.step, rise);
-      const double fine = length(line_.step, rise + (b.fine - a.fine)) - along_mold;
-      const double coarse = length(line_.step, rise + (b.coarse - a.coarse)) - along_mold;
-      if (std::isnan(fine)) continue;
-      span.fine += fine;
-      span.coarse += std::isnan(coarse) ? fine : coarse;
-      span.turn += turn(k, (rise + b.fine - a.fine) / line_.step);
-    }
-    // The noise of the heights changes the length by its product with the curvature.
-    const int wide = std::max(1, static_cast<int>(std::lround(scales_.fine_cells() * scales_.spacing() / line_.step)));
-    for (int k = from; k <= to; ++k) {
-      if (k - wide < begin_ || k + wide >= end()) continue;
-      const Point &a = point(k - wide), &b = point(k), &c = point(k + wide);
-      const double bend = (a.coarse + a.mold - 2 * (b.coarse + b.mold) + c.coarse + c.mold) / (wide * line_.step * wide * line_.step);
-      if (!std::isnan(bend)) span.bend += bend * bend * line_.step;
-    }
-  }
-
-  // Change of the excess of one step as the line turns about its middle: the slope along it takes in the slope across.
-  double turn(int k, double slope) {
-    const Eigen::Vector2d here = line_.at(k), along = (line_.at(k + 1) - here).normalized();
-    const Eigen::Vector2d across(-along.y(), along.x()), left = here + line_.step * across, right = here - line_.step * across;
-    TwoScales::Spot on_left, on_right;
-    scales_.find(left, on_left), scales_.find(right, on_right);
-    if (on_left.place != TwoScales::Place::raised || on_right.place != TwoScales::Place::raised) return 0;
-    const double aside = (TwoScales::sample(on_left).coarse - TwoScales::sample(on_right).coarse) / (2 * line_.step);
-    return std::isnan(aside) ? 0 : slope * aside * line_.step;
-  }
-
-  // Flat ply is known, near the mold, and off all spans and their tails.
-  bool flat(int k) { return point(k).raised() && std::abs(point(k).fine) < kFlat * options_.mold_tol; }
-
-  void read_noise() {
-    std::vector<std::uint8_t> free(points_.size(), 1);
-    for (const FibreSpan& span : out_.spans) {
-      const int a = std::max(begin_, span.first - static_cast<int>(span.tails[0] / line_.step) - kBlock / 2);
-      const int b = std::min(end() - 1, span.last + static_cast<int>(span.tails[1] / line_.step) + kBlock / 2);
-      std::fill(free.begin() + (a - begin_), free.begin() + (b - begin_) + 1, std::uint8_t{0});
-    }
-    FlatNoise& noise = out_.noise;
-    const int wide = std::max(1, static_cast<int>(std::lround(scales_.fine_cells() * scales_.spacing() / line_.step)));
-    for (int k = begin_; k + kBlock < end(); k += kBlock) {
-      bool usable = true;
-      for (int n = k; n <= k + kBlock; ++n) usable = usable && free[static_cast<std::size_t>(n - begin_)] && flat(n);
-      if (!usable) continue;
-      double fine = 0, coarse = 0;
-      for (int n = k; n < k + kBlock; ++n) {
-        const Point &a = point(n), &b = point(n + 1);
-        const double rise = b.mold - a.mold, along_mold = length(line_.step, rise);
-        fine += length(line_.step, rise + (b.fine - a.fine)) - along_mold;
-        coarse += length(line_.step, rise + (b.coarse - a.coarse)) - along_mold;
-      }
-      if (std::isnan(coarse)) continue;
-      noise.length += kBlock * line_.step, noise.fine += fine, noise.coarse += coarse;
-      noise.blocks += 1, noise.block_sum += fine, noise.block_square += fine * fine;
-      for (int n = k + wide; n + wide <= k + kBlock; ++n) {
-        const double second = point(n - wide).fine - 2 * point(n).fine + point(n + wide).fine;
-        noise.triples += 1, noise.second_square += second * second;
-      }
-    }
-  }
-
-  const FibreLine& line_;
-  const TwoScales& scales_;
-  const FibreOptions& options_;
-  int begin_;
-  std::vector<Point> points_;
-  LineSpans out_;
-};
-
 }  // namespace
+
+void LineReader::Points::resize(std::size_t count) {
+  for (std::vector<double>* values : {&x, &y, &fine, &coarse, &mold}) values->resize(count);
+  place.resize(count);
+}
+
+void LineReader::Points::look_up(const TwoScales& scales, int first, int count) {
+  const auto n = static_cast<std::size_t>(first);
+  scales.look_up(x.data() + n, y.data() + n, count, {place.data() + n, fine.data() + n, coarse.data() + n, mold.data() + n});
+}
+
+LineSpans LineReader::read(const FibreLine& line, int begin, int end, const TwoScales& scales) {
+  line_ = &line, scales_ = &scales, begin_ = begin, out_ = {};
+  marks_.resize(static_cast<std::size_t>(std::max(0, end - begin)));
+  place_points();
+  mark_points();
+  find_spans();
+  find_gaps();
+  std::vector<FibreSpan>& spans = out_.spans;
+  for (std::size_t n = 0; n < spans.size(); ++n) {
+    const int before = n > 0 ? (spans[n - 1].last + spans[n].first) / 2 - begin : 0;
+    const int after = n + 1 < spans.size() ? (spans[n].last + spans[n + 1].first) / 2 - begin : count() - 1;
+    measure(spans[n], before, after);
+  }
+  read_noise();
+  return std::move(out_);
+}
+
+void LineReader::place_points() {
+  at_.resize(marks_.size());
+  for (int k = 0; k < count(); ++k) {
+    const Eigen::Vector2d xy = line_->at(begin_ + k);
+    at_.x[static_cast<std::size_t>(k)] = xy.x(), at_.y[static_cast<std::size_t>(k)] = xy.y();
+  }
+  // Heights beside the ply's edge may be partly the mold's; the ply goes on there as it came.
+  const int edge = static_cast<int>(std::ceil(options_.edge_cells * scales_->spacing() / line_->step));
+  const int low = std::clamp((line_->to_edge[0] ? edge : 0) - begin_, 0, count());
+  const int high = std::clamp(line_->count - (line_->to_edge[1] ? edge : 0) - begin_, low, count());
+  for (const auto& [from, to] : {std::pair{0, low}, std::pair{high, count()}}) {
+    std::fill(at_.place.begin() + from, at_.place.begin() + to, Place::flat);
+    for (std::vector<double>* values : {&at_.fine, &at_.coarse, &at_.mold}) std::fill(values->begin() + from, values->begin() + to, kNan);
+  }
+  at_.look_up(*scales_, low, high - low);
+}
+
+void LineReader::mark_points() {
+  const double flat = kFlatShare * options_.mold_tol;
+  for (std::size_t k = 0; k < marks_.size(); ++k) {
+    const double fine = at_.fine[k];
+    const Place place = at_.place[k];
+    const bool known = fine == fine;
+    const bool unknown = !known && (place == Place::unknown || place == Place::raised || (whole_ && place == Place::outside));
+    marks_[k] = static_cast<std::uint8_t>((known ? kRaised : 0) | (unknown ? kUnknown : 0) | (fine > options_.mold_tol ? kOff : 0) |
+                                          (std::abs(fine) < flat ? kFlat : 0));
+  }
+  by_fine_.resize(marks_.size()), by_coarse_.resize(marks_.size());
+  for (int k = 0; k < count(); ++k) {
+    if (!is(k, kRaised)) continue;
+    const auto first = static_cast<std::size_t>(k);
+    while (k + 1 < count() && is(k + 1, kRaised)) ++k;
+    DEBULK_ON(options_.isa, excess_of_steps(&at_.fine[first], &at_.coarse[first], &at_.mold[first], k - static_cast<int>(first),
+                                            line_->step, &by_fine_[first], &by_coarse_[first]));
+  }
+}
+
+void LineReader::find_spans() {
+  for (int k = 0; k < count(); ++k) {
+    if (!is(k, kOff)) continue;
+    const int first = k;
+    int top = k;
+    for (; k < count() && is(k, kOff); ++k)
+      if (at_.fine[static_cast<std::size_t>(k)] > at_.fine[static_cast<std::size_t>(top)]) top = k;
+    FibreSpan span;
+    span.first = begin_ + first, span.last = begin_ + k - 1, span.top = begin_ + top;
+    span.gap = at_.fine[static_cast<std::size_t>(top)];
+    out_.spans.push_back(span);
+  }
+}
+
+void LineReader::find_gaps() {
+  for (int k = 0; k < count(); ++k) {
+    if (!is(k, kUnknown)) continue;
+    const int first = k;
+    while (k < count() && is(k, kUnknown)) ++k;
+    out_.gaps.push_back({begin_ + first, begin_ + k - 1});
+  }
+}
+
+// Length of the tail beyond an end: a parabola that comes down from the gap there with its slope touches the mold at
+// 2 gap / slope.
+int LineReader::tail(int at, int side, int limit) const {
+  const auto fine = [&](int k) { return at_.fine[static_cast<std::size_t>(k)]; };
+  const int within = at - kReach * side, beyond = at + kReach * side;
+  const bool read = std::min(within, beyond) >= 0 && std::max(within, beyond) < count();
+  const double slope = read ? (fine(within) - fine(beyond)) / (2 * kReach * line_->step) : kNan;
+  const double reach = slope > 0 ? std::min(kLongestTail, 2 * fine(at) / slope) : kLongestTail;
+  int k = at;
+  while (k != limit && std::abs(k + side - at) * line_->step <= reach + line_->step && is(k + side, kRaised)) k += side;
+  return k;
+}
+
+void LineReader::measure(FibreSpan& span, int before, int after) {
+  const double step = line_->step;
+  const int first = span.first - begin_, last = span.last - begin_;
+  const int from = tail(first, -1, std::max(before, 0)), to = tail(last, 1, std::min(after, count() - 1));
+  span.tails = {(first - from) * step, (to - last) * step};
+  span.length = (to - from) * step;
+  for (auto k = static_cast<std::size_t>(from); k < static_cast<std::size_t>(to); ++k)
+    span.fine += by_fine_[k], span.coarse += by_coarse_[k];
+  if (to > from) add_turn(span, from, to - from);
+  // The noise of the heights changes the length by its product with the curvature.
+  const int wide = wide_steps(*scales_, step), begin = std::max(from, wide), end = std::min(to + 1, count() - wide);
+  if (begin >= end) return;
+  const auto b = static_cast<std::size_t>(begin);
+  bend_.resize(marks_.size());
+  DEBULK_ON(options_.isa, curvatures(&at_.coarse[b], &at_.mold[b], end - begin, wide, wide * step * wide * step, bend_.data()));
+  for (int k = 0; k < end - begin; ++k)
+    if (const double bend = bend_[static_cast<std::size_t>(k)]; !std::isnan(bend)) span.bend += bend * bend * step;
+}
+
+// Change of the excess of each step as the line turns about its middle: the slope along it takes in the slope across.
+void LineReader::add_turn(FibreSpan& span, int from, int count) {
+  const double step = line_->step;
+  const auto first = static_cast<std::size_t>(from);
+  left_.resize(static_cast<std::size_t>(count)), right_.resize(static_cast<std::size_t>(count));
+  DEBULK_ON(options_.isa,
+            beside(&at_.x[first], &at_.y[first], count, step, left_.x.data(), left_.y.data(), right_.x.data(), right_.y.data()));
+  left_.look_up(*scales_, 0, count), right_.look_up(*scales_, 0, count);
+  for (std::size_t n = 0; n < left_.x.size(); ++n) {
+    const double aside = (left_.coarse[n] - right_.coarse[n]) / (2 * step);  // NaN if either is not known
+    if (std::isnan(aside)) continue;
+    const std::size_t k = first + n;
+    const double slope = (at_.mold[k + 1] - at_.mold[k] + at_.fine[k + 1] - at_.fine[k]) / step;
+    span.turn += slope * aside * step;
+  }
+}
+
+void LineReader::read_noise() {
+  for (const FibreSpan& span : out_.spans) {  // flat ply is off all spans and their tails
+    const int a = std::max(begin_, span.first - static_cast<int>(span.tails[0] / line_->step) - kBlock / 2) - begin_;
+    const int b = std::min(begin_ + count() - 1, span.last + static_cast<int>(span.tails[1] / line_->step) + kBlock / 2) - begin_;
+    std::fill(marks_.begin() + a, marks_.begin() + b + 1, std::uint8_t{0});
+  }
+  FlatNoise& noise = out_.noise;
+  const std::size_t wide = static_cast<std::size_t>(wide_steps(*scales_, line_->step));
+  for (std::size_t k = 0; k + kBlock < marks_.size(); k += kBlock) {
+    if (!std::all_of(&marks_[k], &marks_[k] + kBlock + 1, [](std::uint8_t mark) { return (mark & kFlat) != 0; })) continue;
+    double fine = 0, coarse = 0;
+    for (std::size_t n = k; n < k + kBlock; ++n) fine += by_fine_[n], coarse += by_coarse_[n];
+    if (std::isnan(coarse)) continue;
+    noise.length += kBlock * line_->step, noise.fine += fine, noise.coarse += coarse;
+    noise.blocks += 1, noise.block_sum += fine, noise.block_square += fine * fine;
+    for (std::size_t n = k + wide; n + wide <= k + kBlock; ++n) {
+      const double second = at_.fine[n - wide] - 2 * at_.fine[n] + at_.fine[n + wide];
+      noise.triples += 1, noise.second_square += second * second;
+    }
+  }
+}
 
 void FlatNoise::add(const FlatNoise& other) {
   length += other.length, fine += other.fine, coarse += other.coarse;
@@ -188,10 +193,6 @@ double FlatNoise::variance_per_mm(double step) const {
   if (blocks < 2) return 0.0;
   const double mean = block_sum / blocks;
   return std::max(0.0, block_square / blocks - mean * mean) / (kBlock * step);
-}
-
-LineSpans read_line(const FibreLine& line, int begin, int end, const TwoScales& scales, const FibreOptions& options, bool whole) {
-  return Reader(line, begin, end, scales, options, whole).read();
 }
 
 }  // namespace debulk

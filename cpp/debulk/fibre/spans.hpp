@@ -52,7 +52,42 @@ struct LineSpans {
   FlatNoise noise;
 };
 
-// Reads the points [begin, end) of a line.
-LineSpans read_line(const FibreLine& line, int begin, int end, const TwoScales& scales, const FibreOptions& options, bool whole);
+// Reads the points [begin, end) of line after line, in memory that is used again.
+class LineReader {
+ public:
+  LineReader(const FibreOptions& options, bool whole) : options_(options), whole_(whole) {}
+  LineSpans read(const FibreLine& line, int begin, int end, const TwoScales& scales);
+
+ private:
+  // What is known of points one after the other, and of the steps from each to the next.
+  struct Points {
+    std::vector<double> x, y, fine, coarse, mold;
+    std::vector<Place> place;
+    void look_up(const TwoScales& scales, int first, int count);
+    void resize(std::size_t count);
+  };
+  enum Mark : std::uint8_t { kRaised = 1, kUnknown = 2, kOff = 4, kFlat = 8 };
+
+  void place_points();
+  void mark_points();
+  void find_spans();
+  void find_gaps();
+  int tail(int at, int side, int limit) const;
+  void measure(FibreSpan& span, int before, int after);
+  void add_turn(FibreSpan& span, int from, int count);
+  void read_noise();
+  int count() const { return static_cast<int>(marks_.size()); }
+  bool is(int k, Mark mark) const { return (marks_[static_cast<std::size_t>(k)] & mark) != 0; }
+
+  const FibreOptions& options_;
+  const bool whole_;
+  const FibreLine* line_ = nullptr;
+  const TwoScales* scales_ = nullptr;
+  int begin_ = 0;
+  Points at_, left_, right_;
+  std::vector<std::uint8_t> marks_;
+  std::vector<double> by_fine_, by_coarse_, bend_;  // of the steps, and of the points
+  LineSpans out_;
+};
 
 }  // namespace debulk

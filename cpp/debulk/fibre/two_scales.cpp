@@ -2,22 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "debulk/core/parallel.hpp"
-#include "debulk/fibre/square_sums.hpp"
+#include "debulk/fibre/tile_rows.hpp"
 
 namespace debulk {
 namespace {
 
-constexpr int kTile = kTileSide - 1;  // cells on a side: neighbouring tiles share a row of points, so that every cell has its corners
+constexpr int kTileBits = 5, kTile = 1 << kTileBits;  // cells on a side: neighbouring tiles share a row of points
+static_assert(kTileSide == kTile + 1);
 constexpr int kPoints = kTileSide * kTileSide;
-constexpr int kEach = 4;        // floats of a point, so that one register takes all
-constexpr double kShare = 0.5;  // of the mold tolerance: what stands higher makes its tile raised
-constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+constexpr double kShare = 0.5;                  // of the mold tolerance: what stands higher makes its tile raised
+constexpr std::int32_t kFlat = -1, kGaps = -2;  // tiles without values; in the second kind some heights are not known
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-using FloatRow = Eigen::Array<float, kTileSide, 1>;
-using Row = Eigen::Array<double, kTileSide, 1>;
+struct ScaleTables {
+  double x, y, spacing;  // of the heights' grid
+  int nx, ny;
+  const float* heights;
+  const std::int32_t* tiles;
+  int columns;  // of tiles
+  const float* values;
+};
+
+#define DEBULK_KERNEL "debulk/fibre/look_up_kernel.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 int odd_cells(double length, double spacing) {
   if (length <= 0) return 1;
@@ -41,28 +52,26 @@ struct TwoScales::Workspace {
       sums->resize(static_cast<std::size_t>(kTileSide) * kTileStride);
   }
 
-  // Sets heights, 0 where they are not known, and whether they are known, 1 or 0. Returns whether all are.
+  // Sets heights, 0 where they are not known, and if any is not, whether they are known, 1 or 0. Returns whether all are.
   bool read(const Grid<float>& heights, const PlyMask& ply, int i0, int j0) {
     const int wide = kTileSide + 2 * border, first = std::clamp(-i0, 0, wide), end = std::clamp(heights.nx - i0, first, wide);
-    int missing = 0;
+    const auto on_ply = [&](int j) { return ply.known() ? ply.row(j) + i0 + first : all_on.data(); };
+    bool whole = first == 0 && end == wide && j0 >= 0 && j0 + rows <= heights.ny;
+    for (int j = 0; whole && j < rows; ++j) {
+      const float* h = &heights.at(i0, j0 + j);
+      std::copy_n(h, wide, &values[static_cast<std::size_t>(j) * stride]);
+      const std::uint8_t* on = on_ply(j0 + j);
+      whole = count_row(h, wide, 0.0F).gaps == 0 && std::find(on, on + wide, 0) == on + wide;
+    }
+    if (whole) return true;
     for (int j = 0; j < rows; ++j) {
       float* value = &values[static_cast<std::size_t>(j) * stride];
       float* is_known = &known[static_cast<std::size_t>(j) * stride];
-      const bool there = j0 + j >= 0 && j0 + j < heights.ny;
-      if (!there || first > 0 || end < wide) {
-        std::fill_n(value, wide, 0.0F), std::fill_n(is_known, wide, 0.0F);
-        missing += 1;
-      }
-      if (!there || first == end) continue;
-      const float* h = &heights.at(i0 + first, j0 + j);
-      const std::uint8_t* on = ply.known() ? ply.row(j0 + j) + i0 + first : all_on.data();
-      for (int i = 0; i < end - first; ++i) {
-        const bool good = (h[i] == h[i]) & (on[i] != 0);
-        value[first + i] = good ? h[i] : 0.0F, is_known[first + i] = good ? 1.0F : 0.0F;
-        missing += good ? 0 : 1;
-      }
+      std::fill_n(value, wide, 0.0F), std::fill_n(is_known, wide, 0.0F);
+      if (j0 + j < 0 || j0 + j >= heights.ny || first == end) continue;
+      copy_known(&heights.at(i0 + first, j0 + j), on_ply(j0 + j), end - first, value + first, is_known + first);
     }
-    return missing == 0;
+    return false;
   }
 
   void add_up(int r, bool all_known, std::vector<float>& sums, std::vector<float>& counts) {
@@ -122,6 +131,7 @@ TwoScales::TwoScales(const Grid<float>& heights, const FibreOptions& options)
     : heights_(heights),
       thickness_(options.thickness),
       blur_cells2_(options.blur_cells2),
+      isa_(options.isa),
       fine_cells_(odd_cells(options.fine_mm, heights.spacing)),
       columns_(std::max(0, heights.nx - 2) / kTile + 1),
       rows_(std::max(0, heights.ny - 2) / kTile + 1),
@@ -133,13 +143,13 @@ void TwoScales::find_raised(int tile_row, float high) {
   for (int column = 0; column < columns_; ++column) {
     const std::size_t tile = static_cast<std::size_t>(tile_row) * columns_ + column;
     const int first = column * kTile, count = std::min(kTileSide, heights_.nx - first);
-    int gaps = 0, above = 0;
+    RowCounts in_all;
     for (int j = tile_row * kTile; j <= last_j; ++j) {
-      const float* h = &heights_.at(first, j);
-      for (int i = 0; i < count; ++i) gaps += h[i] == h[i] ? 0 : 1, above += h[i] > high ? 1 : 0;
+      const RowCounts here = count_row(&heights_.at(first, j), count, high);
+      in_all.gaps += here.gaps, in_all.above += here.above;
     }
-    raised_[tile] = above > 0;
-    if (gaps > 0) tiles_[tile] = kGaps;
+    raised_[tile] = in_all.above > 0;
+    if (in_all.gaps > 0) tiles_[tile] = kGaps;
   }
 }
 
@@ -169,47 +179,18 @@ void TwoScales::make(std::size_t tile, const Surface& mold, Workspace& work) {
   work.add_up(fine_cells_, all_known, work.coarse, work.coarse_count);
   Grid<double> m(kTileSide, kTileSide, heights_.position(i0, j0), heights_.spacing);
   mold.heights_on(m, 1);
-  using Points = Eigen::Array<float, kEach, kTileSide>;
   for (int j = 0; j < kTileSide; ++j) {
-    const auto sums_row = [&](const std::vector<float>& sums) {
-      return Eigen::Map<const FloatRow>(&sums[static_cast<std::size_t>(j) * kTileStride]);
-    };
-    const FloatRow fine = sums_row(work.fine) / sums_row(work.fine_count), coarse = sums_row(work.coarse) / sums_row(work.coarse_count);
-    const float* known = &work.known[static_cast<std::size_t>(j + work.border) * work.stride + work.border];
-    float* points = &values_[(tile * kPoints + static_cast<std::size_t>(j) * kTileSide) * kEach];
-    Eigen::Map<Points> out(points);
-    out.row(0) = (fine.cast<double>() - thickness_).cast<float>();
-    out.row(1) = (coarse.cast<double>() - thickness_).cast<float>();
-    out.row(2) = Eigen::Map<const Row>(&m.at(0, j)).cast<float>();
-    out.row(3) = 0;
-    for (int i = 0; i < kTileSide; ++i)
-      if (!(known[i] > 0)) out(0, i) = out(1, i) = kUnknown;
+    const std::size_t sums = static_cast<std::size_t>(j) * kTileStride;
+    const float* known = all_known ? nullptr : &work.known[static_cast<std::size_t>(j + work.border) * work.stride + work.border];
+    const TileRow row{&work.fine[sums], &work.fine_count[sums], &work.coarse[sums], &work.coarse_count[sums], known, &m.at(0, j)};
+    write_points(row, thickness_, &values_[(tile * kPoints + static_cast<std::size_t>(j) * kTileSide) * kEach]);
   }
 }
 
-void TwoScales::find(const Eigen::Vector2d& xy, Spot& spot) const {
-  const Eigen::Vector2d at = heights_.locate(xy);
-  spot.place = Place::outside;
-  if (!(at.x() >= 0 && at.y() >= 0 && at.x() < heights_.nx - 1 && at.y() < heights_.ny - 1)) return;
-  const int i = static_cast<int>(at.x()), j = static_cast<int>(at.y()), ti = i / kTile, tj = j / kTile;
-  const std::int32_t tile = tiles_[static_cast<std::size_t>(tj) * columns_ + ti];
-  spot.place = Place::flat;
-  if (tile == kFlat) return;
-  if (tile == kGaps) {
-    if (std::isnan(heights_.at(static_cast<int>(at.x() + 0.5), static_cast<int>(at.y() + 0.5)))) spot.place = Place::unknown;
-    return;
-  }
-  spot.place = Place::raised, spot.u = at.x() - i, spot.v = at.y() - j;
-  spot.corner = &values_[(static_cast<std::size_t>(tile) * kPoints + (j - tj * kTile) * kTileSide + (i - ti * kTile)) * kEach];
-  __builtin_prefetch(spot.corner), __builtin_prefetch(spot.corner + kTileSide * kEach);
-}
-
-ScaleSample TwoScales::sample(const Spot& spot) {
-  const auto point = [&](int k) { return Eigen::Map<const Eigen::Array4f>(spot.corner + k * kEach).cast<double>(); };
-  const double u = spot.u, v = spot.v;
-  const Eigen::Array4d low = (1 - u) * point(0) + u * point(1), high = (1 - u) * point(kTileSide) + u * point(kTileSide + 1);
-  const Eigen::Array4d all = (1 - v) * low + v * high;
-  return {all[0], all[1], all[2]};
+void TwoScales::look_up(const double* x, const double* y, int count, const GapsAt& out) const {
+  const Grid<float>& h = heights_;
+  const ScaleTables tables{h.origin.x(), h.origin.y(), h.spacing, h.nx, h.ny, h.values.data(), tiles_.data(), columns_, values_.get()};
+  DEBULK_ON(isa_, look_up(tables, x, y, count, out));
 }
 
 }  // namespace debulk

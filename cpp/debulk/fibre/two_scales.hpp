@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -18,11 +17,14 @@ namespace debulk {
 // of windows of it, which may not overlap.
 using HeightWindows = std::vector<const Grid<float>*>;
 
-// What a line needs at one place. NaN where it is not known.
-struct ScaleSample {
-  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  double fine = kUnknown, coarse = kUnknown;  // mm, the ply's lower side above the mold, by the finer and the coarser mean
-  double mold = kUnknown;                     // mm, height of the mold
+// Whether a place lies in a tile that was made (`raised`), or what is known of it otherwise.
+enum class Place : std::uint8_t { flat, raised, unknown, outside };
+
+// What a line needs at its points, one after the other. The lengths are NaN where a point is not raised, or not known.
+struct GapsAt {
+  Place* place;
+  double *fine, *coarse;  // mm, the ply's lower side above the mold, by the finer and the coarser mean
+  double* mold;           // mm, height of the mold
 };
 
 // The gap below the ply at two scales: means of the heights over squares of `fine` and of 2 fine + 1 cells, over the
@@ -34,16 +36,8 @@ class TwoScales {
   static std::vector<TwoScales> of(const HeightWindows& windows, const Polygon& ply, const Surface& mold, const FibreOptions& options,
                                    const Stop& stop);
 
-  enum class Place : std::uint8_t { flat, raised, unknown, outside };
-  // Whether the place lies in a tile that was made (`raised`), or what is known of it otherwise.
-  struct Spot {
-    Place place = Place::outside;
-    const float* corner = nullptr;  // in a raised tile, as are its shares u and v of the way to the next points
-    double u = 0.0, v = 0.0;
-  };
-  // The values of a raised spot are fetched while others are looked for, because most are not in the cache.
-  void find(const Eigen::Vector2d& xy, Spot& spot) const;
-  static ScaleSample sample(const Spot& spot);  // of a raised one
+  // Looks up `count` places, given by their coordinates, mm.
+  void look_up(const double* x, const double* y, int count, const GapsAt& out) const;
 
   const Grid<float>& heights() const { return heights_; }
   int fine_cells() const { return fine_cells_; }
@@ -53,7 +47,6 @@ class TwoScales {
   double coarse_blur_mm2() const { return blur_mm2(2 * fine_cells_ + 1); }
 
  private:
-  enum Tile : std::int32_t { kFlat = -1, kGaps = -2 };  // else the number of its values
   struct Workspace;
 
   TwoScales(const Grid<float>& heights, const FibreOptions& options);
@@ -65,11 +58,12 @@ class TwoScales {
   const Grid<float>& heights_;
   PlyMask ply_;
   double thickness_, blur_cells2_;
+  Isa isa_;
   int fine_cells_, columns_, rows_;
-  std::vector<std::int32_t> tiles_;
+  std::vector<std::int32_t> tiles_;  // the number of its values, or what else is known of it
   std::vector<std::uint8_t> raised_;
   std::vector<std::array<int, 2>> made_;  // column and row of the tiles that were made
-  std::unique_ptr<float[]> values_;       // of these tiles, one after the other: fine, coarse, mold and nothing, point by point
+  std::unique_ptr<float[]> values_;       // of these tiles, one after the other: kEach floats, point by point
 };
 
 }  // namespace debulk

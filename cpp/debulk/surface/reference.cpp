@@ -161,8 +161,7 @@ void Reference::heights_on(Grid<double>& grid, int threads) const {
     std::array<int, 4> row_of{-1, -1, -1, -1};
     for (int j = static_cast<int>(begin); j < end; ++j) {
       const Weights wy = weights(heights_.locate(grid.position(0, j)).y(), heights_.ny);
-      Eigen::Map<Eigen::ArrayXd> out(&grid.at(0, j), grid.nx);
-      out.setZero();
+      std::array<const double*, 4> rows;
       for (int b = 0; b < 4; ++b) {
         const int number = wy.first + b;
         std::vector<double>& sum = sums[static_cast<std::size_t>(number % 4)];
@@ -171,8 +170,9 @@ void Reference::heights_on(Grid<double>& grid, int threads) const {
           sum.resize(across.size());
           for (std::size_t i = 0; i < across.size(); ++i) sum[i] = along_row(row, across[i]);
         }
-        out += wy.value[static_cast<std::size_t>(b)] * Eigen::Map<const Eigen::ArrayXd>(sum.data(), grid.nx);
+        rows[static_cast<std::size_t>(b)] = sum.data();
       }
+      weighted_rows(rows.data(), wy.value.data(), grid.nx, &grid.at(0, j));
     }
   });
 }

@@ -32,4 +32,9 @@ DEBULK_WIDE void spline_row(const double* __restrict u, int count, int n, int fr
   }
 }
 
+DEBULK_WIDE void weighted_rows(const double* const* rows, const double* weights, int count, double* __restrict out) {
+  const double *a = rows[0], *b = rows[1], *c = rows[2], *d = rows[3];
+  for (int i = 0; i < count; ++i) out[i] = weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i] + weights[3] * d[i];
+}
+
 }  // namespace debulk

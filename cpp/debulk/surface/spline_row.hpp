@@ -8,4 +8,7 @@ namespace debulk {
 // `from`.
 void spline_row(const double* u, int count, int n, int from, const double* value, const double* slope, double* by_slope, double* by_value);
 
+// The weighted sum of four rows, added up in their order.
+void weighted_rows(const double* const* rows, const double* weights, int count, double* out);
+
 }  // namespace debulk
