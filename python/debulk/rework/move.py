@@ -82,7 +82,7 @@ class Move:
             )
         x, y = self.to_mm[np.argmax(self.lengths_mm)]
         where = f"{'into the next place' if self.into else 'over the edge'} at ({x:.0f}, {y:.0f}) mm"
-        over = f"{self.flat_mm:.0f} mm of flat ply, about {self.force_n:.2g} N"
+        over = f"{self.flat_mm:.0f} mm of flat ply, about {float(f'{self.force_n:.2g}'):g} N"
         if self.by == "pull":
             return f"{self.at}: pull {band}, {where}: {over}"
         edge = f"lift the ply from the edge at ({x:.0f}, {y:.0f}) mm back to there and lay it again, {band}"
