@@ -17,7 +17,7 @@ pip := $(quietly) $(python) -m pip install --verbose --disable-pip-version-check
 sources := $(shell find cpp cmake python -not -path '*/__pycache__*' -not -name '*.pyc')
 package_files := CMakeLists.txt pyproject.toml README.md LICENSE third_party_notes.md
 test_sources := $(shell find tests/cpp)
-cpp_files = $(shell find cpp tests/cpp $(wildcard bench docs) -name '*.hpp' -o -name '*.cpp')
+cpp_files = $(shell find cpp tests/cpp tests/fuzz $(wildcard bench docs) -name '*.hpp' -o -name '*.cpp')
 python_files := python tests $(wildcard bench docs)
 
 # Requirements are written once, in pyproject.toml: $(call required,build) prints those of the build, of the package
@@ -102,6 +102,11 @@ coverage: $(stamps)/tests $(stamps)/strength ## Print the branches that the unit
 mutants: $(stamps)/tests $(stamps)/strength ## Change what decides a verdict in small ways and list what no test notices; half an hour
 	tests/mutants/python.sh $(python) build/mutants
 	$(python) tests/mutants/cpp.py mutants build/test
+
+.PHONY: fuzz
+seconds ?= 60
+fuzz: $(stamps)/tests $(stamps)/fuzz ## Fuzz every reader and loader, for so many seconds each: make fuzz seconds=60
+	cmake/fuzz.sh $(CURDIR)/$(python) $(seconds)
 
 .PHONY: house
 house: $(stamps)/venv ## Draw the order of the rooms into docs/house.md
@@ -227,6 +232,12 @@ $(stamps)/wheeltools: $(stamps)/venv
 $(stamps)/docs: $(stamps)/venv
 	@$(call required,docs) > $(stamps)/docs.txt
 	@$(pip) -r $(stamps)/docs.txt
+	@touch $@
+
+$(stamps)/fuzz: $(stamps)/venv
+	@command -v clang++ > /dev/null || $(quietly) apt-get install -y clang libclang-rt-dev
+	@$(call required,fuzz) > $(stamps)/fuzz.txt
+	@$(pip) -r $(stamps)/fuzz.txt
 	@touch $@
 
 $(stamps)/strength: $(stamps)/venv
