@@ -61,14 +61,14 @@ class Place:
     at: str
     place_mm: tuple[float, float] | None
     amount: str
-    way_deg: float | None
+    ways_deg: tuple[float, ...]
     verdict: str
 
     @classmethod
     def of(cls, deed: Deed) -> Place:
         """Return the same in plain words and numbers."""
         return cls(
-            deed.do, deed.at, deed.place_mm, deed.amount, deed.way_deg, deed.verdict.name if deed.verdict else ""
+            deed.do, deed.at, deed.place_mm, deed.amount, deed.ways_deg, deed.verdict.name if deed.verdict else ""
         )
 
     def __str__(self) -> str:
