@@ -92,20 +92,45 @@ def same_pocket(pocket: PocketReport, report: debulk.Report) -> PocketReport | N
     return report.pockets[nearest] if nearest >= 0 and ways[nearest] < 15.0 else None
 
 
+def ridge_of(pocket: PocketReport) -> float | None:
+    return None if pocket.deciding_ridge is None else pocket.deciding_ridge.height_mm
+
+
+def excess_of(pocket: PocketReport) -> float | None:
+    return None if pocket.excess is None else pocket.excess.length_mm
+
+
 def main(seeds: list[int]) -> None:
     told: dict[str, list[tuple[PocketReport, PocketReport | None]]] = {}
+    invalid: dict[str, int] = {}
     for seed in seeds:
         known: debulk.Report | None = None
         for name, report in cases(seed):
             known = known or report
             told.setdefault(name, []).extend((p, same_pocket(p, report)) for p in known.pockets)
+            invalid[name] = invalid.get(name, 0) + (report.verdict is debulk.Verdict.INVALID)
     print(f"ERRORS OF THE INPUT, {PIXELS[0]} x {PIXELS[1]} pixels, seeds {', '.join(map(str, seeds))}")
     print()
     print("Against the same layups without them. Area to excess: median and largest change. Opposite: CEASE and CREASE")
-    print("changed places. Other: any other change of a verdict. Lost: pockets without one at the same place.")
+    print(
+        "changed places. Other: any other change of a verdict. Lost: pockets without one at the same place. Ridge: the"
+    )
+    print("one that decides. INVALID: layups.")
     print()
-    widths = (34, 8, 5, 14, 14, 16, 14, 14, 10, 7)
-    heads = ("", "pockets", "lost", "area %", "peak mm", "RMS mm", "ridge mm", "excess mm", "opposite", "other")
+    widths = (34, 8, 5, 14, 14, 16, 14, 14, 10, 7, 9)
+    heads = (
+        "",
+        "pockets",
+        "lost",
+        "area %",
+        "peak mm",
+        "RMS mm",
+        "ridge mm",
+        "excess mm",
+        "opposite",
+        "other",
+        "INVALID",
+    )
     print("".join(f"{head:>{width}}" for head, width in zip(heads, widths, strict=True)))
     for name, pairs in told.items():
         kept = [(a, b) for a, b in pairs if b is not None]
@@ -120,13 +145,13 @@ def main(seeds: list[int]) -> None:
         area = change([100 * (b.area_mm2 / a.area_mm2 - 1) for a, b in kept], 2)
         peak = change([b.peak_mm - a.peak_mm for a, b in kept], 3)
         rms = change([less(a.rms_mm, b.rms_mm) for a, b in kept], 4)
-        ridge = change([less(a.ridge_height_mm, b.ridge_height_mm) for a, b in kept], 3)
-        excess = change([less(a.excess_length_mm, b.excess_length_mm) for a, b in kept], 3)
+        ridge = change([less(ridge_of(a), ridge_of(b)) for a, b in kept], 3)
+        excess = change([less(excess_of(a), excess_of(b)) for a, b in kept], 3)
         differ = [(a.verdict, b.verdict) for a, b in kept if a.verdict != b.verdict]
         opposite = sum(set(pair) == DECIDED for pair in differ)
         print(
             f"{name:34}{len(pairs):8}{len(pairs) - len(kept):5}{area:>14}{peak:>14}{rms:>16}{ridge:>14}{excess:>14}"
-            f"{opposite:10}{len(differ) - opposite:7}",
+            f"{opposite:10}{len(differ) - opposite:7}{invalid[name]:9}",
             flush=True,
         )
 

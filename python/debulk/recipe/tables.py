@@ -58,8 +58,8 @@ class Loads(Section):
     gravity_m_s2: float = Field(default=_PLY.gravity_m_s2, ge=0, le=100, description="acceleration of gravity")
     lumping: Literal["consistent", "paper"] = Field(
         default=_PLY.lumping,  # type: ignore[arg-type]
-        description='of what acts on areas; "consistent": by cells of the net, friction out to the edge of the ply; '
-        '"paper": the area inside the perimeter over all nodes, which depends on the spacing',
+        description='how loads are shared out to the nodes; "consistent": by the cells of the net, friction out to '
+        'the ply\'s edge; "paper": by the area inside the perimeter over all nodes, which depends on the spacing',
     )
 
 
@@ -78,8 +78,8 @@ class Segmentation(Section):
     )
     regions: bool = Field(
         default=True,
-        description="process only what stands up in a coarse pass over the scan, where that is sure to find every "
-        "pocket; false: always the whole scan",
+        description="read in full only what stands up in a coarse pass, which is fine enough to find every pocket; "
+        "false: always the whole scan",
     )
 
 
@@ -95,18 +95,20 @@ class Clean(Section):
     std_ratio: float = Field(
         default=_FRONT.outliers.std_ratio,
         ge=0,
-        description="a point goes if its mean distance to them exceeds mean + this many deviations",
+        description="a point is an outlier if its mean distance to them exceeds the mean of all by this many "
+        "deviations",
     )
     least_ratio: float = Field(
         default=2.0,
         ge=0,
         le=100,
-        description="and exceeds this many means, sparing the flanks of pockets in a clean scan; 0: plain pcdenoise",
+        description="and if it exceeds this many means, which spares the flanks of pockets in a clean scan; 0: the "
+        "paper's rule",
     )
     spike_mm: float = Field(
         default=0.5,
         ge=0,
-        description="a cell this far off the median of those two away takes that median; 0: none does",
+        description="a cell farther than this from the median of the cells two away takes that median; 0: none does",
     )
     median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
     grid_spacing_mm: float | None = Field(
@@ -122,7 +124,8 @@ class Clean(Section):
         default=0.5,
         gt=0,
         le=2,
-        description="points of a scan this far apart share no noise, else it was smoothed, and passes nothing",
+        description="points farther apart than this must not share noise: else the scan was smoothed, and passes "
+        "nothing",
     )
 
 
@@ -133,7 +136,7 @@ class Level(Section):
         default=0.1,
         gt=0,
         le=10,
-        description="farther off its thickness than this, or than 0.35 thicknesses, it lies wrong",
+        description="the ply lies wrong if it is farther off its thickness than this, or than 0.35 thicknesses",
     )
     largest_share: float = Field(
         default=0.05, ge=0, le=0.5, description="share of the ply between the pockets that may lie wrong"
@@ -145,11 +148,11 @@ class Level(Section):
         default=0.2,
         ge=0,
         le=1,
-        description="share of the outline along which the scan may show the ply's edge elsewhere; "
-        "never 20 mm away along 120 mm of it",
+        description="share of the outline along which the scan may show the ply's edge elsewhere; it may never be 20 "
+        "mm away along 120 mm",
     )
     remove_offset_mm: float = Field(
-        default=0.0, ge=0, le=10, description="a rigid offset of the scan's height up to this is taken out, and shown"
+        default=0.0, ge=0, le=10, description="a rigid offset of the scan's height up to this is removed, and reported"
     )
 
 
@@ -167,7 +170,7 @@ class Patch(Section):
         default=_FEET.smooth_mm,
         ge=0,
         le=100,
-        description="window that smooths the ply before the net, and before pockets are measured: noise is no length",
+        description="width over which the ply is smoothed before nets and measuring, so that noise is no length",
     )
 
 
@@ -178,10 +181,11 @@ class Net(Section):
         default=_NET.net.node_target,
         ge=20,  # with 16 nodes, a third of 51 pockets had more lengths than free coordinates; with 20, none had
         le=5000,
-        description="nodes a pocket; sets the spacing. More lower the RMS: part of the criterion (bench/study)",
+        description="number of nodes of a pocket's net, which sets the spacing; more lower the RMS: part of the "
+        "criterion (bench/study)",
     )
     spacing_mm: float | None = Field(
-        default=None, ge=0.1, le=1000, description="one spacing for all pockets instead; unset: none"
+        default=None, ge=0.1, le=1000, description="one spacing for all nets, in place of node_target; unset: none"
     )
     free_edge_mm: float = Field(
         default=_NET.net.free_edge_mm,
@@ -215,33 +219,38 @@ class Solve(Section):
         default=8,
         ge=1,
         le=1000,
-        description="the same at most: a pocket gets further ones, one by one, while its verdict may well turn",
+        description="most starts of a pocket: it gets further ones, one by one, while its verdict may still change",
     )
     close_ridge_mm: float = Field(
         default=0.2,
         ge=0,
-        description="it may where a start ends with a ridge or bridge nearer to the limit than this",
+        description="the verdict may still change where a start ends with a ridge or bridge nearer to the limit than "
+        "this",
     )
     close_rms_mm: float = Field(
         default=0.03,
         ge=0,
-        description="or with an RMS nearer to it; as good as 6 starts for all, in half the time (bench/study)",
+        description="the same for an RMS; with both, as good as 6 starts for all, in half the time (bench/study)",
     )
     seed: int = Field(default=_MINIMISE.seed, ge=0, lt=2**63, description="seed of the perturbations")
     tolerance: float = Field(
         default=_MINIMISE.solve.tolerance,
         gt=0,
         le=1e-3,
-        description="of the scaled first-order conditions; slower above 1e-6, pockets fail above 1e-5 (bench/study)",
+        description="largest error of the scaled first-order conditions; slower above 1e-6, pockets fail above 1e-5 "
+        "(bench/study)",
     )
     max_iterations: int = Field(
-        default=_MINIMISE.solve.max_iterations, ge=1, le=1_000_000, description="iterations after which it gives up"
+        default=_MINIMISE.solve.max_iterations,
+        ge=1,
+        le=1_000_000,
+        description="iterations after which a solve gives up",
     )
     stiffness: float = Field(
         default=_MINIMISE.solve.stiffness,
         ge=1e3,
         le=1e12,
-        description="1/compliance of the fibres, in units of the scaled problem; 1e6 to 1e10 do alike (bench/study)",
+        description="1/compliance of the fibres, in scaled units; 1e6 to 1e10 give the same results (bench/study)",
     )
 
 
@@ -258,8 +267,8 @@ class VerdictLimits(Section):
 
     criterion: Literal["excess", "paper"] = Field(
         default=_CRITERIA.criterion.name.lower(),  # type: ignore[arg-type]
-        description='of a pocket inside the ply; "excess": the ridge that its fibres\' excess makes; "paper": RMS and '
-        "ridges of the minima, which decide at the ply's edge in any case",
+        description='what decides a pocket inside the ply; "excess": the ridge that its fibres\' excess makes; '
+        '"paper": RMS and ridges of the minima, as at the ply\'s edge',
     )
     max_rms_mm: float = Field(
         default=_CRITERIA.max_rms_mm,
@@ -277,28 +286,36 @@ class VerdictLimits(Section):
         default=_CRITERIA.min_coverage, ge=0, le=1, description="least share of the ply that the scan must show"
     )
     min_pocket_coverage: float = Field(
-        default=_CRITERIA.min_pocket_coverage, ge=0, le=1, description="the same of a pocket's own area"
+        default=_CRITERIA.min_pocket_coverage,
+        ge=0,
+        le=1,
+        description="least share of a pocket's own area that the scan must show",
     )
     rms_margin_mm: float = Field(
         default=_CRITERIA.rms_margin_mm,
         ge=0,
         le=_LARGEST_MM,
-        description="an RMS nearer to its limit decides nothing: other starts move it about as much (bench/study)",
+        description="an RMS nearer to its limit than this decides nothing: other starts move it about as much "
+        "(bench/study)",
     )
     ridge_margin_mm: float = Field(
-        default=_CRITERIA.ridge_margin_mm, ge=0, le=_LARGEST_MM, description="the same of a ridge or a bridge"
+        default=_CRITERIA.ridge_margin_mm,
+        ge=0,
+        le=_LARGEST_MM,
+        description="a ridge or bridge of a minimum nearer to its limit than this decides nothing",
     )
     excess_margin_mm: float = Field(
         default=_CRITERIA.excess_margin_mm,
         ge=0,
         le=_LARGEST_MM,
-        description="the same, at least, of the ridge that the excess makes; more where noise or spacing ask for it",
+        description="a ridge by the excess nearer to its limit than this decides nothing; more where noise or spacing "
+        "ask for it",
     )
     compliance_margin_mm: float = Field(
         default=_CRITERIA.compliance_margin_mm,
         ge=0,
         le=_LARGEST_MM,
-        description="the same of any figure where fibres needed a compliance",
+        description="least margin of any figure where fibres needed a compliance",
     )
 
 
@@ -326,4 +343,4 @@ class Run(Section):
         min_length=1,
         description="folder for the solves that fail or are slow, to be done again by `debulk replay`; unset: none",
     )
-    slow_ms: float = Field(default=1000.0, gt=0, description="a pocket's solves that take longer are slow")
+    slow_ms: float = Field(default=1000.0, gt=0, description="a pocket whose solves take longer than this is slow")
