@@ -20,6 +20,8 @@ class Verdict(StrEnum):
     --------
     >>> Verdict.CEASE.value
     'cease'
+    >>> print(Verdict.CEASE)
+    CEASE
     >>> Verdict.worst([Verdict.CEASE, Verdict.CREASE, Verdict.UNDECIDED])
     <Verdict.CREASE: 'crease'>
     >>> sorted([Verdict.INVALID, Verdict.CREASE, Verdict.CEASE])
@@ -39,6 +41,14 @@ class Verdict(StrEnum):
     def severity(self) -> int:
         """0 for CEASE up to 3 for INVALID."""
         return list(Verdict).index(self)
+
+    def __str__(self) -> str:
+        """Return the name, as every page and table has it; files hold the value."""
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        """Format the name."""
+        return format(self.name, spec)
 
     # A verdict is also text, which compares alphabetically: "invalid" < "undecided" must not decide anything.
     def __lt__(self, other: object) -> bool:

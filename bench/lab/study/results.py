@@ -147,6 +147,6 @@ def _reference_line(case: Case, reference: Reference) -> dict[str, object]:
         "ridge_mm": reference.figures.ridge_height_mm,
         "ridge_low_mm": min(ridge),
         "ridge_high_mm": max(ridge),
-        "verdict": str(reference.verdict),
-        "verdict_of_all": str(reference.verdict_of_all),
+        "verdict": reference.verdict.value,
+        "verdict_of_all": reference.verdict_of_all.value,
     }

@@ -6,13 +6,16 @@ import base64
 import hashlib
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.page import net
 from debulk.page.scales import HeightScale, colours, ridge_colours
 from debulk.results.looks import VERDICT_SIGNS
 from debulk.results.number import number
 from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 _TEMPLATES = Path(__file__).with_name("templates")
 _SCRIPTS = ("turn.js", "map.js", "table.js", "state.js")
@@ -53,6 +56,7 @@ def render(template: str, **values: Any) -> str:
     environment.filters["place"] = place
     environment.filters["arrow"] = arrow
     environment.filters["together"] = together
+    environment.filters["codes"] = codes
     script = "\n".join((_TEMPLATES / name).read_text(encoding="utf-8") for name in _SCRIPTS)
     # The browser runs only the script with this hash, whatever a name in the report may try to inject.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
@@ -96,6 +100,19 @@ def arrow(angle_deg: float | None) -> str:
     ('→', '↑', '↙', '→', '')
     """
     return "" if angle_deg is None else "→↗↑↖←↙↓↘"[round(angle_deg / 45) % 8]
+
+
+def codes(text: str) -> Markup:
+    """Set what stands between backticks as code, and escape all of it.
+
+    Examples
+    --------
+    >>> str(codes("`level.tol_mm`, at most <0.35>"))
+    '<code>level.tol_mm</code>, at most &lt;0.35&gt;'
+    """
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub("`([^`]*)`", r"<code>\1</code>", str(escape(text))))
 
 
 def together(text: str) -> str:

@@ -15,6 +15,7 @@ from debulk.page.map_ridges import ridges, says
 from debulk.page.render import render
 from debulk.page.trace import headline, identity, title_block, trace_lists
 from debulk.results.advice import advice, deciding, hole_line, level_line
+from debulk.results.check_texts import text_of
 from debulk.results.deciding import worst_first
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import half_seen_line
@@ -65,6 +66,8 @@ def page(report: ReportData) -> str:
         counts=[(v, n) for v in Verdict if (n := sum(p.verdict is v for p in report.pockets))],
         map=report_map(report),
         advice=advice(report),
+        cause=next((one for one in report.findings if one.at_best is report.verdict), None),
+        checks=[(name, text_of(name)) for name in dict.fromkeys(one.check for one in report.findings)],
         deciding=deciding(report),
         level_line=level_line(report.level) if report.level else "",
         half_seen_line=half_seen_line,

@@ -42,6 +42,8 @@ class Deed(NamedTuple):
         Directions in which the ply is to be moved out over an edge, 0 to 360 degrees from the mold's +x.
     pocket, verdict
         Number and verdict of the pocket; None if it is not about one.
+    check
+        Name of the check whose finding asks for it; empty if none does.
     """
 
     do: str
@@ -51,6 +53,7 @@ class Deed(NamedTuple):
     ways_deg: tuple[float, ...] = ()
     pocket: int | None = None
     verdict: Verdict | None = None
+    check: str = ""
 
     def __str__(self) -> str:
         place = "" if self.place_mm is None else f" at ({self.place_mm[0]:.0f}, {self.place_mm[1]:.0f}) mm"
@@ -96,7 +99,7 @@ _ASKED = {Verdict.CREASE: "smooth the ply", Verdict.UNDECIDED: "smooth the ply, 
 
 def _of_finding(finding: Finding) -> Deed:
     what = finding.check.replace("_", " ")
-    return Deed(finding.asks, what, finding.place_mm, verdict=finding.at_best)
+    return Deed(finding.asks, what, finding.place_mm, verdict=finding.at_best, check=finding.check)
 
 
 def _of_pocket(pocket: PocketReport, moves: tuple[Move, ...], report: ReportData) -> Deed:

@@ -174,7 +174,7 @@ CHECK_TEXTS = (
         "the verdict of every pocket, and of every bump that was judged as one",
         "`verdict.max_ridge_mm` and the margins; `verdict.min_pocket_coverage`",
         "smooth the ply along the fibres that are too long, towards the nearest edge, and scan again; "
-        "if the pocket is UNDECIDED, look its reason up",
+        "if it is UNDECIDED, the page undecided.html of the documentation explains its reason",
         (INVALID, CREASE, UNDECIDED, CEASE),
     ),
     CheckText(

@@ -57,9 +57,7 @@ def deciding_ridge(pocket: PocketReport) -> DecidingRidge | None:
 
 
 def _cases(pocket: PocketReport) -> Iterator[DecidingRidge]:
-    own = _own(pocket)
-    if own is not None:
-        yield own
+    yield from _own(pocket)
     if pocket.half_seen is not None:
         for way in pocket.half_seen.ways:
             if way.ridge_range_mm is not None:
@@ -71,18 +69,21 @@ def _cases(pocket: PocketReport) -> Iterator[DecidingRidge]:
                 yield DecidingRidge(end.ridge_range_mm[1], end.ridge_range_mm, by)
 
 
-def _own(pocket: PocketReport) -> DecidingRidge | None:
-    """Return the ridge of the criterion that decided, or of the one that is known; None if neither is known.
+def _own(pocket: PocketReport) -> Iterator[DecidingRidge]:
+    """Yield the ridge of the criterion that decided; where none did, those by the excess length and by the net."""
+    net_mm, known = pocket.ridge_height_mm, pocket.excess
+    if known is not None and (pocket.decided_by != "paper" or net_mm is None):
+        yield _or_bridge(pocket, known.height_mm, known.range_mm, "excess length")
+    if net_mm is not None and (pocket.decided_by != "excess" or known is None):
+        yield _or_bridge(pocket, net_mm, pocket.ridge_range_mm or (net_mm, net_mm), "net")
 
-    If the bridge of the net is higher than that ridge can be, it is returned instead. Its range then reaches from the
-    lowest height by the sections of its fibres, if they were made, to the higher of both heights.
+
+def _or_bridge(pocket: PocketReport, height: float, span: tuple[float, float], by: str) -> DecidingRidge:
+    """Return a ridge, or the bridge of the net if that is higher than the ridge can be.
+
+    The range of a bridge reaches from the lowest height by the sections of its fibres, if they were made, to the higher
+    of both heights.
     """
-    height, span, by = pocket.ridge_height_mm, pocket.ridge_range_mm, "net"
-    if pocket.excess is not None and (pocket.decided_by == "excess" or height is None):
-        height, span, by = pocket.excess.height_mm, pocket.excess.range_mm, "excess length"
-    if height is None:
-        return None
-    span = span or (height, height)
     if (bridge_mm := pocket.bridge_height_mm or 0.0) > span[1]:
         section, by = pocket.bridge_section, "bridge of the net"
         height, low_mm = (bridge_mm, bridge_mm) if section is None else (section.height_mm, section.range_mm[0])

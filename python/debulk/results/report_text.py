@@ -104,6 +104,7 @@ def summary(report: ReportData, width: int | None = None) -> str:
     """Return what fits on a screen: the verdict, what to do, and the places at which to do it, the worst first."""
     deeds = advice(report)
     placed = [deed for deed in deeds if deed.pocket is not None]
+    first = deeds.index(placed[0]) if placed else len(deeds)
     rows = [("#", "verdict", "ridge mm", "x mm", "y mm", "do")]
     for deed in placed:
         x, y = deed.place_mm or (None, None)
@@ -118,8 +119,9 @@ def summary(report: ReportData, width: int | None = None) -> str:
     return "\n".join(
         [
             headline(report, width),
-            *(fold(f"do: {deed}", width) for deed in deeds if deed.pocket is None),
+            *(fold(f"do: {deed}", width) for deed in deeds[:first]),
             *(columns(rows, {1, 5}, width, 5) if placed else []),
+            *(fold(f"do: {deed}", width) for deed in deeds[first + len(placed) :]),
             *(fold(f"warning: {warning}", width) for warning in report.warnings),
             *([f"{', '.join(more)}: --details"] if more else []),
         ]

@@ -198,7 +198,7 @@ def test_the_report_shows_the_hole_and_both_ridges_and_refuses_a_better_verdict(
     for hole in tree["unseen"]:
         hole["at_best"] = None
     path.write_text(json.dumps(tree))
-    with pytest.raises(InputError, match=r"pockets\[0\].verdict: cease does not fit.*borders on a hole"):
+    with pytest.raises(InputError, match=r"pockets\[0\].verdict: CEASE does not fit.*borders on a hole"):
         debulk.Report.load(path)
 
 

@@ -107,7 +107,7 @@ def test_an_edited_report_does_not_pass(slipping_or_not, tmp_path):
     )  # fmt: skip
     report = Report(verdict=Verdict.CEASE, reason="", pockets=(passed,), coverage=1.0)
     report.save(tmp_path / "edited.json")
-    with pytest.raises(_core.InputError, match=r"pockets\[0\].verdict: cease does not fit: it lies at the ply's edge"):
+    with pytest.raises(_core.InputError, match=r"pockets\[0\].verdict: CEASE does not fit: it lies at the ply's edge"):
         Report.load(tmp_path / "edited.json")
 
 
@@ -119,7 +119,7 @@ def test_a_report_that_ceases_at_the_edge_needs_the_other_end(slipping_or_not, t
         report = Report(verdict=one.verdict, reason="", pockets=pockets, coverage=1.0, findings=findings)
         report.save(tmp_path / f"{both is None}.json")
     assert Report.load(tmp_path / "False.json").passed
-    with pytest.raises(_core.InputError, match=r"pockets\[0\].verdict: cease does not fit: .* its rim held is missing"):
+    with pytest.raises(_core.InputError, match=r"pockets\[0\].verdict: CEASE does not fit: .* its rim held is missing"):
         Report.load(tmp_path / "True.json")
 
 

@@ -77,6 +77,17 @@ def test_an_undecided_pocket_shows_the_worst_case_and_not_the_harmless_one(doubt
     assert [p.id for p in worst_first(doubtful.pockets)] == [2, 1]
 
 
+def test_where_nothing_decided_the_higher_of_excess_and_net_counts(report):
+    """As for a pocket that shares a fibre with another one: its own net is flat, and its excess is what is feared."""
+    shared = dataclasses.replace(
+        report.pockets[2], excess=EXCESS, decided_by="", ridge_height_mm=0.0, ridge_range_mm=(0.0, 0.0),
+        bridge_height_mm=None, half_seen=None, edge_friction=None,
+    )  # fmt: skip
+    assert shared.deciding_ridge == (EXCESS.height_mm, EXCESS.range_mm, "excess length")
+    high = dataclasses.replace(shared, ridge_height_mm=3.0, ridge_range_mm=(2.0, 4.0))
+    assert high.deciding_ridge == (3.0, (2.0, 4.0), "net")
+
+
 def test_without_another_case_it_is_that_of_the_criterion_that_decides(report):
     one = dataclasses.replace(report.pockets[0], excess=EXCESS, decided_by="excess")
     assert one.deciding_ridge == (0.31, (0.28, 0.35), "excess length")

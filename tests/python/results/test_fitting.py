@@ -79,9 +79,9 @@ def without_the_creasing(tree):
 @pytest.mark.parametrize(
     ("edit", "part"),
     [
-        (lambda t: t.update(verdict="cease"), "verdict: cease does not fit pocket"),
-        (lambda t: t.update(verdict="undecided"), "verdict: undecided does not fit pocket"),
-        (all_cease, "verdict: cease does not fit its figures: ridge"),
+        (lambda t: t.update(verdict="cease"), "verdict: CEASE does not fit pocket"),
+        (lambda t: t.update(verdict="undecided"), "verdict: UNDECIDED does not fit pocket"),
+        (all_cease, "verdict: CEASE does not fit its figures: ridge"),
         (without_the_creasing, "pockets: expected all from 1 to"),
     ],
 )
@@ -95,7 +95,7 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
 @pytest.mark.parametrize(
     ("edit", "part"),
     [
-        (lambda t: t.update(coverage=0.97), "verdict: cease does not fit coverage, which is 0.97, at least 0.98"),
+        (lambda t: t.update(coverage=0.97), "verdict: CEASE does not fit coverage, which is 0.97, at least 0.98"),
         (lambda t: t.update(coverage=None), "does not fit coverage, which is unknown"),
         (lambda t: t.update(coverage="NaN"), "does not fit coverage, which is nan"),
         (lambda t: t["recipe"].pop("verdict"), "does not fit its figures"),
@@ -108,11 +108,11 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
         (lambda t: t["recipe"]["material"].update(bulk_factor="Infinity"), "recipe: material.bulk_factor: expected a"),
         (lambda t: t["recipe"]["verdict"].update(excess_margin_mm=10**400), "recipe: verdict.excess_margin_mm: "),
         (lambda t: (t["recipe"].pop("level"), t["level"].update(laid_mm=0.7)), "does not fit the level: the ply"),
-        (lambda t: t["pockets"][2]["solve"].update(certified=False), "pockets[2].verdict: cease does not fit"),
-        (lambda t: t["pockets"][2].update(solve=None), "pockets[2].verdict: cease does not fit"),
-        (lambda t: t["pockets"][2].update(rms_mm=None, rms_range_mm=None), "pockets[2].verdict: cease does not fit"),
-        (lambda t: t["pockets"][2].update(rms_range_mm=[0.2, 5.1]), "pockets[2].verdict: cease does not fit"),
-        (lambda t: t["pockets"][2].update(bridge_height_mm=9.1), "pockets[2].verdict: cease does not fit"),
+        (lambda t: t["pockets"][2]["solve"].update(certified=False), "pockets[2].verdict: CEASE does not fit"),
+        (lambda t: t["pockets"][2].update(solve=None), "pockets[2].verdict: CEASE does not fit"),
+        (lambda t: t["pockets"][2].update(rms_mm=None, rms_range_mm=None), "pockets[2].verdict: CEASE does not fit"),
+        (lambda t: t["pockets"][2].update(rms_range_mm=[0.2, 5.1]), "pockets[2].verdict: CEASE does not fit"),
+        (lambda t: t["pockets"][2].update(bridge_height_mm=9.1), "pockets[2].verdict: CEASE does not fit"),
         (
             lambda t: t["pockets"][2].update(bridge_section=SECTION),
             "its net bridges, 0.90 to 1.40 mm by the sections",
@@ -121,16 +121,16 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
             lambda t: t["pockets"][2].update(bridge_section=SECTION | {"range_mm": [1.4, 0.9]}),
             "pockets[2].bridge_section: expected 0 <= range_mm[0] <= height_mm <= range_mm[1], got 1.4, 1.2 and 0.9",
         ),
-        (lambda t: t["pockets"][2].update(measured_share=0.5), "pockets[2].verdict: cease does not fit"),
+        (lambda t: t["pockets"][2].update(measured_share=0.5), "pockets[2].verdict: CEASE does not fit"),
         (lambda t: t["pockets"][2].update(measured_share=7), "pockets[2].coverage: expected a share from 0 to 1"),
-        (lambda t: t["pockets"][2].update(verdict="crease"), "verdict: cease does not fit pocket 3, crease"),
-        (lambda t: t.update(wrinkles=[WRINKLE]), "verdict: cease does not fit the wrinkle of 200 mm from (0, 0)"),
+        (lambda t: t["pockets"][2].update(verdict="crease"), "verdict: CEASE does not fit pocket 3, CREASE"),
+        (lambda t: t.update(wrinkles=[WRINKLE]), "verdict: CEASE does not fit the wrinkle of 200 mm from (0, 0)"),
         (
             lambda t: t.update(unseen=[HOLE]),
-            "verdict: cease does not fit a hole in the scan of 3 cm² at (5, 5) mm, invalid",
+            "verdict: CEASE does not fit a hole in the scan of 3 cm² at (5, 5) mm, INVALID",
         ),
-        (lambda t: t["level"].update(laid_mm=0.7), "verdict: cease does not fit the level: the ply between"),
-        (lambda t: t["level"].update(high_share=0.2), "verdict: cease does not fit the level: the ply between"),
+        (lambda t: t["level"].update(laid_mm=0.7), "verdict: CEASE does not fit the level: the ply between"),
+        (lambda t: t["level"].update(high_share=0.2), "verdict: CEASE does not fit the level: the ply between"),
     ],
 )
 def test_a_good_layup_needs_its_evidence(ceases, tmp_path, edit, part):
@@ -150,5 +150,5 @@ def test_a_good_layup_needs_its_evidence(ceases, tmp_path, edit, part):
 )
 def test_so_does_one_by_the_excess_length(ceases_by_excess, tmp_path, edit):
     number = next(p["id"] for p in ceases_by_excess["pockets"] if p["decided_by"] == "excess")
-    with pytest.raises(InputError, match=rf"pockets\[{number - 1}\].verdict: cease does not fit its figures"):
+    with pytest.raises(InputError, match=rf"pockets\[{number - 1}\].verdict: CEASE does not fit its figures"):
         load(edited(ceases_by_excess, lambda t: edit(t["pockets"][number - 1])), tmp_path)
