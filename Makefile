@@ -127,9 +127,16 @@ pictures: $(stamps)/package $(stamps)/bench ## Make the pictures of the README a
 wheel: $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
 	cmake/make_wheel.sh $(python) dist
 
+# Those of the Pythons that debulk supports which this machine has; each needs its headers.
+PYTHONS ?= $(shell for p in python3.11 python3.12 python3.13; do $$p -c 1 2> /dev/null && command -v $$p; done)
+
+.PHONY: wheelhouse
+wheelhouse: $(stamps)/system ## Make all that a cell without a network needs, for each of PYTHONS, in dist/wheelhouse
+	cmake/make_wheelhouse.sh dist/wheelhouse build/wheelhouse $(PYTHONS)
+
 .PHONY: trywheel
-trywheel: wheel ## Try that wheel in a clean Debian 12 that holds only Python (as root)
-	cmake/test_wheel.sh $(python) dist/*.whl build/clean_root
+trywheel: wheelhouse ## Try these wheels in a clean Debian 12 without a network (as root)
+	for p in $(PYTHONS); do cmake/test_wheel.sh dist/wheelhouse build/clean_root bookworm $$p; done
 
 .PHONY: study
 study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run time; tables and pictures in bench/study
@@ -202,7 +209,7 @@ clean: ## Remove what was built (.venv and the installed packages stay)
 	rm -rf build dist out
 
 $(stamps)/system: cmake/install_dependencies.sh
-	@echo 'debulk: the log of what follows is $(log)'
+	@echo 'debulk: the first set-up takes 5 to 8 minutes on two cores; the log of what follows is $(log)'
 	@cmake/install_dependencies.sh .deps $(log)
 	@mkdir -p $(@D) && touch $@
 

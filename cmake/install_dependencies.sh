@@ -59,6 +59,13 @@ if [ ${#missing[@]} -gt 0 ]; then
     # sudo may have to ask for a password: before its output goes into the log.
     [ ${#as_root[@]} -eq 0 ] || "${as_root[@]}" true
     quietly "${as_root[@]}" apt-get update -q
+    for package in "${missing[@]}"; do
+        apt-cache show "$package" >/dev/null 2>&1 || {
+            say "this system has no package $package: debulk is built on Debian 12, whose PCL is 1.13. Its wheels run on" >&2
+            say "newer systems, too: make wheelhouse on a Debian 12 (docs/integration.md)." >&2
+            exit 1
+        }
+    done
     # "Need to get 118 MB of archives." is what decides how long it takes.
     need=$(LC_ALL=C apt-get install --assume-no --no-install-recommends "${missing[@]}" 2>&1 |
         sed -n 's/^Need to get \(.*\) of archives.*/\1/p' || true)

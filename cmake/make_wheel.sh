@@ -3,7 +3,8 @@
 #
 #   cmake/make_wheel.sh PYTHON FOLDER [BUILD_DIR]
 #
-# PYTHON has the packages of the extra "wheel" and of the build. The wheel is left in FOLDER, alone.
+# PYTHON has the packages of the extra "wheel" and of the build. The wheel is left in FOLDER, in place of an earlier one
+# for the same Python. Where ccache is installed, the sources that do not depend on Python compile once for all of them.
 set -euo pipefail
 
 python=${1:?usage: make_wheel.sh PYTHON FOLDER [BUILD_DIR]}
@@ -14,6 +15,9 @@ most_bytes=$((20 * 1000 * 1000))
 say() { printf 'debulk: %s\n' "$*"; }
 die() { say "$*" >&2; exit 1; }
 
+if command -v ccache >/dev/null; then
+    export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
+fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
@@ -47,11 +51,13 @@ sboms=$(echo "$opened"/*.dist-info)/sboms
 mkdir -p "$sboms"
 PYTHONPATH=$opened "$python" -B -m debulk.bill >"$sboms/debulk.cdx.json"
 
-rm -rf "$folder"
+"$python" -m wheel pack --dest-dir "$work" "$opened" >/dev/null
+wheel=$(echo "$work"/*.whl)
+tag=$(cut -d- -f3 <<<"$(basename "$wheel")")
 mkdir -p "$folder"
-"$python" -m wheel pack --dest-dir "$folder" "$opened" >/dev/null
-
-wheel=$(echo "$folder"/*.whl)
+rm -f "$folder"/debulk-*-"$tag"-*.whl
+mv "$wheel" "$folder/"
+wheel=$folder/$(basename "$wheel")
 bytes=$(stat -c %s "$wheel")
 [[ $wheel == *manylinux_2_*_x86_64.whl ]] || die "$wheel: expected a manylinux tag"
 [ "$bytes" -lt $most_bytes ] || die "$wheel: $bytes bytes, expected fewer than $most_bytes"

@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
-# Tries the wheel where nothing else is: a Debian 12 root file system, made by debootstrap, that holds only Python.
+# Tries a wheelhouse where nothing else is and no network reaches: in a Debian root file system, made by debootstrap,
+# that holds only Python.
 #
-#   cmake/test_wheel.sh PYTHON WHEEL ROOT
+#   cmake/test_wheel.sh WHEELHOUSE ROOT [SUITE [PYTHON]]
 #
-# ROOT is made if it is not there (two minutes) and kept for the next time. PYTHON downloads what the wheel requires,
-# for the clean Python has no network. Needs root, for chroot.
+# ROOT is made if it is not there (two minutes) and kept for the next time; SUITE is its Debian, bookworm (12) or trixie
+# (13). Its own python3 is used, or a PYTHON of this machine, whose prefix is mounted there. Needs root, for chroot.
 set -euo pipefail
 
-python=${1:?usage: test_wheel.sh PYTHON WHEEL ROOT}
-wheel=${2:?usage: test_wheel.sh PYTHON WHEEL ROOT}
-root=${3:?usage: test_wheel.sh PYTHON WHEEL ROOT}
+wheelhouse=${1:?usage: test_wheel.sh WHEELHOUSE ROOT [SUITE [PYTHON]]}
+root=${2:?usage: test_wheel.sh WHEELHOUSE ROOT [SUITE [PYTHON]]}
+suite=${3:-bookworm}
+python=${4:-/usr/bin/python3}
 most_import_s=0.3
 
 say() { printf 'debulk: %s\n' "$*"; }
@@ -22,36 +24,46 @@ if [ ! -e "$root/made" ]; then
     # The mirror that this machine uses.
     mirror=$(cat /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null |
         sed -nE 's/^URIs: *([^ ]*).*/\1/p; s/^deb +(\[[^]]*\] +)?([^ ]+).*/\2/p' | grep -m1 '/debian/\?$') || mirror=
-    say "making a clean Debian 12 in $root"
+    say "making a clean Debian, $suite, in $root"
     rm -rf "$root"
     mkdir -p "$root"
-    debootstrap --variant=minbase --include=python3,python3-venv bookworm "$root" ${mirror:+"$mirror"} >"$root.log" 2>&1 ||
+    debootstrap --variant=minbase --include=python3,python3-venv "$suite" "$root" ${mirror:+"$mirror"} >"$root.log" 2>&1 ||
         { tail -20 "$root.log" >&2; die "debootstrap failed"; }
     touch "$root/made"
 fi
 
-rm -rf "$root/venv" "$root/wheels" "$root/tmp/try"
-mkdir -p "$root/wheels" "$root/tmp/try"
-cp "$wheel" "$root/wheels/"
-"$python" -m pip download --quiet --disable-pip-version-check --only-binary :all: --dest "$root/wheels" "$wheel"
+# Debian's own Python, or one of this machine: its prefix is then mounted in the root, as nothing else is.
+prefix=$("$python" -c 'import sys; print(sys.base_prefix)')
+if [ "$prefix" = /usr ]; then
+    prefix=
+else
+    python=$("$python" -c 'import os, sys; print(os.path.realpath(sys.executable))')
+    mkdir -p "$root$prefix"
+fi
+in_root() {
+    prefix=$prefix root=$root wheelhouse=$wheelhouse unshare --mount --net sh -euc '
+        mount --bind -o ro "$wheelhouse" "$root/wheels"
+        [ -z "$prefix" ] || mount --bind -o ro "$prefix" "$root$prefix"
+        exec chroot "$root" /usr/bin/env -i PATH=/venv/bin:/usr/bin:/bin LC_ALL=C.UTF-8 HOME=/tmp/try "$@"' in_root "$@"
+}
 
-in_root() { chroot "$root" /usr/bin/env -i PATH=/venv/bin:/usr/bin:/bin LC_ALL=C.UTF-8 HOME=/tmp/try "$@"; }
+rm -rf "$root/venv" "$root/tmp/try"
+mkdir -p "$root/tmp/try" "$root/wheels"
+in_root "$python" -m venv /venv
+in_root pip install --quiet --disable-pip-version-check --no-index --find-links /wheels debulk
 
-in_root python3 -m venv /venv
-in_root pip install --quiet --no-index --find-links /wheels debulk
-
-say "import, from the wheel's own libraries, in less than $most_import_s s"
+say "$(in_root python --version) in a clean $suite: import, from the wheel's own libraries, in less than $most_import_s s"
 in_root python - "$most_import_s" <<'PY'
 import sys
 import time
 
 import numpy  # not counted
 
-began = time.perf_counter()
+began = time.process_time()
 import debulk
 
-seconds = time.perf_counter() - began
-assert seconds < float(sys.argv[1]), f"import debulk took {seconds:.3f} s"
+seconds = time.process_time() - began
+assert seconds < float(sys.argv[1]), f"import debulk took {seconds:.3f} s of a core"
 # pydantic, OpenCV and the command line are for those who use them.
 assert not {"pydantic", "cv2", "typer", "jinja2"} & set(sys.modules), "import debulk imports too much"
 print(f"debulk {debulk.__version__} in {1e3 * seconds:.0f} ms")
@@ -80,9 +92,9 @@ import debulk
 layup = debulk.scenes.layup(seed=1, pixels=(640, 480))
 inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
 comparison = inspector.compare(inspector.inspect(layup.scan), layup.debulked().scan)
-assert len(comparison.pockets) == 14
+assert comparison.pockets and not comparison.wrong, comparison
 names = {str(file).rpartition("/licenses/")[2] for file in importlib.metadata.files("debulk") if "/licenses/" in str(file)}
 assert {"LICENSE", "third_party_notes.md"} <= names, names
 assert sum(name.startswith("bundled/") for name in names) > 5, names
 PY
-say "the wheel works in a clean Debian 12"
+say "the wheel works"

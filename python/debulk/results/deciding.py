@@ -70,10 +70,11 @@ def _cases(pocket: PocketReport) -> Iterator[DecidingRidge]:
 
 
 def _own(pocket: PocketReport) -> Iterator[DecidingRidge]:
-    """Yield the ridge of the criterion that decided; where none did, those by the excess length and by the net."""
+    """Yield the ridge of the criterion that decided; where none did, that of the net and the most of the excess."""
     net_mm, known = pocket.ridge_height_mm, pocket.excess
     if known is not None and (pocket.decided_by != "paper" or net_mm is None):
-        yield _or_bridge(pocket, known.height_mm, known.range_mm, "excess length")
+        height = known.height_mm if pocket.decided_by else known.range_mm[1]
+        yield _or_bridge(pocket, height, known.range_mm, "excess length")
     if net_mm is not None and (pocket.decided_by != "excess" or known is None):
         yield _or_bridge(pocket, net_mm, pocket.ridge_range_mm or (net_mm, net_mm), "net")
 

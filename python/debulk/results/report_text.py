@@ -111,7 +111,7 @@ def summary(report: ReportData, width: int | None = None) -> str:
         pocket = report.pocket(deed.pocket or 0)
         ridge = pocket.deciding_ridge
         told = f"{deed.do}: {deed.amount}" if deed.amount else deed.do
-        height = number(ridge.most_mm if ridge else None, 2)
+        height = number(ridge.height_mm if ridge else None, 2)
         rows.append((str(pocket.id), pocket.verdict.name, height, number(x, 0), number(y, 0), told))
     ceasing = sum(p.verdict is Verdict.CEASE for p in report.pockets)
     more = [f"{ceasing} pocket{'s' * (ceasing > 1)} CEASE"] if ceasing and report.verdict is not Verdict.CEASE else []

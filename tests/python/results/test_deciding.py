@@ -83,7 +83,7 @@ def test_where_nothing_decided_the_higher_of_excess_and_net_counts(report):
         report.pockets[2], excess=EXCESS, decided_by="", ridge_height_mm=0.0, ridge_range_mm=(0.0, 0.0),
         bridge_height_mm=None, half_seen=None, edge_friction=None,
     )  # fmt: skip
-    assert shared.deciding_ridge == (EXCESS.height_mm, EXCESS.range_mm, "excess length")
+    assert shared.deciding_ridge == (EXCESS.range_mm[1], EXCESS.range_mm, "excess length")
     high = dataclasses.replace(shared, ridge_height_mm=3.0, ridge_range_mm=(2.0, 4.0))
     assert high.deciding_ridge == (3.0, (2.0, 4.0), "net")
 
