@@ -83,14 +83,17 @@ def _draw(pocket: PocketReport, ax: Axes, limit_mm: float | None) -> Annotation 
 
 def _part(names: Sequence[Annotation], ax: Axes) -> None:
     """Move each label to the side of its place where it covers the labels before it least."""
-    ax.figure.canvas.figure.draw_without_rendering()  # only then are the sizes of the texts known
+    for text in names:
+        text.set_in_layout(False)
+    for _ in range(3):  # only then are the sizes of the texts known, and the layout changes no more
+        ax.figure.canvas.figure.draw_without_rendering()
     inside = ax.get_window_extent()
     taken: list[Bbox] = []
     for text in names:
         boxes = []
         for x, y in _SIDES:
             text.set_position((x, y))
-            box = text.get_window_extent()
+            box = text.get_window_extent().padded(2)
             covered = sum(_shared(box, other) for other in taken)
             out = box.width * box.height - _shared(box, inside)
             boxes.append((covered + out, (x, y), box))
@@ -105,7 +108,10 @@ def _shared(a: Bbox, b: Bbox) -> float:
     return float(max(0.0, width) * max(0.0, height))
 
 
-_SIDES = ((0, 3), (0, 14), (34, 3), (-34, 3), (34, -12), (-34, -12), (0, -24), (40, 16), (-40, 16))  # points
+_SIDES = (
+    (0, 3), (0, 14), (34, 3), (-34, 3), (34, -12), (-34, -12), (0, -24), (40, 16), (-40, 16), (0, 25), (58, 3), (-58, 3),
+    (50, -24), (-50, -24),
+)  # fmt: skip  # points
 
 
 def _closed(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -112,6 +112,7 @@ def test_no_label_of_a_plot_covers_another(report):
     ]
     ax = dataclasses.replace(report, pockets=tuple(cluster)).plot()
     try:
+        ax.figure.draw_without_rendering()  # as saving does: the layout may not bring them together
         boxes = [text.get_window_extent() for text in ax.texts]
         shared = [
             max(0, min(a.x1, b.x1) - max(a.x0, b.x0)) * max(0, min(a.y1, b.y1) - max(a.y0, b.y0))
