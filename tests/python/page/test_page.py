@@ -21,6 +21,8 @@ from debulk.page.report import _drawings, page
 from debulk.page.scales import colours, ridge_colours
 from debulk.report import Report
 from debulk.results.bridge_section import BridgeSection
+from debulk.results.check_texts import CHECK_TEXTS
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, UnseenHole
 from debulk.verdict import Verdict
 from html_reader import read
@@ -344,3 +346,20 @@ def test_a_bridge_above_the_ridge_is_what_the_table_shows(report):
     ridge = weighed.deciding_ridge
     assert ridge == (8.0, (7.5, 9.0), "bridge of the net") and ridge.spread == "(7.50 to 9.00)"
     assert ridge.margin_mm(0.6) == pytest.approx(-8.4)
+
+
+@pytest.mark.parametrize("verdict", [Verdict.INVALID, Verdict.UNDECIDED])
+def test_a_page_explains_every_check_that_found_something_and_links_to_it(verdict):
+    """Banner, checklist and table lead to what the check looks at, its limit, and what to do; nothing leads outside."""
+    names = [*(text.name for text in CHECK_TEXTS), "of a later version"]
+    found = tuple(Finding(name, verdict, f"found by {name}") for name in names)
+    shown = read(page(Report(verdict=verdict, reason="found by chain", pockets=(), findings=found)))
+    text = " ".join(" ".join(shown.text).split()).replace(" .", ".")
+    for check in CHECK_TEXTS:
+        for said in (check.title, check.sees, check.limit, check.remedy):
+            assert " ".join(said.replace("`", " ").split()).replace(" ,", ",") in text.replace(" ,", ",")
+    assert "This version of debulk has no check of that name." in text
+    ids = {a["id"] for _, a in shown.elements if "id" in a}
+    links = [a["href"] for _, a in shown.elements if a.get("href", "").startswith("#check-")]
+    assert links[0] == "#check-chain" and {f"#check-{name}" for name in names} == set(links)
+    assert {link[1:] for link in links} <= ids
