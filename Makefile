@@ -132,7 +132,7 @@ PYTHONS ?= $(shell for p in python3.11 python3.12 python3.13; do $$p -c 1 2> /de
 
 .PHONY: wheelhouse
 wheelhouse: $(stamps)/system ## Make all that a cell without a network needs, for each of PYTHONS, in dist/wheelhouse
-	cmake/make_wheelhouse.sh dist/wheelhouse build/wheelhouse $(PYTHONS)
+	cmake/make_wheelhouse.sh dist/wheelhouse build $(PYTHONS)
 
 .PHONY: trywheel
 trywheel: wheelhouse ## Try these wheels in a clean Debian 12 without a network (as root)
