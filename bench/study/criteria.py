@@ -1,6 +1,6 @@
 """Verdicts and costs of each criterion: python bench/study/criteria.py [--layups 110 119]. Writes criteria.txt.
 
-Every virtual layup is inspected by the excess, by the excess without the solves that it does not need, and by the
+Every virtual layup is inspected by the excess, by the excess with the solves that it does not need, too, and by the
 paper's criterion, with loads of the net's own areas and with the paper's loads. CPU time is that of all threads of the
 process, for the whole cycle.
 """
@@ -17,7 +17,7 @@ from debulk import Inspector, Recipe, Verdict, scenes
 
 RULES = {
     "excess": Recipe(),
-    "excess, solve.when needed": Recipe(solve={"when": "needed"}),
+    "excess, all nets": Recipe(solve={"when": "always"}),
     "paper": Recipe(verdict={"criterion": "paper"}),
     "paper, with its lumping": Recipe(verdict={"criterion": "paper"}, loads={"lumping": "paper"}),
 }
@@ -32,7 +32,7 @@ def table(first: int, last: int) -> str:
         for rule, recipe in RULES.items():
             inspector = Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
             began = time.process_time()
-            report = inspector.inspect(layup.scan)
+            report = inspector.inspect(layup.scan).as_decided()
             cpu_s[rule] += time.process_time() - began
             for p in report.pockets:
                 counts[rule][p.excess is None, p.verdict] += 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -45,10 +45,15 @@ class Report(ReportData):
     def settle(self) -> Report:
         """Return the report with the nets and minima that its verdict did not need.
 
-        With ``solve.when = "needed"`` an inspection lays no net on a pocket that the excess of its fibres decides, and
-        computes no minimum of it. They are made here, and are those of ``solve.when = "always"`` to the last bit, as
-        are reasons and `left_out`. Pages and plots do it by themselves. Until then the report holds the heights round
-        its pockets, tens of MB at 20 million points; copies of it, from a file or by pickle, cannot be settled.
+        With ``solve.when = "needed"``, the default, an inspection lays no net on a pocket that the excess of its fibres
+        decides, and computes no minimum of it. They are made here, once, and are those of ``solve.when = "always"`` to
+        the last bit, as are reasons and `left_out`. Whatever shows or saves a report does so by itself, and reading
+        one such field of a pocket makes that pocket's. If the net disagrees with a verdict, the worse of the two holds
+        here, and a finding ``audit`` says so.
+
+        It takes its own time: the inspection's deadline does not count. Until then the report holds the heights round
+        its pockets, tens of MB at 20 million points; :meth:`as_decided` lets go of them. Copies by pickle, and reports
+        in a history to which an inspection added them, hold what decided, and cannot be settled.
 
         Returns
         -------
@@ -60,17 +65,20 @@ class Report(ReportData):
         --------
         >>> import debulk
         >>> layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
-        >>> recipe = debulk.Recipe(solve={"when": "needed"})
         >>> pose = layup.mold_from_scanner
-        >>> report = debulk.inspect(layup.scan, layup.reference, recipe, layup.ply_outline, mold_from_scanner=pose)
-        >>> [any(p.net is None for p in one.pockets) for one in (report, report.settle())]
-        [True, False]
+        >>> report = debulk.inspect(layup.scan, layup.reference, None, layup.ply_outline, mold_from_scanner=pose)
+        >>> [any(p.net is None for p in one.pockets) for one in (report.as_decided(), report, report.settle())]
+        [True, False, False]
         """
         if self.later is None:
             return self
         full = self.later()
         names = ("verdict", "reason", "findings", "pockets", "left_out", "unseen")
         return dataclasses.replace(self, **{name: getattr(full, name) for name in names})
+
+    def as_decided(self) -> Report:
+        """Return the report as its verdict was reached: nets and minima that were not needed are None, and stay so."""
+        return dataclasses.replace(self, pockets=tuple(pocket.as_decided() for pocket in self.pockets))
 
     def settled_by(self, later: Callable[[], Report] | None) -> Report:
         """Have `settle` take what is missing from the report that this function makes; returns this report."""
@@ -120,7 +128,11 @@ class Report(ReportData):
 
     def table(self) -> str:
         """Return the verdict and a line for each pocket as plain text."""
-        return report_text.table(self)
+        return report_text.table(self.settle())
+
+    def to_dict(self) -> Mapping[str, Any]:
+        """Return the report, settled, as JSON types, as :meth:`save` writes it."""
+        return codec.encode(self.settle(), FORMAT)
 
     def __str__(self) -> str:
         return self.table()
@@ -131,7 +143,7 @@ class Report(ReportData):
     def _repr_html_(self) -> str:
         from debulk.results.notebook import report_html
 
-        return report_html(self)
+        return report_html(self.settle())
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the pockets as a pandas table; needs the extra "pandas".
@@ -149,7 +161,7 @@ class Report(ReportData):
         """
         from debulk.results.frame import to_dataframe
 
-        return to_dataframe(self)
+        return to_dataframe(self.settle())
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the height map with the pockets over it; needs the extra "plot" (Matplotlib).
@@ -184,7 +196,8 @@ class Report(ReportData):
         ----------
         path
             Name of the file, which ends in .json (everything; :meth:`load` reads it back to the last bit), .csv (a line
-            for each pocket) or .html (one self-contained page, for which it is settled, see :meth:`settle`).
+            for each pocket) or .html (one self-contained page). The report is settled for it, see :meth:`settle`;
+            ``report.as_decided().save(...)`` writes only what the verdict needed.
 
         Raises
         ------
@@ -197,7 +210,7 @@ class Report(ReportData):
 
             return page(self.settle())
 
-        json, csv = (lambda: codec.dumps(self, FORMAT)), (lambda: report_csv.csv_text(self))
+        json, csv = (lambda: codec.dumps(self.settle(), FORMAT)), (lambda: report_csv.csv_text(self.settle()))
         saving.save(path, {".json": json, ".csv": csv, ".html": html})
 
     @classmethod

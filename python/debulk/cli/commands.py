@@ -135,7 +135,7 @@ def inspect(
                 approved=approved,
                 chain=qualified,
             )
-            report = inspector.inspect(scan_cloud.values, deadline_s=deadline, progress=progress, context=kept)
+            report = inspector.inspect(scan_cloud.values, deadline_s=deadline, progress=progress, context=kept).settle()
         read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
         notes = [f"{name}: {note}" for name, cloud in read for note in cloud.notes]
         source = {"scan": scan.name, "reference": reference.name, **report.source}
@@ -193,7 +193,7 @@ def demo(
                 progress=progress,
             )
             context = {"part": "virtual layup", "seed": seed}
-            report = inspector.inspect(scene.scan, progress=progress, context=context)
+            report = inspector.inspect(scene.scan, progress=progress, context=context).settle()
         from debulk.results.report_text import fold
 
         source = {

@@ -80,7 +80,7 @@ class History:
 
     @typed
     def add(self, report: Report) -> int:
-        """Store a report, and return the number of its record.
+        """Store a report, settled, and return the number of its record.
 
         Raises
         ------
@@ -88,6 +88,7 @@ class History:
             If the history cannot be written, for example on a full disk or while another process holds it for more
             than two seconds. Nothing of the record is in it then.
         """
+        report = report.settle()
         kept = report if self.pictures else dataclasses.replace(report, height_map=None, excess_map=None)
         return self._add("report", None, codec.dumps(kept, REPORT), lambda number: rows.of_report(number, report))
 
@@ -145,12 +146,13 @@ class History:
         return self._add("outcome", record, json.dumps(said, ensure_ascii=False), made)
 
     def keep(self, report: Report) -> Report:
-        """Store a report, and return it; where that fails, with a warning in place of an error.
+        """Store a report as it was decided, and return it; where that fails, with a warning in place of an error.
 
-        An inspection ends with this: whatever is wrong with a history, its verdict is not lost.
+        An inspection ends with this: it waits for no net and no minimum that its verdict did not need, and whatever is
+        wrong with a history, its verdict is not lost.
         """
         try:
-            self.add(report)
+            self.add(report.as_decided())
         except Exception as error:  # a verdict that is there must reach the cell
             return report.changed(warnings=(*report.warnings, f"not in the history: {error}"))
         return report

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -27,7 +26,7 @@ from debulk.inspection.checks.seen import Judged, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, clean, hide, owned
 from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
-from debulk.inspection.evaluate.evaluation import evaluate_all, not_judged, settle_all
+from debulk.inspection.evaluate.evaluation import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.finder import finder_for
@@ -47,6 +46,7 @@ from debulk.inspection.reference.prepared import Prepared, prepare
 from debulk.inspection.running.cycle import Cancelled, Cycle, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
 from debulk.inspection.running.preparation import Preparation
+from debulk.inspection.settling import unsettled
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.net import Drape
 from debulk.report import Report
@@ -373,6 +373,8 @@ class Inspector:
                 bumps = tolerances.weigh(found, self.ply, cycle.stop)
                 pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
                 done = evaluate_all(pockets, self.ply, cycle, _FOUND)
+                if self.recipe.run.audit:
+                    done = audit(pockets, done, self.ply, cycle)
             reports = shared_runs.named([one.report for one in done], pockets, bumps, self.ply)
             judged = Judged(pockets, done, reports, bumps)
             ridden = self._riding(points, sample, judged, cycle.stop)
@@ -382,15 +384,7 @@ class Inspector:
             more = (recognised, self._humps, self._approved)
             seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, *more)
             report = reporting.report(seen, cycle.timings_ms())
-        unsolved = any(one.unsolved for one in done)
-        return report.settled_by(cache(lambda: self._settled(seen))) if unsolved else report
-
-    def _settled(self, seen: Seen) -> Report:
-        """Report the same with the nets and minima that no verdict needed."""
-        judged = seen.judged
-        done = settle_all(judged.pockets, judged.evaluations, self.ply)
-        reports = shared_runs.named([one.report for one in done], judged.pockets, judged.bumps, self.ply)
-        return reporting.report(replace(seen, judged=replace(judged, evaluations=done, reports=reports)), {})
+        return unsettled(report, seen)
 
     def _riding(self, points: NDArray[np.float32], sample: Sample, judged: Judged, stop: _core.Stop) -> list[Finding]:
         """Look for narrow bumps on top of pockets and of wider bumps, if all pockets are CEASE so far."""
@@ -485,7 +479,7 @@ class Inspector:
                 check_place(report, placing, sample, heights)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
-        comparison = compared(report, heights, self.recipe, self._tracing.trace(began, scanned, {}, None))
+        comparison = compared(report.settle(), heights, self.recipe, self._tracing.trace(began, scanned, {}, None))
         return comparison if self.history is None else self.history.keep_comparison(comparison, report)
 
     def cancel(self) -> None:

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from debulk.inspection.find.found import Found
 from debulk.inspection.holes import unseen
 from debulk.inspection.rawscan import narrow_bumps
-from debulk.results.report import LeftOut
+from debulk.results.report import LeftOut, PocketReport
 
-__all__ = ["merged", "of_chain", "of_late", "of_scan", "of_stages"]
+__all__ = ["merged", "of_chain", "of_late", "of_scan", "of_stages", "of_unsolved"]
 
 
 def of_chain() -> LeftOut:
@@ -30,6 +30,19 @@ def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:
         why, bound = "the deadline passed", "none: what becomes of it is not known"
         entries.append(LeftOut(what=f"{what} of {whose}", why=why, bound=bound))
     return tuple(entries)
+
+
+def of_unsolved(pockets: Sequence[PocketReport]) -> tuple[LeftOut, ...]:
+    """Name the pockets without a minimum, and mostly without a net, because their excess length decides."""
+    numbers = [str(pocket.id) for pocket in pockets if pocket.unsolved]
+    whose = f"pocket{'s' * (len(numbers) > 1)} {', '.join(numbers)}"
+    entry = LeftOut(
+        what=f"net, minimum, picture and the paper's figures of {whose}",
+        why='solve.when is "needed", and the excess length decides',
+        bound="no minimum changes the excess length; in a pocket that ceases no fibre is, as a whole, so short that it "
+        "could bridge up to the limit",
+    )
+    return (entry,) if numbers else ()
 
 
 def of_stages(stage: str) -> tuple[LeftOut, ...]:

@@ -124,6 +124,8 @@ def repeat(
         chain=chain,
     )
     again = inspector.inspect(scan, progress=progress, context=trace.context)
+    if report.later is None and any(one.unsolved for one in report.pockets):  # a record of what decided, as a history's
+        again = again.as_decided()
     unchecked = (name for name, (given, kept) in found.items() if given and (kept is None or not kept.fingerprint))
     return Repetition(again, tuple(_differences(report.to_dict(), again.to_dict())), tuple(unchecked))
 

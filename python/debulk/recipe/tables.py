@@ -202,9 +202,10 @@ class Net(Section):
 class Solve(Section):
     """How the minimum of the energy is found."""
 
-    when: Literal["always", "needed"] = Field(
-        default="always",
-        description='"needed": a pocket that the excess decides gets its net and its minimum by report.settle() only',
+    when: Literal["needed", "always"] = Field(
+        default="needed",
+        description='"needed": a pocket that the excess decides gets its net and its minimum when somebody looks at it '
+        'or saves it, see report.settle(); "always": within the inspection',
     )
     method: Literal["auto", "interior_point", "ipopt", "nlopt"] = Field(
         default="auto", description="how the minimum is found; debulk.solve.methods() lists what is built"
@@ -344,3 +345,10 @@ class Run(Section):
         description="folder for the solves that fail or are slow, to be done again by `debulk replay`; unset: none",
     )
     slow_ms: float = Field(default=1000.0, gt=0, description="a pocket whose solves take longer than this is slow")
+    audit: float = Field(
+        default=0.0,
+        ge=0,
+        le=1,
+        description="share of the pockets decided without a net that are evaluated with one, too; the worse verdict "
+        "holds",
+    )

@@ -260,6 +260,14 @@ CHECK_TEXTS = (
         (UNDECIDED,),
     ),
     CheckText(
+        "audit",
+        "Net and fibre lines disagree",
+        "the verdict of a pocket by its net and minimum, where they were made, against that by its fibre lines alone",
+        "none; `run.audit` is the share of pockets for which both are made, and settling a report makes all",
+        "the pocket has the worse verdict of the two; please report it with the scan",
+        (None,),
+    ),
+    CheckText(
         "approval",
         "The recipe was not approved",
         "the hash of the recipe, without its section `run`, against a file of approved ones, if one is given",

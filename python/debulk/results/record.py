@@ -61,7 +61,10 @@ def _check_arrays(record: Any) -> None:
         value = getattr(record, name)
         if value is None:
             continue
-        view = np.asarray(value, dtype=stored.dtype).view()
+        values = np.asarray(value, dtype=stored.dtype)
+        if not isinstance(values.base, np.ndarray | None):  # it would keep a whole net or solution of the core alive
+            values = values.copy()
+        view = values.view()
         fits = view.ndim == len(stored.shape) and all(
             want in (None, have) for want, have in zip(stored.shape, view.shape, strict=True)
         )

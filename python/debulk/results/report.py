@@ -330,10 +330,19 @@ class PocketReport(Record):
             if self.ridge_nodes is not None:
                 _check_numbers("ridge_nodes", self.ridge_nodes, 0, len(self.net.nodes_mm))
 
+    def as_decided(self) -> PocketReport:
+        """Return the record of what decided: of a pocket that is not settled yet, without net and minimum."""
+        return self
+
+    @property
+    def unsolved(self) -> bool:
+        """Whether the excess decided before there was a minimum; a pocket that can be settled still is, see there."""
+        return self.decided_by == "excess" and self.as_decided().solve is None
+
     @property
     def deciding_ridge(self) -> DecidingRidge | None:
         """The ridge that decides: the highest one that any case of this pocket may have; None: none is known."""
-        return deciding_ridge(self)
+        return deciding_ridge(self.as_decided())
 
     @property
     def elastic_mm(self) -> float | None:

@@ -2,11 +2,15 @@
 
 import dataclasses
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from debulk import InputError, Inspector, Recipe, Report, Verdict, scenes
+from debulk.inspection.evaluate import by_runs, evaluation
+from debulk.report import PocketReport
+from debulk.verdict import Judgement
 
 FEW = {"segmentation": {"area_tol_mm2": 1500.0}}
 
@@ -16,16 +20,25 @@ def layup():
     return scenes.layup(seed=112, pixels=(640, 480))
 
 
-def inspect(layup, **changes):
+@pytest.fixture(scope="module")
+def prepared(layup):
+    return Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner).prepared
+
+
+def inspector_of(layup, prepared, **changes):
     recipe = Recipe(**FEW).model_copy(update=changes)
-    return Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner).inspect(
-        layup.scan
-    )
+    return Inspector(recipe, prepared, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
 
 
 @pytest.fixture(scope="module")
-def report(layup):
-    return inspect(layup)
+def inspect(layup, prepared):
+    return lambda **changes: inspector_of(layup, prepared, **changes).inspect(layup.scan)
+
+
+@pytest.fixture(scope="module")
+def report(inspect):
+    """All nets and minima made within the inspection."""
+    return inspect(solve={"when": "always"})
 
 
 def inside(report):
@@ -62,8 +75,8 @@ def test_the_ridge_is_the_formulas_of_the_longest_run(report):
         assert min(abs(e.direction_deg - angle) for angle in (0.0, 90.0, 180.0)) < 1e-6
 
 
-def test_the_paper_criterion_decides_as_its_figures_say(layup, report):
-    paper = inspect(layup, verdict={"criterion": "paper"})
+def test_the_paper_criterion_decides_as_its_figures_say(inspect, report):
+    paper = inspect(verdict={"criterion": "paper"})
     assert all(p.decided_by in ("paper", "") and p.verdict is p.paper_verdict for p in paper.pockets)
     both = ([p for p in r.pockets if not p.promoted] for r in (paper, report))  # the RMS promotes other bumps, too
     for p, q in zip(*both, strict=True):
@@ -74,20 +87,23 @@ def test_the_paper_criterion_decides_as_its_figures_say(layup, report):
 
 
 @pytest.fixture(scope="module")
-def needed(layup):
-    return inspect(layup, solve={"when": "needed"})
+def needed(inspect):
+    """No net and no minimum made that the verdict does not need: the default."""
+    return inspect()
 
 
 def test_nets_and_solves_that_are_not_needed_are_left_out_and_turn_no_verdict(report, needed):
+    decided = needed.as_decided()
     assert [(p.verdict, p.reason) for p in needed.pockets] == [(p.verdict, p.reason) for p in report.pockets]
-    unsolved = [p for p in needed.pockets if p.solve is None]
-    assert unsolved
+    unsolved = [p for p in decided.pockets if p.solve is None]
+    assert [p.id for p in unsolved] == [p.id for p in needed.pockets if p.unsolved] != []
+    (entry,) = [entry for entry in needed.left_out if entry.why.startswith("solve.when")]
+    assert entry.what.endswith(f"of pockets {', '.join(str(p.id) for p in unsolved)}")
     for p in unsolved:
         assert p.decided_by == "excess"
         assert p.debulked_mm is None
         assert p.paper_verdict is None
-        assert any(f"pocket {p.id}," in entry.what and p.reason in entry.bound for entry in needed.left_out)
-    unlaid = [(p, q) for p, q in zip(report.pockets, needed.pockets, strict=True) if q.net is None and p.net]
+    unlaid = [(p, q) for p, q in zip(report.pockets, decided.pockets, strict=True) if q.net is None and p.net]
     assert any(q.verdict is Verdict.CEASE for _, q in unlaid)
     assert any(q.verdict is Verdict.CREASE for _, q in unlaid)
     for p, q in unlaid:
@@ -104,17 +120,80 @@ def content(report):
 
 
 def test_a_settled_report_has_the_bits_of_one_that_was_solved_at_once(report, needed, tmp_path):
-    assert content(needed) != content(report)
-    assert content(needed.settle()) == content(report)
+    decided = needed.as_decided()
+    assert decided.settle() is decided
+    assert content(decided) != content(report)
+    assert content(needed.settle()) == content(needed) == content(report)
     assert content(needed.changed(source={"part": "A-17"}).settle())[0] == content(report)[0]
     assert report.settle() is report
     needed.save(tmp_path / "r.json")
     again = Report.load(tmp_path / "r.json")
     assert again.settle() is again
-    assert again.to_dict() == pickle.loads(pickle.dumps(needed)).to_dict() == needed.to_dict()
+    assert again.to_dict() == needed.to_dict()
+    decided.save(tmp_path / "decided.json")
+    copy = pickle.loads(pickle.dumps(needed))
+    assert Report.load(tmp_path / "decided.json").to_dict() == copy.to_dict() == decided.to_dict()
+    assert type(copy.pockets[0]) is PocketReport
     needed.save(tmp_path / "settled.html")
-    again.save(tmp_path / "loaded.html")
+    decided.save(tmp_path / "decided.html")
     assert "RMS" in (tmp_path / "settled.html").read_text()
+
+
+def test_reading_a_figure_makes_that_pocket_and_nothing_else(layup, prepared, report, monkeypatch):
+    made = []
+
+    evaluate = evaluation.evaluate
+
+    def counted(found, *given, **more):
+        made.append(found.number)
+        return evaluate(found, *given, **more)
+
+    inspector = inspector_of(layup, prepared)
+    first = inspector.inspect(layup.scan)
+    inspector.inspect(layup.scan[::-1].copy()[::-1] + np.float32(0.01))  # the inspector's buffers hold another scan
+    monkeypatch.setattr(evaluation, "evaluate", counted)
+    worst = next(p for p in first.pockets if p.unsolved)
+    before = repr(worst), worst.deciding_ridge, worst.excess, worst.runtime_ms
+    with ThreadPoolExecutor(8) as pool:
+        nets = list(pool.map(lambda _: worst.net, range(8)))
+    assert made == [worst.id]
+    assert all(net is nets[0] for net in nets)
+    whole = report.pocket(worst.id)
+    assert nets[0].nodes_mm.tobytes() == whole.net.nodes_mm.tobytes()
+    assert worst.debulked_mm.tobytes() == whole.debulked_mm.tobytes()
+    assert (worst.rms_mm, worst.ridge_range_mm, worst.solve) == (whole.rms_mm, whole.ridge_range_mm, whole.solve)
+    assert (repr(worst), worst.deciding_ridge, worst.excess, worst.runtime_ms) == before
+    assert made == [worst.id]
+    first.settle()
+    assert sorted(made) == [p.id for p in first.pockets if p.unsolved]  # none a second time
+
+
+def test_an_audited_pocket_is_evaluated_both_ways(inspect, report, needed):
+    audited = inspect(run={"audit": 1.0})
+    assert not any(p.unsolved for p in audited.pockets)
+    assert audited.later is None
+    assert content(audited) == content(report)
+    half, again = ({p.id for p in inspect(run={"audit": 0.5}).pockets if not p.unsolved} for _ in range(2))
+    assert {p.id for p in needed.pockets if not p.unsolved} < half < {p.id for p in report.pockets}
+    assert half == again
+
+
+def test_a_net_that_disagrees_is_reported_and_makes_no_verdict_better(inspect, needed, monkeypatch):
+    """No scene is known in which they disagree: here the lines say the opposite of what they found."""
+    turned = {Verdict.CEASE: Verdict.CREASE, Verdict.CREASE: Verdict.CEASE}
+
+    def wrong(found, ply):
+        decided = judged(found, ply)
+        return decided and (decided[0], Judgement(turned[decided[1].verdict], "as a wrong rule says", "excess"))
+
+    judged = by_runs.judged
+    monkeypatch.setattr(by_runs, "judged", wrong)
+    for report in (inspect(run={"audit": 1.0}), inspect().settle()):
+        found = {one.pocket: one.reason for one in report.findings if one.check == "audit"}
+        unlaid = [p.id for p in needed.as_decided().pockets if p.net is None and p.unsolved]
+        assert sorted(found) == unlaid
+        assert all(report.pocket(number).verdict is Verdict.CREASE for number in unlaid)
+        assert all("CEASE by its" in why or "CEASE by its net" in why for why in found.values())
 
 
 def test_reports_keep_and_show_both(report, tmp_path):
@@ -130,13 +209,11 @@ def test_reports_keep_and_show_both(report, tmp_path):
     assert f"{first.excess.height_mm:.2f}" in report.table()
 
 
-def test_another_scan_of_the_ply_moves_the_ridge_within_its_uncertainty(layup, report):
+def test_another_scan_of_the_ply_moves_the_ridge_within_its_uncertainty(layup, prepared, report):
     noise = np.random.default_rng(3).normal(0.0, 0.05, layup.scan.shape[:2]).astype(np.float32)
     scan = layup.scan.copy()
     scan[..., 2] += noise
-    other = Inspector(
-        Recipe(**FEW), layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner
-    ).inspect(scan)
+    other = inspector_of(layup, prepared).inspect(scan)
     for p, q in zip(report.pockets, other.pockets, strict=True):
         if p.excess is not None and q.excess is not None:
             assert q.excess.range_mm[0] <= p.excess.height_mm <= q.excess.range_mm[1]

@@ -228,7 +228,7 @@ def reports():
 def test_the_ridge_of_the_excess_needs_no_minimum(reports):
     """It needs the net, and `settle` lays those that no verdict needed."""
     always, needed = reports
-    assert any(p.solve is None for p in needed.pockets)
+    assert any(p.unsolved for p in needed.pockets)
     for p, q in zip(always.pockets, needed.settle().pockets, strict=True):
         if p.excess is not None:
             assert len(p.ridges) == (p.excess.height_mm > 0)

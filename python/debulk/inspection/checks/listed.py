@@ -59,6 +59,7 @@ CHECKS = (
     Check("raw_scan", lambda seen: [] if seen.standing.unknown is None else [seen.standing.unknown]),
     Check("filled", lambda seen: seen.filled.findings(seen.ply.recipe)),
     Check("smoothed", lambda seen: seen.filled.smoothed.findings()),
+    Check("audit", pockets.audit),
     Check("approval", lambda seen: approval.findings(seen.approved, seen.ply.recipe)),
 )
 """Every check, in order."""

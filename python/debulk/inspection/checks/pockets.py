@@ -8,7 +8,7 @@ from debulk.inspection.holes import unseen
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, Verdict, judge_layup
 
-__all__ = ["counts", "coverage", "deadline", "not_seen", "outline", "pockets", "reference", "search"]
+__all__ = ["audit", "counts", "coverage", "deadline", "not_seen", "outline", "pockets", "reference", "search"]
 
 _GIVE_IT = "give the ply's outline (ply_outline, --outline) if what is wrong lies beside the ply, or at the mold's edge"
 _NO_OUTLINE = _GIVE_IT.replace("give the ply's outline", "the ply's outline is not given; give it")
@@ -72,6 +72,12 @@ def deadline(seen: Seen) -> list[Finding]:
         for p, one in zip(judged.reports, judged.evaluations, strict=True)
         if one.late and p.verdict is Verdict.UNDECIDED and not p.decided_by
     ]
+
+
+def audit(seen: Seen) -> list[Finding]:
+    """Mention the pockets whose verdict by the net is another than that by the fibre lines."""
+    turned = [(one.report.id, one.turned) for one in seen.judged.evaluations if one.turned]
+    return [Finding("audit", None, why, pocket=number) for number, why in turned]
 
 
 def not_seen(seen: Seen) -> list[Finding]:

@@ -1,9 +1,10 @@
-"""The evaluation of one pocket, from its outline to its verdict: lay the net, settle it, post-process, judge."""
+"""The evaluation of one pocket: by the excess of its fibre lines, or lay its net, settle it, post-process, judge."""
 
 from __future__ import annotations
 
 import logging
 import time
+import zlib
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -37,7 +38,7 @@ from debulk.workers import Workers
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Evaluation", "evaluate", "evaluate_all", "not_judged", "settle_all"]
+__all__ = ["Evaluation", "audit", "evaluate", "evaluate_all", "not_judged", "settle"]
 
 log = logging.getLogger("debulk")
 
@@ -56,12 +57,36 @@ def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, b
     return evaluations
 
 
-def settle_all(pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOnMold) -> list[Evaluation]:
-    """Evaluate the pockets again that have no minimum because the excess decided; the others stay as they are."""
+def audit(pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOnMold, cycle: Cycle) -> list[Evaluation]:
+    """Evaluate a share of the pockets by their nets, too, which the excess has decided without (``run.audit``).
+
+    Their outlines choose them, so that the same scan gives the same choice. They come last: a deadline cuts off an
+    audit, and no verdict for its sake.
+    """
+
+    def whole(found: FoundPocket, one: Evaluation) -> Evaluation:
+        if not one.report.unsolved or _number_of(one.report) >= ply.recipe.run.audit:
+            return one
+        audited = settle(found, one, ply, cycle.stop, pool)
+        return one if audited.late else audited
+
+    with Workers(ply.recipe.run.threads or _core.default_threads()) as pool, stopping(cycle.stop):
+        audited = list(pool.map(whole, pockets, done))
+    cycle.check()
+    return audited
+
+
+def _number_of(pocket: PocketReport) -> float:
+    """Return a number from 0 to 1, without 1, that follows from the pocket's outline."""
+    return zlib.crc32(pocket.outline_mm.tobytes()) / 2**32
+
+
+def settle(
+    found: FoundPocket, decided: Evaluation, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None
+) -> Evaluation:
+    """Evaluate a pocket by its net that the excess has decided without one; its verdict becomes no better."""
     recipe = ply.recipe.model_copy(update={"solve": ply.recipe.solve.model_copy(update={"when": "always"})})
-    unsolved = [found for found, one in zip(pockets, done, strict=True) if one.unsolved]
-    again = iter(evaluate_all(unsolved, replace(ply, recipe=recipe), Cycle(), 0.0))
-    return [next(again) if one.unsolved else one for one in done]
+    return evaluate(found, replace(ply, recipe=recipe), stop, pool).no_better_than(decided)
 
 
 def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None) -> Evaluation:
@@ -76,7 +101,7 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         hole = pocket_holes.holes_of(found, ply)
         if hole is not None:
             return both_ways.judged(
-                found, seen, hole, ply, stop, lambda piece: _evaluate(piece, _seen(piece), ply, stop, pool)
+                found, seen, hole, ply, stop, lambda piece: _with_closed_rim(piece, ply, stop, pool)
             )
         if not found.foot.closed:
             return _not_evaluated(seen, verdict.judge(certified=False, refused=unseen.open_rim(found)))
@@ -84,8 +109,7 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         if found.promoted and (specks := unseen.single_points(found.pocket, found.unseen, spacing_mm, ply.recipe)):
             share = found.pocket.measured_share
             return _not_evaluated(seen, _refused(found, f"it was seen to {100 * share:.0f} % only{specks}: scan again"))
-        unlaid = _by_runs(found, seen, ply) if ply.recipe.solve.when == "needed" else None
-        return unlaid or _evaluate(found, seen, ply, stop, pool)
+        return _with_closed_rim(found, ply, stop, pool)
     except _core.Stopped:
         return _late(found, seen)
     except Exception as error:
@@ -95,36 +119,33 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         return _not_evaluated(seen, verdict.judge(certified=False, refused=refused))
 
 
-def _by_runs(found: FoundPocket, seen: PocketReport, ply: PlyOnMold) -> Evaluation | None:
-    """Judge a pocket without a net; None if it needs one."""
-    watch = _Stopwatch()
-    with watch.step("excess"):
-        decided = by_runs.judged(found, ply)
-    if decided is None:
-        return None
-    known, judged = decided
-    report = replace(_not_evaluated(seen, _with_joined(judged, found)).report, decided_by=judged.decided_by)
-    report = replace(report, excess=_alone(known, ply.recipe), **watch.figures())
-    return Evaluation(report, left_out.of_unsolved(found.number, judged, "the net and the minimum"))
+def _with_closed_rim(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None) -> Evaluation:
+    """Evaluate a pocket whose rim is closed, by the excess of its fibre lines alone if that is enough."""
+    seen, watch = _seen(found), _Stopwatch()
+    if ply.recipe.solve.when == "needed":
+        with watch.step("excess"):
+            decided = by_runs.judged(found, ply)
+        if decided is not None:
+            known, judged = decided[0], _with_joined(decided[1], found)
+            report = _not_evaluated(seen, judged).report
+            of_lines = {"decided_by": judged.decided_by, "excess": _alone(known, ply.recipe), **watch.figures()}
+            return Evaluation(replace(report, **of_lines))
+    return _by_net(found, seen, ply, watch, stop, pool)
 
 
-def _evaluate(
-    found: FoundPocket, seen: PocketReport, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None
+def _by_net(
+    found: FoundPocket,
+    seen: PocketReport,
+    ply: PlyOnMold,
+    watch: _Stopwatch,
+    stop: _core.Stop,
+    pool: Executor | None,
 ) -> Evaluation:
-    watch = _Stopwatch()
     try:
         with watch.step("net"):
             laid = lay_pocket(found, ply, stop)
     except _core.InputError as error:  # here the data are at fault, not the user: no net can be laid on the surface
         return _not_evaluated(seen, _refused(found, f"no net could be laid: {error}"))
-
-    with watch.step("ridge"):
-        stands = ridges.of_excess(laid, found.foot)
-    if laid.by_excess and ply.recipe.solve.when == "needed":
-        known = laid.judge_unsolved()
-        if known.decided_by == "excess" and known.verdict is not verdict.Verdict.UNDECIDED:
-            report = _report(seen, laid, watch, _with_joined(known, found), None, {"ridges": stands})
-            return Evaluation(report, left_out.of_unsolved(found.number, known, "the minimum"))
 
     def post_process(solution: solve.Solution) -> ridge.PostProcessed:
         with watch.step("ridge"):
@@ -155,40 +176,26 @@ def _evaluate(
     if found.promoted and (unjudged or not laid.closed_rim):
         by_rule = _refused(found, unjudged or "the rim of its net is not closed")
     by_rule = _with_joined(by_rule, found)
-    if laid.excess is None:
-        with watch.step("ridge"):
-            stands = ridges.of_minima(laid, ends.shown, found.foot)
-    debulked = {
-        "ridges": stands,
-        "edge_friction": ends.report,
-        "bridge_section": bridge.section,
-        **_debulked_figures(laid, ends.counted),
-    }
-    report = _report(seen, laid, watch, by_rule, by_paper.verdict, debulked)
-    cut = "the certified minimum" if late and not settled.cut else ends.late or bridge.late
-    return Evaluation(report, left_out.of_pocket(laid.sheet, settled) + ends.left_out, cut)
-
-
-def _report(
-    seen: PocketReport,
-    laid: LaidPocket,
-    watch: _Stopwatch,
-    judged: verdict.Judgement,
-    paper_verdict: verdict.Verdict | None,
-    debulked: dict[str, Any],
-) -> PocketReport:
-    return replace(
+    with watch.step("ridge"):
+        held = laid.excess is not None
+        stands = ridges.of_excess(laid, found.foot) if held else ridges.of_minima(laid, ends.shown, found.foot)
+    report = replace(
         seen,
-        verdict=judged.verdict,
-        reason=judged.reason,
-        remedy=judged.remedy,
-        decided_by=judged.decided_by,
-        paper_verdict=paper_verdict,
+        verdict=by_rule.verdict,
+        reason=by_rule.reason,
+        remedy=by_rule.remedy,
+        decided_by=by_rule.decided_by,
+        paper_verdict=by_paper.verdict,
         excess=None if laid.excess is None else _alone(laid.excess, laid.recipe),
+        ridges=stands,
+        edge_friction=ends.report,
+        bridge_section=bridge.section,
         **watch.figures(),
         **_net_figures(laid),
-        **debulked,
+        **_debulked_figures(laid, ends.counted),
     )
+    cut = "the certified minimum" if late and not settled.cut else ends.late or bridge.late
+    return Evaluation(report, left_out.of_pocket(laid.sheet, settled) + ends.left_out, cut)
 
 
 def _alone(known: ExcessReport, recipe: Recipe) -> ExcessReport:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, TypedDict
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -34,12 +34,6 @@ _SLIP_LENGTHS = 2.0  # of ply beside the edge: from farther away nothing is rele
 _NARROW = "by so much the filters may have lowered what is narrow for such heights"
 _DENSER = "give a denser scan"
 _LAY_DOWN = "lay it down there and scan again"
-
-
-class _ExcessEvidence(TypedDict):
-    inside_ply: bool
-    excess_range_mm: tuple[float, float] | None
-    no_bridge: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +113,11 @@ class LaidPocket:
         criterion
             A criterion to use instead of the recipe's.
         """
-        counted = every or [best]
+        counted, known, limits = every or [best], self.excess, recipe or self.recipe
         judged = verdict.judge(
-            **self._excess_evidence(),
+            inside_ply=known is not None,
+            excess_range_mm=None if known is None else known.range_mm,
+            no_bridge=known is not None and options.cannot_bridge(known.bridge_bound_mm, self.recipe),
             certified=solution.certified,
             rms_mm=best.rms_mm,
             ridge_height_mm=best.ridge_height_mm,
@@ -135,40 +131,16 @@ class LaidPocket:
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status in REFUSED else "",
-            criteria=criteria(recipe or self.recipe, criterion),
+            criteria=criteria(limits, criterion),
         )
-        return self._doubted(judged, recipe or self.recipe)
-
-    def judge_unsolved(self) -> verdict.Judgement:
-        """Judge the pocket by what is known before the solve."""
-        judged = verdict.judge(
-            **self._excess_evidence(),
-            certified=False,
-            solve_status="not solved yet",
-            coverage=self.measured_share,
-            closed_rim=self.closed_rim,
-            criteria=criteria(self.recipe),
-        )
-        return self._doubted(judged, self.recipe)
-
-    def _doubted(self, judged: verdict.Judgement, recipe: Recipe) -> verdict.Judgement:
         if judged.verdict is verdict.Verdict.CEASE and self.doubt:
             return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt.text, remedy=self.doubt.remedy)
-        known, limit_mm = self.excess, recipe.verdict.max_ridge_mm
         if judged.verdict is not verdict.Verdict.UNDECIDED or known is None:
             return judged
-        by_filters = known.range_mm[0] + 2 * known.uncertainty_mm <= limit_mm < known.alone_mm
-        if not by_filters:
+        least_mm = known.range_mm[0] + 2 * known.uncertainty_mm
+        if not least_mm <= limits.verdict.max_ridge_mm < known.alone_mm:
             return judged
         return replace(judged, reason=f"{judged.reason}; {_NARROW}: {_DENSER}", remedy=_DENSER)
-
-    def _excess_evidence(self) -> _ExcessEvidence:
-        known = self.excess
-        return {
-            "inside_ply": known is not None,
-            "excess_range_mm": None if known is None else known.range_mm,
-            "no_bridge": known is not None and options.cannot_bridge(known.bridge_bound_mm, self.recipe),
-        }
 
 
 def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> LaidPocket:

@@ -1,13 +1,12 @@
-"""What the evaluation of a pocket leaves out: energy terms that its net does not need, starts, and the minimum."""
+"""What the evaluation of a pocket leaves out: energy terms that its net does not need, and starts."""
 
 from __future__ import annotations
 
 from debulk import sheet
 from debulk.inspection.evaluate.starts import Settled
 from debulk.results.report import LeftOut
-from debulk.verdict import Judgement, Verdict
 
-__all__ = ["of_pocket", "of_unsolved"]
+__all__ = ["of_pocket"]
 
 _TERMS = {
     "friction": LeftOut(
@@ -31,17 +30,3 @@ def of_pocket(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
             )
         )
     return tuple(entries)
-
-
-def of_unsolved(number: int, judged: Judgement, what: str) -> tuple[LeftOut, ...]:
-    """Name what was not computed because the excess length decides without it: the minimum, or the net as well."""
-    bound = f"every minimum keeps the excess length: {judged.reason}"
-    if judged.verdict is Verdict.CEASE:
-        bound += "; no fibre is, as a whole, so short that it could bridge up to the limit"
-    return (
-        LeftOut(
-            what=f"{what} of pocket {number}, its picture and the paper's figures",
-            why='solve.when is "needed", and the excess length decides',
-            bound=bound,
-        ),
-    )
