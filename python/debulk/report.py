@@ -52,7 +52,7 @@ class Report(ReportData):
         here, and a finding ``audit`` says so.
 
         It takes its own time: the inspection's deadline does not count. Until then the report holds the heights round
-        its pockets, tens of MB at 20 million points; :meth:`as_decided` lets go of them. Copies by pickle, and reports
+        its pockets, some 14 MB at 20 million points; :meth:`as_decided` lets go of them. Copies by pickle, and reports
         in a history to which an inspection added them, hold what decided, and cannot be settled.
 
         Returns
