@@ -33,7 +33,7 @@ def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:
 
 
 def of_unsolved(pockets: Sequence[PocketReport]) -> tuple[LeftOut, ...]:
-    """Name the pockets without a minimum, and mostly without a net, because their excess length decides."""
+    """Name the pockets without net and minimum, because their excess length decides."""
     numbers = [str(pocket.id) for pocket in pockets if pocket.unsolved]
     whose = f"pocket{'s' * (len(numbers) > 1)} {', '.join(numbers)}"
     entry = LeftOut(

@@ -35,7 +35,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     entries += left_out.of_scan(found, ply.outline is not None, seen.standing.bumps is not None)
     entries += seen.standing.left_out + seen.filled.left_out()
     entries += tuple(entry for evaluation in judged.evaluations for entry in evaluation.left_out)
-    entries += left_out.of_unsolved(judged.reports)
+    entries += left_out.of_unsolved([evaluation.report for evaluation in judged.evaluations])
     entries += left_out.of_late([(one.report.id, one.late) for one in judged.evaluations if one.late])
     entries += (left_out.of_chain(),) if seen.recognised is None else seen.recognised.left_out
     entries += humps.left_out(seen.humps)

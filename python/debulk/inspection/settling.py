@@ -26,12 +26,12 @@ def unsettled(report: Report, seen: Seen) -> Report:
     Each pocket holds its piece of the height map until its net is made, and the report all of them until it is settled.
     """
     judged, ply = seen.judged, seen.ply
-    if not any(one.unsolved for one in report.pockets):
-        return report
     later = [
         _later(found, one, ply) if one.report.unsolved else None
         for found, one in zip(judged.pockets, judged.evaluations, strict=True)
     ]
+    if not any(later):
+        return report
 
     def whole() -> Report:
         with Workers(ply.recipe.run.threads or _core.default_threads()) as pool:
