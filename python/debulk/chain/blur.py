@@ -1,6 +1,8 @@
-"""What a blur by a Gaussian takes from narrow bumps, and how a strip of known size shows that blur."""
+"""What a blur by a Gaussian takes from narrow bumps, and how a strip or a ridge of known size shows that blur."""
 
 from __future__ import annotations
+
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,9 +10,10 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.chain.study import Transfer
 
-__all__ = ["strip_of", "transfer"]
+__all__ = ["Shape", "excess_left", "strip_of", "transfer"]
 
 Floats = NDArray[np.float64]
+Shape = Literal["strip", "ridge"]
 _WIDTHS_MM = (4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0)
 _STEP_MM = 0.02
 _LEAST_POINTS = 200
@@ -30,25 +33,40 @@ def transfer(sigma_mm: float) -> tuple[Transfer, ...]:
     """
     out = []
     for width in _WIDTHS_MM:
-        reach = 4 * (width + 6 * sigma_mm)
-        x = np.arange(-reach, reach, _STEP_MM)
-        bump = np.where(np.abs(x) < width / 2, np.cos(np.pi * x / width) ** 2, 0.0)
-        wave = 2 * np.pi * np.fft.rfftfreq(len(x), _STEP_MM)
-        blurred = np.fft.irfft(np.fft.rfft(bump) * np.exp(-((wave * sigma_mm) ** 2) / 2), len(x))
+        _, bump = _section("ridge", width, 0.0, sigma_mm)
+        _, blurred = _section("ridge", width, sigma_mm, sigma_mm)
         left = float(np.sum(np.diff(blurred) ** 2) / np.sum(np.diff(bump) ** 2))
         out.append(Transfer(width_mm=width, height=float(blurred.max()), excess=left))
     return tuple(out)
 
 
-def strip_of(across_mm: Floats, height_mm: Floats, known_height_mm: float, width_mm: float) -> tuple[float, float]:
-    """Fit a strip of known width, blurred by a Gaussian, to points across it.
+def _section(shape: Shape, width_mm: float, sigma_mm: float, most_mm: float) -> tuple[Floats, Floats]:
+    """Return places and heights (N,) of a gauge 1 mm high after a blur, on a line wide enough for one of `most_mm`."""
+    reach = 4 * (width_mm + 6 * most_mm)
+    x = np.arange(-reach, reach, _STEP_MM)
+    whole = 1.0 if shape == "strip" else np.cos(np.pi * x / width_mm) ** 2
+    section = np.where(np.abs(x) < width_mm / 2, whole, 0.0)
+    wave = 2 * np.pi * np.fft.rfftfreq(len(x), _STEP_MM)
+    return x, np.fft.irfft(np.fft.rfft(section) * np.exp(-((wave * sigma_mm) ** 2) / 2), len(x))
+
+
+def excess_left(gain: float, sigma_mm: float, width_mm: float) -> float:
+    """Return the share of a ridge's excess length that a blur of this sigma and a gain of heights leave."""
+    before, after = (_section("ridge", width_mm, sigma, sigma_mm)[1] for sigma in (0.0, sigma_mm))
+    return gain**2 * float(np.sum(np.diff(after) ** 2) / np.sum(np.diff(before) ** 2))
+
+
+def strip_of(
+    across_mm: Floats, height_mm: Floats, known_height_mm: float, width_mm: float, shape: Shape = "strip"
+) -> tuple[float, float]:
+    """Fit a strip or a ridge of known width, blurred by a Gaussian, to points across it.
 
     Parameters
     ----------
     across_mm, height_mm
         (N,) places across the strip, 0 near its middle, and heights above what it lies on.
-    known_height_mm, width_mm
-        The strip's.
+    known_height_mm, width_mm, shape
+        The gauge's.
 
     Returns
     -------
@@ -60,28 +78,23 @@ def strip_of(across_mm: Floats, height_mm: Floats, known_height_mm: float, width
     InputError
         If there are too few points, or none beside the strip, or no strip is there.
     """
-    from scipy.optimize import curve_fit
-    from scipy.special import ndtr
+    from scipy.optimize import least_squares
 
     beside = np.abs(across_mm) > width_mm
     if len(across_mm) < _LEAST_POINTS or not beside.any() or beside.all():
-        raise InputError(f"strip: expected {_LEAST_POINTS} points on and beside it, but got {len(across_mm)}")
+        raise InputError(f"{shape}: expected {_LEAST_POINTS} points on and beside it, but got {len(across_mm)}")
 
-    def blurred(u: Floats, height: float, sigma: float, middle: float, level: float, slope: float) -> Floats:
-        side = 0.5 * width_mm
-        share = ndtr((u - middle + side) / abs(sigma)) - ndtr((u - middle - side) / abs(sigma))
-        return np.asarray(level + slope * u + height * share)
+    def misfit(guess: Floats) -> Floats:
+        height, sigma, middle, level, slope = guess
+        x, section = _section(shape, width_mm, min(abs(sigma), width_mm), width_mm)
+        share = np.interp(across_mm - middle, x, section)
+        return np.asarray(level + slope * across_mm + height * share - height_mm)
 
     level = float(np.median(height_mm[beside]))
-    try:
-        found, _ = curve_fit(
-            blurred, across_mm, height_mm, p0=(known_height_mm, 0.2 * width_mm, 0.0, level, 0.0), maxfev=2000
-        )
-    except RuntimeError:
-        raise InputError("strip: its scan shows no strip of this width there") from None
+    found = least_squares(misfit, (known_height_mm, 0.2 * width_mm, 0.0, level, 0.0), x_scale="jac", max_nfev=400).x
     if not 0.2 < found[0] / known_height_mm < 5 or abs(found[2]) > width_mm:
         raise InputError(
-            f"strip: expected one of {known_height_mm:g} mm there, but its scan shows {found[0]:.2g} mm, "
+            f"{shape}: expected one of {known_height_mm:g} mm there, but its scan shows {found[0]:.2g} mm, "
             f"{found[2]:.2g} mm beside"
         )
     return float(found[0] / known_height_mm), float(abs(found[1]))

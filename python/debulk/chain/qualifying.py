@@ -72,7 +72,7 @@ def qualify(
         The session, such as the day or the operator, of each scan; sessions of equally many scans, at least two, tell
         reproducibility from repeatability. None: all scans are of one session.
     gauge
-        Scans of a strip of known height and width.
+        Scans of a strip or a ridge of known height and width.
 
     Returns
     -------

@@ -69,9 +69,9 @@ class Chain(Part):
     studies, agreement
         How well pockets and their verdicts repeat.
     strip
-        What the scans of a strip show; None: there were none.
+        What the scans of a gauge, a strip or a ridge, show; None: there were none.
     blur_mm, transfer
-        Sigma of the blur, by the strip, or else at least that of the ply's edge; and what it leaves of narrow bumps.
+        Sigma of the blur, by the gauge, or else at least that of the ply's edge; and what it leaves of narrow bumps.
     doubts
         What the qualification could not show, or should not have shown.
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from debulk.chain.part import Part
@@ -106,7 +108,7 @@ class Drift(Part):
 
 
 class Strip(Part):
-    """What the scans of a strip of known height and width show.
+    """What the scans of a strip or a ridge of known height and width show.
 
     Attributes
     ----------
@@ -117,7 +119,11 @@ class Strip(Part):
     gain, gain_sd
         Measured over known height, mean and standard deviation over the scans.
     blur_mm, blur_sd
-        Sigma of the Gaussian by which the chain blurs the strip's edges.
+        Sigma of the Gaussian by which the chain blurs it.
+    shape
+        "strip" or "ridge".
+    excess, excess_sd
+        Of a ridge: the share of its excess length that the chain lets through. None: it is a strip.
     """
 
     height_mm: float
@@ -127,6 +133,9 @@ class Strip(Part):
     gain_sd: float
     blur_mm: float
     blur_sd: float
+    shape: Literal["strip", "ridge"] = "strip"
+    excess: float | None = None
+    excess_sd: float | None = None
 
 
 class Transfer(Part):

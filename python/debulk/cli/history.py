@@ -118,7 +118,7 @@ def export(
     history: File,
     output: Annotated[Path, typer.Option("-o", "--output", help=".csv, or .parquet (extra parquet).")],
     table: Annotated[
-        Literal["layup", "pocket", "cause", "outcome"], typer.Option(help="What a line stands for.")
+        Literal["layup", "pocket", "cause", "outcome", "chain"], typer.Option(help="What a line stands for.")
     ] = "layup",
     part: Part = None,
     ply: Ply = None,
@@ -129,7 +129,7 @@ def export(
     since: Since = None,
     until: Until = None,
 ) -> None:
-    """Write a table of the layups that fit, of their pockets, of what kept them from CEASE, or of their outcomes."""
+    """Write a table of layups that fit, their pockets, what kept them from CEASE, their outcomes or signatures."""
     with outcome():
         from debulk.history import History
         from debulk.history.export import export as exported

@@ -28,6 +28,7 @@ def qualify(
         str | None, typer.Option(help="x,y,x,y,height,width in mm: ends and size of a strip that --strip-scan shows.")
     ] = None,
     strip_scan: Annotated[list[Path] | None, typer.Option(help="Scan of the strip; at least three.")] = None,
+    ridge: Annotated[bool, typer.Option(help="The strip is a printed ridge, H cos²(πx/w) in section.")] = False,
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".json or .html; repeatable; unset: chain.json.")
     ] = None,
@@ -45,6 +46,8 @@ def qualify(
         fibre_angles, pinhole = angles_of(angles), camera_of(camera)
         if (strip is None) != (not strip_scan):
             raise InputError("--strip: expected together with --strip-scan")
+        if ridge and strip is None:
+            raise InputError("--ridge: expected together with --strip, its place and size")
         size = "six numbers: x,y,x,y,height,width"
         numbers = None if strip is None else numbers_of(strip, "--strip", size, 6)
 
@@ -59,7 +62,7 @@ def qualify(
         gauge = None
         if numbers is not None:
             ends = (numbers[0], numbers[1]), (numbers[2], numbers[3])
-            gauge = Gauge(_loaded(strip_scan or [], unit), *ends, numbers[4], numbers[5])
+            gauge = Gauge(_loaded(strip_scan or [], unit), *ends, numbers[4], numbers[5], "ridge" if ridge else "strip")
         with shown_progress() as progress:
             chain = qualified(
                 _loaded(scans, unit),

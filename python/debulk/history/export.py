@@ -35,8 +35,8 @@ def export(history: History, path: str | PathLike[str], table: str = "layup", se
     path
         Name of the file, which ends in .csv or .parquet.
     table
-        "layup", "pocket", "cause" or "outcome"; their columns are the fields of `LayupRow`, `PocketRow`, `CauseRow`
-        and `OutcomeRow`.
+        "layup", "pocket", "cause", "chain" or "outcome"; their columns are the fields of `LayupRow`, `PocketRow`,
+        `CauseRow`, `ChainRow` and `OutcomeRow`.
     search
         Which layups are wanted; None: all. The rows are in the order of their records.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +44,8 @@ class Overview:
         For each verdict's name, (N,) number of a layup's pockets of that verdict.
     figures
         (N,) by the names in `FIGURES`; NaN where a layup has none.
+    chain
+        (N,) figures of the scans' signatures by their titles, of layups whose chain was given.
     causes
         Number of layups by the check and its verdict.
     outcomes
@@ -58,6 +60,7 @@ class Overview:
     verdicts: list[str]
     pockets: dict[str, NDArray[np.int64]]
     figures: dict[str, NDArray[np.float64]]
+    chain: dict[str, NDArray[np.float64]]
     causes: dict[tuple[str, str], int]
     outcomes: dict[tuple[str, str], int]
     places: dict[str, Grid]
@@ -74,9 +77,9 @@ def overview(connection: sqlite3.Connection, search: Search) -> Overview:
     connection.execute(f"INSERT INTO wanted {newest}", (*values, search.limit))
     every = connection.execute("SELECT count(*) FROM layup").fetchone()
     all_wanted = connection.execute("SELECT count(*) FROM wanted").fetchone() == every
-    names = ", ".join((*_KNOWN, *_COUNTS, *FIGURES))
+    names = ", ".join(("record", *_KNOWN, *_COUNTS, *FIGURES))
     rows = connection.execute(f"SELECT {names} FROM layup JOIN wanted USING (record) ORDER BY record").fetchall()
-    read = dict(zip((*_KNOWN, *_COUNTS, *FIGURES), zip(*rows, strict=True), strict=True)) if rows else {}
+    read = dict(zip(("record", *_KNOWN, *_COUNTS, *FIGURES), zip(*rows, strict=True), strict=True)) if rows else {}
     counts = {name: np.array(read.get(name, ()), dtype=np.int64) for name in _COUNTS}
     judged = {verdict: counts[name] for name, verdict in _COUNTS.items() if verdict}
     judged["CEASE"] = counts["pockets"] - sum(judged.values())
@@ -89,6 +92,7 @@ def overview(connection: sqlite3.Connection, search: Search) -> Overview:
         list(read.get("verdict", ())),
         {verdict: number for verdict, number in judged.items() if number.any()},
         {name: np.array(read.get(name, ()), dtype=np.float64) for name in FIGURES},
+        _chain(connection, read.get("record", ())),
         _pairs(connection, f"SELECT name, verdict, count(*) FROM cause WHERE {of('record')} GROUP BY 1, 2"),
         # Of several outcomes of one pocket the last counts: SQLite takes the other columns from the row of the maximum.
         _pairs(
@@ -100,6 +104,23 @@ def overview(connection: sqlite3.Connection, search: Search) -> Overview:
         Counter(read.get("version", ())),
         Counter(read.get("recipe", ())),
     )
+
+
+def _chain(connection: sqlite3.Connection, records: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+    """Return the figures of the signatures in the order of the records, with the limits that the last one had."""
+    place = {record: k for k, record in enumerate(records)}
+    found: dict[tuple[str, str], NDArray[np.float64]] = {}
+    spans: dict[tuple[str, str], str] = {}
+    for record, says, unit, *figures in connection.execute("SELECT * FROM chain ORDER BY record, rowid"):
+        if record in place:
+            measured, *limits = (np.nan if figure is None else figure for figure in figures)
+            found.setdefault((says, unit), np.full(len(records), np.nan))[place[record]] = measured
+            ends = zip(("from", "to"), limits, strict=True)
+            spans[says, unit] = " ".join(f"{word} {limit:.3g}" for word, limit in ends if np.isfinite(limit))
+    return {
+        f"chain: {says}{', ' * bool(unit)}{unit}{f' (qualified {span})' * bool(span)}": found[says, unit]
+        for (says, unit), span in spans.items()
+    }
 
 
 def _pairs(connection: sqlite3.Connection, query: str) -> dict[tuple[str, str], int]:

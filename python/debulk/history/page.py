@@ -57,7 +57,8 @@ def page(history: History, search: Search | None = None, baseline: int = 300) ->
     """
     with connected(history.path) as connection:
         seen = overview(connection, search or Search())
-    charts = [chart(title, seen.times, control(seen.figures[name], baseline)) for name, title in FIGURES.items()]
+    charted = {title: seen.figures[name] for name, title in FIGURES.items()} | seen.chain
+    charts = [chart(title, seen.times, control(values, baseline)) for title, values in charted.items()]
     causes = sorted(seen.causes.items(), key=lambda entry: (-_VERDICTS[entry[0][1]].severity, -entry[1]))
     outcomes = {(_VERDICTS[p], _VERDICTS[m]): count for (p, m), count in seen.outcomes.items()}
     times = [time for time in seen.times if time]

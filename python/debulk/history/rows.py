@@ -22,6 +22,7 @@ from debulk.verdict import Verdict
 __all__ = [
     "TABLES",
     "CauseRow",
+    "ChainRow",
     "LayupRow",
     "OutcomeRow",
     "PocketRow",
@@ -134,11 +135,24 @@ class OutcomeRow:
     share: float | None
 
 
-Row = LayupRow | PocketRow | CauseRow | OutcomeRow
+@dataclass(frozen=True)
+class ChainRow:
+    """A figure of a scan's signature, with the limits of the qualified chain; None: none on that side."""
+
+    record: int
+    says: str
+    unit: str
+    measured: float | None
+    low: float | None
+    high: float | None
+
+
+Row = LayupRow | PocketRow | CauseRow | OutcomeRow | ChainRow
 TABLES: Mapping[str, type[Row]] = {
     "layup": LayupRow,
     "pocket": PocketRow,
     "cause": CauseRow,
+    "chain": ChainRow,
     "outcome": OutcomeRow,
 }
 
@@ -171,7 +185,7 @@ def _plain(value: Any) -> Any:
 
 
 def of_report(record: int, report: ReportData) -> list[Row]:
-    """Return the rows of a report: one for the layup, one for each pocket, one for each check that was not passed."""
+    """Return a report's rows: the layup, its pockets, the checks that were not passed, and its scan's signature."""
     verdicts = [pocket.verdict for pocket in report.pockets]
     level, trace = report.level, report.trace
     scan = trace.scan.fingerprint if trace and trace.scan else None
@@ -200,7 +214,9 @@ def of_report(record: int, report: ReportData) -> list[Row]:
     )
     bad = {(one.check, one.at_best.name) for one in report.findings if one.at_best not in (None, Verdict.CEASE)}
     causes = (CauseRow(record, *cause) for cause in sorted(bad))
-    return [layup, *(_pocket(record, pocket) for pocket in report.pockets), *causes]
+    signature = report.chain.figures if report.chain else ()
+    chain = (ChainRow(record, one.says, one.unit, one.measured, one.low, one.high) for one in signature)
+    return [layup, *(_pocket(record, pocket) for pocket in report.pockets), *causes, *chain]
 
 
 def of_comparison(record: int, report: int, comparison: ComparisonData) -> list[Row]:

@@ -14,7 +14,7 @@ from debulk.history.rows import TABLES, Row
 __all__ = ["connected"]
 
 _APPLICATION = 0x6462_6C6B  # "dblk", in the file's header: this file is a history
-_LAYOUT = 1  # of the tables
+_LAYOUT = 2  # of the tables
 _PATIENCE_S = 2.0  # for which a writer waits for another one
 _TYPES = {"int": "INTEGER NOT NULL", "str": "TEXT NOT NULL", "float": "REAL NOT NULL", "float | None": "REAL"}
 
@@ -40,6 +40,7 @@ _INDEXES = (
     "cause (record)",
     "outcome (report, pocket)",
     "outcome (record)",
+    "chain (record)",
 )
 
 
@@ -80,7 +81,8 @@ def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:
         raise InputError(f"{path}: not a history of debulk")
     layout = connection.execute("PRAGMA user_version").fetchone()[0]
     if layout != _LAYOUT:
-        raise InputError(f"{path}: expected a history of layout {_LAYOUT}, got {layout}; install a newer debulk")
+        remedy = "install a newer debulk" if layout > _LAYOUT else "a debulk before 0.2.0 made it: begin a new file"
+        raise InputError(f"{path}: expected a history of layout {_LAYOUT}, got {layout}; {remedy}")
     connection.execute("PRAGMA synchronous = FULL")
 
 

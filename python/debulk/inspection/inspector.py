@@ -36,7 +36,7 @@ from debulk.inspection.place import mold_edge
 from debulk.inspection.place.placing import Placed, Placing
 from debulk.inspection.ply import inputs
 from debulk.inspection.ply.fibre_angles import checked_angles
-from debulk.inspection.ply.humps import humps_of
+from debulk.inspection.ply.humps import humps_of, named
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan import riders
@@ -381,7 +381,7 @@ class Inspector:
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
-            more = (recognised, self._humps, self._approved)
+            more = (recognised, named(self._humps, found.runs and found.runs.largest, self.recipe), self._approved)
             seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, *more)
             report = reporting.report(seen, cycle.timings_ms())
         return unsettled(report, seen)

@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from debulk import InputError
-from debulk.chain.blur import strip_of, transfer
+from debulk.chain.blur import excess_left, strip_of, transfer
 
 
 @pytest.mark.parametrize("sigma_mm", [0.5, 1.5, 3.0])
@@ -31,6 +31,21 @@ def test_a_strip_shows_gain_and_blur(gain, sigma_mm):
     found = strip_of(*strip(gain, sigma_mm), known_height_mm=0.5, width_mm=10.0)
     assert found[0] == pytest.approx(gain, abs=0.01)
     assert found[1] == pytest.approx(sigma_mm, abs=0.2)
+
+
+@pytest.mark.parametrize(("gain", "sigma_mm"), [(1.0, 0.8), (0.95, 2.0)])
+def test_a_printed_ridge_shows_gain_blur_and_what_is_left_of_its_excess(gain, sigma_mm):
+    rng = np.random.default_rng(1)
+    fine = np.arange(-40, 40, 0.01)
+    ridge = np.where(np.abs(fine) < 6, 0.8 * np.cos(np.pi * fine / 12) ** 2, 0.0)
+    came = gain * gaussian_filter1d(ridge, sigma_mm / 0.01, truncate=8.0)
+    across = rng.uniform(-30, 30, 4000)
+    height = np.interp(across, fine, came) + rng.normal(0, 0.02, len(across))
+    found = strip_of(across, height, 0.8, 12.0, "ridge")
+    assert found == pytest.approx((gain, sigma_mm), abs=0.15)
+    left = np.sum(np.diff(came) ** 2) / np.sum(np.diff(ridge) ** 2)
+    assert excess_left(*found, 12.0) == pytest.approx(left, abs=0.02)
+    assert excess_left(gain, sigma_mm, 12.0) == pytest.approx(left, abs=1e-3)
 
 
 def test_no_strip_is_named():

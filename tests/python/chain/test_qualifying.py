@@ -119,6 +119,11 @@ def test_a_strip_is_measured_on_a_flat_plate():
     found = measured(Gauge(scans, (20.0, 75.0), (180.0, 75.0), 0.5, 11.0), plain)
     assert found.gain == pytest.approx(0.98, abs=0.01)
     assert found.blur_mm == pytest.approx(1.5, abs=0.15)
+    assert found.excess is None
+    as_ridge = measured(Gauge(scans, (20.0, 75.0), (180.0, 75.0), 0.5, 16.0, "ridge"), plain)
+    assert as_ridge.shape == "ridge" and as_ridge.excess > 0
+    with pytest.raises(InputError, match=r"gauge\.shape: expected one of"):
+        Gauge(scans, (20.0, 75.0), (180.0, 75.0), 0.5, 11.0, "round")
     with pytest.raises(InputError, match="at least 3"):
         measured(Gauge(scans[:2], (20.0, 75.0), (180.0, 75.0), 0.5, 11.0), plain)
     with pytest.raises(InputError, match=r"gauge\.width_mm"):

@@ -3,6 +3,7 @@
 import dataclasses
 import re
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -10,8 +11,13 @@ from debulk import Report, Verdict
 from debulk.cli import app
 from debulk.comparison import Comparison
 from debulk.history import History
+from debulk.history.control import control
+from debulk.history.overview import overview
 from debulk.history.page import page
+from debulk.history.search import Search
+from debulk.history.tables import connected
 from debulk.results.agreement import agreement
+from debulk.results.chain import ChainFigure, ChainReport
 from debulk.results.comparison import PocketComparison
 from html_reader import read
 
@@ -109,3 +115,25 @@ def test_the_commands(history, tmp_path, report):
     ):
         done = run(*words)
         assert (done.exit_code, done.stderr.count("\n")) == (2, 1) and part in done.stderr
+
+
+def test_a_chain_that_drifts_is_charted_against_what_was_qualified(tmp_path, report):
+    """The scatter creeps up within its limits, by a standard deviation in ten scans, as over weeks."""
+    there = History(tmp_path / "cell.sqlite")
+    rng = np.random.default_rng(2)
+    for k in range(60):
+        noise_mm = 0.05 + 0.001 * rng.standard_normal() + 0.0001 * max(0, k - 30)
+        one = ChainFigure(
+            name="noise_mm", says="scatter of the points", unit="mm", measured=noise_mm, low=0.03, high=0.07
+        )
+        chain = ChainReport(name="cell", sha256="", made_utc="", figures=(one,))
+        there.add(of(report, f"2026-03-{1 + k // 2:02}T12:{k % 2}0:00.000Z", chain=chain))
+    there.add(of(report, "2026-04-01T12:00:00.000Z"))  # of no chain
+    with connected(there.path) as connection:
+        seen = overview(connection, Search())
+    (title,) = seen.chain
+    assert title == "chain: scatter of the points, mm (qualified from 0.03 to 0.07)"
+    found = control(seen.chain[title], 30)
+    assert np.isnan(found.values[-1]) and not found.signals["shift"][:30].any() and found.signals["shift"][45:].any()
+    assert title in page(there, baseline=30)
+    assert there.check().passed

@@ -5,7 +5,7 @@ import pytest
 
 import debulk
 from debulk import Grid, Recipe
-from debulk.inspection.ply.humps import humps_of
+from debulk.inspection.ply.humps import Hump, humps_of, named
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.surface import Reference
 
@@ -23,7 +23,7 @@ def surface(seed=0, noise_mm=0.03):
 def humps(heights, outline=None, angles=(0.0, 90.0), seen=None):
     values = heights if seen is None else np.where(seen, heights, np.nan)
     ply = PlyOnMold(Reference(heights, (0.0, 0.0), SPACING_MM), outline, np.array(angles), Recipe())
-    return humps_of(Grid(values, np.zeros(2), SPACING_MM), ply)
+    return named(humps_of(Grid(values, np.zeros(2), SPACING_MM), ply), None, ply.recipe)
 
 
 def bell(x, y, place, radius, height, along=1.0):
@@ -70,6 +70,28 @@ def test_the_direction_of_the_fibres_counts():
     across, along = (humps(heights, angles=(angle, angle + 5.0)) for angle in (90.0, 0.0))
     assert len(across) == 1
     assert not along
+
+
+def test_a_hump_counts_with_what_the_ply_has_on_it():
+    """A bell of which the reference holds two thirds: neither part makes a ridge above the limit, both do."""
+    excess_mm = 1.6
+    hump = Hump((10.0, 20.0), 2.0, 300.0, (2 / 3) ** 2 * excess_mm, 0.5)
+    ply = np.full((40, 40), 0.01)
+    assert named((hump,), Grid(ply, np.zeros(2), 1.0), Recipe()) == ()
+    ply[25, 12] = (1 / 3) ** 2 * excess_mm
+    (found,) = named((hump,), Grid(ply, np.zeros(2), 1.0), Recipe())
+    assert found.excess_mm == pytest.approx(excess_mm)
+    assert found.ridge_mm > Recipe().verdict.max_ridge_mm
+    assert named((hump,), Grid(ply, np.array([300.0, 0.0]), 1.0), Recipe()) == ()
+
+
+def test_a_narrow_bell_keeps_its_excess():
+    """One 24 mm wide lost half of it on cells of 4 mm."""
+    x, y, heights = surface(noise_mm=0.01)
+    (found,) = humps(heights + bell(x, y, (240, 260), 14.0, 3.6))
+    u = np.linspace(-14, 14, 20001)
+    excess = np.hypot(np.diff(u), np.diff(3.6 * np.cos(np.pi * u / 28) ** 2)).sum() - 28
+    assert found.excess_mm == pytest.approx(excess, rel=0.3)
 
 
 def test_a_reference_with_pockets_is_named_in_the_report_and_on_the_map(tmp_path):

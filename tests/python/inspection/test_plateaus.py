@@ -9,6 +9,7 @@ import laid_ply
 from debulk import Inspector, _core, pocket
 from debulk.grid import Grid
 from debulk.inspection.place import plateaus
+from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.verdict import Verdict
 from lab.varied import given_right, varied_layup
@@ -155,7 +156,7 @@ def test_a_ply_in_a_groove_that_the_reference_fills_in_is_none(monkeypatch):
         Recipe(**given.recipe), given.reference, given.ply_outline, mold_from_scanner=given.mold_from_scanner
     )
     assert "missing over" not in inspector.inspect(given.scan).reason
-    monkeypatch.setattr(plateaus, "_missed_by_reference", lambda *_: 0.0)
+    monkeypatch.setattr(Prepared, "missed_mm", lambda _, xy: np.zeros(len(xy)))
     assert "missing over" in inspector.inspect(given.scan).reason
 
 

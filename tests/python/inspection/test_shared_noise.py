@@ -130,4 +130,4 @@ def test_the_recipe_may_allow_for_it():
 def test_a_creasing_layup_is_said_to_crease_all_the_same():
     layup = scenes.layup(seed=0, pixels=(640, 480))
     inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
-    assert inspector.inspect(smoothed(layup.scan, gaussian(1.0))).verdict is Verdict.CREASE
+    assert inspector.inspect(smoothed(layup.scan, gaussian(1.5))).verdict is Verdict.CREASE

@@ -71,7 +71,9 @@ def weighed(
     # A fibre may also be too short in one place and too long in another, which sections as wholes do not show.
     if section.lacks_mm > 0 and section.range_mm[1] <= limits.max_ridge_mm - _SHORT_MM:
         return Weighed(replace(without, reason=f"{without.reason}; its net bridges, but {figures}"), section)
-    reason = f"{judged.reason} by its net, but {figures}; {_REMEDY}"
+    # An RMS may be above its limit for the bridge alone, and then the bridge is what the sections are compared with.
+    of = "" if "bridge" in judged.reason else f" with a bridge of {settled.best.bridge_height_mm:.2f} mm"
+    reason = f"{judged.reason}{of} by its net, but {figures}; {_REMEDY}"
     return Weighed(Judgement(Verdict.UNDECIDED, reason, judged.decided_by, _REMEDY), section)
 
 

@@ -13,9 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core, pocket
+from debulk import pocket
 from debulk.grid import Grid
-from debulk.surface import Reference
 
 __all__ = ["EdgeFit", "Outline"]
 
@@ -115,20 +114,13 @@ class Outline:
         values[known] = heights.values[ij[known][:, 1], ij[known][:, 0]]
         return values
 
-    def missed(self, seen: Grid, surface: Reference, off_mm: float) -> Floats:
-        """Return by how much the (N, K) heights of a map stand above the surface fitted to it; 0: nothing known.
+    def missed(self, missed_mm: Callable[[Floats], Floats], off_mm: float) -> Floats:
+        """Return by how much the reference stands above its surface at the places and offsets, (N, K); 0: not known.
 
-        A smooth surface does not follow every edge of a mold, and what it cuts off stands up in every scan. Within 8 mm
-        of places where it is off by more than `off_mm`, the result is NaN: there a blurred scan stands up, too.
+        `missed_mm` is `Prepared.missed_mm`. Within 8 mm of places where the surface is off by more than `off_mm`, the
+        result is NaN: a blurred scan stands up there, too.
         """
-        ij, known = self._cells(seen)
-        xy, heights = seen.origin_mm + seen.spacing_mm * ij[known], seen.values[ij[known][:, 1], ij[known][:, 0]]
-        corners = _core.surface.extent(surface)
-        on = np.isfinite(heights) & ((xy >= corners.min(axis=0)) & (xy <= corners.max(axis=0))).all(axis=1)
-        above = np.zeros(len(xy))
-        above[on] = heights[on] - surface.height(xy[on])
-        out = np.zeros(known.shape)
-        out[known] = above
+        out = np.where(self._own, np.nan_to_num(missed_mm(self._xy.reshape(-1, 2)).reshape(self._own.shape)), 0.0)
         edges = cv2.dilate((np.abs(out) > off_mm).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
         return np.where(edges, np.nan, out)
 

@@ -24,6 +24,8 @@ Whole = NDArray[np.int64]
 
 _OBJECT_MM = 25.0  # air lifts no ply so high: a clamp or a tool
 _BESIDE_MM = 16.0  # a piece that begins farther off the outline is no part of the ply
+# Of the greatest height within so many mm inside: a scan that spreads the ply's edge shows less than that outside it.
+_SPREAD, _SPREAD_MM = 0.5, 12.0
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class _Kind:
 _KINDS = (
     _Kind(0.55, 8.0, 200.0, median=0.75),  # ply: more than the half of its height that the middle of its edge has
     _Kind(3.0, 4.0, 110.0),  # a bump: more than a ply and the blur of its edge
-    _Kind(2.0, 4.0, 45.0, crosses=True),  # a bump that goes on across the outline
+    _Kind(2.0, 1.0, 45.0, crosses=True),  # a bump that goes on across the outline
 )
 
 
@@ -83,15 +85,17 @@ def find_beyond(
     raised_mm
         By how much the whole scan stands too high, within the tolerance of the level.
     spacing_mm
-        Of the map that the heights come from: two cells beside the outline, and less than nine of them, say nothing.
+        Of the map that the heights come from: a cell beside the outline, and less than nine, say nothing.
     """
     off = outline.offsets_mm
     cell_mm2 = outline.step_mm * float(off[1] - off[0])
     height = values - raised_mm
+    inside = np.nan_to_num(height[:, (off < 0) & (off > -_SPREAD_MM)]).max(axis=1, initial=0.0)
+    spread_mm = np.where(off > 0, _SPREAD * inside[:, None], -np.inf)
     pieces = []
     with np.errstate(invalid="ignore"):  # NaN compares as False: what is not known is not counted
         for kind in (_seen_from(kind, spacing_mm) for kind in _KINDS):
-            up = (height > kind.thicknesses * thickness_mm) & (height < _OBJECT_MM)
+            up = (height > np.maximum(kind.thicknesses * thickness_mm, spread_mm)) & (height < _OBJECT_MM)
             level = kind.median * thickness_mm
             found = _pieces(up, off, kind, kind.least_mm2 / cell_mm2)
             pieces += [
@@ -107,7 +111,7 @@ def find_beyond(
 
 def _seen_from(kind: _Kind, spacing_mm: float) -> _Kind:
     """Return a kind of evidence as a map of this spacing can show it."""
-    from_mm, least_mm2 = max(kind.from_mm, 2 * spacing_mm), max(kind.least_mm2, 9 * spacing_mm**2)
+    from_mm, least_mm2 = max(kind.from_mm, spacing_mm), max(kind.least_mm2, 9 * spacing_mm**2)
     return replace(kind, from_mm=from_mm, least_mm2=least_mm2)
 
 

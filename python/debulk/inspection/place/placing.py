@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core, pocket
+from debulk import _core
 from debulk.grid import Grid
 from debulk.inspection.clouds.offset import raised
 from debulk.inspection.clouds.repeated_pixels import REPEATED, repeated_reason, repeated_share
@@ -34,9 +33,6 @@ from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
 
-if TYPE_CHECKING:
-    pass
-
 __all__ = ["Placed", "Placing"]
 
 Floats = NDArray[np.float64]
@@ -48,8 +44,6 @@ _PLY_SHARE = 0.5  # of the ply: if more of it is off the level, pockets cannot b
 _BARE_SHARE = 0.95  # of the points seen: if more of them show the bare mold, there is no ply
 _LOOSE_SHARE = 0.2  # of the ply between the pockets: the largest share that may be loose borders and low bumps
 _LOW_SHARE = 0.01  # of the ply between the pockets: if more of it lies too low, none counts as loose
-_HILL = 0.5  # of the cut's height: a square that stands as high as this is listed as a bump elsewhere
-_TOUCHING = 1.5  # sides of a square: squares nearer to one another than this touch
 _HANGING = 3.0  # times the area above the cut: if more hangs as far below, scan and reference look swapped
 _FAR_ROW = 3  # stretches, 120 mm: of 305 right layups, one had a single stretch that far off, and none had two
 
@@ -74,9 +68,8 @@ class Placed:
             )
         if loose := self.level.loose_share:
             out.append(
-                f"the ply stands loose in places: {100 * loose:.0f} % of it between the pockets, from its edge inwards "
-                "or round bumps below the tolerances, does not lie on the mold; what stands up there is judged or "
-                "listed as elsewhere"
+                f"the ply stands loose in places: {100 * loose:.0f} % of it between the pockets does not lie on the "
+                "mold; what stands up there is judged or listed as elsewhere"
             )
         return tuple(out)
 
@@ -112,7 +105,7 @@ class Placing:
             frame.check_outline_on(ply_outline, low, high)
         self.outline = None if ply_outline is None else Outline(ply_outline, prepared.bare_mm)
         if self.outline is not None:
-            self._missed = self.outline.missed(prepared.seen, prepared.reference, 0.5 * self._thickness_mm)
+            self._missed = self.outline.missed(prepared.missed_mm, 0.5 * self._thickness_mm)
         self.zones = PlyZones(ply_outline, low, high)
         self._steep = None if ply_outline is None else too_steep(prepared, ply_outline, setup.mold_from_scanner)
 
@@ -170,8 +163,7 @@ class Placing:
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets, and their share of the ply."""
         outlines = [p.foot.outline_mm if len(p.foot.outline_mm) else p.pocket.outline_mm for p in found.pockets]
-        bumps = [(bump.centroid_mm, float(np.sqrt(bump.area_mm2 / np.pi))) for bump in found.dropped]
-        placed = self.judge_between(sample, outlines, found.overview, bumps)
+        placed = self.judge_between(sample, outlines, found.overview)
         widest = max(found.pockets, key=lambda p: p.foot.area_mm2, default=None)
         share = 0.0 if widest is None else widest.foot.area_mm2 / self.zones.area_mm2
         most = self._recipe.level.largest_pocket_share
@@ -186,18 +178,9 @@ class Placing:
         finding = Finding("largest_pocket", Verdict.INVALID, reason, share, most, place_mm=(x, y), pocket=widest.number)
         return replace(placed, finding=finding)
 
-    def judge_between(
-        self,
-        sample: Sample,
-        outlines_mm: Sequence[Floats],
-        heights: Grid,
-        bumps: Sequence[tuple[Floats, float]] = (),
-    ) -> Placed:
-        """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights.
-
-        `bumps` holds the middles and the radii of the bumps that are listed.
-        """
-        placed = self._judge(sample, outlines_mm, bumps)
+    def judge_between(self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid) -> Placed:
+        """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights."""
+        placed = self._judge(sample, outlines_mm)
         if placed.finding or self.outline is None:
             return placed
         recipe = self._recipe
@@ -244,7 +227,7 @@ class Placing:
                 used &= ~bare
         return self.zones.blocks(sample, on, used)
 
-    def _judge(self, sample: Sample, outlines: Sequence[Floats], bumps: Sequence[tuple[Floats, float]] = ()) -> Placed:
+    def _judge(self, sample: Sample, outlines: Sequence[Floats]) -> Placed:
         recipe, zones = self._recipe, self.zones
         thickness, cut = self._thickness_mm, recipe.segmentation.cut_height_mm
         on = zones.inside(sample)
@@ -259,7 +242,7 @@ class Placing:
             return Placed(None, Finding("level", Verdict.INVALID, reason.text, remedy=reason.remedy))
         found = deviation(blocks, thickness, self._least_mm)
         level = level_of(found, blocks, thickness, self._tol_mm, sample.removed_mm)
-        loose = self._loose_share(found, blocks, bumps)
+        loose = self._loose_share(found)
         doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
         swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0
         if doubt and swapped and level.laid_mm > -cut:
@@ -271,31 +254,18 @@ class Placing:
         finding = Finding("level", Verdict.INVALID, doubt.text, off_mm, self._tol_mm, "mm", remedy=doubt.remedy)
         return Placed(level, finding)
 
-    def _loose_share(self, found: Deviation, blocks: Blocks, bumps: Sequence[tuple[Floats, float]]) -> float:
-        """Return the share of the squares that stand up in one piece with the ply's edge or with a bump.
+    def _loose_share(self, found: Deviation) -> float:
+        """Return the share of the squares that stand up while the rest of the ply lies level: air lifts them.
 
-        It is 0 if anything else is wrong. A motion or a bend of the scan, or another reference, also leaves squares too
-        low, or a fit that is not level. An area of more than a fifth of the ply that stands up is neither a loose
-        border nor a bump.
+        Whatever stands up is judged by its fibres, and only looks longer if the cause is another one. It is 0 if
+        anything else is wrong: a motion or a bend of the scan, or another reference, also leaves squares too low, or a
+        fit that is not level. More than a fifth of the ply is neither a loose border nor bumps.
         """
         tol = self._tol_mm
         off = found.off(tol)
         if np.mean(off < 0) > _LOW_SHARE:
             return 0.0
-        reach = _TOUCHING * blocks.side_mm
-        left = np.flatnonzero(off > 0)
-        begins = blocks.height_mm[left] >= _HILL * self._recipe.segmentation.cut_height_mm
-        if self._setup.outline is not None:
-            begins |= pocket.distance_to_outline(self._setup.outline, blocks.xy_mm[left]) < reach
-        for middle_mm, radius_mm in bumps:
-            begins |= np.abs(blocks.xy_mm[left] - middle_mm).max(axis=1) < radius_mm + reach
-        loose, left = left[begins], left[~begins]
-        while len(left):
-            apart = np.abs(blocks.xy_mm[left, None] - blocks.xy_mm[None, loose]).max(axis=2)
-            touches = (apart < reach).any(axis=1)
-            if not touches.any():
-                break
-            loose, left = np.concatenate([loose, left[touches]]), left[~touches]
+        loose = np.flatnonzero(off > 0)
         share = len(loose) / len(off)
         level = float(np.max(np.abs(found.fits_mm))) <= tol or found.level_without(loose, tol)
         return share if level and share <= _LOOSE_SHARE else 0.0

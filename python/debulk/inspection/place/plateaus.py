@@ -145,16 +145,18 @@ def find(
             around = round(_ROUND_MM / cell) + 1
             rows = slice(max(0, top - around), top + high + around)
             columns = slice(max(0, left - around), left + wide + around)
-            own, known = labels[rows, columns] == label, on[rows, columns]
+            own, seen = labels[rows, columns] == label, on[rows, columns]
             origin = heights.origin_mm + cell * np.array([columns.start, rows.start])
-            for piece, height_mm in _pieces(sign * rise[rows, columns].astype(np.float64), own, known, cell, least_mm2):
+            for piece, height_mm in _pieces(sign * rise[rows, columns].astype(np.float64), own, seen, cell, least_mm2):
                 if not 0 < height_mm <= recipe.segmentation.cut_height_mm - thickness:
                     continue
                 row, column = np.nonzero(piece)
                 xy = origin + cell * np.stack([column, row], axis=1)
                 if sign * _of_reference(prepared.reference, piece, origin, cell) < -_SMOOTH * height_mm:
                     continue
-                if sign * _missed_by_reference(prepared, xy) > _SMOOTH * height_mm:
+                missed = prepared.missed_mm(xy)
+                known = missed[np.isfinite(missed)]
+                if len(known) and sign * float(np.median(known)) > _SMOOTH * height_mm:
                     continue
                 x, y = xy.mean(axis=0).tolist()
                 out.append(Plateau((x, y), len(row) * cell**2, sign * height_mm))
@@ -225,16 +227,6 @@ def _rim_inside(own: Bools, known: Bools) -> Bools:
     """Return the rim without the cells near the ply's end, or near heights that are not known."""
     ends = np.pad(~known, 1, constant_values=True)
     return _rim(own) & ~_near(ends, 2)[1:-1, 1:-1]
-
-
-def _missed_by_reference(prepared: Prepared, xy: Floats) -> float:
-    """Return by how much, at these places, the reference's measured heights lie above the surface fitted to them."""
-    seen = prepared.seen
-    column, row = np.rint((xy - seen.origin_mm) / seen.spacing_mm).astype(np.intp).T
-    inside = (row >= 0) & (column >= 0) & (row < seen.values.shape[0]) & (column < seen.values.shape[1])
-    missed = seen.values[row[inside], column[inside]] - prepared.reference.height(xy[inside])
-    known = missed[np.isfinite(missed)]
-    return float(np.median(known)) if len(known) else 0.0
 
 
 def _of_reference(reference: Reference, own: Bools, origin: Floats, cell: float) -> float:

@@ -2,12 +2,13 @@
 
 Heights are measured from the reference, so that a pocket that it already holds is invisible: the ply on it lies flat.
 A hump counts if all round it the surface is smooth, as a quadratic surface that is fitted to a ring predicts it, and
-if a fibre over it would make a ridge above the limit. Bosses of a mold look the same: a hump is only named.
+if a fibre over it, together with what the ply has there, would make a ridge above the limit. Bosses of a mold look the
+same: a hump is only named.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import cv2
@@ -26,10 +27,10 @@ if TYPE_CHECKING:
     from debulk.inspection.ply.ply_on_mold import PlyOnMold
     from debulk.recipe import Recipe
 
-__all__ = ["Hump", "findings", "humps_of", "left_out"]
+__all__ = ["Hump", "findings", "humps_of", "left_out", "named"]
 
 Floats = NDArray[np.float64]
-_CELL_MM = 4.0  # of the coarse map
+_CELLS = 12.0  # of the coarse map along a radius: with half as many, a bell 24 mm wide loses half of its excess
 _RADII_MM = (25.0, 40.0, 65.0, 100.0)  # of the hump; the ring reaches to twice as far
 _OUTER = 1.8  # radii: outer edge of the ring
 _SEEN = 0.9  # of hump and ring
@@ -50,18 +51,19 @@ class Hump:
         Mold XY of its top.
     height_mm, area_mm2
         Above the surface that its surroundings predict, and the area of what stands above half of that.
-    ridge_mm
-        The ridge of the fibre over it that is longest, compared with that surface.
+    excess_mm, ridge_mm
+        Of the fibre over it that is longest, compared with that surface, and the ridge that this makes.
     """
 
     place_mm: tuple[float, float]
     height_mm: float
     area_mm2: float
+    excess_mm: float
     ridge_mm: float
 
 
 def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
-    """Return the humps of a reference whose ridge would exceed the limit, the highest ridge first.
+    """Return the humps of a reference, the highest ridge first.
 
     Parameters
     ----------
@@ -73,12 +75,12 @@ def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
     """
     recipe = ply.recipe
     angles = (0.0, 90.0) if isinstance(ply.fibre_angles_deg, Grid) else tuple(map(float, ply.fibre_angles_deg))
-    coarse = _coarse(seen)
-    found: list[Hump] = []
+    coarse, found = seen, list[Hump]()
     for radius in _RADII_MM:
+        coarse = _coarse(coarse, radius / _CELLS)
         for row, column in _tops(coarse, radius, ply.outline):
             hump = _hump(coarse, row, column, radius, angles, recipe)
-            if hump is not None and hump.ridge_mm > recipe.verdict.max_ridge_mm:
+            if hump is not None:
                 found.append(hump)
     found.sort(key=lambda one: -one.ridge_mm)
     kept: list[Hump] = []
@@ -88,6 +90,39 @@ def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
         if all(distance > near for distance, near in zip(far, reach, strict=True)):
             kept.append(hump)
     return tuple(kept)
+
+
+def named(humps: tuple[Hump, ...], largest: Grid | None, recipe: Recipe) -> tuple[Hump, ...]:
+    """Return the humps whose ridge would exceed the limit together with what a scan shows on them.
+
+    Parameters
+    ----------
+    humps
+        Of the reference.
+    largest
+        Largest excess of the ply's fibres over each place, mm; None: the ply lies down.
+    recipe
+        Its limit of a ridge.
+    """
+    out = []
+    for hump in humps:
+        own_mm = 0.0 if largest is None else _largest_near(largest, hump)
+        # Heights add up, and excess goes with their squares if both have one shape, else it is less.
+        total_mm = (np.sqrt(hump.excess_mm) + np.sqrt(min(own_mm, hump.excess_mm))) ** 2
+        ridge_mm = ridge_of(total_mm, recipe)
+        if ridge_mm > recipe.verdict.max_ridge_mm:
+            out.append(replace(hump, excess_mm=total_mm, ridge_mm=ridge_mm))
+    return tuple(out)
+
+
+def _largest_near(largest: Grid, hump: Hump) -> float:
+    """Return the largest excess within the hump's extent."""
+    reach = int(np.ceil(np.sqrt(hump.area_mm2) / largest.spacing_mm))
+    column, row = np.rint((np.array(hump.place_mm) - largest.origin_mm) / largest.spacing_mm).astype(int)
+    part = largest.values[
+        max(0, row - reach) : max(0, row + reach + 1), max(0, column - reach) : max(0, column + reach + 1)
+    ]
+    return max(0.0, float(np.nan_to_num(part).max(initial=0.0)))
 
 
 def findings(humps: tuple[Hump, ...], recipe: Recipe) -> list[Finding]:
@@ -128,9 +163,9 @@ def _what(hump: Hump) -> str:
     return f"a hump of {in_cm2(hump.area_mm2)} at ({x:.0f}, {y:.0f}) mm, {hump.height_mm:.1f} mm high"
 
 
-def _coarse(seen: Grid) -> Grid:
-    """Return means over cells of about 4 mm, which hardly lower a hump of 20 mm; NaN where less than half was seen."""
-    step = max(1, round(_CELL_MM / float(seen.spacing_mm)))
+def _coarse(seen: Grid, cell_mm: float) -> Grid:
+    """Return means over cells of about this size; NaN where less than half was seen."""
+    step = max(1, round(cell_mm / float(seen.spacing_mm)))
     ny, nx = (n // step for n in seen.values.shape[:2])
     parts = seen.values[: ny * step, : nx * step].astype(np.float64).reshape(ny, step, nx, step)
     known = np.isfinite(parts)
@@ -206,7 +241,7 @@ def _hump(
     area = float(np.count_nonzero(lifted > height / 2)) * coarse.spacing_mm**2
     if area < _LEAST_MM2:
         return None
-    return Hump((float(x), float(y)), height, area, ridge_of(excess, recipe))
+    return Hump((float(x), float(y)), height, area, max(0.0, excess), ridge_of(excess, recipe))
 
 
 def _excess(below: Floats, lifted: Floats, row: int, column: int, angle_deg: float, coarse: Grid) -> float:

@@ -78,6 +78,21 @@ class Prepared:
         inside = np.clip(xy, corners.min(axis=0), corners.max(axis=0))
         return np.asarray(self.reference.height(inside) - self.datum.height(inside))
 
+    def missed_mm(self, xy: Floats) -> Floats:
+        """Return by how much the reference's measured heights stand above the surface fitted to them, at (N, 2) places.
+
+        A smooth surface fills grooves of a mold in and cuts its ribs and edges off, and what it misses so appears in
+        every scan. (N,), mm; NaN where nothing was seen.
+        """
+        seen, corners = self.seen, _core.surface.extent(self.reference)
+        ij = np.rint((xy - seen.origin_mm) / seen.spacing_mm).astype(np.int64)
+        at = seen.origin_mm + seen.spacing_mm * ij
+        inside = (ij >= 0).all(axis=1) & (ij < seen.values.shape[::-1]).all(axis=1)
+        inside &= ((at >= corners.min(axis=0)) & (at <= corners.max(axis=0))).all(axis=1)
+        out = np.full(len(xy), np.nan)
+        out[inside] = seen.values[ij[inside, 1], ij[inside, 0]] - self.reference.height(at[inside])
+        return out
+
     def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:
         """Return `seen` in the form that the C++ core takes: values, origin, spacing."""
         return np.asarray(self.seen.values, dtype=np.float32), self.seen.origin_mm, float(self.seen.spacing_mm)
