@@ -184,6 +184,10 @@ def test_sphinx_leaves_the_equations_alone() -> None:
     for page in DOCS:
         for equation in re.findall(r"\$\$(.+?)\$\$", prose(page), re.DOTALL):
             assert "\\\\" not in equation, f"{page.name}: write \\cr for the line break in {equation}"
+        # Without an empty line before it, MyST takes an equation in a list for a part of the sentence.
+        lines = prose(page).splitlines()
+        opened = [at for at, line in enumerate(lines) if line.strip() == "$$"][::2]
+        assert not [lines[at - 1] for at in opened if lines[at - 1].strip()], page.name
 
 
 # Each kind of fault is planted, to see that it is found.
