@@ -23,7 +23,8 @@ for python in "$@"; do
     needed=$("$venv" -c '
 import tomllib
 p = tomllib.load(open("pyproject.toml", "rb"))
-print(*p["build-system"]["requires"], *p["project"]["optional-dependencies"]["wheel"], sep="\n")')
+lists = p["build-system"]["requires"], p["project"]["optional-dependencies"]["wheel"], p["project"]["dependencies"]
+print(*(one for some in lists for one in some), sep="\n")')
     mapfile -t needed <<<"$needed"
     "$venv" "${pip[@]}" install "${needed[@]}"
     cmake/make_wheel.sh "$venv" "$folder" "$build/wheel-$version"
