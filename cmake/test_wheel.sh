@@ -92,7 +92,7 @@ import debulk
 layup = debulk.scenes.layup(seed=1, pixels=(640, 480))
 inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
 comparison = inspector.compare(inspector.inspect(layup.scan), layup.debulked().scan)
-assert comparison.pockets and not comparison.wrong, comparison
+assert len(comparison.pockets) >= 14 and comparison.agreement.total > 8, comparison
 names = {str(file).rpartition("/licenses/")[2] for file in importlib.metadata.files("debulk") if "/licenses/" in str(file)}
 assert {"LICENSE", "third_party_notes.md"} <= names, names
 assert sum(name.startswith("bundled/") for name in names) > 5, names
