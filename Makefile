@@ -112,6 +112,14 @@ fuzz: $(stamps)/tests $(stamps)/fuzz ## Fuzz every reader and loader, for so man
 house: $(stamps)/venv ## Draw the order of the rooms into docs/house.md
 	$(python) tests/python/house.py
 
+.PHONY: nodeset
+nodeset: build/nodesets/Opc.Ua.MachineVision.NodeSet2.xml ## Get the types of OPC 40100-1 for debulk serve --opcua and its tests; needs npm
+build/nodesets/%.xml:
+	@mkdir -p build/nodesets
+	cd build/nodesets && npm pack --silent node-opcua-nodesets && \
+		tar -xzf node-opcua-nodesets-*.tgz --strip-components=2 package/nodesets/$*.xml && rm node-opcua-nodesets-*.tgz
+	@touch $@
+
 .PHONY: docs
 docs: $(stamps)/package $(stamps)/docs ## Build the pages of docs/ into build/docs
 	$(pages)

@@ -17,7 +17,7 @@ LAYERS = {
     "layup": "virtual layups, from the scan to the verdict",
     "browser": "the pages in Chromium",
 }
-FOLDERS = {"cli": "program", "inspection": "layup", "lab": "layup", "scenes": "layup"}
+FOLDERS = {"cli": "program", "inspection": "layup", "lab": "layup", "scenes": "layup", "serve": "program"}
 
 
 def layer_of(item: pytest.Item) -> str:

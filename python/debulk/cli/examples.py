@@ -26,6 +26,7 @@ EXAMPLES = {
     "serve": (
         "debulk serve --reference ref.pcd --pose pose.txt --folder scans --history cell.sqlite",
         "debulk serve --pose pose.txt --folder scans --deadline 2 --port 9000",
+        "debulk serve --folder scans --opcua opc.tcp://127.0.0.1:4840/ --nodeset Opc.Ua.MachineVision.NodeSet2.xml",
     ),
     "rework": ("debulk rework layup.json", "debulk rework layup.json --hold 168 -o plan.json"),
     "diff": ("debulk diff before.json after.json", "debulk diff cell.toml new.toml"),
@@ -57,6 +58,7 @@ EXAMPLES = {
     "history export": (
         "debulk history export cell.sqlite -o layups.csv",
         "debulk history export cell.sqlite --table pocket --part A-17 -o pockets.parquet",
+        "debulk history export cell.sqlite --part A-17 -o layups.dfq",
     ),
     "history page": ("debulk history page cell.sqlite --since 2026-03-01 -o history.html",),
     "history check": ("debulk history check cell.sqlite",),

@@ -116,7 +116,7 @@ def said(
 
 def export(
     history: File,
-    output: Annotated[Path, typer.Option("-o", "--output", help=".csv, or .parquet (extra parquet).")],
+    output: Annotated[Path, typer.Option("-o", "--output", help=".csv, .parquet (extra parquet), or .dfq (AQDEF).")],
     table: Annotated[
         Literal["layup", "pocket", "cause", "outcome", "chain"], typer.Option(help="What a line stands for.")
     ] = "layup",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Annotated
 
@@ -41,6 +42,12 @@ def serve(
         "127.0.0.1"
     ),
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any that is free.")] = 8642,
+    opcua: Annotated[
+        str | None, typer.Option(help="Also serve OPC UA there: opc.tcp://127.0.0.1:4840/debulk (extra opcua).")
+    ] = None,
+    nodeset: Annotated[
+        Path | None, typer.Option(help="The types of OPC 40100-1, Opc.Ua.MachineVision.NodeSet2.xml, for --opcua.")
+    ] = None,
 ) -> None:
     """Inspect scans as they come by HTTP, and show the newest verdict on a screen; needs the extra "serve".
 
@@ -52,6 +59,13 @@ def serve(
             raise InputError(f"--deadline: expected a number of seconds up to 3600, got {deadline:g}")
         from debulk.results.extras import imported
 
+        if (opcua is None) != (nodeset is None):
+            raise InputError("--opcua: expected together with --nodeset; docs/serve.md says where to get the file")
+        if opcua is not None:
+            if not opcua.startswith("opc.tcp://"):
+                raise InputError(f"--opcua: expected an address like opc.tcp://127.0.0.1:4840/debulk, got {opcua!r}")
+            imported("asyncua", "opcua", "debulk serve --opcua")
+            logging.getLogger("asyncua").setLevel(logging.ERROR)  # it warns of what docs/serve.md says: no encryption
         for module in ("starlette", "uvicorn"):
             imported(module, "serve", "debulk serve")
 
@@ -84,4 +98,5 @@ def serve(
                 service.inspectors.end(first)
             return service
 
-        run(made, host, port, spool, int(most_mb * 1e6), lambda address: print(f"debulk: {address}", flush=True))
+        both = None if opcua is None or nodeset is None else (opcua, nodeset)
+        run(made, host, port, spool, int(most_mb * 1e6), lambda address: print(f"debulk: {address}", flush=True), both)

@@ -1,4 +1,4 @@
-"""A table of a history as CSV, or as Parquet (the extra "parquet"); pyarrow is imported only here."""
+"""A table of a history as CSV, as Parquet (the extra "parquet"; pyarrow is imported only here), or as AQDEF."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from typing import Any
 from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.files.replacing import replacing
-from debulk.history.rows import TABLES, columns
+from debulk.history import aqdef
+from debulk.history.rows import TABLES, LayupRow, columns
 from debulk.history.search import Search
 from debulk.history.store import History
 from debulk.history.tables import connected
@@ -33,7 +34,8 @@ def export(history: History, path: str | PathLike[str], table: str = "layup", se
     history
         The history.
     path
-        Name of the file, which ends in .csv or .parquet.
+        Name of the file, which ends in .csv, .parquet, or .dfq for the layups of one part in AQDEF: the highest ridge
+        that may stand, with the newest recipe's limit, the pockets, coverage, noise, level, tilt and bow.
     table
         "layup", "pocket", "cause", "chain" or "outcome"; their columns are the fields of `LayupRow`, `PocketRow`,
         `CauseRow`, `ChainRow` and `OutcomeRow`.
@@ -43,7 +45,8 @@ def export(history: History, path: str | PathLike[str], table: str = "layup", se
     Raises
     ------
     InputError
-        If table or ending is another one, the file cannot be written, or pyarrow is missing for a .parquet.
+        If table or ending is another one, the file cannot be written, pyarrow is missing for a .parquet, or a .dfq is
+        asked for another table than "layup", or for several parts.
 
     Examples
     --------
@@ -58,9 +61,11 @@ def export(history: History, path: str | PathLike[str], table: str = "layup", se
     path = Path(path)
     if table not in TABLES:
         raise InputError(f"table: expected one of {', '.join(TABLES)}, got {table!r}")
+    if path.suffix.lower() == ".dfq":
+        return _dfq(history, path, table, search or Search())
     write = {".csv": _csv, ".parquet": _parquet}.get(path.suffix.lower())
     if write is None:
-        raise InputError(f"{path}: expected a file ending in .csv or .parquet")
+        raise InputError(f"{path}: expected a file ending in .csv, .parquet or .dfq")
     with connected(history.path) as connection:
         rows = _rows(connection, table, search or Search())
     with replacing(path) as temporary:
@@ -74,6 +79,19 @@ def _rows(connection: sqlite3.Connection, table: str, search: Search) -> list[tu
     wanted = f"SELECT record FROM layup WHERE {where} ORDER BY record DESC LIMIT ?"
     query = f"SELECT {names} FROM {table} WHERE {owner} IN ({wanted}) ORDER BY record, rowid"
     return connection.execute(query, (*values, search.limit)).fetchall()
+
+
+def _dfq(history: History, path: Path, table: str, search: Search) -> int:
+    if table != "layup":
+        raise InputError(f"{path}: expected the table layup for a .dfq, got {table}")
+    with connected(history.path) as connection:
+        rows = [LayupRow(*row) for row in _rows(connection, table, search)]
+        ridges = dict(connection.execute("SELECT record, max(high_mm) FROM pocket GROUP BY record"))
+    recipe = history.report(rows[-1].record).recipe if rows else {}
+    with replacing(path) as temporary:
+        layups = [aqdef.Layup(row, ridges.get(row.record)) for row in rows]
+        aqdef.write(temporary, layups, recipe.get("verdict", {}).get("max_ridge_mm"))
+    return len(rows)
 
 
 def _csv(path: Path, table: str, rows: Sequence[tuple[Any, ...]]) -> None:

@@ -41,6 +41,7 @@ def serve(
     spool: Path | None,
     most_bytes: int,
     ready: Callable[[str], None],
+    opcua: tuple[str, Path] | None = None,
 ) -> None:
     """Serve until SIGINT or SIGTERM.
 
@@ -56,6 +57,8 @@ def serve(
         Largest scan that is taken.
     ready
         Called with the address once it is listened to.
+    opcua
+        Where the OPC UA server listens, and the standard's nodeset; None: there is none.
 
     Raises
     ------
@@ -70,7 +73,7 @@ def serve(
         raise InputError(f"--spool: there is no folder {spool}")
     with bound, tempfile.TemporaryDirectory(prefix="debulk-serve-", dir=spool) as folder:
         address = f"http://{host}:{bound.getsockname()[1]}/"
-        asyncio.run(_served(service, bound, Path(folder), most_bytes, address, ready))
+        asyncio.run(_served(service, bound, Path(folder), most_bytes, address, ready, opcua))
 
 
 async def _served(
@@ -80,6 +83,7 @@ async def _served(
     most_bytes: int,
     address: str,
     ready: Callable[[str], None],
+    opcua: tuple[str, Path] | None,
 ) -> None:
     made = service()
     hosts = sorted({"localhost", "127.0.0.1", "[::1]", bound.getsockname()[0]})
@@ -91,12 +95,19 @@ async def _served(
         limit_concurrency=_CONNECTIONS,
         timeout_graceful_shutdown=_END_S,
     )
-    work = asyncio.ensure_future(made.work())
-    server = _Server(settings)
-    ready(address)
-    try:
-        await server.serve(sockets=[bound])
-    finally:
-        work.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await work
+    async with contextlib.AsyncExitStack() as ended:
+        if opcua is not None:
+            from debulk.serve.opcua.server import MachineVision
+
+            vision = MachineVision(made, opcua[1], opcua[0])
+            await vision.start()
+            ended.push_async_callback(vision.stop)
+        work = asyncio.ensure_future(made.work())
+        ended.push_async_callback(_ended, work)
+        ready(address)
+        await _Server(settings).serve(sockets=[bound])
+
+
+async def _ended(work: asyncio.Task[None]) -> None:
+    work.cancel()
+    await asyncio.gather(work, return_exceptions=True)
