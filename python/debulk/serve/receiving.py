@@ -28,15 +28,17 @@ async def received(request: Request, folder: Path, name: str, most_bytes: int) -
         If it is empty, too large, does not go on, or there is no room for it; the file is gone then.
     """
     _check_length(request, most_bytes)
+    parts = _parts(request, most_bytes)
     number, path = tempfile.mkstemp(prefix="scan-", suffix=f"-{name}", dir=folder)
     try:
         with open(number, "wb", buffering=0) as file:
-            size = await _copied(request, file.fileno(), most_bytes)
-        if not size:
-            raise Refusal(400, "the request has no body: expected a scan")
+            if not await _copied(parts, file.fileno()):
+                raise Refusal(400, "the request has no body: expected a scan")
     except BaseException as error:
         os.unlink(path)
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT):
+            async for _ in parts:  # a client that still sends would not see the answer
+                pass
             raise Refusal(507, f"no room for the scan: {error.strerror}; free some, or send a path", 5) from None
         raise
     return Path(path)
@@ -51,24 +53,20 @@ async def received_json(request: Request, most_bytes: int) -> bytes:
         If it is too large, or does not go on.
     """
     _check_length(request, most_bytes)
-    body = b""
-    async for part in _parts(request):
-        body += part
-        _check_size(len(body), most_bytes)
-    return body
+    return b"".join([part async for part in _parts(request, most_bytes)])
 
 
-async def _copied(request: Request, file: int, most_bytes: int) -> int:
-    size, held = 0, bytearray()
-    async for part in _parts(request):
-        size += len(part)
-        _check_size(size, most_bytes)
+async def _copied(parts: AsyncIterator[bytes], file: int) -> bool:
+    """Write all parts to a file, and return whether there were any."""
+    held, some = bytearray(), False
+    async for part in parts:
         held += part
+        some = True
         if len(held) >= _AT_ONCE:
             await asyncio.to_thread(_write, file, bytes(held))
             held.clear()
     await asyncio.to_thread(_write, file, bytes(held))
-    return size
+    return some
 
 
 def _write(file: int, data: bytes) -> None:
@@ -77,12 +75,14 @@ def _write(file: int, data: bytes) -> None:
         left = left[os.write(file, left) :]
 
 
-async def _parts(request: Request) -> AsyncIterator[bytes]:
-    parts = request.stream()
+async def _parts(request: Request, most_bytes: int) -> AsyncIterator[bytes]:
+    parts, size = request.stream(), 0
     try:
         while True:
             async with asyncio.timeout(_SILENCE_S):
                 part = await anext(parts)
+            size += len(part)
+            _check_size(size, most_bytes)
             if part:
                 yield part
     except StopAsyncIteration:

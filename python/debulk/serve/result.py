@@ -55,7 +55,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Place:
-    """An entry of the checklist: what to do, at what, where in the mold frame, and by how much."""
+    """An entry of the checklist: what to do, at what, where in the mold frame, by how much, and in which directions."""
 
     do: str
     at: str
@@ -140,7 +140,7 @@ def refused(job: Job, reason: str, finished_utc: str, seconds: float) -> Result:
         finished_utc,
         seconds,
         refused=True,
-        do=(Place("scan again, or look at the service's log", "", None, "", None, ""),),
+        do=(Place("scan again, or look at the service's log", "", None, "", (), ""),),
         recipe=recipe_hash(job.inspector.recipe.model_dump()),
     )
 

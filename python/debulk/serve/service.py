@@ -32,7 +32,7 @@ from debulk.serve.threads import in_thread
 __all__ = ["Service"]
 
 log = logging.getLogger("debulk")
-KEPT = 1000
+KEPT = 200
 """Results that can be asked for; older ones are in the history."""
 MOST_HANGING = 4
 """Inspections that hang, beyond which no scan is accepted: each holds a thread and its memory."""

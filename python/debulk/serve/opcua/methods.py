@@ -12,7 +12,7 @@ from debulk.serve.opcua.nodes import Nodes
 from debulk.serve.opcua.results import FIELDS, job_id, recipe_id, result_data, variant
 from debulk.serve.refusal import Refusal
 from debulk.serve.result import Result
-from debulk.serve.service import Service
+from debulk.serve.service import KEPT, Service
 
 __all__ = ["Methods"]
 
@@ -84,7 +84,7 @@ class Methods:
         except Refusal as refusal:
             return [job_id(""), _int(-refusal.status)]
         self._meas_ids[job.id] = _id(meas)
-        while len(self._meas_ids) > 2000:
+        while len(self._meas_ids) > KEPT + self.service.most_waiting + 1:
             self._meas_ids.pop(next(iter(self._meas_ids)))
         return [job_id(job.id), _int(0)]
 

@@ -42,6 +42,12 @@ function drawMap(newest, count) {
   svg("polygon", { points: newest.outline_mm.map(([a, b]) => `${a},${-b}`).join(" ") });
   for (const [deed, number] of places) {
     const [a, b] = deed.place_mm;
+    for (const way of deed.ways_deg) {
+      const [c, s] = [Math.cos(way * Math.PI / 180), -Math.sin(way * Math.PI / 180)];
+      const tip = t => [a + 3.2 * mark * c - t * mark * (c + s), -b + 3.2 * mark * s - t * mark * (s - c)];
+      const barb = [a + 3.2 * mark * c - 0.6 * mark * (c - s), -b + 3.2 * mark * s - 0.6 * mark * (s + c)];
+      svg("polyline", { points: [[a, -b], tip(0), tip(0.6), tip(0), barb].join(" ") });
+    }
     svg("circle", { cx: a, cy: -b, r: mark, class: deed.verdict });
     svg("text", { x: a, y: -b, "font-size": 1.3 * mark }).textContent = number;
   }
