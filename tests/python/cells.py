@@ -92,7 +92,8 @@ class Running:
             with urllib.request.urlopen(request, timeout=30) as answer:
                 status, text, heads = answer.status, answer.read(), answer.headers
         except urllib.error.HTTPError as error:
-            status, text, heads = error.code, error.read(), error.headers
+            with error:
+                status, text, heads = error.code, error.read(), error.headers
         return SimpleNamespace(
             status=status,
             text=text.decode(),

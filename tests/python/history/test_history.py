@@ -131,7 +131,7 @@ def test_tables_are_exported(history, tmp_path, ending):
         assert not counts[table] or list(rows[0]) == list(kind.__dataclass_fields__)
     found = [row for row in rows if str(row["record"]) == "4"]
     assert [(row["measured"], row["source"]) for row in found] == [("CREASE", "operator")]
-    with pytest.raises(InputError, match=r"ending in \.csv or \.parquet"):
+    with pytest.raises(InputError, match=r"ending in \.csv, \.parquet or \.dfq"):
         export(history, tmp_path / "x.xls")
 
 
