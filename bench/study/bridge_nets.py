@@ -34,7 +34,7 @@ def undecided_bridges() -> list[tuple[int, float]]:
 
 def evaluated(seed: int, truth_mm: float, nodes: int) -> tuple[PocketReport, float]:
     """Return the pocket's report with a net of this size, and the seconds it took."""
-    layup, given, inspector = prepared(seed, (1280, 960), Recipe(net={"node_target": nodes}))
+    layup, given, inspector = prepared(seed, (1280, 960), Recipe(net={"node_target": nodes}, solve={"when": "always"}))
     pocket = min(layup.truth.pockets, key=lambda p: abs(p.ridge_mm - truth_mm))
     x, y = (np.array(v) for v in pocket.centre_mm)
     found = [p for p in inspector.find(given.scan).pockets if bool(inside(p.pocket.outline_mm, x, y))]

@@ -28,7 +28,7 @@ def make(layup, **recipe):
 
 @pytest.fixture(scope="module")
 def inspector(layup):
-    return make(layup)
+    return make(layup, solve={"when": "always"})
 
 
 # --- scans that show too little ---
@@ -92,7 +92,7 @@ def test_half_of_the_ply_is_invalid_too_with_what_was_found_in_it(layup, inspect
 
 # --- deadlines ---
 
-CLOSE = {"solve": {"starts": 2, "most_starts": 5, "close_ridge_mm": 2.0, "close_rms_mm": 0.3}}
+CLOSE = {"solve": {"when": "always", "starts": 2, "most_starts": 5, "close_ridge_mm": 2.0, "close_rms_mm": 0.3}}
 
 
 @pytest.fixture(scope="module")
