@@ -51,7 +51,7 @@ def test_every_setting_is_described_and_every_dimension_named():
         "node_target", "paths", "regions", "when", "criterion",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
-        "threads", "dump_folder", "hash_scan", "lumping",
+        "threads", "dump_folder", "hash_scan", "audit", "lumping",
     }  # fmt: skip
     for section in Recipe.model_fields:
         for name, entry in type(getattr(Recipe(), section)).model_fields.items():
