@@ -9,12 +9,17 @@ from __future__ import annotations
 
 import gzip
 import sys
+import tempfile
 from pathlib import Path
 
 import atheris
+import cv2
+import numpy as np
 
 with atheris.instrument_imports(include=["debulk", "ezdxf"]):
     from targets import MOST_BYTES, TARGETS, one_input
+
+    import debulk
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 
@@ -41,8 +46,30 @@ def seeds(target: str) -> list[bytes]:
         "recipe": debulk.Recipe().to_toml(),
         "approvals": '[[approved]]\nname = "A"\ntime_utc = "2026-01-01T00:00:00Z"\nrecipe_sha256 = "00"\n',
         "layup": 'scan = "s.npy"\nreference = "r.npy"\nangles_deg = [0, 90]\n[context]\npart = "A"\n',
-    }.get(target, "{}")
-    return [b"\0" + text.encode()]
+        "mask": cv2.imencode(".png", np.eye(8, dtype=np.uint8) * 255)[1].tobytes(),
+        **_written(),
+    }
+    data = text[target]
+    return [b"\0" + (data if isinstance(data, bytes) else data.encode())]
+
+
+def _written() -> dict[str, bytes]:
+    """Return a chain, a calibration and a history as they are saved."""
+    from debulk.chain import Chain, Figure
+    from debulk.history import History
+    from debulk.scanner import Calibration
+
+    turned = np.eye(3), np.array([-200.0, 0.0, 0.0])
+    cameras = Calibration([np.diag([500.0, 500.0, 1.0])] * 2, np.zeros((2, 5)), *turned, (64, 48))
+    report = debulk.Report(verdict=debulk.Verdict.INVALID, reason="nothing was checked", pockets=())
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / name for name in ("chain.json", "calibration.json", "history.sqlite")]
+        figures = (Figure(name="noise_mm", mean=0.05, sd=0.0, low=0.03, high=0.07),)
+        made = Chain(name="cell", made_utc="2026-03-01T12:00:00.000Z", debulk="0.1.0", scans=10, figures=figures)
+        made.save(paths[0])
+        cameras.save(paths[1])
+        History(paths[2]).add(report)
+        return {path.stem: path.read_bytes() for path in paths}
 
 
 def main() -> None:

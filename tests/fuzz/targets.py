@@ -18,7 +18,7 @@ from debulk.results.approval import approvals
 from debulk.scanner import Calibration
 
 CLOUDS = (".pcd", ".ply", ".npy", ".npz", ".xyz", ".csv", ".ptx")
-MOST_BYTES = 1 << 14
+MOST_BYTES = 1 << 17
 
 TARGETS: dict[str, tuple[tuple[str, ...], Callable[[Path], Any]]] = {
     "cloud": (CLOUDS, files.load_cloud),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,7 +54,7 @@ def checked(connection: sqlite3.Connection, head: str = "") -> Checked:
     problems, count, last, previous = [], 0, 0, hashlib.sha256(b"").hexdigest()
     noted_number, noted_hash = _noted(head)
     seen_note = noted_number == 0
-    ordered = "SELECT * FROM {} ORDER BY record, rowid"
+    ordered = "SELECT * FROM {} WHERE typeof(record) = 'integer' ORDER BY record, rowid"
     tables = {name: _Lines(connection.execute(ordered.format(name))) for name in rows.TABLES}
     for number, kind, of, stored, figures, before, own, body in connection.execute(
         "SELECT number, kind, of, stored_utc, figures, previous, hash, text FROM record LEFT JOIN body USING (number) "
@@ -64,20 +64,30 @@ def checked(connection: sqlite3.Connection, head: str = "") -> Checked:
             problems.append(_missing(last + 1, number - 1))
         elif before != previous:
             problems.append(f"record {number} does not follow record {last} as it is now: one of them was replaced")
-        if body is None or record_hash((number, kind, of, stored, figures, before), body) != own:
+        header = (number, kind, of, stored, figures, before)
+        if not _gives(own, record_hash, header, body):
             problems.append(f"record {number} was changed")
-        if rows.digest({name: table.of(number) for name, table in tables.items()}) != figures:
+        lines = {name: table.of(number) for name, table in tables.items()}
+        if not _gives(figures, rows.digest, lines):
             problems.append(f"the figures of record {number} by which it is searched were changed")
         if number == noted_number:
             seen_note = True
             if own != noted_hash:
                 problems.append(f"record {number} is not the one that was noted, or one before it was changed")
         count, last, previous = count + 1, number, own
-    given = connection.execute("SELECT seq FROM sqlite_sequence WHERE name = 'record'").fetchone()
+    given = connection.execute("SELECT CAST(seq AS INTEGER) FROM sqlite_sequence WHERE name = 'record'").fetchone()
     most = max(given[0] if given else 0, 0 if seen_note else noted_number)
     if most > last:
         problems.append(_missing(last + 1, most))
     return Checked(count, tuple(problems), f"{last}:{previous}")
+
+
+def _gives(stored: Any, digest: Callable[..., str], *values: Any) -> bool:
+    """Return whether a digest is the stored one; it has none where values are of other types than were stored."""
+    try:
+        return bool(digest(*values) == stored)
+    except (TypeError, ValueError):
+        return False
 
 
 def _noted(head: str) -> tuple[int, str]:

@@ -64,7 +64,7 @@ def connected(path: Path, *, write: bool = False) -> Iterator[sqlite3.Connection
         connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
         yield connection
         connection.execute("COMMIT")
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # SQLite quotes the names in a damaged file
         raise InputError(f"{path}: the history cannot be {'written' if write else 'read'}: {error}") from None
     finally:
         if connection is not None:

@@ -157,6 +157,9 @@ def change(history, *statements):
         ("UPDATE layup SET verdict = 'CEASE' WHERE record = 1", "the figures of record 1"),
         ("DELETE FROM pocket WHERE record = 3 AND id = 2", "the figures of record 3"),
         ("INSERT INTO cause VALUES (2, 'excess', 'CREASE')", "the figures of record 2"),
+        ("UPDATE cause SET record = 'x' WHERE record = 1", "the figures of record 1"),
+        ("UPDATE layup SET reason = x'00ff' WHERE record = 1", "the figures of record 1"),
+        ("UPDATE body SET text = 'abc' WHERE number = 1", "record 1 was changed"),
     ],
 )
 def test_a_change_is_found(history, statement, problem):
@@ -232,6 +235,13 @@ def test_what_is_no_history_is_refused_when_it_is_set_up(tmp_path, report):
         history_of(7)
     with pytest.raises(InputError, match="there is no such history"):
         History(tmp_path / "new.sqlite").find()
+
+
+def test_a_damaged_name_in_the_file_is_named(history):
+    data = history.path.read_bytes()
+    history.path.write_bytes(data.replace(b"CREATE TABLE layup", b"CREATE TABLE l\xa0yup"))
+    with pytest.raises(InputError, match="cannot be read"):
+        history.check()
 
 
 def test_a_writer_that_waits_in_vain_says_so(history, report, monkeypatch):
