@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
@@ -20,7 +22,7 @@ def _at_depth(cloud: Cloud, depth: Floats) -> Cloud:
     return (cloud * (depth / z)[..., None]).astype(np.float32)
 
 
-def _weighted(depth: Floats, by: Callable[[Floats], Floats]) -> Floats:
+def _weighted(depth: Floats, by: Callable[[Floats], NDArray[Any]]) -> Floats:
     """Return a linear filter's result, of the known depths only."""
     known = np.isfinite(depth)
     middle = float(np.nanmedian(depth))
@@ -92,7 +94,7 @@ def as_list(cloud: Cloud, rng: np.random.Generator) -> Cloud:
     return rng.permutation(points[np.isfinite(points).all(axis=1)])
 
 
-def voxel(cloud: Cloud, side_mm: float, rng: np.random.Generator) -> Cloud:
+def voxel(side_mm: float, cloud: Cloud, rng: np.random.Generator) -> Cloud:
     """Return the mean of the points in every cube of a grid."""
     points = as_list(cloud, rng).astype(np.float64)
     _, of, count = np.unique(np.floor(points / side_mm), axis=0, return_inverse=True, return_counts=True)
@@ -100,10 +102,14 @@ def voxel(cloud: Cloud, side_mm: float, rng: np.random.Generator) -> Cloud:
     return rng.permutation(means).astype(np.float32)
 
 
+def _listed(by: Callable[[Cloud], Cloud], cloud: Cloud, rng: np.random.Generator) -> Cloud:
+    return as_list(by(cloud), rng)
+
+
 LISTS: dict[str, Callable[[Cloud, np.random.Generator], Cloud]] = {
-    **{f"voxel mean of {s:g} mm": (lambda cloud, rng, s=s: voxel(cloud, s, rng)) for s in (1, 2, 3, 4)},
+    **{f"voxel mean of {s:g} mm": partial(voxel, s) for s in (1, 2, 3, 4)},
     **{
-        f"list, {name}": (lambda cloud, rng, by=IMAGES[name]: as_list(by(cloud), rng))
+        f"list, {name}": partial(_listed, IMAGES[name])
         for name in ("mean of 5 pixels", "Gaussian of 2 pixels", "Gaussian of 4 pixels", "Gaussian of 8 pixels",
                      "median of 5 pixels", "every fifth pixel")
     },

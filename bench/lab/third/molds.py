@@ -36,7 +36,7 @@ def _flat(rng: np.random.Generator) -> Height:
 
 def _cylinder(rng: np.random.Generator) -> Height:
     radius, way = np.exp(rng.uniform(np.log(170), np.log(700))), rng.choice((-1.0, 1.0))
-    return _turned(rng, lambda u, v: way * (np.sqrt(np.maximum(radius**2 - u**2, 1.0)) - radius))
+    return _turned(rng, lambda u, v: np.asarray(way * (np.sqrt(np.maximum(radius**2 - u**2, 1.0)) - radius)))
 
 
 def _saddle(rng: np.random.Generator) -> Height:
@@ -57,7 +57,8 @@ def _spar(rng: np.random.Generator) -> Height:
         a = np.abs(u)
         on_crest = np.sqrt(np.maximum(crest**2 - np.minimum(a, u1) ** 2, 0)) - crest
         on_fillet = z3 + fillet - np.sqrt(np.maximum(fillet**2 - np.clip(u3 - a, 0, fillet) ** 2, 0))
-        return np.where(a < u1, on_crest, np.where(a < u2, z1 - (a - u1) * s / c, np.where(a < u3, on_fillet, z3)))
+        flank = z1 - (a - u1) * s / c
+        return np.asarray(np.select([a < u1, a < u2, a < u3], [on_crest, flank, on_fillet], z3))
 
     return _turned(rng, section)
 

@@ -57,7 +57,8 @@ class Ply:
         along_a = self.lower(a + h, b) - self.lower(a - h, b)
         along_b = self.lower(a, b + h) - self.lower(a, b - h)
         normal = np.cross(along_a, along_b)
-        return self.lower(a, b) + self.thickness_mm * normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        return np.asarray(self.lower(a, b) + self.thickness_mm * normal)
 
     def lower_height(self, x: Floats, y: Floats) -> Floats:
         """Return the height of the lower side at these XY."""
