@@ -29,7 +29,7 @@ PLIES = ("fourier", "plate", "sandwich", "cone", "spline")
 SHORT_MM = (5, 10, 15, 20, 30, 40, 80, 160)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Way:
     """A way to give an outline.
 
@@ -142,18 +142,27 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     args = parser.parse_args()
     began = time.perf_counter()
-    rows: dict[str, list[tuple[str, str]]] = {}
-    right: Counter[str] = Counter()
-    wrong: Counter[str] = Counter()
+    rows: dict[Way, list[tuple[str, str]]] = {}
     for way in ways():
         if args.only not in way.name:
             continue
         cells = [said(way, kind, number) for number, kind in enumerate(PLIES[: args.layups])]
-        rows[way.name] = cells
-        (right if way.pocket_mm is None else wrong).update(letter for letter, _ in cells)
+        rows[way] = cells
         print(f"{way.name:44}{' '.join(letter for letter, _ in cells)}  {cells[0][1][:150]}", flush=True)
+    text = table(rows, PLIES[: args.layups])
+    print(text, f"\n{time.perf_counter() - began:.0f} s")
+    if args.out:
+        args.out.write_text(text)
+
+
+def table(rows: dict[Way, list[tuple[str, str]]], molds: tuple[str, ...]) -> str:
+    """Return the table of the letters and reasons of each way, one for each mold."""
+    right: Counter[str] = Counter()
+    wrong: Counter[str] = Counter()
+    for way, cells in rows.items():
+        (right if way.pocket_mm is None else wrong).update(letter for letter, _ in cells)
     about = (
-        f"{len(rows)} ways to give an outline, on the molds {', '.join(PLIES[: args.layups])}. In each way that is not "
+        f"{len(rows)} ways to give an outline, on the molds {', '.join(molds)}. In each way that is not "
         f"right, a pocket with a true ridge of {RIDGE_MM:g} mm, above the limit, lies outside the outline or at it. C: "
         "CREASE, U: UNDECIDED, I: INVALID, -: refused by an error that names what is wrong; p: passed, as with the "
         "right outline, for the pocket leaves through the ply's edge. The reason is the first's."
@@ -166,13 +175,10 @@ def main() -> None:
         f"right and flat: passed {right['PASSED']}; others {sum(right.values()) - right['PASSED']}",
         "",
     ]
-    for name, cells in rows.items():
+    for way, cells in rows.items():
         marks = " ".join(f"{'P' if letter == 'PASSED' else letter:<2}" for letter, _ in cells)
-        lines.append(f"  {name:<46}{marks}  {' '.join(cells[0][1].split())[:110]}")
-    text = "\n".join(lines) + "\n"
-    print(text, f"\n{time.perf_counter() - began:.0f} s")
-    if args.out:
-        args.out.write_text(text)
+        lines.append(f"  {way.name:<46}{marks}  {' '.join(cells[0][1].split())[:110]}")
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

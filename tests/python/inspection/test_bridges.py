@@ -10,6 +10,7 @@ import pytest
 from debulk import InputError, Inspector, Recipe, Report, Verdict, _core, ridge
 from debulk.inspection.evaluate import bridge_sections
 from debulk.results.bridge_section import BridgeSection
+from debulk.verdict import Judgement
 from lab.varied import given_right, varied_layup
 
 THICKNESS_MM = 0.3
@@ -105,6 +106,28 @@ def test_all_of_their_range_is_to_be_above_the_limit_by_the_margin(monkeypatch, 
     (one,) = inspect(150.0, 45.0, 2.5).pockets
     assert (one.verdict, one.bridge_section) == (expected, told)
     assert f"{least_mm:.2f} to 1.20 mm by the sections" in one.reason and "slips" not in one.reason
+
+
+@pytest.mark.parametrize(
+    ("reason", "expected"),
+    [
+        ("RMS 0.45 mm above the limit of 0.30 mm", " with a bridge of 0.55 mm by its net, but "),
+        ("bridge 0.90 mm above the limit of 0.60 mm", " by its net, but "),
+    ],
+)
+def test_a_reason_names_the_bridge_also_if_only_the_rms_is_above_its_limit(monkeypatch, reason, expected):
+    told = BridgeSection(
+        height_mm=0.5, range_mm=(0.4, 0.7), lacks_mm=0.1, lacks_error_mm=0.04, pull_n_per_mm=3.0, hold_n_per_mm=9.0
+    )
+    monkeypatch.setattr(bridge_sections, "measured", lambda *_: told)
+    monkeypatch.setattr(bridge_sections, "without_bridge", lambda one, _: one)
+    laid = SimpleNamespace(judge=lambda *_: Judgement(Verdict.CEASE, "within"))
+    best = SimpleNamespace(bridge_height_mm=0.55)
+    settled = SimpleNamespace(best=best, every=[best], solution=None)
+    ply = SimpleNamespace(recipe=Recipe())
+    found = bridge_sections.weighed(Judgement(Verdict.CREASE, reason), laid, settled, None, ply, None)
+    assert found.judged.verdict is Verdict.UNDECIDED
+    assert found.judged.reason.startswith(reason + expected)
 
 
 def test_without_a_bridge_neither_its_height_nor_its_nodes_count():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import re
 
+import cv2
 import numpy as np
 import pytest
 
@@ -256,6 +257,20 @@ def test_a_far_corner_does_not_crash_the_core():
         assert inside[6:, 6:].all()
         assert not inside[:5].any()
         assert not pocket.inside_outline(-outline, grid).any()
+
+
+@pytest.mark.parametrize(("short_mm", "spread_mm", "seen"), [(0, 0, False), (0, 3, False), (5, 0, True), (5, 1, True)])
+def test_a_pocket_on_the_outline_goes_on_outside_it_or_is_only_spread(short_mm, spread_mm, seen):
+    """A pocket 5 mm high ends with the ply; a scan that spreads its edge shows a third of that 3 mm outside."""
+    x, y = np.meshgrid(np.arange(-40.0, 341.0), np.arange(-40.0, 241.0))
+    ply = (x > 0) & (x < 300) & (y > 0) & (y < 200)
+    pocket_mm = 5 * np.clip(1 - ((x - 296) ** 2 + (y - 100) ** 2) / 900, 0, None)
+    heights = np.where(ply, 0.3 + pocket_mm, 0.0)
+    if spread_mm:
+        heights = cv2.GaussianBlur(heights, (0, 0), spread_mm)
+    edge = Outline(rectangle(300 - short_mm, 200))
+    found = find_beyond(edge, edge.strips(Grid(heights, np.array([-40.0, -40.0]), 1.0)), 0.3, 0.0, 1.0)
+    assert (found is not None) is seen
 
 
 def test_a_step_of_the_mold_that_the_smooth_surface_cuts_off_is_no_ply_beside_the_outline():
