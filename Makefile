@@ -29,7 +29,7 @@ required = $(python) -c 'import sys, tomllib; \
 
 .PHONY: help
 help: ## Show this list
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /\1\t/' | expand -t 10
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /\1\t/' | expand -t 12
 
 .PHONY: demo
 demo: setup ## Set everything up and inspect a virtual layup; the report is left in out/
@@ -136,7 +136,7 @@ wheel: $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
 	cmake/make_wheel.sh $(python) dist
 
 # Those of the Pythons that debulk supports which this machine has; each needs its headers.
-PYTHONS ?= $(shell for p in python3.11 python3.12 python3.13; do $$p -c 1 2> /dev/null && command -v $$p; done)
+PYTHONS ?= $(shell for p in python3.11 python3.12 python3.13; do $$p -c 1 2> /dev/null && command -v $$p; done; true)
 
 .PHONY: wheelhouse
 wheelhouse: $(stamps)/system ## Make all that a cell without a network needs, for each of PYTHONS, in dist/wheelhouse

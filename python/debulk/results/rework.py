@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from debulk._core import InputError
 from debulk.rework import Handling, Rework, plan
 from debulk.verdict import Verdict
 
@@ -16,10 +17,17 @@ __all__ = ["lines_of", "rework"]
 
 
 def rework(report: ReportData, handling: Handling | None = None) -> Rework | None:
-    """Plan it for all pockets that crease, or whose fibres may be too long; None without fibre lines in the report."""
+    """Plan it for all pockets that crease, or whose fibres may be too long.
+
+    None without fibre lines in the report, or with a recipe that is none of this version's.
+    """
     from debulk.recipe import Recipe
 
     if report.runs is None:
+        return None
+    try:
+        recipe = Recipe(**report.recipe)
+    except InputError:
         return None
     limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm", np.inf)
     failing = tuple(
@@ -28,7 +36,6 @@ def rework(report: ReportData, handling: Handling | None = None) -> Rework | Non
         if p.verdict is Verdict.CREASE
         or (p.verdict is Verdict.UNDECIDED and p.excess is not None and p.excess.range_mm[1] > limit_mm)
     )
-    recipe = Recipe(**report.recipe)
     runs = report.runs
     return plan(runs, runs.pocket, failing, recipe, report.ply_outline_mm, apart_mm=runs.apart_mm, handling=handling)
 
