@@ -4,6 +4,7 @@ import asyncio
 import dataclasses
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -179,3 +180,22 @@ def test_another_file_is_no_nodeset(running, tmp_path):
     server = MachineVision(cell.service, other, f"opc.tcp://127.0.0.1:{free_port()}/")
     with pytest.raises(InputError, match=r"--nodeset .*other\.xml: expected Opc\.Ua\.MachineVision"):
         asyncio.run_coroutine_threadsafe(server.start(), cell.loop).result(60)
+
+
+def test_the_command_serves_both(tmp_path):
+    url = f"opc.tcp://127.0.0.1:{free_port()}/debulk"
+    call = "from debulk.cli import main; main()"
+    words = ["serve", "--port", "0", "--opcua", url, "--nodeset", str(NODESET)]
+    process = subprocess.Popen([sys.executable, "-c", call, *words], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+
+    async def state():
+        async with Standard(url) as client:
+            return await client.state("VisionStateMachine"), await client.state(vision_client.AUTOMATIC)
+
+    try:
+        assert process.stdout.readline().startswith("debulk: http://")
+        assert asyncio.run(state()) == ("Operational", "Initialized")  # no inspector is there yet
+    finally:
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(30) == 0
+        process.stdout.close()

@@ -2,10 +2,12 @@
 
 import http.client
 import os
+import re
 import resource
 import socket
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -249,3 +251,28 @@ def test_an_inspector_is_replaced_and_no_scan_meets_the_old_one(running):
 def test_a_folder_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match=r"--folder: there is no folder .*away"):
         Folders([tmp_path / "away"])
+
+
+def test_the_pages_lines_follow_the_results(running):
+    """The Python on docs/serve.md, which a bridge to MQTT needs."""
+    cell = running()
+    page = (Path(__file__).resolve().parents[3] / "docs/serve.md").read_text(encoding="utf-8")
+    names = {}
+    exec(re.search(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)[1], names)
+    before = cell.done(cell.post())["id"]
+    source = next(r.endpoint for r in cell.web.routes if r.path == "/events")
+    came = []
+
+    def follow():
+        for one in names["results"](cell.url):
+            came.append(one["id"])
+            if len(came) == 3:
+                return
+
+    thread = threading.Thread(target=follow)
+    thread.start()
+    cell.wait_for(lambda: source.listeners == 1)
+    time.sleep(0.3)
+    posted = [cell.done(cell.post())["id"] for _ in range(3)]
+    thread.join(20)
+    assert came == posted and before not in came
