@@ -52,8 +52,8 @@ PYTHON_ROOMS = (
     "scanner",
 )
 PYTHON_ABOVE = (
-    "files", "rework", "results", "page", "report", "comparison", "history", "learning", "inspection", "stack", "batch",
-    "chain", "scenes", "view", "doctor", "bill", "serve", "cli", "pyinstaller",
+    "files", "rework", "results", "risk", "page", "report", "comparison", "history", "learning", "inspection", "stack",
+    "batch", "chain", "scenes", "view", "doctor", "bill", "serve", "cli", "pyinstaller",
 )  # fmt: skip
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from typing import Any
 
 from debulk.grid import Grid
@@ -11,14 +12,15 @@ from debulk.inspection.bumps import tolerances
 from debulk.inspection.checks.check import findings_of
 from debulk.inspection.checks.listed import CHECKS
 from debulk.inspection.checks.seen import Seen
+from debulk.inspection.find.long_runs import long_runs
 from debulk.inspection.holes import unseen
-from debulk.inspection.long_runs import long_runs
 from debulk.inspection.place.placing import Placed
 from debulk.inspection.ply import humps
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.report import Report
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
+from debulk.risk import risk
 from debulk.verdict import Verdict
 
 __all__ = ["out_of_place", "report", "too_late"]
@@ -40,11 +42,14 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     entries += (left_out.of_chain(),) if seen.recognised is None else seen.recognised.left_out
     entries += humps.left_out(seen.humps)
     log.info("%s: %s", layup.verdict.value, layup.reason)
+    runs = long_runs(found.runs, judged.pockets, ply)
+    risks = risk(judged.reports, runs, ply.recipe)
+    pockets = tuple(replace(one, crease_probability=risks.pockets[one.id]) for one in judged.reports)
     return Report(
         verdict=layup.verdict,
         reason=layup.reason,
         findings=findings,
-        pockets=judged.reports,
+        pockets=pockets,
         timings_ms=timings_ms,
         left_out=left_out.merged(entries),
         coverage=found.unseen.coverage,
@@ -55,7 +60,8 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
         warnings=seen.placed.warnings,
         height_map=found.overview,
         excess_map=None if found.runs is None else found.runs.largest,
-        runs=long_runs(found.runs, judged.pockets, ply),
+        runs=runs,
+        crease_probability=risks.layup,
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
     )

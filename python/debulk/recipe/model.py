@@ -29,6 +29,7 @@ from debulk.recipe.tables import (
     Run,
     Segmentation,
     Solve,
+    Uncertainty,
     VerdictLimits,
 )
 
@@ -74,6 +75,7 @@ class Recipe(Section):
     solve: Solve = Field(default_factory=lambda: Solve())
     ridge: Ridge = Field(default_factory=lambda: Ridge())
     verdict: VerdictLimits = Field(default_factory=lambda: VerdictLimits())
+    uncertainty: Uncertainty = Field(default_factory=lambda: Uncertainty())
     run: Run = Field(default_factory=lambda: Run())
 
     if TYPE_CHECKING:  # pydantic accepts a table in place of a section, which type checkers would not know
@@ -91,6 +93,7 @@ class Recipe(Section):
             solve: Solve | Table = ...,
             ridge: Ridge | Table = ...,
             verdict: VerdictLimits | Table = ...,
+            uncertainty: Uncertainty | Table = ...,
             run: Run | Table = ...,
         ) -> None: ...
 

@@ -20,6 +20,7 @@ __all__ = [
     "Run",
     "Segmentation",
     "Solve",
+    "Uncertainty",
     "VerdictLimits",
 ]
 
@@ -317,6 +318,31 @@ class VerdictLimits(Section):
         ge=0,
         le=_LARGEST_MM,
         description="least margin of any figure where fibres needed a compliance",
+    )
+
+    max_risk: float | None = Field(
+        default=None,
+        gt=0,
+        lt=1,
+        description="largest probability that a layup is CEASE although a ridge exceeds the limit "
+        "(docs/probability.md); beyond it the layup is UNDECIDED; unset: the margins alone decide",
+    )
+
+
+class Uncertainty(Section):
+    """What is not known of the ply and of the limit; it enters the probabilities alone."""
+
+    thickness_share: float = Field(
+        default=0.05, ge=0, le=1, description="the thickness lies within this share of its nominal value, evenly"
+    )
+    angle_deg: float = Field(
+        default=2.0, ge=0, le=45, description="the fibres run within this angle of where they are said to, evenly"
+    )
+    limit_mm: float = Field(
+        default=0.0, ge=0, le=10, description="standard deviation of verdict.max_ridge_mm (debulk calibrate)"
+    )
+    spread_mm: float = Field(
+        default=0.0, ge=0, le=10, description="standard deviation of the limit from pocket to pocket (debulk calibrate)"
     )
 
 

@@ -203,6 +203,14 @@ CHECK_TEXTS = (
         (UNDECIDED,),
     ),
     CheckText(
+        "false_acceptance",
+        "A ridge may exceed the limit all the same",
+        "the probability that any ridge exceeds the limit, by all that is not known of scan, ply and limit",
+        "`verdict.max_risk`; unset: not looked at",
+        "rework the pocket that the reason names, or scan with less noise",
+        (UNDECIDED,),
+    ),
+    CheckText(
         "plateaus",
         "A flat place with a sharp edge",
         "places that lie off their level by more than half a thickness, flat, and go up or down within a few cells",

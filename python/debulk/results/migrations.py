@@ -137,7 +137,9 @@ def _to_11(report: Tree) -> None:
 
 
 def _to_13(report: Tree) -> None:
-    _add(report, runs=None)
+    _add(report, runs=None, crease_probability=None)
+    for pocket in report["pockets"]:
+        _add(pocket, crease_probability=None)
     for asking in (*report["findings"], *report["pockets"]):
         _add(asking, remedy="")
 

@@ -238,6 +238,8 @@ class PocketReport(Record):
         slips in at the ply's edge is not included.
     ridge_range_mm
         Lowest and highest ridge height over the same starts and range of friction.
+    crease_probability
+        Probability that its ridge exceeds the limit (docs/probability.md); None: nothing is known of its ridge.
     ridges
         Where ridges run and what they look like, the decisive one first; empty if there is none, or if a minimum would
         be needed and there is none. If `excess` is known, there is one ridge, that of the excess, whatever the net at
@@ -293,6 +295,7 @@ class PocketReport(Record):
     ridge_height_mm: float | None = None
     ridge_length_mm: float | None = None
     ridge_range_mm: tuple[float, float] | None = None
+    crease_probability: float | None = None
     ridges: tuple[RidgeGeometry, ...] = ()
     ridge_nodes: Numbers | None = None
     bridge_height_mm: float | None = None
@@ -474,6 +477,8 @@ class ReportData(Versioned):
         What was inspected: names of files, seed of a virtual layup, and the like.
     warnings
         What the reader should know before trusting the rest.
+    crease_probability
+        Probability that any pocket's ridge exceeds the limit; None if it is not known of one.
     trace
         Time, fingerprints, pose and everything else that entered the inspection; None: not from a real inspection.
     chain
@@ -499,6 +504,7 @@ class ReportData(Versioned):
     recipe: dict[str, Any] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    crease_probability: float | None = None
     trace: Trace | None = None
     chain: ChainReport | None = None
     version: str = ""

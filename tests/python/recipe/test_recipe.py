@@ -51,12 +51,12 @@ def test_every_setting_is_described_and_every_dimension_named():
         "node_target", "paths", "regions", "when", "criterion",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
-        "threads", "dump_folder", "hash_scan", "audit", "lumping",
+        "threads", "dump_folder", "hash_scan", "audit", "lumping", "max_risk", "thickness_share",
     }  # fmt: skip
     for section in Recipe.model_fields:
         for name, entry in type(getattr(Recipe(), section)).model_fields.items():
             assert entry.description, f"{section}.{name}"
-            assert name in plain or name.endswith(("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2", "_ms")), (
+            assert name in plain or name.endswith(("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2", "_ms", "_deg")), (
                 f"{section}.{name}"
             )
 

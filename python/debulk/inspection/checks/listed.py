@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from debulk.inspection.bumps import tolerances
-from debulk.inspection.checks import approval, pockets, shared_runs
+from debulk.inspection.checks import approval, false_acceptance, pockets, shared_runs
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.ply import humps
@@ -49,6 +49,7 @@ CHECKS = (
     Check("deadline", lambda seen: [*pockets.deadline(seen), *tolerances.findings(seen.judged.bumps)]),
     Check("holes", pockets.not_seen),
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
+    Check("false_acceptance", false_acceptance.findings),
     Check("plateaus", lambda seen: seen.plateaus),
     Check("riders", lambda seen: seen.riders),
     Check("wrinkles", lambda seen: wrinkles.findings(seen.standing, seen.ply.recipe)),

@@ -1,0 +1,128 @@
+"""The probability of each pocket and of the layup, to first order.
+
+Pockets are not independent: limit, thickness and the direction of the fibres are common to all of them, and one fold
+may draw the excess of several. What is common is integrated over, given which the pockets are independent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.risk.place import FOOT, OF_UNIFORM, Place, place_of
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+    from debulk.results.report import PocketReport
+    from debulk.results.runs import ExcessRuns
+
+__all__ = ["Risk", "risk"]
+
+Floats = NDArray[np.float64]
+_LIMITS = np.array([NormalDist().inv_cdf((k + 0.5) / 12) for k in range(12)])  # equally likely
+_ANGLES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(3)
+_JOINED = 0.5  # of places that share a fibre: whether one fold draws both depends on the vacuum, which nobody knows
+
+
+@dataclass(frozen=True)
+class Risk:
+    """Probabilities that a ridge exceeds the limit.
+
+    Attributes
+    ----------
+    pockets
+        Of each pocket, by its number; None where nothing is known of its ridge.
+    layup
+        That any does, of those that are known; None if one is not.
+    """
+
+    pockets: dict[int, float | None]
+    layup: float | None
+
+
+def risk(pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recipe) -> Risk:
+    """Return the probability that each pocket's ridge exceeds ``verdict.max_ridge_mm``, and that any does.
+
+    Parameters
+    ----------
+    pockets
+        The pockets of a report.
+    runs
+        Its fibre lines: which pockets share a fibre, and what the direction of the fibres does. None: not known.
+    recipe
+        Limits, material, and ``uncertainty``: what is not known of them.
+
+    Examples
+    --------
+    >>> from debulk.recipe import Recipe
+    >>> risk((), None, Recipe())
+    Risk(pockets={}, layup=0.0)
+    """
+    known = {p.id: place_of(p, runs, recipe) for p in pockets}
+    places = [place for place in known.values() if place is not None]
+    if not places:
+        return Risk(dict.fromkeys(known), None if known else 0.0)
+    of_limit_mm, of_angle = common_sd_mm(recipe)
+    turn = np.array([p.turn_mm for p in places])
+    own = np.hypot([p.sd_mm for p in places], recipe.uncertainty.spread_mm)
+    alone, joined = _exceeds(places, np.hypot(np.hypot(own, of_limit_mm), turn * of_angle), np.zeros((1, 1)), recipe)
+    both = ((1 - _JOINED) * alone + _JOINED * joined)[:, 0]
+    each = dict(zip((p.pocket for p in places), both.tolist(), strict=True))
+    limit, angle = (axis.ravel() for axis in np.meshgrid(of_limit_mm * _LIMITS, of_angle * _ANGLES, indexing="ij"))
+    alone, joined = _exceeds(places, own, limit + turn[:, None] * angle, recipe)
+    weights = np.outer(np.ones(len(_LIMITS)), _WEIGHTS).ravel()
+    weights /= weights.sum()
+    separate, together = np.ones(weights.size), np.ones(weights.size)
+    for group in _groups(places, runs):
+        separate = separate * (1 - alone[group]).prod(axis=0)
+        together = together * (1 - joined[group].max(axis=0))
+    any_of = float(1 - ((1 - _JOINED) * separate + _JOINED * together) @ weights)
+    pocket_risks = {number: None if place is None else each[number] for number, place in known.items()}
+    return Risk(pocket_risks, None if None in pocket_risks.values() else max(0.0, any_of))
+
+
+def common_sd_mm(recipe: Recipe) -> tuple[float, float]:
+    """Return what all ridges share: the standard deviation of limit and thickness, mm, and of the fibres, radians."""
+    unsure = recipe.uncertainty
+    thickness_mm = FOOT * recipe.material.thickness_mm * unsure.thickness_share / OF_UNIFORM
+    return math.hypot(unsure.limit_mm, thickness_mm), math.radians(unsure.angle_deg) / OF_UNIFORM
+
+
+def _exceeds(places: Sequence[Place], sd_mm: Floats, higher_mm: Floats, recipe: Recipe) -> tuple[Floats, Floats]:
+    """Return (P, K) probabilities, alone and joined, of ridges that are (P, K) higher and scatter by (P,), mm."""
+    over = higher_mm - recipe.verdict.max_ridge_mm
+    out = []
+    for heights in zip(*(p.heights_mm(recipe) for p in places), strict=True):
+        z = (np.stack(heights)[:, None, :] + over[:, :, None]) / sd_mm[:, None, None]
+        out.append(_below(z).mean(axis=2))
+    return out[0], out[1]
+
+
+def _below(z: Floats) -> Floats:
+    """Return the normal law's distribution, within 1e-7 (Abramowitz and Stegun, 26.2.17), for want of SciPy."""
+    t = 1 / (1 + 0.2316419 * np.abs(z))
+    series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))))
+    upper = np.exp(-0.5 * np.minimum(np.abs(z), 38.0) ** 2) / math.sqrt(2 * math.pi) * series
+    return np.asarray(np.where(z > 0, 1 - upper, upper))
+
+
+def _groups(places: Sequence[Place], runs: ExcessRuns | None) -> list[list[int]]:
+    """Return the places by number, those together that one run crosses."""
+    group = list(range(len(places)))
+    index = {place.pocket: k for k, place in enumerate(places)}
+    if runs is None:
+        return [[k] for k in group]
+    for r in np.flatnonzero(runs.spans > 1).tolist():
+        along = runs.to_mm[r] - runs.from_mm[r]
+        same = (runs.family == runs.family[r]) & (runs.line == runs.line[r]) & (runs.pocket > 0)
+        within = (runs.top_mm[same] - runs.from_mm[r]) @ along
+        crossed = runs.pocket[same][(within >= 0) & (within <= along @ along)]
+        of = {group[index[number]] for number in crossed.tolist() if number in index}
+        group = [min(of) if g in of else g for g in group]
+    return [[k for k, g in enumerate(group) if g == name] for name in sorted(set(group))]

@@ -1,0 +1,57 @@
+"""The same probabilities by drawing everything that is not known, to hold against the first order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from debulk.risk.layup import _JOINED, Risk, common_sd_mm
+from debulk.risk.place import place_of
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
+    from debulk.results.report import PocketReport
+    from debulk.results.runs import ExcessRuns
+
+__all__ = ["sampled"]
+
+
+def sampled(
+    pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recipe, count: int = 1000, seed: int = 0
+) -> Risk:
+    """Draw layups that fit the report, and return the shares of those in which a ridge exceeds the limit.
+
+    Parameters
+    ----------
+    pockets, runs, recipe
+        As in `risk`.
+    count, seed
+        Number of draws, and their seed. A share scatters by half over the root of `count` at most.
+
+    Examples
+    --------
+    >>> from debulk.recipe import Recipe
+    >>> sampled((), None, Recipe(), count=10).layup
+    0.0
+    """
+    rng = np.random.default_rng(seed)
+    known = {p.id: place_of(p, runs, recipe) for p in pockets}
+    of_limit_mm, of_angle = common_sd_mm(recipe)
+    common, angle = of_limit_mm * rng.standard_normal(count), of_angle * rng.standard_normal(count)
+    together = rng.random(count) < _JOINED
+    exceeds = np.zeros(count, dtype=bool)
+    shares: dict[int, float | None] = {}
+    for number, place in known.items():
+        if place is None:
+            shares[number] = None
+            continue
+        alone, joined = place.heights_mm(recipe)
+        drawn = rng.integers(len(alone), size=count)
+        sd_mm = np.hypot(place.sd_mm, recipe.uncertainty.spread_mm)
+        height = np.where(together, joined[drawn], alone[drawn]) + sd_mm * rng.standard_normal(count)
+        over = height + common + place.turn_mm * angle > recipe.verdict.max_ridge_mm
+        exceeds |= over
+        shares[number] = float(over.mean())
+    return Risk(shares, None if None in shares.values() else float(exceeds.mean()))
