@@ -151,7 +151,6 @@ study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run
 	$(python) -m lab.study bench/study
 	$(python) bench/study/limit.py
 	$(python) bench/study/knobs.py
-	$(python) bench/study/bridge_nets.py --out bench/study/bridge_nets.txt
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
 	$(python) bench/study/places.py

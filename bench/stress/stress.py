@@ -1,8 +1,8 @@
-"""The stress table: python bench/stress/stress.py [--count 2000] [--method auto] [--out bench/stress].
+"""The stress table: python bench/stress/stress.py [--count 400] [--draws 1 2 3 4 5] [--out bench/stress].
 
-It varies one parameter at a time, and takes Latin-hypercube combinations of all of them. Writes stress.txt, stress.csv
-and stress.png, and each case that is neither certified nor refused to build/stress, for
-`python -m debulk.inspection.evaluate.replay`.
+It varies one parameter at a time, and takes draws of Latin-hypercube combinations of all of them, each with its own
+seed. Ill-conditioned answers are held against Ipopt's (second.py). Writes stress.txt, stress.csv and stress.png, and
+each case that is neither certified nor refused to build/stress, for `python -m debulk.inspection.evaluate.replay`.
 """
 
 from __future__ import annotations
@@ -18,11 +18,15 @@ from pathlib import Path
 
 import numpy as np
 from cases import Case, build, latin_hypercube, one_at_a_time
+from second import ILL, condition, second
 
 from debulk import InputError, solve
 from debulk.inspection.evaluate import replay
+from debulk.inspection.evaluate.laid_pocket import REFUSED
 
-REFUSALS = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "no net")
+LONGEST_MS = 2000.0  # that a solve is meant to take
+SMALL = 150  # nodes of nets whose answers are held against Ipopt's if they are ill-conditioned
+SECONDS_S = 20.0  # that Ipopt may take
 
 
 @dataclass
@@ -43,48 +47,71 @@ class Row:
     iterations: int = 0
     ms: float = np.nan
     rms_spacings: float = np.nan  # of the movable nodes' gaps
+    seed: int = -1  # of the draw
+    number: int = -1  # in the draw
+    condition: float = np.nan  # of the equations of the answer
+    second_ending: str = ""  # Ipopt's, started from an ill-conditioned answer
+    second_energy: float = np.nan  # Ipopt's energy less ours, over the fall of the energy to ours
+    second_moved: float = np.nan  # farthest way of a node between the two answers, in spacings
+
+    @property
+    def good(self) -> bool:
+        """Return whether the case is refused before the solve, or certified within the time meant for it."""
+        return self.ending == "refused" or (self.ending in ("certified", "compliant") and self.ms <= LONGEST_MS)
 
 
-def run(job: tuple[int, str, Case, str, str, float]) -> Row:
+@dataclass(frozen=True)
+class Job:
+    """A case, and how to solve it."""
+
+    group: str
+    case: Case
+    seed: int
+    number: int
+    method: str
+    dumps: str
+    deadline_s: float
+
+
+def run(job: Job) -> Row:
     """Run one case."""
-    number, group, case, method, dumps, deadline_s = job
+    group, case = job.group, job.case
     try:
         model = build(case)
     except InputError as error:
-        return Row(
-            group, case, "refused", "no net", str(error).split(":")[0] + ": " + str(error).split(": ", 1)[1][:60]
-        )
+        return Row(group, case, "refused", "no net", str(error)[:100], seed=job.seed, number=job.number)
     started = time.process_time()
-    solution = solve.minimise(model, method, deadline_s=deadline_s)
+    solution = solve.minimise(model, job.method, deadline_s=job.deadline_s)
     ms = 1e3 * (time.process_time() - started)
     certificate = solution.certificate
-    if solution.status in REFUSALS and solution.iterations == 0:
-        ending = "refused"  # before the solve; a ply that slides off during the solve counts as failed
+    if solution.status in REFUSED and solution.iterations == 0:
+        ending, why = "refused", solution.explanation  # before the solve; a ply that slides off during it has failed
     elif not solution.certified:
-        ending = "failed"
+        ending, why = "failed", certificate.failure
+        name = f"{group.split(',')[0].replace(' ', '_')}_{max(job.seed, 0)}_{job.number}.json"
+        replay.dump(Path(job.dumps) / name, model, solution, method=job.method)
     else:
-        ending = "compliant" if certificate.compliant else "certified"
-    if ending == "failed":
-        replay.dump(
-            Path(dumps) / f"{group.split(',')[0].replace(' ', '_')}_{number}.json", model, solution, method=method
-        )
+        ending, why = "compliant" if certificate.compliant else "certified", ""
     movable = model.kinds != 1
     gaps = model.gaps(solution.nodes_mm)[movable]
     rms = float(np.sqrt(np.mean(gaps**2)) / case.spacing_mm) if movable.any() else 0.0
-    why = solution.certificate.failure if ending == "failed" else ""
-    return Row(
+    row = Row(
         group, case, ending, solution.status, why, len(movable), int(movable.sum()), certificate.kkt_error,
         certificate.strict_kkt_error, certificate.length_error, certificate.penetration_mm, solution.iterations,
-        ms, rms,
+        ms, rms, job.seed, job.number,
     )  # fmt: skip
+    if ending in ("certified", "compliant") and solution.iterations:
+        row.condition = condition(model, solution) if row.nodes <= SMALL else np.nan
+        if row.condition > ILL:
+            other = second(model, solution, SECONDS_S)
+            row.second_ending = "certified" if other.certified else other.status
+            row.second_energy, row.second_moved = other.energy, other.moved
+    return row
 
 
 def table(rows: list[Row], combinations: list[Row]) -> str:
     """Return the table as text."""
-    lines = [
-        "Stress table of the solve. Times are CPU times of single runs, solve and certificate.",
-        "",
-    ]
+    lines = ["Stress table of the solve. Times are processor times of single runs, solve and certificate.", ""]
     head = f"{'parameter':<20} {'case':<44} {'ending':<10} {'status':<22} {'nodes':>5} {'mov':>4} {'it':>5} {'ms':>8} "
     lines += [head + f"{'kkt':>8} {'length':>8} {'rms/spacing':>11}", "-" * 160]
     for r in rows:
@@ -92,32 +119,62 @@ def table(rows: list[Row], combinations: list[Row]) -> str:
             f"{r.group:<20} {r.case.text()[:44]:<44} {r.ending:<10} {r.status:<22} {r.nodes:>5} {r.movable:>4} "
             f"{r.iterations:>5} {r.ms:>8.1f} {r.kkt_error:>8.1e} {r.length_error:>8.1e} {r.rms_spacings:>11.4f} {r.why}"
         )
-    lines += ["", f"{len(combinations)} Latin-hypercube combinations over all ranges"]
-    endings = Counter(r.ending for r in combinations)
-    asked = len(combinations) - endings["refused"]
-    good = endings["certified"] + endings["compliant"]
+    seeds = sorted({r.seed for r in combinations})
+    lines += ["", f"{len(combinations)} Latin-hypercube combinations over all ranges, in {len(seeds)} draws", ""]
     lines.append(
-        f"  refused up front {endings['refused']}, solved {asked}; certified {good}: {100 * good / max(1, asked):.2f} %"
+        f"  {'seed':>5} {'cases':>6} {'refused':>8} {'certified':>10} {'compliant':>10} {'not certified':>14} "
+        f"{'over 2 s':>9}"
     )
-    lines.append(f"  of the certified, with a compliance: {endings['compliant']}; not certified: {endings['failed']}")
-    strict = sum(r.ending in ("certified", "compliant") and r.strict_kkt_error <= 1e-4 for r in combinations)
-    lines.append(f"  with the residual in units of P A / N for stiff plies, too, it would be {strict} of the {good}")
+    for seed in [*seeds, None]:
+        of = [r for r in combinations if seed in (None, r.seed)]
+        endings = Counter(r.ending for r in of)
+        slow = sum(r.ending != "failed" and r.ms > LONGEST_MS for r in of)
+        lines.append(
+            f"  {'all' if seed is None else seed:>5} {len(of):>6} {endings['refused']:>8} "
+            f"{endings['certified'] + endings['compliant']:>10} {endings['compliant']:>10} {endings['failed']:>14} "
+            f"{slow:>9}"
+        )
+    certain = sum(r.ending != "failed" for r in combinations)
+    good = sum(r.good for r in combinations)
+    lines += ["", f"  certified or refused before the solve: {100 * certain / len(combinations):.2f} %"]
+    lines.append(f"  and within 2 s of processor time: {100 * good / len(combinations):.2f} %")
     reasons = Counter((r.status, r.why) for r in combinations if r.ending == "refused")
-    for (status, why), count in reasons.most_common():
-        lines.append(f"    refused, {status} {why}: {count}")
-    for status, count in Counter(r.status for r in combinations if r.ending == "failed").most_common():
-        lines.append(f"    not certified, {status}: {count}")
-    ms = np.array([r.ms for r in combinations if r.ending != "refused"])
-    size = np.array([r.nodes for r in combinations if r.ending != "refused"])
-    for low, high in ((0, 60), (60, 150), (150, 400), (400, 1100)):
-        of = ms[(size > low) & (size <= high)]
-        if of.size:
-            lines.append(f"  {low + 1:>4} to {high:>4} nodes: {of.size:>4} solves, median {np.median(of):.1f} ms, "
-                         f"99 % {np.quantile(of, 0.99):.1f} ms, worst {of.max():.1f} ms")  # fmt: skip
-    for r in combinations:
-        if r.ending == "failed":
-            lines.append(f"  not certified: {r.status}; {r.why}; it {r.iterations}, {r.ms:.0f} ms; {r.case.text()}")
+    lines += [f"    refused {count}: {status}: {why}" for (status, why), count in reasons.most_common()]
+    asked = [r for r in combinations if r.ending != "refused"]
+    strict = sum(r.ending != "failed" and r.strict_kkt_error <= 1e-4 for r in asked)
+    lines.append(f"  residual in units of P A / N for stiff plies, too, below 1e-4: {strict} of {len(asked)} solved")
+    for low, high in ((0, 60), (60, 150), (150, 400), (400, 2000)):
+        ms = np.array([r.ms for r in asked if low < r.nodes <= high])
+        if ms.size:
+            lines.append(f"  {low + 1:>4} to {high:>4} nodes: {ms.size:>4} solves, median {np.median(ms):.1f} ms, "
+                         f"99 % {np.quantile(ms, 0.99):.1f} ms, worst {ms.max():.1f} ms")  # fmt: skip
+    lines += ["", *_seconds(asked), "", "Each that was not certified, or took longer than 2 s:"]
+    for r in asked:
+        if not r.good:
+            lines.append(
+                f"  seed {r.seed} number {r.number}: {r.ending}, {r.status}; {r.why or 'certified'}; "
+                f"it {r.iterations}, {r.ms:.0f} ms, {r.nodes} nodes; {r.case.text()}"
+            )
     return "\n".join(lines) + "\n"
+
+
+def _seconds(asked: list[Row]) -> list[str]:
+    """Return what Ipopt says of the ill-conditioned answers."""
+    ill = [r for r in asked if r.second_ending]
+    lines = [f"Ill-conditioned answers (condition number above {ILL:.0e}), from which Ipopt started: {len(ill)}"]
+    sure = [r for r in ill if r.second_ending == "certified"]
+    same = [r for r in sure if abs(r.second_energy) <= 1e-6]
+    lower = [r for r in sure if r.second_energy < -1e-6]
+    lines.append(
+        f"  Ipopt certified: {len(sure)}; energy the same to 1e-6 of its fall: {len(same)}; lower: {len(lower)}"
+    )
+    if same:
+        lines.append(
+            f"  largest way of a node to Ipopt's of the same energy: {max(r.second_moved for r in same):.1e} spacings"
+        )
+    endings = Counter(r.second_ending for r in ill if r not in sure)
+    lines += [f"    Ipopt ended otherwise: {ending}: {count}" for ending, count in endings.most_common()]
+    return lines
 
 
 def picture(combinations: list[Row], path: Path) -> None:
@@ -155,7 +212,9 @@ def picture(combinations: list[Row], path: Path) -> None:
         axis.set_ylabel("ms a solve")
     axes.flat[-1].axis("off")
     axes.flat[-1].legend(*axes.flat[0].get_legend_handles_labels(), loc="center")
-    figure.suptitle(f"{len(combinations)} random combinations over all ranges: how each solve ended")
+    figure.suptitle(
+        f"{len(combinations)} random combinations over all ranges: how each solve ended, and how long it took"
+    )
     figure.tight_layout()
     figure.savefig(path, dpi=80)
 
@@ -163,23 +222,35 @@ def picture(combinations: list[Row], path: Path) -> None:
 def main() -> None:
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=2000)
+    parser.add_argument("--count", type=int, default=400, help="cases of a draw")
+    parser.add_argument("--draws", type=int, nargs="*", default=[1, 2, 3, 4, 5], help="seeds")
     parser.add_argument("--method", default="auto")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
-    parser.add_argument("--deadline", type=float, default=20.0, help="seconds a solve may take")
+    parser.add_argument("--deadline", type=float, default=600.0, help="seconds of wall time that a solve may take")
     options = parser.parse_args()
     dumps = Path("build/stress")
     dumps.mkdir(parents=True, exist_ok=True)
-    named = list(one_at_a_time()) + [("combination", case) for case in latin_hypercube(options.count)]
-    jobs = [(k, group, case, options.method, str(dumps), options.deadline) for k, (group, case) in enumerate(named)]
-    with ProcessPoolExecutor(options.workers) as pool:
-        rows = list(pool.map(run, jobs, chunksize=4))
-    single = [r for r in rows if r.group != "combination"]
-    combinations = [r for r in rows if r.group == "combination"]
+    draws = [(-1, list(one_at_a_time()))]
+    draws += [
+        (seed, [("combination", case) for case in latin_hypercube(options.count, seed)]) for seed in options.draws
+    ]
+    rows: list[Row] = []
     options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "stress.txt").write_text(text := table(single, combinations))
-    with (options.out / "stress.csv").open("w", newline="") as file:
+    with ProcessPoolExecutor(options.workers) as pool:
+        for seed, cases in draws:
+            jobs = [
+                Job(group, case, seed, k, options.method, str(dumps), options.deadline)
+                for k, (group, case) in enumerate(cases)
+            ]
+            rows += pool.map(run, jobs, chunksize=4)
+            write(rows, options.out)
+
+
+def write(rows: list[Row], out: Path) -> None:
+    """Write the table, the rows and the picture."""
+    combinations = [r for r in rows if r.seed >= 0]
+    with (out / "stress.csv").open("w", newline="") as file:
         names = {"nodes": "net_nodes", "movable": "net_movable"}  # a case has fields of these names, too
         results = [names.get(k, k) for k in asdict(rows[0]) if k != "case"]
         writer = csv.DictWriter(file, [*asdict(Case()), *results])
@@ -187,8 +258,9 @@ def main() -> None:
         for r in rows:
             row = asdict(r)
             writer.writerow({**row.pop("case"), **{names.get(k, k): v for k, v in row.items()}})
-    picture(combinations, options.out / "stress.png")
-    print(text)
+    if combinations:
+        (out / "stress.txt").write_text(table([r for r in rows if r.seed < 0], combinations))
+        picture(combinations, out / "stress.png")
 
 
 if __name__ == "__main__":

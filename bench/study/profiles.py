@@ -22,6 +22,7 @@ from textwrap import fill
 import numpy as np
 
 from debulk import InputError, _core, solve
+from debulk.inspection.evaluate.laid_pocket import REFUSED
 from debulk.recipe import Recipe
 from debulk.sheet import Sheet
 from lab.study import Plan
@@ -81,7 +82,7 @@ def stress_cases(count: int) -> Iterator[Problem]:
             sheet = build(case)
         except InputError:
             continue
-        if solve.minimise(sheet, max_iterations=1).status in ("too_few_movable_nodes", "no_minimum", "not_a_surface"):
+        if solve.minimise(sheet, max_iterations=1).status in REFUSED:
             continue
         yield Problem("stress cases", f"{k}: {case.text()}", sheet)
 

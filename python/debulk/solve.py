@@ -75,8 +75,8 @@ class Solution:
         How the solve ended: converged, nothing_moves, iteration_limit, deadline, cancelled, infeasible,
         numerical_failure; or why it was refused up front: too_few_movable_nodes (more lengths to keep than coordinates
         to keep them with), no_minimum (nothing is fixed, and friction does not hold the ply on the mold; if that shows
-        only during the solve, iterations is above 0), not_a_surface (segments off by more than half their length). Only
-        the first two can be a success.
+        only during the solve, iterations is above 0), not_a_surface (segments off by more than half their length),
+        too_stiff (the springs are a million times as strong as the load, or more). Only the first two can be a success.
     explanation
         The same as a sentence.
     certificate

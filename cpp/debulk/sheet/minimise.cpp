@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -49,6 +50,9 @@ Eigen::VectorXd perturbed(Eigen::VectorXd y, double amplitude, Random& random) {
 }
 
 constexpr double kRetryPerturbation = 0.02;  // spacings
+// The widest net for which the tolerance is as given. A barrier leaves force times gap, in spacings, so that on wider nets
+// a node too high to count as touching would lean on the mold by half the certificate's limit and more.
+constexpr double kWidest_mm = 20;
 
 // Runs one start: solves and judges. If the point is a saddle, it continues from a point beside the saddle; if the
 // solve failed, from a perturbed start; in the last retries with softer fibres (a compliance, for constraints that
@@ -57,6 +61,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
   const Method method_to_use = method(options.method);
   const double spacing = sheet.net().spacing;
   SolveOptions solve = options.solve;
+  solve.tolerance *= std::min(1.0, kWidest_mm / spacing);
   Minimum minimum;
   Eigen::VectorXd next = start;
   for (int attempt = 0; attempt <= options.retries; ++attempt) {
@@ -89,40 +94,71 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
   return minimum;
 }
 
-// Whether something holds the ply as a whole. Fixed nodes do. A net without any is tested as a rigid ply that slides,
-// with all nodes moved by the same (x, y) on the mold: the load times the mean descent, against the grip of the free
-// nodes times the distance moved. It is held where it lies, or it comes to rest within its own size (found by Newton's
-// method with steps of at most a spacing), or it slides off.
-bool held(const Sheet& sheet) {
-  const Points& nodes = sheet.start();
-  if (sheet.movable().size() < nodes.size()) return true;
-  const double load = std::accumulate(sheet.loads_n().begin(), sheet.loads_n().end(), 0.0), spacing = sheet.net().spacing;
-  if (load <= 0) return true;
-  const double grip = sheet.grip_n() / load;
-  Eigen::Vector2d slid = Eigen::Vector2d::Zero();
-  for (int step = 0; step < 300 && slid.norm() < sheet.size_mm(); ++step) {
-    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-    Eigen::Matrix2d curvature = Eigen::Matrix2d::Zero();
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const SurfaceSample mold = sheet.mold().sample(nodes[i].head<2>() + slid);
-      slope += sheet.loads_n()[i] / load * mold.gradient;
-      curvature += sheet.loads_n()[i] / load * mold.hessian;
-    }
-    const double way = slid.norm(), resting = grip * std::sqrt(1 + slope.squaredNorm());
-    if (slope.norm() <= std::max(step == 0 ? resting : 0.0, kLevel)) return true;
-    if (step > 0) {
-      const Eigen::Vector2d along = slid / way;
-      slope += resting * along;
-      curvature += resting / way * (Eigen::Matrix2d::Identity() - along * along.transpose());
-      if (slope.norm() <= kLevel) return true;
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(curvature);
-    Eigen::Vector2d move = axes.eigenvectors().transpose() * -slope;
-    for (int a = 0; a < 2; ++a) move[a] /= std::max(std::abs(axes.eigenvalues()[a]), 1e-12);
-    slid += axes.eigenvectors() * move * std::min(1.0, spacing / move.norm());
+// A net without fixed nodes as a rigid ply that slides: all nodes are moved by the same (x, y) on the mold.
+class Sliding {
+ public:
+  explicit Sliding(const Sheet& sheet)
+      : sheet_(sheet), load_(std::accumulate(sheet.loads_n().begin(), sheet.loads_n().end(), 0.0)) {}
+
+  // Whether the ply rests where it lies or comes to rest within its own size, and so firmly that a push by a spacing, or
+  // by a quarter of its size, does not set it off: the solve moves the nodes of a soft ply as far.
+  bool held() const {
+    if (load_ <= 0) return true;
+    const double spacing = sheet_.net().spacing;
+    Eigen::Vector2d slid = Eigen::Vector2d::Zero();
+    if (!rest(slid)) return false;
+    const double least = energy(slid) - kLevel * spacing - kRounding * sheet_.start().front().norm();
+    for (const double push : {spacing, sheet_.size_mm() / 4})
+      for (int k = 0; k < kPushes; ++k) {
+        const double angle = 2 * EIGEN_PI * k / kPushes;
+        if (energy(slid + push * Eigen::Vector2d(std::cos(angle), std::sin(angle))) < least) return false;
+      }
+    return true;
   }
-  return false;
-}
+
+ private:
+  static constexpr int kPushes = 16;
+  static constexpr double kRounding = 1e-15;  // of the mold's height, over its place
+
+  double grip() const { return sheet_.grip_n() / load_; }
+  // The mean height of the mold below the nodes and the work of friction, over the load.
+  double energy(const Eigen::Vector2d& slid) const {
+    double sum = grip() * slid.norm();
+    for (std::size_t i = 0; i < sheet_.start().size(); ++i)
+      sum += sheet_.loads_n()[i] / load_ * (sheet_.mold().height(sheet_.start()[i].head<2>() + slid) - sheet_.start()[i].z());
+    return sum;
+  }
+  // Follows the energy downhill by Newton's method with steps of at most a spacing; returns whether that ends.
+  bool rest(Eigen::Vector2d& slid) const {
+    const Points& nodes = sheet_.start();
+    const double spacing = sheet_.net().spacing;
+    for (int step = 0; step < 300 && slid.norm() < sheet_.size_mm(); ++step) {
+      Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+      Eigen::Matrix2d curvature = Eigen::Matrix2d::Zero();
+      for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const SurfaceSample mold = sheet_.mold().sample(nodes[i].head<2>() + slid);
+        slope += sheet_.loads_n()[i] / load_ * mold.gradient;
+        curvature += sheet_.loads_n()[i] / load_ * mold.hessian;
+      }
+      const double way = slid.norm(), resting = grip() * std::sqrt(1 + slope.squaredNorm());
+      if (slope.norm() <= std::max(step == 0 ? resting : 0.0, kLevel)) return true;
+      if (step > 0) {
+        const Eigen::Vector2d along = slid / way;
+        slope += resting * along;
+        curvature += resting / way * (Eigen::Matrix2d::Identity() - along * along.transpose());
+        if (slope.norm() <= kLevel) return true;
+      }
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(curvature);
+      Eigen::Vector2d move = axes.eigenvectors().transpose() * -slope;
+      for (int a = 0; a < 2; ++a) move[a] /= std::max(std::abs(axes.eigenvalues()[a]), 1e-12);
+      slid += axes.eigenvectors() * move * std::min(1.0, spacing / move.norm());
+    }
+    return false;
+  }
+
+  const Sheet& sheet_;
+  double load_;
+};
 
 // Returns why the sheet cannot be solved, if that is known before trying; else `converged`.
 SolveStatus refusal(const Sheet& sheet) {
@@ -134,14 +170,17 @@ SolveStatus refusal(const Sheet& sheet) {
   for (const auto& [i, j] : sheet.segments())
     equations += net.kinds[static_cast<std::size_t>(i)] != NodeKind::fixed || net.kinds[static_cast<std::size_t>(j)] != NodeKind::fixed;
   if (equations > 3 * sheet.movable().size()) return SolveStatus::too_few_movable_nodes;
-  return held(sheet) ? SolveStatus::converged : SolveStatus::no_minimum;
+  // A force as large as the whole load would pass for none.
+  if (Certificate::kkt_limit * sheet.force_unit_n() > sheet.strict_force_n()) return SolveStatus::too_stiff;
+  const bool loose = sheet.movable().size() == sheet.start().size();
+  return !loose || Sliding(sheet).held() ? SolveStatus::converged : SolveStatus::no_minimum;
 }
 
 // Whether no solve was tried, or a solve showed that there is no minimum. Then every other start would end in the same
 // way.
 bool ends_every_start(SolveStatus status) {
   return status == SolveStatus::nothing_moves || status == SolveStatus::too_few_movable_nodes || status == SolveStatus::no_minimum ||
-         status == SolveStatus::not_a_surface;
+         status == SolveStatus::not_a_surface || status == SolveStatus::too_stiff;
 }
 
 }  // namespace

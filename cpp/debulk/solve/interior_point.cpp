@@ -19,15 +19,16 @@ constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kEtaPhi = 1e-8, kSTheta =
 constexpr int kCorrections = 4;
 constexpr double kAcceptable = 100;  // acceptable error, in tolerances
 constexpr int kAcceptableSteps = 15, kPatience = 150;
+constexpr double kMostScale = 10;  // of residuals: however large the multipliers are, the certificate has limits
 constexpr double kDescent = 1e-2;  // a fall of the energy by this share of it (of at least 1) counts as progress
 // Not from that algorithm: a step that would go far, as those of a net without stiffness do, is damped, and cut if
 // damping does not help. Lengths are in units of the variables, that is, spacings.
 constexpr double kLongest = 1.0, kDamping = 1e-3;
 constexpr int kDampings = 4;
 // Nor are these, which are for saddles: six convexified steps in a row below this barrier are taken as an approach to a
-// saddle.
+// saddle. After each escape it takes three more, because it may lead back to the same saddle, which the steps leave, too.
 constexpr double kSaddleMu = 1e-3, kEscapeStep = 0.05, kEscapeMu = 1e-4;
-constexpr int kSaddleSteps = 6, kEscapes = 10;
+constexpr int kSaddleSteps = 6, kMoreSteps = 3, kEscapes = 10;
 
 struct Iterate {
   VectorXd y, lambda, z;  // z: multipliers of the bounds, one per variable, 0 where there is no bound
@@ -103,7 +104,7 @@ class InteriorPoint {
         return SolveStatus::numerical_failure;
       }
       convexified_ = mu_ <= kSaddleMu && system_.convexified() ? convexified_ + 1 : 0;
-      if (convexified_ >= kSaddleSteps && escapes_ < kEscapes) leave_saddle();
+      if (convexified_ >= kSaddleSteps + kMoreSteps * escapes_ && escapes_ < kEscapes) leave_saddle();
     }
   }
 
@@ -111,6 +112,7 @@ class InteriorPoint {
   // convexification.
   bool step() {
     system_.assemble(now_.y, now_.lambda);
+    system_.spare(mu_ <= kSaddleMu);
     const VectorXd sigma = bound_curvature();
     double at_least = 0;
     for (int attempt = 0; attempt < 6 && !(attempt > 0 && options_.stop.now()); ++attempt) {
@@ -270,7 +272,8 @@ class InteriorPoint {
 
   double optimality_error(double mu) const {
     const double of_multipliers = now_.lambda.lpNorm<1>() + now_.z.lpNorm<1>();
-    const double scale = std::max(100.0, of_multipliers / std::max(1, m_ + static_cast<int>(bounded_.size()))) / 100;
+    const double mean = of_multipliers / std::max(1, m_ + static_cast<int>(bounded_.size()));
+    const double scale = std::clamp(mean / 100, 1.0, kMostScale);
     double error = (gradient_ + system_.jacobian_transposed(now_.lambda) - now_.z).lpNorm<Eigen::Infinity>() / scale;
     if (m_ > 0) error = std::max(error, (now_.c - now_.lambda / options_.stiffness).lpNorm<Eigen::Infinity>());
     for (const int i : bounded_) error = std::max(error, std::abs((now_.y[i] - lower_[i]) * now_.z[i] - mu) / scale);

@@ -3,6 +3,7 @@
 #include <Eigen/SparseCholesky>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace debulk {
@@ -44,10 +45,63 @@ Eigen::VectorXd least_squares(const Eigen::SparseMatrix<double>& columns, const 
   return x;
 }
 
+using Vector = Eigen::VectorXd;
+
+double longest_step(const Vector& x, const Vector& dx, const std::vector<int>& positive) {
+  double longest = 1;
+  for (const int k : positive)
+    if (dx[k] < 0) longest = std::min(longest, -0.995 * x[k] / dx[k]);
+  return longest;
+}
+
+// The same fit by Mehrotra's primal-dual method, which needs no guess of the columns that take part. Where columns
+// depend on each other, as the fibres and contacts of a flat net do, there are many fits, and pivoting would go round
+// between them; this ends inside the set of them.
+Vector interior_fit(const Eigen::SparseMatrix<double>& columns, const Vector& gradient, const std::vector<int>& non_negative,
+                    const Stop& stop) {
+  constexpr int kSteps = 60;
+  constexpr double kSmall = 1e-10;  // of the largest force
+  const double scale = std::max(1e-300, gradient.lpNorm<Eigen::Infinity>());
+  const auto count = static_cast<double>(non_negative.size());
+  Eigen::SparseMatrix<double> normal = columns.transpose() * columns;
+  const double shift = 1e-11 * std::max(1e-300, normal.diagonal().maxCoeff());
+  Vector x = Vector::Zero(columns.cols()), z = x, diagonal = normal.diagonal().array() + shift;
+  for (const int k : non_negative) x[k] = z[k] = scale;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
+  factors.analyzePattern(normal);
+  for (int step = 0; step < kSteps; ++step) {
+    if (stop.now()) throw Stopped("while multipliers were fitted");
+    const Vector slope = columns.transpose() * (gradient - columns * x) + z;
+    const double gap = x.dot(z) / count;
+    if (slope.lpNorm<Eigen::Infinity>() <= kSmall * scale && gap <= kSmall * kSmall * scale * scale) break;
+    for (int k = 0; k < normal.cols(); ++k) normal.coeffRef(k, k) = diagonal[k];
+    for (const int k : non_negative) normal.coeffRef(k, k) += z[k] / x[k];
+    factors.factorize(normal);
+    if (factors.info() != Eigen::Success) break;
+    Vector dx, dz = Vector::Zero(x.size());
+    const auto solve = [&](const Vector& product) {  // what x z is to be less
+      Vector right = slope;
+      for (const int k : non_negative) right[k] -= product[k] / x[k];
+      dx = factors.solve(right);
+      for (const int k : non_negative) dz[k] = -(product[k] + z[k] * dx[k]) / x[k];
+    };
+    Vector product = x.cwiseProduct(z);
+    solve(product);
+    const double first = (x + longest_step(x, dx, non_negative) * dx).dot(z + longest_step(z, dz, non_negative) * dz) / count;
+    const double aim = std::pow(std::max(0.0, first) / gap, 3) * gap;
+    for (const int k : non_negative) product[k] += dx[k] * dz[k] - aim;
+    solve(product);
+    if (!dx.allFinite() || !dz.allFinite()) break;
+    x += longest_step(x, dx, non_negative) * dx;
+    z += longest_step(z, dz, non_negative) * dz;
+  }
+  return x;
+}
+
 }  // namespace
 
-// Block principal pivoting: all wrong columns change sides at once. If that stops helping, they change one at a time
-// (the last one, Murty's rule), which is certain to end.
+// Block principal pivoting, in which all wrong columns change sides at once. If that stops helping, the columns depend
+// on each other, and the interior method decides.
 Multipliers fit_multipliers(const Eigen::SparseMatrix<double>& columns, const Eigen::VectorXd& gradient,
                             const std::vector<int>& non_negative, const Stop& stop) {
   std::vector<char> in(static_cast<std::size_t>(columns.cols()), 1);
@@ -55,8 +109,7 @@ Multipliers fit_multipliers(const Eigen::SparseMatrix<double>& columns, const Ei
   Multipliers fit;
   std::size_t fewest = non_negative.size() + 1;
   int patience = 3;
-  const int most = 20 + 3 * static_cast<int>(non_negative.size());
-  for (int round = 0; round < most; ++round) {
+  while (true) {
     if (stop.now()) throw Stopped("while multipliers were fitted");
     fit.x = least_squares(columns, gradient, in);
     fit.residual = gradient - columns * fit.x;
@@ -69,10 +122,10 @@ Multipliers fit_multipliers(const Eigen::SparseMatrix<double>& columns, const Ei
     if (wrong.size() < fewest) {
       fewest = wrong.size();
       patience = 3;
-    } else {
-      --patience;
+    } else if (--patience < 0) {
+      fit.x = interior_fit(columns, gradient, non_negative, stop);
+      break;
     }
-    if (patience < 0) wrong.erase(wrong.begin(), wrong.end() - 1);
     for (const int k : wrong) in[static_cast<std::size_t>(k)] = !in[static_cast<std::size_t>(k)];
   }
   for (const int k : non_negative) fit.x[k] = std::max(0.0, fit.x[k]);

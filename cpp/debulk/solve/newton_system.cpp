@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kStiffest = 1e8;  // largest rho; beyond it, the factorisation loses the digits of W
 constexpr double kShiftFirst = 1e-4, kShiftLeast = 1e-12, kShiftMost = 1e12;
+// Shares of the compression that are left out: the least, and how the next to try goes with the last that served.
+constexpr double kShareLeast = 1e-6, kShareLess = 4, kShareMore = 8;
 constexpr int kRefinements = 6, kLanczosSteps = 15;
 constexpr double kRefined = 1e-8;  // of the slope; a residual this small is far below what the next step has to correct
 
@@ -100,6 +102,12 @@ bool NewtonSystem::factor(const Eigen::VectorXd& sigma, double stiffness, double
   if (!convexified_) return true;
   if (stop_.now()) return false;
   assemble_convex();
+  if (sparing_ && shift_ == 0)
+    for (share_ = std::max(kShareLeast, share_ / kShareLess); share_ < 1; share_ *= kShareMore) {
+      if (try_factor((1 - share_) * w_ + share_ * convex_, sigma)) return true;
+      if (stop_.now()) return false;
+    }
+  share_ = 1;
   return shift_until_positive(convex_, sigma);
 }
 

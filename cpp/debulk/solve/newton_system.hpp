@@ -26,6 +26,9 @@ class NewtonSystem {
 
   void differentiate(const Eigen::VectorXd& y);                            // J
   void assemble(const Eigen::VectorXd& y, const Eigen::VectorXd& lambda);  // W
+  // From now on, no more of the compression is left out than has to be, or again all of it, which is right far from the
+  // answer. Near a saddle the steps would creep without all that need not be left out.
+  void spare(bool sparing) { sparing_ = sparing; }
   bool factor(const Eigen::VectorXd& sigma, double stiffness, double least_shift);
   void solve(const Eigen::VectorXd& slope, const Eigen::VectorXd& deficit, Eigen::VectorXd& dy, Eigen::VectorXd& dl);
   bool convexified() const { return convexified_; }  // whether the last factor() changed or shifted W
@@ -53,7 +56,7 @@ class NewtonSystem {
   std::vector<Problem::Entry> jacobian_, hessian_;
   Eigen::VectorXd j_, w_, convex_;  // convex_: W without fibres in compression, computed only if it is needed
   Eigen::VectorXd y_, lambda_;      // arguments of the last assemble()
-  bool convex_known_ = false, convexified_ = false;
+  bool convex_known_ = false, convexified_ = false, sparing_ = false;
   struct Product {
     int one, other;     // entries of J in the same row
     std::size_t place;  // place of their product in the skyline
@@ -61,6 +64,7 @@ class NewtonSystem {
   std::vector<Product> products_;
   std::vector<std::size_t> places_;  // places of the Hessian's entries
   Skyline plain_, factors_;          // W + S + d, and the factor of M
+  double share_ = 1;  // of the compression, left out by the last factor() that had to
   double stiffness_ = 0, rho_ = 0, shift_ = 0, last_shift_ = 0;
 };
 

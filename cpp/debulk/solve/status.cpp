@@ -24,6 +24,8 @@ const char* name(SolveStatus status) {
       return "no_minimum";
     case SolveStatus::not_a_surface:
       return "not_a_surface";
+    case SolveStatus::too_stiff:
+      return "too_stiff";
   }
   return "unknown";
 }
@@ -47,9 +49,11 @@ const char* explanation(SolveStatus status) {
     case SolveStatus::too_few_movable_nodes:
       return "the net has too few movable nodes for its fibres to be inextensible";
     case SolveStatus::no_minimum:
-      return "no node is fixed, and friction does not hold the ply on the mold";
+      return "no node is fixed, and friction does not hold the ply on the mold where it lies or comes to rest";
     case SolveStatus::not_a_surface:
       return "the net is no surface: segments are far from their length, or nodes coincide";
+    case SolveStatus::too_stiff:
+      return "the ply's own springs are a million times as strong as its load, or more, so that no residual shows whether the load is in balance: check its moduli, its thickness and the pressure";
   }
   return "unknown";
 }

@@ -14,7 +14,8 @@ enum class SolveStatus {
   numerical_failure,      // an evaluation gave not-a-number, a factorisation failed for good, or there was no more progress
   too_few_movable_nodes,  // refused before the solve: more length equations than unknowns
   no_minimum,             // refused before the solve, or found during it: nothing holds the ply against its load
-  not_a_surface           // refused before the solve: segments far from their length, as between nodes that coincide
+  not_a_surface,          // refused before the solve: segments far from their length, as between nodes that coincide
+  too_stiff               // refused before the solve: the load is too weak against the springs for the certificate to see it
 };
 
 const char* name(SolveStatus status);

@@ -163,6 +163,10 @@ TEST(Minimise, AFreePlyIsSolvedWhereSomethingHoldsIt) {
   // A trough whose bottom is beside the net: it slides there. A hill: it slides off.
   EXPECT_EQ(ended(std::make_shared<test::Quadric>(0.002, 0, 0.002), slippery), "converged");
   EXPECT_EQ(ended(std::make_shared<test::Quadric>(-0.002, 0, -0.002), slippery), "no_minimum");
+  // On top of a round bar friction holds it, but so little that a push by a spacing sets it off.
+  PlyMaterial smooth;
+  smooth.friction = 1e-3;
+  EXPECT_EQ(ended(std::make_shared<test::Quadric>(-0.004, 0, 0), smooth), "no_minimum");
 }
 
 // Half of the edge is free, and the mold falls away below it: a long way to go for a ply without stiffness.
@@ -187,6 +191,16 @@ TEST(Minimise, FibresPinnedAtBothEndsAtTheirChordAreSolved) {
   const std::vector<Minimum> minima = minimise(sheet, MinimiseOptions());
   EXPECT_TRUE(minima[0].certified()) << minima[0].certificate.failure();
   EXPECT_LE(minima[0].certificate.length_error, 1e-3);
+}
+
+// On a wide net what a barrier leaves of a force acts at a node that is too high to count as touching.
+TEST(Minimise, AWideNetIsSolvedToTheCertificatesLimit) {
+  Net net = test::ridge_net(9, 7, 0.5);
+  for (Eigen::Vector3d& p : net.nodes) p *= 20;
+  net.spacing *= 20;
+  const Minimum minimum = minimise(Sheet(net, 900.0 * 400, PlyMaterial(), std::make_shared<test::Plane>()), MinimiseOptions())[0];
+  EXPECT_TRUE(minimum.certified()) << minimum.certificate.failure();
+  EXPECT_LE(minimum.certificate.kkt_error, 0.5 * Certificate::kkt_limit);
 }
 
 TEST(Minimise, AStiffPlyThatHardlyFeelsTheVacuumIsCertified) {

@@ -110,6 +110,14 @@ Minimum not_a_surface() {
   return minimise(Sheet(net, kArea, PlyMaterial(), plane()), MinimiseOptions())[0];
 }
 
+// A plate on which the vacuum is lost.
+Minimum too_stiff() {
+  PlyMaterial plate;
+  plate.young_mpa = 1e9;
+  plate.pressure_mpa = 1e-4;
+  return minimise(Sheet(test::ridge_net(9, 7, 0.5), kArea, plate, plane()), MinimiseOptions())[0];
+}
+
 TEST(Status, OfEveryKindIsReached) {
   const std::map<SolveStatus, std::vector<Minimum>> ways = {
       {SolveStatus::converged, {converged()}},
@@ -122,8 +130,10 @@ TEST(Status, OfEveryKindIsReached) {
       {SolveStatus::too_few_movable_nodes, {too_few_movable_nodes()}},
       {SolveStatus::no_minimum, {no_minimum(false), no_minimum(true)}},
       {SolveStatus::not_a_surface, {not_a_surface()}},
+      {SolveStatus::too_stiff, {too_stiff()}},
   };
-  const std::set<SolveStatus> up_front = {SolveStatus::nothing_moves, SolveStatus::too_few_movable_nodes, SolveStatus::not_a_surface};
+  const std::set<SolveStatus> up_front = {SolveStatus::nothing_moves, SolveStatus::too_few_movable_nodes, SolveStatus::not_a_surface,
+                                          SolveStatus::too_stiff};
   std::set<std::string> names, explanations;
   for (const auto& [status, minima] : ways)
     for (const Minimum& minimum : minima) {

@@ -60,6 +60,23 @@ TEST(Multipliers, KeepTheirSignsWhereColumnsDependOnEachOther) {
   }
 }
 
+// As on a flat net, where contacts and fibres hold each other in many ways: far more columns than forces.
+TEST(Multipliers, AreFoundAmongManyWhereColumnsDependOnEachOther) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    const Eigen::MatrixXd a = random_matrix(30, 20, seed) * random_matrix(20, 90, 100 + seed);
+    std::vector<int> signs;
+    Eigen::VectorXd known = random_matrix(90, 1, 200 + seed);
+    for (int k = 5; k < 90; ++k) {
+      signs.push_back(k);
+      known[k] = std::max(0.0, known[k]);
+    }
+    const Eigen::VectorXd g = a * known;
+    const Multipliers fit = fit_multipliers(a.sparseView(), g, signs);
+    for (const int k : signs) EXPECT_GE(fit.x[k], 0);
+    EXPECT_LT(fit.residual.lpNorm<Eigen::Infinity>(), 1e-7 * g.lpNorm<Eigen::Infinity>()) << seed;
+  }
+}
+
 TEST(Multipliers, AreNotFittedOnceStopped) {
   Stop stop;
   stop.cancel();

@@ -27,7 +27,7 @@ Criterion = Literal["excess", "paper"]
 __all__ = ["REFUSED", "LaidPocket", "criteria", "lay_net", "lay_pocket"]
 
 # Statuses of a solve which mean that the pocket itself cannot be judged.
-REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface")
+REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "too_stiff")
 _FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
 _FREE = 2  # kind of a node at the ply's edge
 _SLIP_LENGTHS = 2.0  # of ply beside the edge: from farther away nothing is released
