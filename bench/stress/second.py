@@ -98,7 +98,7 @@ def forces(model: sheet.Sheet, x: Exact, loads: Exact) -> Exact:
 def _add_corners(
     out: Exact, x: Exact, n: NDArray[np.int32], one: int, other: int, c: np.longdouble, rest: np.longdouble, sign: int
 ) -> None:
-    """Add the gradient of c/2 (angle - rest)^2 between the segments to two neighbours, the second turned by its sign."""
+    """Add the gradient of c/2 (angle - rest)^2 between the segments to two neighbours, one of them turned."""
     node = np.flatnonzero((n[:, one] >= 0) & (n[:, other] >= 0))
     a, b = n[node, one], n[node, other]
     u, v = x[a] - x[node], sign * (x[b] - x[node])
