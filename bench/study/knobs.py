@@ -49,7 +49,7 @@ LINES_MM = (1.0, 4.0, 8.0)  # no setting of a recipe, but of debulk.fibre.measur
 DEADLINES_S = (0.05, 0.1, 0.2)
 # What the picture calls the default of each knob; None: no value to name.
 DEFAULTS = {
-    "heights apart": "0.5 mm", LINES: "2 mm", "filters": "median of 3, 4 neighbours", "regions": "regions",
+    "heights apart": "as scanned", LINES: "2 mm", "filters": "median of 3, 4 neighbours", "regions": "regions",
     "minima": "always", "starts": "2 to 8", "tolerance": "1e-8", "nodes of a net": "100", "criterion": "excess",
     "threads": "all", "deadline": "none",
 }  # fmt: skip
@@ -218,20 +218,28 @@ def main() -> None:
     parser.add_argument("--layups", type=int, default=11)
     parser.add_argument("--first", type=int, default=5000)
     parser.add_argument("--pixels", type=int, nargs=2, default=(1280, 960))
-    parser.add_argument("--only", help="measure the default and this knob alone; the others are read from knobs.csv")
+    parser.add_argument("--only", help="measure the default and this knob alone, and add it to knobs.csv")
     parser.add_argument("--out", type=Path, default=Path(__file__).with_name("knobs.txt"))
     args = parser.parse_args()
     layups, pixels = range(args.first, args.first + args.layups), (args.pixels[0], args.pixels[1])
     results = measured(layups, pixels, args.only)
     kept = args.out.with_suffix(".csv")
     if args.only:
-        results = _read(kept, args.only) + results[1:]
+        results = joined(_read(kept, args.only), results)
     with kept.open("w", newline="") as file:
         writer = csv.DictWriter(file, [f.name for f in fields(Result)])
         writer.writeheader()
         writer.writerows(asdict(r) for r in results)
     args.out.write_text(table(results, layups, pixels))
     picture(results, args.out.with_suffix(".png"))
+
+
+def joined(before: list[Result], now: list[Result]) -> list[Result]:
+    """Add a knob to what was measured before, its times as shares of the default's, then and now."""
+    for r in now[1:]:
+        r.cpu_ms *= before[0].cpu_ms / now[0].cpu_ms
+        r.wall_ms *= before[0].wall_ms / now[0].wall_ms
+    return before + now[1:]
 
 
 def _read(path: Path, without: str) -> list[Result]:
