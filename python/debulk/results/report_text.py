@@ -24,6 +24,9 @@ _TEXT_COLUMNS = {HEADINGS.index(name) for name in ("verdict", "range", "paper", 
 _SPARE = tuple(HEADINGS.index(name) for name in ("nodes", "time ms", "Δ mm", "paper", "RMS mm", "peak mm"))
 
 
+_LEAST_ROOM = 20  # characters in which a column of sentences is folded in its place
+
+
 class Figures(NamedTuple):
     """A pocket's figures as displayed; the ridge is the one that decides, with its range and margin."""
 
@@ -144,8 +147,13 @@ def columns(
 ) -> list[str]:
     """Lay out rows in columns; those whose numbers are in `text` are aligned left.
 
-    If the rows are wider than `width`, the column `reason` is folded below its row, and as many of the columns `spare`
-    as needed are left out, the first ones first.
+    If the rows are wider than `width`, the column `reason` is folded, in its place where it is the last one and has
+    room, otherwise below its row; and as many of the columns `spare` as needed are left out, the first ones first.
+
+    Examples
+    --------
+    >>> columns([("#", "do"), ("7", "smooth the ply, and scan again")], {1}, 25, 1)
+    ['#  do', '7  smooth the ply, and', '   scan again']
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     left_out: set[int] = set()
@@ -154,6 +162,15 @@ def columns(
         kept = [w for k, w in enumerate(widths) if k not in left_out]
         return sum(kept) + 2 * len(kept) - 2
 
+    last = sum(widths[:-1]) + 2 * len(widths[:-1])
+    if width is not None and reason == len(widths) - 1 and width - last >= _LEAST_ROOM:
+        lines = []
+        for row in rows:
+            cells = [c.ljust(w) if k in text else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))]
+            folded = textwrap.wrap(row[-1], width - last) or [""]
+            lines.append("  ".join([*cells[:-1], folded[0]]).rstrip())
+            lines += [" " * last + more for more in folded[1:]]
+        return lines
     if width is not None:
         for k in () if reason is None else (reason, *spare):
             if room() > width:
