@@ -202,6 +202,7 @@ trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scen
 	$(python) bench/trust/dishes.py --out bench/trust/dishes.txt
 	$(python) bench/trust/steep.py --out bench/trust/steep.txt
 	$(python) bench/trust/smoothing.py --out bench/trust/smoothing.txt
+	$(python) bench/trust/third.py --out bench/trust/third.txt
 	$(python) bench/trust/lines.py --out bench/trust/lines.txt
 	$(python) bench/trust/stranger.py --scenes 80 --seed 11 --out bench/trust/stranger.txt
 	$(python) bench/trust/setups.py --out bench/trust/setups.txt

@@ -1,5 +1,6 @@
 """What experiments and tests need and a cell does not: it is in no wheel.
 
 `varied` is a second family of virtual layups, with the faults, filters and mistakes that spoil an inspector's input;
+`third` is a third one, written from the laws of the model without a look at the other two;
 `study` measures the solver's error against its run time. Programs in bench/ and the tests import it as ``lab``.
 """
