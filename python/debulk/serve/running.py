@@ -65,12 +65,12 @@ def serve(
     InputError
         If the address cannot be used, or the folder is not there.
     """
+    if spool is not None and not spool.is_dir():
+        raise InputError(f"--spool: there is no folder {spool}")
     try:
         bound = socket.create_server((host, port), backlog=64)
     except (OSError, OverflowError) as error:
         raise InputError(f"--host {host} --port {port}: cannot be listened to: {error}") from None
-    if spool is not None and not spool.is_dir():
-        raise InputError(f"--spool: there is no folder {spool}")
     with bound, tempfile.TemporaryDirectory(prefix="debulk-serve-", dir=spool) as folder:
         address = f"http://{host}:{bound.getsockname()[1]}/"
         asyncio.run(_served(service, bound, Path(folder), most_bytes, address, ready, opcua))
@@ -104,8 +104,13 @@ async def _served(
             ended.push_async_callback(vision.stop)
         work = asyncio.ensure_future(made.work())
         ended.push_async_callback(_ended, work)
+        server = _Server(settings)
+        # Without the work no scan would be inspected, so the server ends with it.
+        work.add_done_callback(lambda _: server.handle_exit(signal.SIGTERM, None))
         ready(address)
-        await _Server(settings).serve(sockets=[bound])
+        await server.serve(sockets=[bound])
+        if work.done():
+            await work
 
 
 async def _ended(work: asyncio.Task[None]) -> None:

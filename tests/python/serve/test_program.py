@@ -73,3 +73,17 @@ def test_a_port_that_is_taken_is_named(cell):
             [sys.executable, "-c", CALL, "serve", "--port", port], cwd=cell, capture_output=True, text=True, timeout=60
         )
     assert done.returncode == 2 and f"--port {port}: cannot be listened to" in done.stderr
+
+
+def test_a_service_that_can_inspect_no_more_ends(cell):
+    """It must not go on to accept scans that nobody inspects."""
+    broken = """
+import debulk.serve.service as service
+async def work(self):
+    raise RuntimeError("broken by the test")
+service.Service.work = work
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", broken + CALL, "serve", "--port", "0"], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 70 and "broken by the test" in done.stderr

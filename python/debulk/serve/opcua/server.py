@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,9 @@ from debulk.serve.result import Job, Result
 from debulk.serve.service import Service
 
 __all__ = ["MachineVision"]
+
+
+log = logging.getLogger("debulk")
 
 
 class MachineVision:
@@ -90,15 +94,22 @@ class MachineVision:
     async def _follow(self) -> None:
         """Tell what happens, one after the other: no result is left out, however fast they come."""
         while True:
-            match news := await self._news.get():
-                case Job():
-                    await self._fire("JobStartedEventType", f"inspects {news.scan.name}", JobId=job_id(news.id))
-                case Result():
-                    data = result_data(news, self._methods.meas_id(news.id))
-                    fields = {name: variant(name, getattr(data, name)) for name in FIELDS}
-                    await self._fire("ResultReadyEventType", f"{news.verdict}: {news.reason}", **fields)
-                    await self._fire("ReadyEventType", "ready", JobId=job_id(news.id))
-            await self._write_states()
+            news = await self._news.get()
+            try:
+                await self._tell(news)
+                await self._write_states()
+            except Exception:  # the next result must be told all the same
+                log.exception("a fault of debulk's while OPC UA was told of %s", news)
+
+    async def _tell(self, news: Job | Result | None) -> None:
+        match news:
+            case Job():
+                await self._fire("JobStartedEventType", f"inspects {news.scan.name}", JobId=job_id(news.id))
+            case Result():
+                data = result_data(news, self._methods.meas_id(news.id))
+                fields = {name: variant(name, getattr(data, name)) for name in FIELDS}
+                await self._fire("ResultReadyEventType", f"{news.verdict}: {news.reason}", **fields)
+                await self._fire("ReadyEventType", "ready", JobId=job_id(news.id))
 
     async def _fire(self, event: str, message: str, **fields: ua.Variant) -> None:
         for generator in self._events[event]:
