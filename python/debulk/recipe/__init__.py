@@ -15,6 +15,7 @@ from debulk.recipe.tables import (
     Run,
     Segmentation,
     Solve,
+    Uncertainty,
     VerdictLimits,
 )
 
@@ -31,5 +32,6 @@ __all__ = [
     "Section",
     "Segmentation",
     "Solve",
+    "Uncertainty",
     "VerdictLimits",
 ]
