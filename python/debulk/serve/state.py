@@ -37,10 +37,11 @@ def health(service: Service) -> dict[str, Any]:
     """Return whether the service can take a scan, and what it is at."""
     ready = any(state == "ready" for state in service.inspectors.names().values())
     return {
-        "ok": ready and not service.blocked,
+        "ok": ready and not service.blocked and not service.halted,
         "started_utc": service.started_utc,
         "running": service.running is not None,
         "hanging": service.hanging,
+        "halted": service.halted,
         "waiting": service.waiting,
         "most_waiting": service.most_waiting,
         "inspectors": service.inspectors.names(),
