@@ -156,7 +156,8 @@ def table(rows: list[Row], combinations: list[Row]) -> str:
         if not r.good:
             lines.append(
                 f"  seed {r.seed} number {r.number}: {r.ending}, {r.status}; {r.why or 'certified'}; "
-                f"it {r.iterations}, {r.ms:.0f} ms, {r.nodes} nodes; {r.case.text()}"
+                f"it {r.iterations}, {r.ms:.0f} ms, {r.ms / max(1, r.iterations):.0f} an iteration, "
+                f"{r.nodes} nodes; {r.case.text()}"
             )
     return "\n".join(lines) + "\n"
 

@@ -101,14 +101,14 @@ class Sliding {
       : sheet_(sheet), load_(std::accumulate(sheet.loads_n().begin(), sheet.loads_n().end(), 0.0)) {}
 
   // Whether the ply rests where it lies or comes to rest within its own size, and so firmly that a push by a spacing, or
-  // by a quarter of its size, does not set it off: the solve moves the nodes of a soft ply as far.
+  // as far as from its middle to its edge, does not set it off: the solve moves the nodes of a soft ply as far.
   bool held() const {
     if (load_ <= 0) return true;
     const double spacing = sheet_.net().spacing;
     Eigen::Vector2d slid = Eigen::Vector2d::Zero();
     if (!rest(slid)) return false;
     const double least = energy(slid) - kLevel * spacing - kRounding * sheet_.start().front().norm();
-    for (const double push : {spacing, sheet_.size_mm() / 4})
+    for (const double push : {spacing, sheet_.size_mm() / 2})
       for (int k = 0; k < kPushes; ++k) {
         const double angle = 2 * EIGEN_PI * k / kPushes;
         if (energy(slid + push * Eigen::Vector2d(std::cos(angle), std::sin(angle))) < least) return false;
