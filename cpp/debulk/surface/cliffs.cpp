@@ -117,9 +117,13 @@ Grid<int> lowest_near(const Grid<int>& ranks, int reach, int threads, const Stop
   const auto pass = [&](const Grid<int>& from, Grid<int>& to, int di, int dj) {
     parallel_for(from.ny, 16, threads, stop, [&](long begin, long end) {
       for (int j = static_cast<int>(begin); j < end; ++j)
-        for (int i = 0; i < from.nx; ++i)
-          for (int d = -reach; d <= reach; ++d)
-            if (from.contains(i + d * di, j + d * dj)) to.at(i, j) = std::min(to.at(i, j), from.at(i + d * di, j + d * dj));
+        for (int d = -reach; d <= reach; ++d) {
+          if (j + d * dj < 0 || j + d * dj >= from.ny) continue;
+          const int first = std::max(0, -d * di), last = std::min(from.nx, from.nx - d * di);
+          const int* near = &from.values[from.index(0, j + d * dj)];
+          int* lowest = &to.values[to.index(0, j)];
+          for (int i = first; i < last; ++i) lowest[i] = std::min(lowest[i], near[i + d * di]);
+        }
     });
   };
   pass(ranks, rows, 1, 0);

@@ -16,6 +16,7 @@
 #include "debulk/surface/fill_nodes.hpp"
 #include "debulk/surface/misfit.hpp"
 #include "debulk/surface/pooled.hpp"
+#include "debulk/surface/row_moments.hpp"
 
 namespace debulk {
 namespace {
@@ -25,39 +26,6 @@ constexpr double bent_mm = 0.1;        // so far off over several nodes, a fit d
 constexpr double bent_reach_mm = 8.0;  // distance from there to the nodes whose fits are the cause
 constexpr int halvings = 2;            // of the window there; a shoulder of 5 mm radius needs a quarter of the window
 constexpr double noisier = 30.0;       // a node is left out if its variance is so many times that with a full window
-
-// Sums over a row of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of w z².
-using Moments = std::array<double, 9>;
-
-// Where the nodes lie: every `step` cells from `first_i`, `first_j`, from at or just before the grid's border to at or
-// just behind it.
-struct Nodes {
-  int step, nx, ny, first_i, first_j;
-
-  Nodes(const Grid<float>& heights, double spacing) : step(std::max(1, static_cast<int>(std::lround(spacing / heights.spacing)))) {
-    nx = std::max(4, (heights.nx - 2 + step) / step + 1);
-    ny = std::max(4, (heights.ny - 2 + step) / step + 1);
-    first_i = -((nx - 1) * step - (heights.nx - 1)) / 2;
-    first_j = -((ny - 1) * step - (heights.ny - 1)) / 2;
-  }
-};
-
-// The weights along one axis of the window, times powers of the coordinate.
-struct Window {
-  int reach;
-  std::vector<std::array<double, 5>> powers;  // w x^a at [d + reach]
-  std::array<double, 5> all{};                // their sums
-
-  explicit Window(int r) : reach(r) {
-    for (int d = -r; d <= r; ++d) {
-      const double x = static_cast<double>(d) / (r + 1);
-      double w = std::pow(1 - x * x, 2);
-      std::array<double, 5>& at = powers.emplace_back();
-      for (std::size_t a = 0; a < 5; ++a, w *= x) at[a] = w, all[a] += w;
-    }
-  }
-  const std::array<double, 5>& at(int d) const { return powers[static_cast<std::size_t>(d + reach)]; }
-};
 
 // Normal equations of the quadratic 1, x, y, x², xy, y², from the sums over rows.
 struct Quadratic {
@@ -69,14 +37,15 @@ struct Quadratic {
   std::array<std::array<double, 3>, 3> heights{};  // of w x^a y^b z, a + b <= 2
   double squares = 0;
 
-  void add_weights(const double* row, const std::array<double, 5>& y) {
+  void add_weights(const std::array<double, 5>& row, const std::array<double, 5>& y) {
     for (std::size_t b = 0; b < 5; ++b)
       for (std::size_t a = 0; a + b < 5; ++a) weights[b][a] += y[b] * row[a];
   }
-  void add_heights(const Moments& row, const std::array<double, 5>& y) {
+  // From the sums that RowMoments gives for several nodes.
+  void set_heights(const double* sums) {
     for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t a = 0; a + b < 3; ++a) heights[b][a] += y[b] * row[5 + a];
-    squares += y[0] * row[8];
+      for (std::size_t a = 0; a + b < 3; ++a, sums += kTogether) heights[b][a] = *sums;
+    squares = *sums;
   }
   Normal normal() const {
     Normal out;
@@ -112,83 +81,47 @@ struct Factors {
   }
 };
 
-Moments row_moments(const float* row, int nx, int middle, const Window& window, bool complete) {
-  Moments m{};
-  if (complete) {  // the weights are even, so the heights to the left and right are taken in pairs
-    std::copy(window.all.begin(), window.all.end(), m.begin());
-    const double z = row[middle];
-    double even = window.at(0)[0] * z, odd = 0, second = 0, squares = window.at(0)[0] * z * z;
-    for (int d = 1; d <= window.reach; ++d) {
-      const std::array<double, 5>& w = window.at(d);
-      const double left = row[middle - d], right = row[middle + d], sum = right + left;
-      even += w[0] * sum, odd += w[1] * (right - left), second += w[2] * sum, squares += w[0] * (left * left + right * right);
-    }
-    m[5] = even, m[6] = odd, m[7] = second, m[8] = squares;
-    return m;
-  }
-  const int begin = std::max(0, middle - window.reach), end = std::min(nx - 1, middle + window.reach);
-  for (int i = begin; i <= end; ++i) {
-    if (std::isnan(row[i])) continue;
-    const std::array<double, 5>& w = window.at(i - middle);
-    const double z = row[i];
-    for (std::size_t a = 0; a < 5; ++a) m[a] += w[a];
-    for (std::size_t a = 0; a < 3; ++a) m[5 + a] += w[a] * z;
-    m[8] += w[0] * z * z;
-  }
-  return m;
-}
-
 // The fits round the nodes that are wanted (all, if `wanted` is empty). Their height is NaN if there is too little to
 // fit to.
-Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const Nodes& nodes, const Window& window, const Grid<std::uint8_t>& wanted,
+Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window, const Grid<std::uint8_t>& wanted,
                                int threads, const Stop& stop) {
   const int reach = window.reach;
-  const auto place = [&](int i, long j) {
-    return static_cast<std::size_t>(j) * static_cast<std::size_t>(nodes.nx) + static_cast<std::size_t>(i);
-  };
   Quadratic full;
-  for (int d = -reach; d <= reach; ++d) full.add_weights(window.all.data(), window.at(d));
+  for (int d = -reach; d <= reach; ++d) full.add_weights(window.all, window.at(d));
   const Factors complete_factors(full.normal());
   const double limit = noisier * complete_factors.variance;
 
   Grid<Quadratic::Fit> out(nodes.nx, nodes.ny, heights.position(nodes.first_i, nodes.first_j), nodes.step * heights.spacing);
-  std::vector<Moments> rows(static_cast<std::size_t>(heights.ny) * static_cast<std::size_t>(nodes.nx));
-  std::vector<std::uint8_t> complete(rows.size());
-  parallel_for(heights.ny, 16, threads, stop, [&](long begin, long end) {
-    std::vector<int> missing(static_cast<std::size_t>(heights.nx) + 1, 0);  // number before each column
-    for (long j = begin; j < end; ++j) {
-      const float* row = &heights.values[heights.index(0, static_cast<int>(j))];
-      for (int i = 0; i < heights.nx; ++i)
-        missing[static_cast<std::size_t>(i) + 1] = missing[static_cast<std::size_t>(i)] + std::isnan(row[i]);
-      for (int i = 0; i < nodes.nx; ++i) {
-        const int middle = nodes.first_i + i * nodes.step;
-        complete[place(i, j)] = middle >= reach && middle + reach < heights.nx &&
-                                missing[static_cast<std::size_t>(middle + reach) + 1] == missing[static_cast<std::size_t>(middle - reach)];
-        rows[place(i, j)] = row_moments(row, heights.nx, middle, window, complete[place(i, j)] != 0);
+  const RowMoments rows(heights, nodes, window, threads, stop);
+  parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
+    for (int j = static_cast<int>(begin); j < end; ++j) {
+      const int middle = nodes.first_j + j * nodes.step;
+      const int low = std::max(0, middle - reach), high = std::min(heights.ny - 1, middle + reach);
+      if (low > high) continue;  // the node lies beyond the border
+      for (int first = 0; first < nodes.nx; first += kTogether) {
+        const int last = std::min(first + kTogether, nodes.nx);
+        const auto asked = [&](int i) { return wanted.size() == 0 || wanted.at(i, j) != 0; };
+        bool any = false;
+        for (int i = first; i < last; ++i) any = any || asked(i);
+        if (!any) continue;
+        double found[kSquareSums * kTogether];
+        rows.add_up(first, low, high, middle, found);
+        const std::array<std::uint8_t, kTogether> complete = rows.all_complete(first, low, high);
+        for (int i = first; i < last; ++i) {
+          if (!asked(i)) continue;
+          Quadratic sums;
+          sums.set_heights(found + (i - first));
+          Quadratic::Fit& fit = out.at(i, j);
+          if (high - low == 2 * reach && complete[static_cast<std::size_t>(i - first)]) {
+            fit = complete_factors.fit(sums);
+            continue;
+          }
+          for (int y = low; y <= high; ++y) sums.add_weights(rows.weights(i, y), window.at(y - middle));
+          const Factors factors(sums.normal());
+          if (factors.variance > 0 && factors.variance <= limit) fit = factors.fit(sums);
+        }
       }
     }
-  });
-  parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
-    for (int j = static_cast<int>(begin); j < end; ++j)
-      for (int i = 0; i < nodes.nx; ++i) {
-        if (wanted.size() != 0 && wanted.at(i, j) == 0) continue;
-        const int middle = nodes.first_j + j * nodes.step;
-        const int low = std::max(0, middle - reach), high = std::min(heights.ny - 1, middle + reach);
-        Quadratic sums;
-        bool whole = high - low == 2 * reach;
-        for (int y = low; y <= high; ++y) {
-          sums.add_heights(rows[place(i, y)], window.at(y - middle));
-          whole = whole && complete[place(i, y)] != 0;
-        }
-        Quadratic::Fit& fit = out.at(i, j);
-        if (whole) {
-          fit = complete_factors.fit(sums);
-          continue;
-        }
-        for (int y = low; y <= high; ++y) sums.add_weights(rows[place(i, y)].data(), window.at(y - middle));
-        const Factors factors(sums.normal());
-        if (factors.variance > 0 && factors.variance <= limit) fit = factors.fit(sums);
-      }
   });
   return out;
 }
@@ -218,14 +151,14 @@ Grid<std::uint8_t> halved(const Grid<std::uint8_t>& bent, int times) {
 
 // The nodes' heights, each from the widest of a few windows such that every window up to it agrees with the next
 // narrower one. At the `bent` nodes they are from the least window, halved as many times as is marked there.
-Grid<double> fit_heights(const Grid<float>& heights, const Nodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
+Grid<double> fit_heights(const Grid<float>& heights, const FitNodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
                          int threads, const Stop& stop) {
   std::vector<Grid<Quadratic::Fit>> fits;
-  for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, Window(reach << k), {}, threads, stop));
+  for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, FitWindow(reach << k), {}, threads, stop));
   std::vector<Grid<Quadratic::Fit>> narrow;
   const int most = bent.size() == 0 ? 0 : *std::max_element(bent.values.begin(), bent.values.end());
   for (int k = 1; k <= most; ++k)
-    narrow.push_back(fit_nodes(heights, nodes, Window(std::max(2, reach >> k)), halved(bent, k), threads, stop));
+    narrow.push_back(fit_nodes(heights, nodes, FitWindow(std::max(2, reach >> k)), halved(bent, k), threads, stop));
   Grid<double> out = fits.front().like<double>(nan);
   parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
@@ -285,7 +218,7 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
   require(heights.nx >= 2 && heights.ny >= 2, "heights", "a grid of at least 2 by 2 heights",
           std::to_string(heights.ny) + " by " + std::to_string(heights.nx));
   require(std::isfinite(heights.spacing) && heights.spacing > 0, "heights", "a positive spacing in mm", heights.spacing);
-  const Nodes nodes(heights, options.spacing);
+  const FitNodes nodes(heights, options.spacing);
   const int reach = std::max({2, nodes.step, static_cast<int>(std::lround(options.window / heights.spacing))});
   Grid<float> kept = heights;
   const Grid<std::uint8_t> below = hide_below_cliffs(kept, threads, stop);

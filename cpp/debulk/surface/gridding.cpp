@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "debulk/cloud/pitch.hpp"
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/core/simd.hpp"
 #include "debulk/surface/gridding_unorganised.hpp"
 
 namespace debulk {
@@ -18,11 +21,13 @@ constexpr int tile_side = 32;   // pixels
 constexpr int band_lines = 96;  // lines of the fine grid; a band of grid rows belongs to one thread
 constexpr float nothing = -std::numeric_limits<float>::infinity();
 
-struct Vertex {
-  double u = 0, v = 0;  // column and row in the fine grid
-  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
-  bool seen = false;
-};
+// Compiled for several instruction sets, with which the compiler takes several triangles at a time. No operation
+// changes.
+#if defined(__x86_64__)
+#define DEBULK_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define DEBULK_WIDE
+#endif
 
 // The fine grid: grid point j has the lines j * times ... j * times + times - 1, of which the middle one passes
 // through it.
@@ -30,30 +35,141 @@ struct FineGrid {
   const Grid<float>& grid;
   int times;
   int columns() const { return grid.nx * times; }
-  Vertex vertex(const Eigen::Vector3d& xyz) const {
-    const Eigen::Vector2d at = grid.locate(xyz.head<2>()) * times + Eigen::Vector2d::Constant((times - 1) / 2);
-    return {at.x(), at.y(), xyz, true};
+  double line(double y) const { return (y - grid.origin.y()) / grid.spacing * times + (times - 1) / 2; }
+};
+
+// The corners of a tile's triangles: a pixel's point or, if it is missing, the middle between the two points beside it,
+// above and below it, or of both pairs, if the points of a pair are close. NaN where there is no corner.
+struct Corners {
+  static constexpr int side = tile_side + 1;
+  static constexpr int count = side * side;
+  std::array<double, count> x, y, z, u, v;  // mm, and column and row in the fine grid
+
+  void read(const CloudView& cloud, int column, int row, double longest_squared) {
+    const auto seen = [&](int i, int j) {
+      return i >= 0 && j >= 0 && i < cloud.width && j < cloud.height && cloud.seen(static_cast<std::size_t>(j) * cloud.width + i);
+    };
+    const auto point = [&](int i, int j) -> Eigen::Vector3d { return Eigen::Map<const Eigen::Vector3f>(cloud.point(i, j)).cast<double>(); };
+    for (int j = 0; j < side; ++j)
+      for (int i = 0; i < side; ++i) {
+        const int at_column = column + i, at_row = row + j;
+        Eigen::Vector3d xyz = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+        if (at_column < cloud.width && at_row < cloud.height) {
+          if (seen(at_column, at_row)) {
+            xyz = point(at_column, at_row);
+          } else {
+            Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+            int pairs = 0;
+            for (const auto& [di, dj] : {std::pair{1, 0}, std::pair{0, 1}}) {
+              if (!seen(at_column - di, at_row - dj) || !seen(at_column + di, at_row + dj)) continue;
+              const Eigen::Vector3d a = point(at_column - di, at_row - dj), b = point(at_column + di, at_row + dj);
+              if ((a - b).squaredNorm() > longest_squared) continue;
+              sum += (a + b) / 2;
+              ++pairs;
+            }
+            if (pairs) xyz = sum / pairs;
+          }
+        }
+        const auto at = static_cast<std::size_t>(j * side + i);
+        x[at] = xyz.x(), y[at] = xyz.y(), z[at] = xyz.z();
+      }
   }
 };
 
-// A pixel's point or, if it is missing, the middle between the two points beside it, above and below it, or of both
-// pairs, if the points of a pair are close.
-Vertex vertex(const CloudView& cloud, int column, int row, double longest_squared, const FineGrid& fine) {
-  const auto seen = [&](int i, int j) {
-    return i >= 0 && j >= 0 && i < cloud.width && j < cloud.height && cloud.seen(static_cast<std::size_t>(j) * cloud.width + i);
-  };
-  const auto point = [&](int i, int j) -> Eigen::Vector3d { return Eigen::Map<const Eigen::Vector3f>(cloud.point(i, j)).cast<double>(); };
-  if (seen(column, row)) return fine.vertex(point(column, row));
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int pairs = 0;
-  for (const auto& [di, dj] : {std::pair{1, 0}, std::pair{0, 1}}) {
-    if (!seen(column - di, row - dj) || !seen(column + di, row + dj)) continue;
-    const Eigen::Vector3d a = point(column - di, row - dj), b = point(column + di, row + dj);
-    if ((a - b).squaredNorm() > longest_squared) continue;
-    sum += (a + b) / 2;
-    ++pairs;
+// The compiler takes several of these at once, but not of those of the standard library, which return references.
+inline double lower(double a, double b) {
+  return b < a ? b : a;
+}
+inline double higher(double a, double b) {
+  return a < b ? b : a;
+}
+
+DEBULK_WIDE void place(Corners& corners, double x, double y, double spacing, int times) {
+  const int middle = (times - 1) / 2;
+  for (std::size_t k = 0; k < Corners::count; ++k) {
+    corners.u[k] = (corners.x[k] - x) / spacing * times + middle;
+    corners.v[k] = (corners.y[k] - y) / spacing * times + middle;
   }
-  return pairs ? fine.vertex(sum / pairs) : Vertex();
+}
+
+// One triangle of each pair of neighbouring pixels in two rows of pixels. All numbers are those of the triangle alone,
+// so that neighbouring triangles leave no gap.
+struct Triangles {
+  template <class T>
+  using Each = std::array<T, tile_side>;
+  struct Edge {
+    Each<double> u, v, to_u, to_v;  // from the end with the lower v, or with equal v the lower u
+  };
+  std::array<Edge, 3> edges;
+  Each<double> u, v, z, along_u, along_v, lowest, highest;  // a corner, and the plane through it
+  Each<int> from, end;                                      // lines of the fine grid
+  Each<double> left, right;                                 // columns on one of them
+};
+
+template <bool upper>
+DEBULK_INLINE int prepare(const Corners& corners, std::size_t top, double longest_squared, int first, int last, Triangles& out) {
+  constexpr auto side = static_cast<std::size_t>(Corners::side);
+  const double *x = &corners.x[top], *y = &corners.y[top], *z = &corners.z[top], *u = &corners.u[top], *v = &corners.v[top];
+  const double first_line = first, last_line = last;
+  int most = 0;
+#pragma GCC ivdep  // the triangles are not the corners
+  for (std::size_t k = 0; k < tile_side; ++k) {
+    // The square's corners are a, b = k + 1, c below a and d below b. Its diagonal is the one with the smaller step in
+    // height or, if a corner is missing, the one through corners that were seen.
+    const double za = z[k], zb = z[k + 1], zc = z[side + k], zd = z[side + k + 1];
+    const bool along_ad = !((zb == zb) & (zc == zc)) | (std::abs(za - zd) <= std::abs(zb - zc));
+    // (a, b, d) and (a, d, c), or (a, b, c) and (b, d, c).
+    const auto p = [=](const double* of) { return upper || along_ad ? of[k] : of[k + 1]; };
+    const auto q = [=](const double* of) { return upper ? of[k + 1] : of[side + k + 1]; };
+    const auto r = [=](const double* of) { return upper && along_ad ? of[side + k + 1] : of[side + k]; };
+    const double px = p(x), py = p(y), pz = p(z), pu = p(u), pv = p(v), qx = q(x), qy = q(y), qz = q(z), qu = q(u), qv = q(v);
+    const double rx = r(x), ry = r(y), rz = r(z), ru = r(u), rv = r(v);
+    const auto near = [=](double dx, double dy, double dz) { return dx * dx + (dy * dy + dz * dz) <= longest_squared; };
+    const bool whole = near(px - qx, py - qy, pz - qz) & near(qx - rx, qy - ry, qz - rz) & near(rx - px, ry - py, rz - pz);
+    const double qu_p = qu - pu, qv_p = qv - pv, qz_p = qz - pz, ru_p = ru - pu, rv_p = rv - pv, rz_p = rz - pz;
+    const double area = qu_p * rv_p - ru_p * qv_p;  // 0: its points belong to its neighbours as well
+    const double low = lower(lower(pv, qv), rv), high = higher(higher(pv, qv), rv);
+    const double from = higher(first_line, std::ceil(higher(low, first_line - 1)));
+    const double to = lower(last_line - 1, std::floor(lower(high, last_line + 1)));
+    const bool drawn = whole & (area != 0) & (from <= to);
+    const int begin = static_cast<int>(drawn ? from : last_line), end = static_cast<int>(drawn ? to + 1 : first_line);
+    out.from[k] = begin, out.end[k] = end;
+    most = end - begin > most ? end - begin : most;
+    out.u[k] = pu, out.v[k] = pv, out.z[k] = pz;
+    out.along_u[k] = (qz_p * rv_p - rz_p * qv_p) / area, out.along_v[k] = (qu_p * rz_p - ru_p * qz_p) / area;
+    out.lowest[k] = lower(lower(pz, qz), rz), out.highest[k] = higher(higher(pz, qz), rz);
+    const bool pq = (pv < qv) | ((pv == qv) & (pu < qu)), qr = (qv < rv) | ((qv == rv) & (qu < ru));
+    const bool rp = (rv < pv) | ((rv == pv) & (ru < pu));
+    Triangles::Edge &one = out.edges[0], &two = out.edges[1], &three = out.edges[2];
+    one.u[k] = pq ? pu : qu, one.v[k] = pq ? pv : qv, one.to_u[k] = pq ? qu : pu, one.to_v[k] = pq ? qv : pv;
+    two.u[k] = qr ? qu : ru, two.v[k] = qr ? qv : rv, two.to_u[k] = qr ? ru : qu, two.to_v[k] = qr ? rv : qv;
+    three.u[k] = rp ? ru : pu, three.v[k] = rp ? rv : pv, three.to_u[k] = rp ? pu : ru, three.to_v[k] = rp ? pv : rv;
+  }
+  return most;
+}
+// Prepares the upper or the lower triangles between the row of corners that begins at `top` and the next, for the lines
+// [first, last). Returns the largest number of lines of one of them.
+DEBULK_WIDE int prepare_upper(const Corners& corners, std::size_t top, double longest_squared, int first, int last, Triangles& out) {
+  return prepare<true>(corners, top, longest_squared, first, last, out);
+}
+DEBULK_WIDE int prepare_lower(const Corners& corners, std::size_t top, double longest_squared, int first, int last, Triangles& out) {
+  return prepare<false>(corners, top, longest_squared, first, last, out);
+}
+
+// Sets the columns of each triangle on its n-th line.
+DEBULK_WIDE void cross(Triangles& t, int n, double last_column) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < tile_side; ++k) {
+    const double line = t.from[k] + n;
+    double left = infinity, right = -infinity;
+    for (const Triangles::Edge& e : t.edges) {
+      const bool rises = e.to_v[k] > e.v[k], met = (line >= e.v[k]) & (line <= e.to_v[k]);
+      const double at = e.u[k] + (e.to_u[k] - e.u[k]) * ((line - e.v[k]) / (e.to_v[k] - e.v[k]));
+      const double one = rises ? at : e.u[k], other = rises ? at : e.to_u[k];
+      left = met ? lower(left, lower(one, other)) : left, right = met ? higher(right, higher(one, other)) : right;
+    }
+    t.left[k] = higher(0.0, std::ceil(left)), t.right[k] = lower(last_column, std::floor(right));
+  }
 }
 
 // One band of fine lines [first, last), with the highest z so far.
@@ -61,37 +177,18 @@ struct Band {
   int first, last, columns;
   std::vector<float> z;
 
-  void draw(const Vertex& a, const Vertex& b, const Vertex& c) {
-    const double low = std::min({a.v, b.v, c.v}), high = std::max({a.v, b.v, c.v});
-    const int from = std::max(first, static_cast<int>(std::ceil(std::max(low, first - 1.0))));
-    const int to = std::min(last - 1, static_cast<int>(std::floor(std::min(high, last + 1.0))));
-    if (from > to) return;
-    const double ub = b.u - a.u, vb = b.v - a.v, zb = b.xyz.z() - a.xyz.z();
-    const double uc = c.u - a.u, vc = c.v - a.v, zc = c.xyz.z() - a.xyz.z();
-    const double area = ub * vc - uc * vb;
-    if (area == 0) return;  // its points belong to its neighbours as well
-    const double zu = (zb * vc - zc * vb) / area, zv = (ub * zc - uc * zb) / area;
-    const double lowest = std::min({a.xyz.z(), b.xyz.z(), c.xyz.z()}), highest = std::max({a.xyz.z(), b.xyz.z(), c.xyz.z()});
-    for (int line = from; line <= to; ++line) {
-      double left = std::numeric_limits<double>::infinity(), right = -left;
-      // p below q. Neighbouring triangles compute the same numbers, so there is no gap.
-      const auto cross = [&](const Vertex& p, const Vertex& q) {
-        if (line < p.v || line > q.v) return;
-        const double u = q.v > p.v ? p.u + (q.u - p.u) * ((line - p.v) / (q.v - p.v)) : p.u;
-        left = std::min({left, u, q.v > p.v ? u : q.u});
-        right = std::max({right, u, q.v > p.v ? u : q.u});
-      };
-      for (const auto& [p, q] : {std::pair{&a, &b}, std::pair{&b, &c}, std::pair{&c, &a}})
-        if (p->v < q->v || (p->v == q->v && p->u < q->u))
-          cross(*p, *q);
-        else
-          cross(*q, *p);
-      const double begin = std::max(0.0, std::ceil(left)), end = std::min(columns - 1.0, std::floor(right));
-      float* row = &z[static_cast<std::size_t>(line - first) * columns];
-      for (double u = begin; u <= end; u += 1) {
-        const double height = std::clamp(a.xyz.z() + zu * (u - a.u) + zv * (line - a.v), lowest, highest);
-        float& out = row[static_cast<int>(u)];
-        out = std::max(out, static_cast<float>(height));
+  void draw(Triangles& t, int most) {
+    for (int n = 0; n < most; ++n) {
+      cross(t, n, columns - 1.0);
+      for (std::size_t k = 0; k < tile_side; ++k) {
+        const int line = t.from[k] + n;
+        if (line >= t.end[k]) continue;
+        float* row = &z[static_cast<std::size_t>(line - first) * static_cast<std::size_t>(columns)];
+        for (double u = t.left[k]; u <= t.right[k]; u += 1) {
+          const double height = t.z[k] + t.along_u[k] * (u - t.u[k]) + t.along_v[k] * (line - t.v[k]);
+          float& out = row[static_cast<int>(u)];
+          out = std::max(out, static_cast<float>(std::clamp(height, t.lowest[k], t.highest[k])));
+        }
       }
     }
   }
@@ -108,8 +205,10 @@ class OrganisedGridding {
     parallel_for(grid_.ny, rows, threads_, stop_, [&](long begin, long end) {
       Band band{static_cast<int>(begin) * fine_.times, static_cast<int>(end) * fine_.times, fine_.columns(), {}};
       band.z.assign(static_cast<std::size_t>(band.last - band.first) * band.columns, nothing);
+      const auto corners = std::make_unique<Corners>();
+      const auto triangles = std::make_unique<Triangles>();
       for (const Tile& tile : tiles_)
-        if (tile.low <= band.last - 1 && tile.high >= band.first) draw(tile, band);
+        if (tile.low <= band.last - 1 && tile.high >= band.first) draw(tile, *corners, *triangles, band);
       average(band, static_cast<int>(begin), static_cast<int>(end));
     });
   }
@@ -120,80 +219,55 @@ class OrganisedGridding {
     double low, high;  // lines of the fine grid that the tile can touch
   };
 
-  template <class Visit>
-  void for_vertices(int column, int row, const Visit& visit) const {
-    for (int j = 0; j <= std::min(tile_side, cloud_.height - 1 - row); ++j)
-      for (int i = 0; i <= std::min(tile_side, cloud_.width - 1 - column); ++i)
-        visit(i, j, vertex(cloud_, column + i, row + j, longest_squared_, fine_));
-  }
-
+  // A missing corner lies between its neighbours, of which one may be beside the tile.
   void find_tiles() {
     const int across = (cloud_.width - 2) / tile_side + 1, down = (cloud_.height - 2) / tile_side + 1;
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    tiles_.assign(static_cast<std::size_t>(across) * down, Tile{0, 0, infinity, -infinity});
+    tiles_.resize(static_cast<std::size_t>(across) * down);
     parallel_for(down, 1, threads_, stop_, [&](long begin, long) {
       for (int t = 0; t < across; ++t) {
-        Tile& tile = tiles_[static_cast<std::size_t>(begin) * across + t];
-        tile.column = t * tile_side;
-        tile.row = static_cast<int>(begin) * tile_side;
-        for_vertices(tile.column, tile.row, [&](int, int, const Vertex& p) {
-          if (!p.seen) return;
-          tile.low = std::min(tile.low, p.v);
-          tile.high = std::max(tile.high, p.v);
-        });
+        const int column = t * tile_side, row = static_cast<int>(begin) * tile_side;
+        float low = std::numeric_limits<float>::infinity(), high = -low;
+        for (int j = std::max(0, row - 1); j < std::min(cloud_.height, row + tile_side + 2); ++j)
+          for (int i = std::max(0, column - 1); i < std::min(cloud_.width, column + tile_side + 2); ++i) {
+            const float y = cloud_.point(i, j)[1];
+            low = y < low ? y : low, high = y > high ? y : high;
+          }
+        tiles_[static_cast<std::size_t>(begin) * across + t] = {column, row, fine_.line(low), fine_.line(high)};
       }
     });
   }
 
-  void draw(const Tile& tile, Band& band) const {
-    std::array<Vertex, (tile_side + 1) * (tile_side + 1)> vertices;
-    const auto at = [&](int i, int j) -> Vertex& { return vertices[static_cast<std::size_t>(j * (tile_side + 1) + i)]; };
-    for_vertices(tile.column, tile.row, [&](int i, int j, const Vertex& p) { at(i, j) = p; });
-    const int across = std::min(tile_side, cloud_.width - 1 - tile.column), down = std::min(tile_side, cloud_.height - 1 - tile.row);
-    for (int j = 0; j < down; ++j) {
+  void draw(const Tile& tile, Corners& corners, Triangles& triangles, Band& band) const {
+    corners.read(cloud_, tile.column, tile.row, longest_squared_);
+    place(corners, grid_.origin.x(), grid_.origin.y(), grid_.spacing, fine_.times);
+    for (int j = 0; j < tile_side; ++j) {
       if (stop_.now()) throw Stopped("the height map was stopped");  // pixels in disorder make triangles as large as the map
-      for (int i = 0; i < across; ++i) {
-        const Vertex &a = at(i, j), &b = at(i + 1, j), &c = at(i, j + 1), &d = at(i + 1, j + 1);
-        const auto triangle = [&](const Vertex& p, const Vertex& q, const Vertex& r) {
-          if (!p.seen || !q.seen || !r.seen) return;
-          if ((p.xyz - q.xyz).squaredNorm() <= longest_squared_ && (q.xyz - r.xyz).squaredNorm() <= longest_squared_ &&
-              (r.xyz - p.xyz).squaredNorm() <= longest_squared_)
-            band.draw(p, q, r);
-        };
-        // The diagonal with the smaller step in height or, if a corner is missing, the one through corners that were
-        // seen.
-        const bool along_ad = (!b.seen || !c.seen)   ? true
-                              : (!a.seen || !d.seen) ? false
-                                                     : std::abs(a.xyz.z() - d.xyz.z()) <= std::abs(b.xyz.z() - c.xyz.z());
-        if (along_ad) {
-          triangle(a, b, d);
-          triangle(a, d, c);
-        } else {
-          triangle(a, b, c);
-          triangle(b, d, c);
-        }
-      }
+      const auto top = static_cast<std::size_t>(j) * Corners::side;
+      for (const auto& prepared : {prepare_upper, prepare_lower})
+        band.draw(triangles, prepared(corners, top, longest_squared_, band.first, band.last, triangles));
     }
   }
 
   void average(const Band& band, int begin, int end) {
-    const int times = fine_.times, middle = (times - 1) / 2;
+    const int times = fine_.times, count = times * times;
+    std::vector<std::size_t> at(static_cast<std::size_t>(count));  // of the k-th point of the square, row by row
+    for (std::size_t k = 0; k < at.size(); ++k) at[k] = k / times * static_cast<std::size_t>(band.columns) + k % times;
     for (int j = begin; j < end; ++j)
       for (int i = 0; i < grid_.nx; ++i) {
-        const auto fine = [&](int k) {  // k-th point of the square, row by row
-          return band.z[static_cast<std::size_t>(j * times + k / times - band.first) * band.columns + i * times + k % times];
-        };
+        const float* square =
+            &band.z[static_cast<std::size_t>(j * times - band.first) * band.columns + static_cast<std::size_t>(i) * times];
+        const auto fine = [&](int k) { return square[at[static_cast<std::size_t>(k)]]; };
         double sum = 0;
-        int count = 0;
-        for (int k = 0; 2 * k < times * times - 1; ++k) {
-          const float one = fine(k), opposite = fine(times * times - 1 - k);
+        int seen = 0;
+        for (int k = 0; 2 * k < count - 1; ++k) {
+          const float one = fine(k), opposite = fine(count - 1 - k);
           if (one == nothing || opposite == nothing) continue;
           sum += static_cast<double>(one) + opposite;
-          count += 2;
+          seen += 2;
         }
-        const float centre = fine(middle * times + middle);
-        if (centre != nothing) sum += centre, ++count;
-        grid_.at(i, j) = count ? static_cast<float>(sum / count) : std::numeric_limits<float>::quiet_NaN();
+        const float centre = fine(count / 2);
+        if (centre != nothing) sum += centre, ++seen;
+        grid_.at(i, j) = seen ? static_cast<float>(sum / seen) : std::numeric_limits<float>::quiet_NaN();
       }
   }
 

@@ -123,14 +123,15 @@ def _gridded(
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
     preparation: Preparation,
-) -> tuple[Grid, PinholeImage | None, NDArray[np.float32], ArrayTrace]:
+) -> tuple[Grid, PinholeImage | None, NDArray[np.float32], ArrayTrace | None]:
     """Return the cleaned cloud's heights on a grid, its camera's image, a sample, and the given cloud's fingerprint.
 
     One copy of the cloud is made, and all work is done in that copy.
     """
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
-    points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
-    trace = step("reference: fingerprint", 0.1, lambda: fingerprint.of_cloud(points, stop))
+    with fingerprint.in_parallel(reference, stop, "sha256") as fingerprinted:  # it takes as long as the copy
+        points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
+    trace = fingerprinted()
     hide(points, mask, "reference", stop)
     of_scanner = thinned(points).points
     refuse_marks(of_scanner[complete(np.isfinite(of_scanner))], "reference")

@@ -1,0 +1,60 @@
+#include "debulk/surface/fit_sums.hpp"
+
+// Compiled for several instruction sets, with which the compiler takes several rows or nodes at a time. No sum changes
+// its order.
+#if defined(__x86_64__)
+#define DEBULK_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define DEBULK_WIDE
+#endif
+
+namespace debulk {
+
+DEBULK_WIDE void row_sums(const double* columns, int reach, const double* weights, double* out) {
+  double even[kTogether], odd[kTogether], second[kTogether], squares[kTogether];
+  for (int k = 0; k < kTogether; ++k) {
+    const double z = columns[k];
+    even[k] = weights[0] * z, odd[k] = 0, second[k] = 0, squares[k] = weights[0] * z * z;
+  }
+  for (int d = 1; d <= reach; ++d) {
+    const double *w = weights + 3 * d, *at_left = columns - d * kTogether, *at_right = columns + d * kTogether;
+    for (int k = 0; k < kTogether; ++k) {
+      const double left = at_left[k], right = at_right[k], sum = right + left;
+      even[k] += w[0] * sum, odd[k] += w[1] * (right - left), second[k] += w[2] * sum;
+      squares[k] += w[0] * (left * left + right * right);
+    }
+  }
+  for (int k = 0; k < kTogether; ++k) {
+    out[k] = even[k], out[kTogether + k] = odd[k], out[2 * kTogether + k] = second[k], out[3 * kTogether + k] = squares[k];
+  }
+}
+
+DEBULK_WIDE void incomplete_row_sums(const double* columns, const double* known, int count, const double* weights, double* out) {
+  double sums[kSums + 5][kTogether] = {};
+  for (int n = 0; n < count; ++n) {
+    const double *w = weights + 5 * n, *z = columns + n * kTogether, *is = known + n * kTogether;
+    for (int k = 0; k < kTogether; ++k) {
+      sums[0][k] += w[0] * z[k], sums[1][k] += w[1] * z[k], sums[2][k] += w[2] * z[k], sums[3][k] += w[0] * z[k] * z[k];
+      for (std::size_t a = 0; a < 5; ++a) sums[kSums + a][k] += w[a] * is[k];
+    }
+  }
+  for (std::size_t a = 0; a < kSums + 5; ++a)
+    for (std::size_t k = 0; k < kTogether; ++k) out[a * kTogether + k] = sums[a][k];
+}
+
+DEBULK_WIDE void window_sums(const double* rows, int wide, int count, const double* weights, double* out) {
+  double sums[kSquareSums][kTogether] = {};
+  for (int n = 0; n < count; ++n) {
+    const double *w = weights + 5 * n, *even = rows + static_cast<long>(n) * static_cast<long>(kSums) * wide;
+    const double *odd = even + wide, *second = odd + wide, *squares = second + wide;
+    for (int k = 0; k < kTogether; ++k) {
+      sums[0][k] += w[0] * even[k], sums[1][k] += w[0] * odd[k], sums[2][k] += w[0] * second[k];
+      sums[3][k] += w[1] * even[k], sums[4][k] += w[1] * odd[k], sums[5][k] += w[2] * even[k];
+      sums[6][k] += w[0] * squares[k];
+    }
+  }
+  for (std::size_t a = 0; a < kSquareSums; ++a)
+    for (int k = 0; k < kTogether; ++k) out[a * kTogether + static_cast<std::size_t>(k)] = sums[a][k];
+}
+
+}  // namespace debulk
