@@ -18,8 +18,7 @@ class Handling:
     ----------
     hold_n
         Force along the ply that can be held, N. The default is that of one suction cup 60 mm wide at 60 kPa, with the
-        friction of 0.5 and the safety of 2 that makers of cups calculate with (docs/rework.md); a hand that pinches the
-        ply's edge holds about as much.
+        friction of 0.5 and the safety of 2 that makers of cups calculate with (docs/rework.md).
     stick_mpa
         Shear stress at which the flat ply slides on what lies below it, MPa, in addition to the friction of its own
         weight. The default is an assumption: pull a strip of your ply over the mold with a spring balance, and divide
