@@ -73,7 +73,7 @@ class Report(ReportData):
         if self.later is None:
             return self
         full = self.later()
-        names = ("verdict", "reason", "findings", "pockets", "left_out", "unseen")
+        names = ("verdict", "reason", "findings", "pockets", "left_out", "unseen", "crease_probability")
         return dataclasses.replace(self, **{name: getattr(full, name) for name in names})
 
     def as_decided(self) -> Report:
