@@ -97,8 +97,7 @@ Minimum run(const Sheet& sheet, const GapProblem& problem, const MinimiseOptions
 // A net without fixed nodes as a rigid ply that slides: all nodes are moved by the same (x, y) on the mold.
 class Sliding {
  public:
-  explicit Sliding(const Sheet& sheet)
-      : sheet_(sheet), load_(std::accumulate(sheet.loads_n().begin(), sheet.loads_n().end(), 0.0)) {}
+  explicit Sliding(const Sheet& sheet) : sheet_(sheet), load_(std::accumulate(sheet.loads_n().begin(), sheet.loads_n().end(), 0.0)) {}
 
   // Whether the ply rests where it lies or comes to rest within its own size, and so firmly that a push by a spacing, or
   // as far as from its middle to its edge, does not set it off: the solve moves the nodes of a soft ply as far.

@@ -64,7 +64,7 @@ class NewtonSystem {
   std::vector<Product> products_;
   std::vector<std::size_t> places_;  // places of the Hessian's entries
   Skyline plain_, factors_;          // W + S + d, and the factor of M
-  double share_ = 1;  // of the compression, left out by the last factor() that had to
+  double share_ = 1;                 // of the compression, left out by the last factor() that had to
   double stiffness_ = 0, rho_ = 0, shift_ = 0, last_shift_ = 0;
 };
 

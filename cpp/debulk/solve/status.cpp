@@ -53,7 +53,8 @@ const char* explanation(SolveStatus status) {
     case SolveStatus::not_a_surface:
       return "the net is no surface: segments are far from their length, or nodes coincide";
     case SolveStatus::too_stiff:
-      return "the ply's own springs are a million times as strong as its load, or more, so that no residual shows whether the load is in balance: check its moduli, its thickness and the pressure";
+      return "the ply's own springs are a million times as strong as its load, or more, so that no residual shows whether the load is in "
+             "balance: check its moduli, its thickness and the pressure";
   }
   return "unknown";
 }

@@ -197,6 +197,39 @@ TEST(NewtonSystem, ShiftsByAsMuchAsItIsTold) {
   EXPECT_LT((dy - dense_solution(w, problem.dense_jacobian(y), 1e6, slope, deficit).dy).norm(), 1e-9);
 }
 
+// Where a quarter of the compression is all that has to be left out, the step is that of the rest.
+TEST(NewtonSystem, LeavesOutNoMoreCompressionThanItHasTo) {
+  int tried = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed)
+    for (double push = 0.1; push < 100; push *= 1.2) {
+      Banded problem(30, 8, 5, 1.0, seed);
+      const VectorXd y = 0.3 * problem.random_vector(30), lambda = -push * problem.random_vector(8).cwiseAbs(), none = VectorXd::Zero(30);
+      const MatrixXd j = problem.dense_jacobian(y);
+      const auto rest = [&](double share) { return problem.dense_hessian(1, (1 - share) * lambda); };
+      const auto least = [&](double share) {
+        return Eigen::SelfAdjointEigenSolver<MatrixXd>(rest(share) + 1e6 * j.transpose() * j).eigenvalues()[0];
+      };
+      if (least(0) > -0.01 || least(0.25) < 0.01) continue;
+      ++tried;
+      NewtonSystem system(problem, Stop());
+      system.differentiate(y);
+      system.assemble(y, lambda);
+      system.spare(true);
+      ASSERT_TRUE(system.factor(none, 1e6, 0));
+      EXPECT_TRUE(system.convexified());
+      const VectorXd slope = problem.random_vector(30), deficit = problem.random_vector(8);
+      VectorXd dy, dl;
+      system.solve(slope, deficit, dy, dl);
+      const VectorXd expected = dense_solution(rest(0.25), j, 1e6, slope, deficit).dy;
+      EXPECT_LT((dy - expected).norm(), 1e-6 * expected.norm()) << seed << ' ' << push;
+      system.spare(false);
+      ASSERT_TRUE(system.factor(none, 1e6, 0));
+      system.solve(slope, deficit, dy, dl);
+      EXPECT_GT((dy - expected).norm(), 1e-3 * expected.norm()) << seed << ' ' << push;
+    }
+  EXPECT_GE(tried, 10);
+}
+
 TEST(NewtonSystem, MultipliesByTheJacobianBothWays) {
   Banded problem(25, 9, 4, 1.0, 5);
   const VectorXd y = problem.random_vector(25), v = problem.random_vector(25), lambda = problem.random_vector(9);
