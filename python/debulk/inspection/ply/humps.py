@@ -19,6 +19,7 @@ from debulk import pocket
 from debulk.grid import Grid
 from debulk.inspection.clouds.products import least_squares, product
 from debulk.inspection.ply.excess import ridge_of
+from debulk.inspection.ply.fibre_runs import left_by_means
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
@@ -241,7 +242,10 @@ def _hump(
     area = float(np.count_nonzero(lifted > height / 2)) * coarse.spacing_mm**2
     if area < _LEAST_MM2:
         return None
-    return Hump((float(x), float(y)), height, area, max(0.0, excess), ridge_of(excess, recipe))
+    # A bump (1 - r²)² is 3.7 times as wide at its foot as the radius of the circle where it is half as high.
+    left = float(left_by_means(float(coarse.spacing_mm), np.array(3.7 * np.sqrt(area / np.pi))))
+    excess = max(0.0, excess) / left
+    return Hump((float(x), float(y)), height, area, excess, ridge_of(excess, recipe))
 
 
 def _excess(below: Floats, lifted: Floats, row: int, column: int, angle_deg: float, coarse: Grid) -> float:
