@@ -68,7 +68,7 @@ def table(rows: list[dict[str, str]]) -> str:
     seconds, share = sum(float(row["cpu_s"]) for row in rows), 100 * len(alarms) / max(len(right), 1)
     lines = [
         f"A third family of layups (lab.third), debulk {debulk.__version__}: {len(rows)} scenes of seed 33, numbers "
-        f"{min(numbers)} to {max(numbers)}, inspected in {seconds:.0f} s of processor time",
+        f"between {min(numbers)} and {max(numbers)}, inspected in {seconds:.0f} s of processor time",
         "",
         f"false CEASE (ridge of held fibres above {LIMIT_MM:.2f} mm): {len(wrong)}",
         f"INVALID or refused although right: {len(alarms)} of {len(right)} ({share:.1f} %)",
