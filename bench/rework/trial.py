@@ -16,6 +16,7 @@ import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import scipy.sparse as sparse
@@ -28,19 +29,34 @@ import own  # noqa: E402
 import tables  # noqa: E402
 from edge import along_fibres  # noqa: E402
 from folds import worst_fold  # noqa: E402
-from pockets import LIMIT_EXCESS_MM, Pocket  # noqa: E402
+from pockets import LIMIT_EXCESS_MM, THICKNESS_MM, Pocket  # noqa: E402
 
 from debulk import Inspector, net, pocket, ridge, scenes, sheet, solve  # noqa: E402
 from debulk.recipe import Recipe  # noqa: E402
 from debulk.results.rework import rework  # noqa: E402
 from debulk.rework import Handling, Move  # noqa: E402
 from debulk.verdict import Verdict  # noqa: E402
+from lab.third.scene import scene  # noqa: E402
 from lab.varied import given_right, varied_layup  # noqa: E402
 
 Floats = np.ndarray
+
+
+def third(number: int, _: tuple[int, int]) -> SimpleNamespace | None:
+    """Return a creasing scene of the third family with the attributes of a layup; None if its ply is not as thick."""
+    made = scene(number, "creases")
+    if not np.isclose(made.thickness_mm, THICKNESS_MM):
+        return None
+    return SimpleNamespace(
+        scan=made.scan, reference=made.reference, mold_from_scanner=made.mold_from_scanner, camera=None, mask=None,
+        ply_outline=made.outline, fibre_angles_deg=(made.fibre_deg, made.fibre_deg + 90),
+    )  # fmt: skip
+
+
 FAMILIES = {
     "first": scenes.layup,
     "varied": partial(varied_layup, pockets=8, severity="any", borders=0, clamp=False, holes_mm=0),
+    "third": third,
 }
 FIRST_SEED, PIXELS = 700, (1280, 960)
 SPACING_MM, LARGEST_FOOT_MM2 = 1.5, 4000.0  # the coarsest at which the lattice does not pin folds (docs/referee.md)
@@ -54,7 +70,8 @@ COLUMNS = [
 
 def creasing(family: str, seed: int) -> Iterator[tuple[Pocket, tuple[Move, ...], float]]:
     """Yield each creasing pocket of a layup inside the ply, with its moves and the time that the plan took, ms each."""
-    layup = FAMILIES[family](seed, PIXELS)
+    if (layup := FAMILIES[family](seed, PIXELS)) is None:
+        return
     given = given_right(layup)
     inspector = Inspector(
         Recipe(segmentation={"regions": False}), given.reference, given.ply_outline, given.fibre_angles_deg,
@@ -183,6 +200,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pockets", type=int, default=200)
     parser.add_argument("--minutes", type=float, default=60.0)
+    parser.add_argument("--families", nargs="*", default=list(FAMILIES), choices=list(FAMILIES))
     options = parser.parse_args()
     tables.HERE = HERE
     kept = tables.Table("trial.csv", COLUMNS, ["family", "seed", "pocket"])
@@ -190,7 +208,7 @@ def main() -> None:
     for k in range(10_000):
         if len(kept.done) >= options.pockets or time.monotonic() > until:
             break
-        family, seed = list(FAMILIES)[k % len(FAMILIES)], FIRST_SEED + k // len(FAMILIES)
+        family, seed = options.families[k % len(options.families)], FIRST_SEED + k // len(options.families)
         if any(row[:2] == (family, str(seed)) for row in kept.done):
             continue
         for made, moves, plan_ms in creasing(family, seed):
