@@ -93,7 +93,8 @@ class Camera:
         normal = np.cross(np.gradient(image, axis=1), np.gradient(image, axis=0)).reshape(-1, 3)
         facing = np.abs((normal * turned).sum(axis=1)) / np.linalg.norm(normal, axis=1) / np.linalg.norm(turned, axis=1)
         depth += rng.normal(0, self.noise_mm, len(depth)) / np.maximum(facing, 0.2)
-        return (depth[:, None] * rays).reshape(high, wide, 3).astype(np.float32)
+        cloud: NDArray[np.float32] = (depth[:, None] * rays).reshape(high, wide, 3).astype(np.float32)
+        return cloud
 
 
 def _met(patch: Patch, rays: Floats, eye: Floats) -> tuple[Floats, Floats]:

@@ -82,14 +82,14 @@ def scene(number: int, kind: str | None = None) -> Scene:
     elif kind.startswith("outline: "):
         given = outlines.wrong(kind.removeprefix("outline: "), edge, rng)
     elif kind in ("image filtered", "list filtered"):
-        table = filters.IMAGES if kind == "image filtered" else filters.LISTS
-        what = str(rng.choice(list(table)))
+        image = kind == "image filtered"
+        what = str(rng.choice(list(filters.IMAGES if image else filters.LISTS)))
         both = rng.random() < 0.5 or "every" in what
 
         def by(cloud: NDArray[np.float32]) -> NDArray[np.float32]:
-            return table[what](cloud) if kind == "image filtered" else table[what](cloud, rng)  # type: ignore[operator]
+            return filters.IMAGES[what](cloud) if image else filters.LISTS[what](cloud, rng)
 
-        plain = (lambda cloud: cloud) if kind == "image filtered" else (lambda cloud: filters.as_list(cloud, rng))
+        plain = (lambda cloud: cloud) if image else (lambda cloud: filters.as_list(cloud, rng))
         scan, reference = by(scan), (by if both else plain)(reference)
         if rng.random() < 0.4:
             given, what = None, f"{what}, no outline"
@@ -124,7 +124,8 @@ def _with_pocket(ply: Ply, fibre_deg: float, kind: str, rng: np.random.Generator
         middle[side % 2] = (half[side % 2] - rng.uniform(-0.3, 1.0) * a) * (1 if side < 2 else -1)
     elif kind.startswith("outline: ") and rng.random() < 0.5:
         middle = rng.uniform(-1, 1, 2) * np.maximum(half - 27 - a, 3)
-    bell = Bell(*middle.tolist(), a, b, rng.uniform(0, np.pi), 1.0, float(rng.choice([1.0, 1.0, 2.0])))
+    x, y = middle.tolist()
+    bell = Bell(x, y, a, b, rng.uniform(0, np.pi), 1.0, float(rng.choice([1.0, 1.0, 2.0])))
     whole = replace(ply, outline=10 * ply.outline)  # the whole bell makes the ridge, also where the edge cuts it
     low, high = 0.0, min(7.0, 0.45 * a)
     for _ in range(9):

@@ -381,7 +381,8 @@ class Inspector:
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
-            more = (recognised, named(self._humps, found.runs and found.runs.largest, self.recipe), self._approved)
+            largest = None if found.runs is None else found.runs.largest
+            more = (recognised, named(self._humps, largest, self.recipe), self._approved)
             seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, *more)
             report = reporting.report(seen, cycle.timings_ms())
         return unsettled(report, seen)
