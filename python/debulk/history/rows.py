@@ -159,7 +159,9 @@ TABLES: Mapping[str, type[Row]] = {
 
 def digest(rows: Mapping[str, list[tuple[Any, ...]]]) -> str:
     """Return the SHA-256 of a record's rows, by table, which shows whether one of them was changed."""
-    text = json.dumps([[name, rows.get(name, [])] for name in TABLES], ensure_ascii=False, separators=(",", ":"))
+    # Records of 0.2.0, which knew no table `chain`, keep their digests.
+    named = [[name, rows.get(name, [])] for name in TABLES if name != "chain" or rows.get(name)]
+    text = json.dumps(named, ensure_ascii=False, separators=(",", ":"))
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 

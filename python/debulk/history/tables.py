@@ -80,10 +80,24 @@ def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:
     if application != _APPLICATION:
         raise InputError(f"{path}: not a history of debulk")
     layout = connection.execute("PRAGMA user_version").fetchone()[0]
-    if layout != _LAYOUT:
-        remedy = "install a newer debulk" if layout > _LAYOUT else "a debulk before 0.2.0 made it: begin a new file"
-        raise InputError(f"{path}: expected a history of layout {_LAYOUT}, got {layout}; {remedy}")
+    if layout > _LAYOUT:
+        raise InputError(f"{path}: expected a history of layout {_LAYOUT}, got {layout}; install a newer debulk")
     connection.execute("PRAGMA synchronous = FULL")
+    if layout < _LAYOUT:
+        _from_first(connection, write)
+
+
+def _from_first(connection: sqlite3.Connection, write: bool) -> None:
+    """Bring a history of 0.2.0, which has no table `chain`, to this layout; for a reader beside the file."""
+    if not write:
+        connection.execute(_table("chain", TABLES["chain"]).replace("CREATE TABLE", "CREATE TEMP TABLE"))
+        return
+    connection.execute("BEGIN IMMEDIATE")
+    if connection.execute("PRAGMA user_version").fetchone()[0] < _LAYOUT:  # nobody else was faster
+        connection.execute(_table("chain", TABLES["chain"]))
+        _index(connection, "chain (record)")
+        connection.execute(f"PRAGMA user_version = {_LAYOUT}")
+    connection.execute("COMMIT")
 
 
 def _make(connection: sqlite3.Connection) -> None:
@@ -95,10 +109,14 @@ def _make(connection: sqlite3.Connection) -> None:
         for statement in (*_RECORD.split(";\n"), *map(_table, TABLES, TABLES.values())):
             connection.execute(statement)
         for index in _INDEXES:
-            connection.execute(f"CREATE INDEX by_{''.join(c if c.isalnum() else '_' for c in index)} ON {index}")
+            _index(connection, index)
         connection.execute(f"PRAGMA user_version = {_LAYOUT}")
         connection.execute(f"PRAGMA application_id = {_APPLICATION}")
     connection.execute("COMMIT")
+
+
+def _index(connection: sqlite3.Connection, index: str) -> None:
+    connection.execute(f"CREATE INDEX by_{''.join(c if c.isalnum() else '_' for c in index)} ON {index}")
 
 
 def _table(name: str, kind: type[Row]) -> str:

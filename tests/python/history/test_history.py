@@ -237,6 +237,18 @@ def test_what_is_no_history_is_refused_when_it_is_set_up(tmp_path, report):
         History(tmp_path / "new.sqlite").find()
 
 
+def test_a_history_of_the_first_layout_is_read_and_goes_on(history, report):
+    change(history, "DROP TABLE chain", "PRAGMA user_version = 1")
+    assert history.check().passed and history.find()
+    assert export(history, history.path.with_name("chain.csv"), "chain") == 0
+    before = len(history.find())
+    history.add(report)
+    assert history.check().passed and len(history.find()) == before + 1
+    with sqlite3.connect(history.path) as connection:
+        assert connection.execute("PRAGMA user_version").fetchone() == (2,)
+    connection.close()
+
+
 def test_a_damaged_name_in_the_file_is_named(history):
     data = history.path.read_bytes()
     history.path.write_bytes(data.replace(b"CREATE TABLE layup", b"CREATE TABLE l\xa0yup"))
