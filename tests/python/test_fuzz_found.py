@@ -12,7 +12,7 @@ sys.path.insert(0, str(FUZZ))
 
 from targets import TARGETS, one_input  # noqa: E402
 
-FOUND = sorted(path for path in (FUZZ / "found").rglob("*") if path.is_file())
+FOUND = sorted(path for path in (FUZZ / "found").rglob("*") if path.is_file() and path.name != ".gitkeep")
 
 
 @pytest.mark.parametrize("path", FOUND, ids=lambda path: f"{path.parent.name}/{path.name}")

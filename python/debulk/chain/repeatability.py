@@ -120,5 +120,7 @@ def _value(pocket: PocketReport, name: str) -> float:
         return pocket.peak_mm
     if name == "excess length":
         return float("nan") if pocket.excess is None else pocket.excess.length_mm
+    if pocket.excess is not None:  # what the chain measures; which model decides may change from scan to scan
+        return pocket.excess.height_mm
     ridge = pocket.deciding_ridge
     return float("nan") if ridge is None else ridge.height_mm

@@ -282,7 +282,8 @@ def test_an_inspector_says_how_it_gets_into_another_process(inspector, report):
     for take in (pickle.dumps, copy.copy, copy.deepcopy):
         with pytest.raises(TypeError, match=r"save\(\) it to a file, and load\(\) that in each process"):
             take(inspector)
-    assert bits(pickle.loads(pickle.dumps(report))) == bits(report)
+    settled = report.settle()
+    assert bits(pickle.loads(pickle.dumps(settled))) == bits(settled)
 
 
 def test_two_inspectors_share_what_was_prepared(inspector, layup, report):

@@ -39,8 +39,8 @@ def test_a_bell_is_named_with_its_ridge(radius, height):
     profile = height * np.cos(np.pi * u / radius / 2) ** 2
     excess = np.hypot(np.diff(u), np.diff(profile)).sum() - 2 * radius
     assert found.place_mm == pytest.approx((240, 260), abs=6)
-    assert found.height_mm == pytest.approx(height, rel=0.12)
-    assert found.ridge_mm == pytest.approx(excess / 2 + (2 - np.pi / 2) * Recipe().material.thickness_mm, rel=0.2)
+    assert found.height_mm == pytest.approx(height, rel=0.16)  # cells as wide as a fifth of it
+    assert found.ridge_mm == pytest.approx(excess / 2 + (2 - np.pi / 2) * Recipe().material.thickness_mm, rel=0.25)
 
 
 def test_what_is_no_pocket_is_not_named():

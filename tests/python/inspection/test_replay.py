@@ -72,6 +72,7 @@ def test_an_inspection_keeps_what_failed_and_what_was_slow(tmp_path, capsys):
 
     def inspect(**sections):
         sections.setdefault("run", {})["dump_folder"] = str(folder)
+        sections["solve"] = {"when": "always"} | sections.get("solve", {})
         recipe = Recipe(segmentation={"area_tol_mm2": 5000.0}, **sections)  # the largest pockets
         return debulk.inspect(
             layup.scan, layup.reference, recipe, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner

@@ -1,6 +1,5 @@
 """Probabilities of made-up pockets, whose ridges by the excess are known."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -110,13 +109,3 @@ def test_drawing_gives_the_same():
     for number in first.pockets:
         assert drawn.pockets[number] == pytest.approx(first.pockets[number], abs=0.012)
     assert drawn.layup == pytest.approx(first.layup, abs=0.02)
-
-
-def test_it_takes_less_than_a_millisecond_for_a_pocket():
-    pockets = [pocket(k, 0.9) for k in range(1, 41)]
-    took = []
-    for _ in range(5):
-        began = time.process_time()
-        risk(pockets, None, Recipe())
-        took.append(time.process_time() - began)
-    assert min(took) < 40e-3
