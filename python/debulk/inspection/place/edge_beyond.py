@@ -85,7 +85,7 @@ def find_beyond(
     raised_mm
         By how much the whole scan stands too high, within the tolerance of the level.
     spacing_mm
-        Of the map that the heights come from: a cell beside the outline, and less than nine, say nothing.
+        Of the map that the heights come from: a cell and a half beside the outline, and less than nine, say nothing.
     """
     off = outline.offsets_mm
     cell_mm2 = outline.step_mm * float(off[1] - off[0])
@@ -111,7 +111,7 @@ def find_beyond(
 
 def _seen_from(kind: _Kind, spacing_mm: float) -> _Kind:
     """Return a kind of evidence as a map of this spacing can show it."""
-    from_mm, least_mm2 = max(kind.from_mm, spacing_mm), max(kind.least_mm2, 9 * spacing_mm**2)
+    from_mm, least_mm2 = max(kind.from_mm, 1.5 * spacing_mm), max(kind.least_mm2, 9 * spacing_mm**2)
     return replace(kind, from_mm=from_mm, least_mm2=least_mm2)
 
 
