@@ -109,10 +109,21 @@ def _of_pocket(pocket: PocketReport, moves: tuple[Move, ...], report: ReportData
     towards: tuple[float, ...] = ()
     exceeds = ridge is not None and limit_mm is not None and ridge.most_mm > limit_mm
     if ridge is not None and limit_mm is not None and (exceeds or pocket.verdict is Verdict.CREASE):
-        moved = " and ".join(move.short for move in moves)
+        longest = _one_each_way(moves)
+        moved = " and ".join(move.short for move in longest)
         amount = moved or f"ridge up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm"
-        towards = tuple(move.towards_deg for move in moves if move.towards_deg is not None)
+        towards = tuple(move.towards_deg for move in longest if move.towards_deg is not None)
     return Deed(asked, f"pocket {pocket.id}", pocket.centroid_mm, amount, towards, pocket.id, pocket.verdict)
+
+
+def _one_each_way(moves: tuple[Move, ...]) -> list[Move]:
+    """Return the longest move of each direction: one line of a list is for a hand, the plan has the bands apart."""
+    longest: dict[float | None, Move] = {}
+    for move in moves:
+        way = None if move.towards_deg is None else round(move.towards_deg) % 360
+        if way not in longest or move.length_mm > longest[way].length_mm:
+            longest[way] = move
+    return list(longest.values())
 
 
 def level_off(report: ReportData) -> bool:
