@@ -259,7 +259,7 @@ def test_a_far_corner_does_not_crash_the_core():
         assert not pocket.inside_outline(-outline, grid).any()
 
 
-@pytest.mark.parametrize(("short_mm", "spread_mm", "seen"), [(0, 0, False), (0, 3, False), (5, 0, True), (5, 1, True)])
+@pytest.mark.parametrize(("short_mm", "spread_mm", "seen"), [(0, 0, False), (0, 3, False), (8, 0, True), (8, 1, True)])
 def test_a_pocket_on_the_outline_goes_on_outside_it_or_is_only_spread(short_mm, spread_mm, seen):
     """A pocket 5 mm high ends with the ply; a scan that spreads its edge shows a third of that 3 mm outside."""
     x, y = np.meshgrid(np.arange(-40.0, 341.0), np.arange(-40.0, 241.0))
