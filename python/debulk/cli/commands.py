@@ -19,7 +19,19 @@ from debulk.cli import history as cli_history
 from debulk.cli import pages, qualifying, scanning, serving
 from debulk.cli import tools as cli_tools
 from debulk.cli.examples import epilog
-from debulk.cli.given import Angles, Camera, Mask, Outline, Pose, RecipeFile, Unit, angles_of, camera_of
+from debulk.cli.given import (
+    Angles,
+    Approved,
+    Camera,
+    ChainFile,
+    Mask,
+    Outline,
+    Pose,
+    RecipeFile,
+    Unit,
+    angles_of,
+    camera_of,
+)
 from debulk.cli.loudness import print_json, with_loudness
 from debulk.cli.support import (
     DETAILS,
@@ -78,15 +90,13 @@ def inspect(
     camera: Camera = None,
     mask: Mask = None,
     unit: Unit = "mm",
-    chain: Annotated[Path | None, typer.Option(help="The qualified chain, .json (debulk qualify).")] = None,
+    chain: ChainFile = None,
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
     context: Annotated[
         list[str] | None, typer.Option(help="Kept in the report: part=A-17, ply=3 and the like; repeatable.")
     ] = None,
     history: Annotated[Path | None, typer.Option(help="The cell's history, .sqlite, to which it is added.")] = None,
-    approved: Annotated[
-        Path | None, typer.Option(help="Approved recipes, .toml: with another recipe no layup is CEASE.")
-    ] = None,
+    approved: Approved = None,
     output: Annotated[
         list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
     ] = None,

@@ -11,7 +11,20 @@ import typer
 from debulk import InputError
 from debulk.cli.support import POSE_HELP
 
-__all__ = ["Angles", "Camera", "Mask", "Outline", "Pose", "RecipeFile", "Unit", "angles_of", "camera_of", "numbers_of"]
+__all__ = [
+    "Angles",
+    "Approved",
+    "Camera",
+    "ChainFile",
+    "Mask",
+    "Outline",
+    "Pose",
+    "RecipeFile",
+    "Unit",
+    "angles_of",
+    "camera_of",
+    "numbers_of",
+]
 
 RecipeFile = Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")]
 Pose = Annotated[Path | None, typer.Option(help=POSE_HELP)]
@@ -25,6 +38,8 @@ Mask = Annotated[
     typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
 ]
 Unit = Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")]
+ChainFile = Annotated[Path | None, typer.Option(help="The qualified chain, .json (debulk qualify).")]
+Approved = Annotated[Path | None, typer.Option(help="Approved recipes, .toml: with another recipe no layup is CEASE.")]
 
 
 def angles_of(text: str) -> tuple[float, float]:

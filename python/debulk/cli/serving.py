@@ -9,7 +9,19 @@ from typing import Annotated
 import typer
 
 from debulk import InputError
-from debulk.cli.given import Angles, Camera, Mask, Outline, Pose, RecipeFile, Unit, angles_of, camera_of
+from debulk.cli.given import (
+    Angles,
+    Approved,
+    Camera,
+    ChainFile,
+    Mask,
+    Outline,
+    Pose,
+    RecipeFile,
+    Unit,
+    angles_of,
+    camera_of,
+)
 from debulk.cli.support import chain_of, outcome, pose_of
 
 
@@ -24,10 +36,8 @@ def serve(
     camera: Camera = None,
     mask: Mask = None,
     unit: Unit = "mm",
-    chain: Annotated[Path | None, typer.Option(help="The qualified chain, .json (debulk qualify).")] = None,
-    approved: Annotated[
-        Path | None, typer.Option(help="Approved recipes, .toml: with another recipe no layup is CEASE.")
-    ] = None,
+    chain: ChainFile = None,
+    approved: Approved = None,
     history: Annotated[
         Path | None, typer.Option(help="The cell's history, .sqlite, to which reports are added.")
     ] = None,

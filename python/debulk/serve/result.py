@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,16 +105,10 @@ class Result:
 
 def result_of(job: Job, report: Report, record: int | None, finished_utc: str, seconds: float) -> Result:
     """Return what is kept of a report."""
-    return Result(
-        job.id,
-        report.verdict.name,
-        VERDICT_SIGNS[report.verdict],
+    return _of_job(
+        job,
+        report.verdict,
         report.reason,
-        job.part,
-        job.ply,
-        job.inspector_name,
-        job.scan.name,
-        job.received_utc,
         finished_utc,
         seconds,
         do=tuple(map(Place.of, advice(report))),
@@ -127,10 +122,23 @@ def result_of(job: Job, report: Report, record: int | None, finished_utc: str, s
 
 def refused(job: Job, reason: str, finished_utc: str, seconds: float) -> Result:
     """Return the outcome of a scan that could not be inspected: never better than INVALID."""
+    return _of_job(
+        job,
+        Verdict.INVALID,
+        reason,
+        finished_utc,
+        seconds,
+        refused=True,
+        do=(Place("scan again, or look at the service's log", "", None, "", (), ""),),
+        recipe=recipe_hash(job.inspector.recipe.model_dump()),
+    )
+
+
+def _of_job(job: Job, verdict: Verdict, reason: str, finished_utc: str, seconds: float, **more: Any) -> Result:
     return Result(
         job.id,
-        Verdict.INVALID.name,
-        VERDICT_SIGNS[Verdict.INVALID],
+        verdict.name,
+        VERDICT_SIGNS[verdict],
         reason,
         job.part,
         job.ply,
@@ -139,9 +147,7 @@ def refused(job: Job, reason: str, finished_utc: str, seconds: float) -> Result:
         job.received_utc,
         finished_utc,
         seconds,
-        refused=True,
-        do=(Place("scan again, or look at the service's log", "", None, "", (), ""),),
-        recipe=recipe_hash(job.inspector.recipe.model_dump()),
+        **more,
     )
 
 
