@@ -1,8 +1,7 @@
 #include "debulk/sheet/corner_batch.hpp"
 
+#include "debulk/core/wide.hpp"
 #include "debulk/sheet/angle.hpp"
-
-#define DEBULK_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 
 namespace debulk {
 namespace {

@@ -1,12 +1,6 @@
 #include "debulk/surface/fit_sums.hpp"
 
-// Compiled for several instruction sets, with which the compiler takes several rows or nodes at a time. No sum changes
-// its order.
-#if defined(__x86_64__)
-#define DEBULK_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define DEBULK_WIDE
-#endif
+#include "debulk/core/wide.hpp"
 
 namespace debulk {
 

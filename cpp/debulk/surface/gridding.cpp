@@ -12,6 +12,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/simd.hpp"
+#include "debulk/core/wide.hpp"
 #include "debulk/surface/gridding_unorganised.hpp"
 
 namespace debulk {
@@ -20,14 +21,6 @@ namespace {
 constexpr int tile_side = 32;   // pixels
 constexpr int band_lines = 96;  // lines of the fine grid; a band of grid rows belongs to one thread
 constexpr float nothing = -std::numeric_limits<float>::infinity();
-
-// Compiled for several instruction sets, with which the compiler takes several triangles at a time. No operation
-// changes.
-#if defined(__x86_64__)
-#define DEBULK_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define DEBULK_WIDE
-#endif
 
 // The fine grid: grid point j has the lines j * times ... j * times + times - 1, of which the middle one passes
 // through it.

@@ -7,18 +7,12 @@
 #include <vector>
 
 #include "debulk/core/parallel.hpp"
+#include "debulk/core/wide.hpp"
 
 namespace debulk {
 namespace {
 
 constexpr double pool_mm = 2.0;
-
-// Compiled for several instruction sets, with which the compiler takes several squares at a time.
-#if defined(__x86_64__)
-#define DEBULK_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define DEBULK_WIDE
-#endif
 
 // Puts the (count / 2 + 1) lowest of `count` values of each square in front, in order. Value n of square i stands at
 // n wide + i.

@@ -2,13 +2,7 @@
 
 #include <algorithm>
 
-// Compiled for several instruction sets, with which the compiler takes several places at a time. No sum changes its
-// order.
-#if defined(__x86_64__)
-#define DEBULK_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define DEBULK_WIDE
-#endif
+#include "debulk/core/wide.hpp"
 
 namespace debulk {
 
