@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from debulk.stack import Stack
     from debulk.verdict import Verdict
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 __all__ = [
     "Cancelled",
     "Chain",
