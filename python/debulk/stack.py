@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,10 @@ from debulk.comparison import Comparison
 from debulk.files.replacing import replacing
 from debulk.grid import Grid
 from debulk.inspection.inspector import Inspector, Progress
+from debulk.inspection.ply import inputs
+from debulk.inspection.ply.fibre_angles import checked_angles
+from debulk.inspection.running.ahead import Ahead
+from debulk.inspection.running.cycle import Cycle
 from debulk.net import Drape
 from debulk.report import Report
 from debulk.verdict import Verdict
@@ -68,6 +73,8 @@ class Stack:
     A ply's heights are measured from its reference. If the reference shows the ply before in another state, pockets of
     that ply stay unseen; so the next ply is prepared only after the one before was compared and passed.
 
+    All methods are called from one thread, except `cancel`. As a context manager a stack cancels what runs at the end.
+
     Parameters
     ----------
     recipe
@@ -101,6 +108,13 @@ class Stack:
         self._below: ArrayLike = mold
         self._options = options
         self._inspector: Inspector | None = None
+        self._ahead: Ahead | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.cancel()
 
     def __repr__(self) -> str:
         name = f"of {self.part}, " if self.part else ""
@@ -119,13 +133,66 @@ class Stack:
         InputError
             If the ply before was not inspected, not scanned after debulking, or did not pass; or an argument is wrong.
         """
+        self._refuse_next()
+        return self._laid(self._made(ply_outline, fibre_angles_deg, progress))
+
+    @typed
+    def lay_ahead(
+        self, ply_outline: ArrayLike | None = None, fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0)
+    ) -> None:
+        """Do what `lay` does while the ply is draped: begin the preparation in a thread of its own, and return at once.
+
+        The next `inspect` is of this ply, and waits for what is left of the preparation. The inspector is the same to
+        the last bit. What the preparation raises is raised there, and the ply can be laid again. The first ply's
+        ``mold`` must not change until then. Neither this thread's end nor the interpreter's waits for the preparation.
+
+        Raises
+        ------
+        InputError
+            As for `lay`, but not what is wrong with the cloud below.
+        """
+        self._refuse_next()
+        outline, angles = inputs.outline(ply_outline), checked_angles(fibre_angles_deg)  # copies, which nobody changes
+        self._ahead = Ahead(lambda progress: self._made(outline, angles, progress))
+
+    def cancel(self) -> None:
+        """End the preparation of the ply that was laid ahead, which can then be laid again, or else the inspection.
+
+        May be called from any thread. The `inspect` that waits for it raises `Cancelled`. No thread is left.
+        """
+        ahead, self._ahead = self._ahead, None
+        if ahead is not None:
+            ahead.cancel()
+        elif self._inspector is not None:
+            self._inspector.cancel()
+
+    def _refuse_next(self) -> None:
+        if self._ahead is not None:
+            raise InputError(f"the next ply cannot be laid: {self._ahead_reason()}")
         if self.plies and (why := self.plies[-1].open_reason):
             raise InputError(f"the next ply cannot be laid: {why}")
-        self._inspector = Inspector(
-            self.recipe, self._below, ply_outline, fibre_angles_deg, progress=progress, **self._options
-        )
+
+    def _ahead_reason(self) -> str:
+        return f"ply {len(self.plies) + 1} was laid ahead, and not inspected yet"
+
+    def _made(self, outline: Any, angles: Any, progress: Progress | None) -> Inspector:
+        return Inspector(self.recipe, self._below, outline, angles, progress=progress, **self._options)
+
+    def _laid(self, inspector: Inspector) -> Inspector:
+        self._inspector = inspector
         self.plies.append(StackPly(len(self.plies) + 1))
-        return self._inspector
+        return inspector
+
+    def _take_ahead(self, ahead: Ahead, cycle: Cycle) -> None:
+        """Wait for the inspector of the ply that was laid ahead, which is the last ply from then on."""
+        try:
+            inspector = ahead.result(cycle)
+        except BaseException:
+            if not ahead.running:
+                self._ahead = None
+            raise
+        self._ahead = None
+        self._laid(inspector)
 
     def inspect(
         self,
@@ -137,7 +204,20 @@ class Stack:
         """Inspect a scan of the ply that was laid last, as `Inspector.inspect`; it may be scanned again and again.
 
         The report's context gets the part, the number of the ply, and what its reference is.
+
+        After `lay_ahead` it waits for the inspector. The deadline counts from the call on, so this time is part of it;
+        meanwhile ``progress`` is called with the step of the preparation and a share of 0.
+
+        Raises
+        ------
+        TimeoutError
+            If the deadline passes before the inspector of a ply that was laid ahead is there. Its preparation goes on.
         """
+        if (ahead := self._ahead) is not None:
+            began = time.monotonic()
+            self._take_ahead(ahead, Cycle(deadline_s, progress))
+            if deadline_s is not None:
+                deadline_s = max(deadline_s - (time.monotonic() - began), 1e-3)
         ply = self._last()
         assert self._inspector is not None
         before = "the bare mold" if ply.number == 1 else f"ply {ply.number - 1} after debulking, which passed"
@@ -155,6 +235,8 @@ class Stack:
         InputError
             If the ply was not inspected, or `Inspector.compare` refuses the scan.
         """
+        if self._ahead is not None:
+            raise InputError(f"debulked: {self._ahead_reason()}")
         ply = self._last()
         if ply.report is None or self._inspector is None:
             raise InputError(f"debulked: expected an inspection of ply {ply.number} first")

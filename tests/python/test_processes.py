@@ -100,6 +100,19 @@ else:
     began.wait()
 """
 
+AHEAD = """
+stack = debulk.Stack(recipe, layup.reference, mold_from_scanner=layup.mold_from_scanner)
+stack.lay_ahead(layup.ply_outline)
+child = os.fork()
+if child == 0:
+    os._exit(0 if same(stack.inspect(layup.scan), inspector.inspect(layup.scan)) else 3)
+print("forked", ended(child), len(stack.plies))
+stack.cancel()
+stack.lay_ahead(layup.ply_outline)
+time.sleep(float(sys.argv[1]))
+print(stack._ahead.running)
+"""
+
 OTHER = """
 import sys
 try:
@@ -142,6 +155,11 @@ def test_a_child_forked_while_a_thread_inspects_inspects_too():
 
 def test_a_child_forked_while_ipopt_solves_solves_too():
     assert run(START + IPOPT) == ["ipopt 0"] * 2
+
+
+@pytest.mark.parametrize("after_s", ["0", "0.05"])
+def test_a_ply_laid_ahead_is_prepared_in_the_child_and_holds_up_no_end(after_s):
+    assert run(START + AHEAD, after_s) == ["forked 0 0", "True"]
 
 
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")

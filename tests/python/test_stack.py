@@ -1,12 +1,13 @@
 """A stack lays a ply only on one that passed after debulking, and its page shows what each ply lies on."""
 
 import dataclasses
+import threading
 
 import numpy as np
 import pytest
 
 import debulk
-from debulk import InputError, Recipe, Stack, Verdict
+from debulk import Cancelled, InputError, Recipe, Stack, Verdict
 from debulk.page.stack import Layup, references
 from debulk.report import Report
 from debulk.results.trace import ArrayTrace, Trace
@@ -99,3 +100,73 @@ def test_a_wrong_reference_shows_by_its_fingerprint():
     assert second == "it is the scan of ply 1 before debulking, whose pockets it hides"
     bare = dataclasses.replace(ply(1, "mold").report, trace=None)
     assert references([Layup(bare, "old.json")]) == [""]
+
+
+def of_verdict(report):
+    """Return what an inspection decided and measured, without times."""
+    return [(p.verdict, p.reason, p.area_mm2, p.peak_mm, p.deciding_ridge) for p in report.pockets], report.findings
+
+
+def test_a_ply_laid_ahead_is_the_ply_laid(virtual):
+    seen, angles = [], np.array([0.0, 90.0])
+    laid, ahead = (Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner) for _ in range(2))
+    inspector = laid.lay(virtual.ply_outline, angles)
+    assert ahead.lay_ahead(virtual.ply_outline, angles) is None
+    angles[:] = 45.0, 135.0  # the stack keeps its own copy
+    assert ahead.plies == []
+    with pytest.raises(InputError, match="ply 1 was laid ahead, and not inspected yet"):
+        ahead.lay(virtual.ply_outline)
+    with pytest.raises(InputError, match="ply 1 was laid ahead, and not inspected yet"):
+        ahead.debulked(virtual.scan)
+    found = ahead.inspect(virtual.scan, progress=lambda name, done: seen.append((name, done)))
+    assert of_verdict(found) == of_verdict(laid.inspect(virtual.scan))
+    assert len(ahead.plies) == 1
+    assert seen[0][0].startswith(("reference", "preparing"))
+    shares = [done for _, done in seen]
+    assert shares == sorted(shares)
+    assert np.array_equal(ahead._inspector.reference.heights_mm, inspector.reference.heights_mm)
+
+
+def test_what_was_laid_ahead_wrongly_can_be_laid_again(virtual):
+    with Stack(RECIPE, virtual.reference[:1], mold_from_scanner=virtual.mold_from_scanner) as stack:
+        with pytest.raises(InputError, match="ply_outline"):
+            stack.lay_ahead([[0, 0], [1, 1]])  # what is wrong with the arguments is said at once
+        for _ in range(2):
+            stack.lay_ahead(virtual.ply_outline)
+            with pytest.raises(InputError, match="reference: expected"):
+                stack.inspect(virtual.scan)
+            assert stack.plies == []
+
+
+def test_the_deadline_counts_the_wait_and_the_preparation_goes_on(virtual):
+    stack = Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner)
+    stack.lay_ahead(virtual.ply_outline)
+    with pytest.raises(InputError, match="deadline_s: expected a positive number"):
+        stack.inspect(virtual.scan, deadline_s=-1.0)
+    with pytest.raises(TimeoutError, match="the inspector was being prepared"):
+        stack.inspect(virtual.scan, deadline_s=1e-6)
+    assert stack.inspect(virtual.scan, deadline_s=600.0).verdict is Verdict.CREASE
+
+
+def threads_ahead():
+    return [thread for thread in threading.enumerate() if thread.name.startswith("debulk")]
+
+
+def test_cancel_and_an_exception_leave_no_thread(virtual):
+    stack = Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner)
+    stack.lay_ahead(virtual.ply_outline)
+    assert threads_ahead()
+    stack.cancel()
+    assert not threads_ahead()
+    stack.lay_ahead(virtual.ply_outline)
+    waiting = threading.Timer(0.02, stack.cancel)
+    waiting.start()
+    with pytest.raises(Cancelled, match="the preparation was cancelled"):
+        stack.inspect(virtual.scan)
+    waiting.join()
+    with pytest.raises(ZeroDivisionError), stack:
+        stack.lay_ahead(virtual.ply_outline)
+        raise ZeroDivisionError
+    assert not threads_ahead()
+    stack.lay(virtual.ply_outline)
+    assert len(stack.plies) == 1

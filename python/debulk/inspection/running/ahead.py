@@ -1,0 +1,78 @@
+"""An inspector that is prepared in a thread of its own, before it is needed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from debulk import _core
+from debulk.inspection.running.cycle import Cancelled, Cycle, Progress
+from debulk.stopping import known
+
+if TYPE_CHECKING:
+    from debulk.inspection.inspector import Inspector
+
+__all__ = ["Ahead"]
+
+_BEAT_S = 0.05  # between two looks at the deadline, and between two calls of the progress function
+
+
+class Ahead:
+    """Prepares an inspector in a daemon thread, which ends with the preparation, a `cancel`, or the interpreter.
+
+    Parameters
+    ----------
+    make
+        Makes the inspector; it gets the progress function that it has to call.
+    """
+
+    def __init__(self, make: Callable[[Progress], Inspector]) -> None:
+        self._make = make
+        self._stop = _core.Stop()
+        self._at = "preparing", 0.0
+        self._made: Inspector | None = None
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="debulk_ahead", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            with known(self._stop):
+                self._made = self._make(self._progress)
+        except BaseException as error:  # raised where the inspector is asked for
+            self._error = error
+
+    def _progress(self, name: str, done: float) -> None:
+        self._at = name, done
+        if self._stop.cancelled:
+            raise Cancelled("the preparation was cancelled")
+
+    def cancel(self) -> None:
+        """End the preparation, and wait until its thread has ended: some 50 ms."""
+        self._stop.cancel()
+        self._thread.join()
+
+    @property
+    def running(self) -> bool:
+        """Whether the inspector is still being prepared."""
+        return self._thread.is_alive()
+
+    def result(self, cycle: Cycle) -> Inspector:
+        """Wait for the inspector, and raise what its preparation raised.
+
+        Raises
+        ------
+        TimeoutError
+            If the deadline of the cycle passes before; the preparation continues.
+        """
+        while self.running:
+            if cycle.stop.now():
+                raise TimeoutError("the deadline passed while the inspector was being prepared: inspect again")
+            cycle.report(self._at[0], 0.0)
+            self._thread.join(_BEAT_S)
+        if self._error is not None:
+            raise self._error
+        if self._made is None:  # in a child that was forked meanwhile, which has no such thread
+            self._made = self._make(self._progress)
+        return self._made
