@@ -108,7 +108,7 @@ class Stack:
         self._below: ArrayLike = mold
         self._options = options
         self._inspector: Inspector | None = None
-        self._ahead: Ahead | None = None
+        self._ahead: Ahead[Inspector] | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -183,7 +183,7 @@ class Stack:
         self.plies.append(StackPly(len(self.plies) + 1))
         return inspector
 
-    def _take_ahead(self, ahead: Ahead, cycle: Cycle) -> None:
+    def _take_ahead(self, ahead: Ahead[Inspector], cycle: Cycle) -> None:
         """Wait for the inspector of the ply that was laid ahead, which is the last ply from then on."""
         try:
             inspector = ahead.result(cycle)

@@ -1,37 +1,35 @@
-"""An inspector that is prepared in a thread of its own, before it is needed."""
+"""What is prepared in a thread of its own, before it is needed, such as the next ply's inspector."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Generic, TypeVar
 
 from debulk import _core
 from debulk.inspection.running.cycle import Cancelled, Cycle, Progress
 from debulk.stopping import known
 
-if TYPE_CHECKING:
-    from debulk.inspection.inspector import Inspector
-
 __all__ = ["Ahead"]
 
+Result = TypeVar("Result")
 _BEAT_S = 0.05  # between two looks at the deadline, and between two calls of the progress function
 
 
-class Ahead:
-    """Prepares an inspector in a daemon thread, which ends with the preparation, a `cancel`, or the interpreter.
+class Ahead(Generic[Result]):
+    """Makes something in a daemon thread, which ends when it is made, on a `cancel`, and with the interpreter.
 
     Parameters
     ----------
     make
-        Makes the inspector; it gets the progress function that it has to call.
+        Makes it. The function gets a progress function, which it has to call, because that ends it on a `cancel`.
     """
 
-    def __init__(self, make: Callable[[Progress], Inspector]) -> None:
+    def __init__(self, make: Callable[[Progress], Result]) -> None:
         self._make = make
         self._stop = _core.Stop()
         self._at = "preparing", 0.0
-        self._made: Inspector | None = None
+        self._made: Result | None = None
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="debulk_ahead", daemon=True)
         self._thread.start()
@@ -40,7 +38,7 @@ class Ahead:
         try:
             with known(self._stop):
                 self._made = self._make(self._progress)
-        except BaseException as error:  # raised where the inspector is asked for
+        except BaseException as error:  # raised where the result is asked for
             self._error = error
 
     def _progress(self, name: str, done: float) -> None:
@@ -55,11 +53,11 @@ class Ahead:
 
     @property
     def running(self) -> bool:
-        """Whether the inspector is still being prepared."""
+        """Whether the preparation goes on."""
         return self._thread.is_alive()
 
-    def result(self, cycle: Cycle) -> Inspector:
-        """Wait for the inspector, and raise what its preparation raised.
+    def result(self, cycle: Cycle) -> Result:
+        """Wait for the result, and raise what the preparation raised.
 
         Raises
         ------
@@ -68,7 +66,9 @@ class Ahead:
         """
         while self.running:
             if cycle.stop.now():
-                raise TimeoutError("the deadline passed while the inspector was being prepared: inspect again")
+                raise TimeoutError(
+                    "the deadline passed while the inspector was being prepared; the preparation goes on: inspect again"
+                )
             cycle.report(self._at[0], 0.0)
             self._thread.join(_BEAT_S)
         if self._error is not None:
