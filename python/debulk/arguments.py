@@ -44,18 +44,6 @@ def typed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result
 
     Other arguments are not checked here: arrays are checked where they are used. Keywords that the function does not
     know raise a `TypeError`, as usual.
-
-    Examples
-    --------
-    >>> @typed
-    ... def area(width_mm: float, height_mm: float | None = None) -> float:
-    ...     return width_mm * (height_mm or width_mm)
-    >>> area(2)
-    4
-    >>> area("2")
-    Traceback (most recent call last):
-    ...
-    debulk._core.InputError: width_mm: expected a number, but got '2'
     """
     wanted = _wanted(function.__annotations__)
     order = list(inspect.signature(function).parameters)

@@ -26,25 +26,9 @@ _CHUNK = 256  # number of groups that are compared with the others at a time
 
 
 def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected: str, *, nan: bool = False) -> Floats:
-    """Return numbers as finite float64 of a given shape, or with NaN where that is allowed.
+    """Return numbers as finite float64 of a given shape, in which None stands for any length; NaN only where allowed.
 
-    Parameters
-    ----------
-    value
-        What the user passed.
-    name
-        Name of the argument, for the error.
-    shape
-        Expected shape; None stands for any length.
-    expected
-        Expected shape and meaning in words, for the error.
-    nan
-        Whether values may be NaN.
-
-    Raises
-    ------
-    InputError
-        If the values are not numbers, have another shape, or are not finite.
+    `name` is the argument's, and `expected` its shape and meaning in words, for the error.
 
     Examples
     --------
@@ -95,21 +79,9 @@ def camera(value: ArrayLike) -> Floats:
 def outline(value: ArrayLike, name: str) -> Floats:
     """Return (M, 2) corners of a polygon that encloses an area and does not cross itself, as a copy.
 
-    A corner that repeats the one before it is left out, and so is a last corner that repeats the first.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 3 corners, no area, a corner farther than 100 m from the origin, sides that cross, or
-        a side that occurs twice.
-
-    Examples
-    --------
-    >>> outline([[0, 0], [2, 2], [2, 0], [0, 1]], "ply_outline")
-    Traceback (most recent call last):
-    ...
-    debulk._core.InputError: ply_outline: expected an outline that does not cross itself, but its sides 1 and 3 cross \
-near (0.6667, 0.6667) mm; list the corners in their order round the ply
+    A corner that repeats the one before it is left out, and so is a last corner that repeats the first. Refused are
+    fewer than 3 corners, no area, a corner farther than 100 m from the origin, and a side that crosses another or
+    occurs twice.
     """
     given = numbers(value, name, (None, 2), "an (M, 2) array of corners in mm")
     repeats = (given == np.roll(given, -1, axis=0)).all(axis=1)  # the corner equals the one after it
@@ -187,13 +159,6 @@ def rigid(value: ArrayLike, name: str) -> Floats:
     Warns
     -----
     The logger "debulk" says by how much a matrix that is off by more than 1e-4 scales and shears.
-
-    Examples
-    --------
-    >>> turned = np.eye(4)
-    >>> turned[:2, :2] = [[0.866, -0.5], [0.5, 0.866]]
-    >>> rigid(turned, "pose")[:2, :2].round(6).tolist()
-    [[0.866019, -0.500011], [0.500011, 0.866019]]
     """
     motion = numbers(value, name, (4, 4), "a (4, 4) matrix").copy()
     if not np.allclose(motion[3], [0, 0, 0, 1]):

@@ -38,11 +38,6 @@ def bill() -> str:
     ------
     InputError
         If the third-party notes are not installed.
-
-    Examples
-    --------
-    >>> {"Ipopt", "PCL", "Eigen", "NLopt", "MUMPS"} <= {one["name"] for one in json.loads(bill())["components"]}
-    True
     """
     rows = licences()
     if not rows:

@@ -27,25 +27,9 @@ _MESSAGE_TYPES = ("", "i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")  # by sens
 def plain(points: Any, name: str) -> Any:
     """Return a cloud of a known other form as an array (H, W, 3) or (N, 3); everything else as it came.
 
-    Parameters
-    ----------
-    points
-        A ``sensor_msgs/PointCloud2`` message, of ROS or rosbags; a NumPy array of records with fields x, y, z, or X, Y,
-        Z, or f0, f1, f2, or one field xyz of three numbers; a point cloud of Open3D, or anything else with ``points``;
-        anything that speaks DLPack. Whole numbers become floats. Units are left as they are.
-    name
-        What the cloud is called in error messages.
-
-    Raises
-    ------
-    InputError
-        If the form is known, but x, y, z cannot be had from it.
-
-    Examples
-    --------
-    >>> records = np.array([(1.0, 2.0, 3.0, 255)], dtype=[("x", "f4"), ("y", "f4"), ("z", "f4"), ("r", "u1")])
-    >>> plain(records, "scan").tolist()
-    [[1.0, 2.0, 3.0]]
+    Known are a ``sensor_msgs/PointCloud2`` message, of ROS or rosbags; a NumPy array of records with fields x, y, z, or
+    X, Y, Z, or f0, f1, f2, or one field xyz of three numbers; a point cloud of Open3D, or anything else with
+    ``points``; anything that speaks DLPack. Whole numbers become floats. Units are left as they are.
     """
     if isinstance(points, np.ndarray):
         return _of_records(points, name) if points.dtype.names else points

@@ -22,13 +22,6 @@ class Guard:
     torn
         True in a child that was forked while a thread held the lock: what the lock guards may be half changed, and has
         to be made anew.
-
-    Examples
-    --------
-    >>> guard = Guard()
-    >>> with guard.held():
-    ...     print(guard.torn)
-    False
     """
 
     def __init__(self) -> None:
@@ -63,18 +56,6 @@ class kept(Generic[Value]):
 
     The one in functools holds a lock while it computes, before Python 3.12; a child that is forked meanwhile would wait
     for it for ever. Here two threads may both compute the value, and all get that of the first to finish.
-
-    Examples
-    --------
-    >>> class Square:
-    ...     @kept
-    ...     def area(self):
-    ...         print("computing")
-    ...         return 4
-    >>> square = Square()
-    >>> square.area, square.area
-    computing
-    (4, 4)
     """
 
     def __init__(self, compute: Callable[[Any], Value]) -> None:

@@ -28,7 +28,7 @@ def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: floa
     ----------
     ply_length_mm
         Length of the ply's section between its two feet, mm.
-    Length of the mold between these feet, mm; at least two thicknesses.
+    mold_length_mm
         Length of the mold between the same feet, mm; at least two thicknesses.
     thickness_mm
         Nominal thickness of the ply, mm.

@@ -38,35 +38,10 @@ class _Squares(NamedTuple):
 
 
 def crossed(values: ArrayLike, quantity: str = "", unit: str = "", tolerance: float | None = None) -> Study:
-    """Analyse a crossed study: every part measured equally often under every condition.
+    """Analyse a crossed study: (P, S, T) values of parts, sessions (appraisers, days, set-ups) and trials.
 
-    Parameters
-    ----------
-    values
-        (P, S, T): parts, sessions (appraisers, days, set-ups), trials; P and T from 2, S from 1. With one session
-        nothing is known of reproducibility, which is then 0.
-    quantity, unit
-        What was measured.
-    tolerance
-        Width of the tolerance, for P/T; None: there is none.
-
-    Returns
-    -------
-    Study
-        The table and the components of variance. An interaction that is not significant at 0.25 is pooled with the
-        repeatability.
-
-    Raises
-    ------
-    InputError
-        If there are too few values, or some that are not finite.
-
-    Examples
-    --------
-    >>> parts = np.array([1.0, 2.0, 3.0])[:, None, None]
-    >>> study = crossed(parts + np.array([-0.1, 0.1]), "height", "mm", tolerance=1.2)
-    >>> round(study.repeatability, 3), round(study.percent_grr, 1), round(study.percent_tolerance, 1), study.distinct
-    (0.141, 14.1, 70.7, 9)
+    P and T are 2 at least. With one session nothing is known of reproducibility, which is then 0. An interaction that
+    is not significant at 0.25 is pooled with the repeatability. `tolerance` is the width for P/T; None: there is none.
     """
     from scipy.stats import f as fisher
 

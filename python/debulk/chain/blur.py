@@ -24,12 +24,6 @@ def transfer(sigma_mm: float) -> tuple[Transfer, ...]:
 
     The excess length of a low bump is the integral of half its slope's square, so its share depends on no height. The
     bump is a Fourier sum on a wide line, on which the blur multiplies by exp(-(k sigma)²/2).
-
-    Examples
-    --------
-    >>> one = transfer(2.0)[4]
-    >>> one.width_mm, round(one.height, 2), round(one.excess, 2)
-    (15.0, 0.85, 0.58)
     """
     out = []
     for width in _WIDTHS_MM:
@@ -59,24 +53,11 @@ def excess_left(gain: float, sigma_mm: float, width_mm: float) -> float:
 def strip_of(
     across_mm: Floats, height_mm: Floats, known_height_mm: float, width_mm: float, shape: Shape = "strip"
 ) -> tuple[float, float]:
-    """Fit a strip or a ridge of known width, blurred by a Gaussian, to points across it.
+    """Fit a strip or a ridge of known height and width, blurred by a Gaussian, to points across it.
 
-    Parameters
-    ----------
-    across_mm, height_mm
-        (N,) places across the strip, 0 near its middle, and heights above what it lies on.
-    known_height_mm, width_mm, shape
-        The gauge's.
-
-    Returns
-    -------
-    tuple[float, float]
-        Measured over known height, and the sigma of the blur, mm.
-
-    Raises
-    ------
-    InputError
-        If there are too few points, or none beside the strip, or no strip is there.
+    Places are (N,), 0 near its middle, with heights above what it lies on. Returned are its measured over its known
+    height, and the sigma of the blur, mm; an `InputError` if too few points are there, none beside it, or it is not
+    there.
     """
     from scipy.optimize import least_squares
 

@@ -27,15 +27,7 @@ class Row(NamedTuple):
 
 
 def page(chain: Chain) -> str:
-    """Return the page.
-
-    Examples
-    --------
-    >>> from debulk.chain import Chain
-    >>> chain = Chain(name="cell 3", made_utc="2026-03-01T12:00:00.000Z", debulk="0.1.0", scans=10, figures=())
-    >>> "cell 3" in page(chain)
-    True
-    """
+    """Return the page."""
     rows = [
         Row(quantity, figure, _limits(figure, quantity.unit))
         for quantity in FIGURES

@@ -36,16 +36,10 @@ class Recognised(NamedTuple):
 
 
 class Recogniser:
-    """Compares scan after scan of an inspector with its chain.
+    """Compares scan after scan of an inspector with the chain that was qualified.
 
-    Parameters
-    ----------
-    search
-        The inspector's search for filled and smoothed parts, which knows where ply and edge are.
-    mask
-        (H, W), True where an image is not to be used, or None.
-    chain
-        The chain that was qualified.
+    The inspector's search for filled and smoothed parts knows where ply and edge are. Where `mask`, (H, W), is True, an
+    image is not used.
     """
 
     def __init__(self, search: FilledSearch, mask: NDArray[np.bool_] | None, chain: Chain) -> None:

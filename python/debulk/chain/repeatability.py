@@ -30,16 +30,9 @@ class Repeated(NamedTuple):
 
 
 def studies(reports: Sequence[Report], sessions: Sequence[str] | None, limit_mm: float) -> Repeated:
-    """Analyse the pockets of several scans of one layup.
+    """Analyse the pockets of several scans of one layup, of which `sessions` names the session; None: all are of one.
 
-    Parameters
-    ----------
-    reports
-        Of the scans, in order.
-    sessions
-        The session of each; None: one session.
-    limit_mm
-        The limit of a ridge: the tolerance of ridges, which begins at 0, is as wide.
+    The limit of a ridge is the width of the tolerance of ridges, which begins at 0.
     """
     rows, sometimes = _matched(reports)
     if len(rows) < _LEAST_PARTS:

@@ -67,27 +67,9 @@ class Signature:
 
 
 def signature_of(windows: Sequence[Cloud], pitch_mm: float, *, image: bool, edge_mm: float = float("nan")) -> Signature:
-    """Measure a scan by the points of some windows on the ply; see `windows_of`.
+    """Measure a scan by the points of some windows on the ply, (M, 3) each, NaN: not seen; see `windows_of`.
 
-    Parameters
-    ----------
-    windows
-        (M, 3) each, scanner's frame, NaN where nothing was seen.
-    pitch_mm
-        Distance from point to point.
-    image
-        Whether the scan is an image, whose points that were not seen are counted.
-    edge_mm
-        The spread of the ply's edge, which is measured elsewhere.
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(0).normal(0, 0.05, (20, 256))
-    >>> x, y = np.meshgrid(np.arange(16.0), np.arange(16.0))
-    >>> windows = [np.float32(np.column_stack([x.ravel(), y.ravel(), of])) for of in noise]
-    >>> found = signature_of(windows, 1.0, image=True)
-    >>> round(found.noise_mm, 2), abs(found.near) < 0.1
-    (0.05, True)
+    Of an image the points that were not seen are counted. The spread of the ply's edge is measured elsewhere.
     """
     unseen = float("nan")
     if image and windows:

@@ -21,21 +21,10 @@ _MOST_POINTS = 320  # of a window of a list of points; of more, every second is 
 
 
 def windows_of(scan: Cloud, on_ply: Callable[[Cloud], Bools], pitch_mm: float) -> list[Cloud]:
-    """Return the points of some windows of 16 by 16 points: squares of an image, or cells of a list in its XY.
+    """Return the points of some windows of 16 by 16 points, (M, 3): squares of an image, or cells of a list in its XY.
 
-    Parameters
-    ----------
-    scan
-        (H, W, 3) or (N, 3), scanner's frame, NaN where nothing was seen.
-    on_ply
-        Tells which of (N, 3) points, all finite, lie on the ply.
-    pitch_mm
-        Distance from point to point; inf: not known, then there are no windows.
-
-    Returns
-    -------
-    list
-        (M, 3) each. In a window of an image the points that were not seen are kept, as NaN.
+    Points that an image did not see are kept, as NaN. `on_ply` tells which of (N, 3) finite points lie on the ply.
+    Without a known pitch there are no windows.
     """
     if not np.isfinite(pitch_mm):
         return []

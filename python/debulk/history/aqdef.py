@@ -32,22 +32,7 @@ class _Characteristic(NamedTuple):
 
 
 def write(path: Path, layups: Sequence[Layup], limit_mm: float | None) -> None:
-    """Write layups of one part.
-
-    Parameters
-    ----------
-    path
-        The file.
-    layups
-        In the order of their records.
-    limit_mm
-        The limit of a ridge, which becomes the upper limit of the specification; None: not known.
-
-    Raises
-    ------
-    InputError
-        If they are of several parts, or there is none.
-    """
+    """Write layups of one part, in the order of their records; the limit becomes the upper one of the specification."""
     parts = sorted({layup.row.part for layup in layups})
     if len(parts) != 1:
         got = ", ".join(map(repr, parts[:4])) or "no layup"

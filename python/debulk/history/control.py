@@ -54,29 +54,10 @@ class Control:
 
 
 def control(values: NDArray[np.float64], baseline: int = _BASELINE) -> Control:
-    """Chart figures against limits that the first of them give.
+    """Chart (N,) figures against limits that the first `baseline` of them give, NaN where a layup has none.
 
     The rules are numbers 1, 5, 2 and 3 of Nelson, *The Shewhart control chart: tests for special causes*, Journal of
     Quality Technology 16 (1984). Of figures in control that are independent and normal, they point at about one in 100.
-
-    Parameters
-    ----------
-    values
-        (N,), NaN where a layup has none: such layups are passed over.
-    baseline
-        Number of first figures that are taken for what is normal.
-
-    Raises
-    ------
-    InputError
-        If the baseline is below 20.
-
-    Examples
-    --------
-    >>> still = np.tile([0.0, 1.0, 0.5, 0.2], 10)
-    >>> chart = control(np.append(still, 9.0))
-    >>> {name: int(found.sum()) for name, found in chart.signals.items()}
-    {'beyond': 1, 'two of three': 0, 'shift': 0, 'trend': 0}
     """
     if baseline < _LEAST:
         raise InputError(f"baseline: expected at least {_LEAST}, got {baseline}")

@@ -15,13 +15,7 @@ __all__ = ["history_of"]
 
 
 def history_of(given: History | str | PathLike[str] | None) -> History | None:
-    """Return the history itself, or the one in the named file; without any, nothing of SQLite is imported.
-
-    Raises
-    ------
-    InputError
-        If it is something else, there is no such folder, or the file is not a history.
-    """
+    """Return the history itself, or the one in the named file; without any, nothing of SQLite is imported."""
     if given is None:
         return None
     from debulk.history.store import History

@@ -30,31 +30,7 @@ class Rate(NamedTuple):
 
 
 def page(history: History, search: Search | None = None, baseline: int = 300) -> str:
-    """Return the page.
-
-    Parameters
-    ----------
-    history
-        The history.
-    search
-        Which layups are shown; None: all.
-    baseline
-        Number of first layups from which the control charts take their limits.
-
-    Raises
-    ------
-    InputError
-        If the history cannot be read, or the baseline is below 20.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from debulk.report import Report
-    >>> history = History(f"{tempfile.mkdtemp()}/cell.sqlite")
-    >>> number = history.add(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=()))
-    >>> "1 layup" in page(history)
-    True
-    """
+    """Return the page of the layups that a search finds; the first `baseline` of them give the control limits."""
     with connected(history.path) as connection:
         seen = overview(connection, search or Search())
     charted = {title: seen.figures[name] for name, title in FIGURES.items()} | seen.chain

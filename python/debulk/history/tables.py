@@ -48,12 +48,8 @@ _INDEXES = (
 def connected(path: Path, *, write: bool = False) -> Iterator[sqlite3.Connection]:
     """Open a history for one piece of work, which is committed as a whole at the end, or not at all.
 
-    A connection lives only that long: it belongs to one thread and would not outlive a fork.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or written, or is not a history.
+    A connection lives only that long: it belongs to one thread and would not outlive a fork. Any fault of SQLite is an
+    `InputError`.
     """
     connection = None
     try:

@@ -30,14 +30,7 @@ class Scatter(NamedTuple):
 
 
 def page(comparison: ComparisonData) -> str:
-    """Return the page.
-
-    Examples
-    --------
-    >>> from debulk.comparison import Comparison
-    >>> "no pocket was decided" in page(Comparison(pockets=(), max_rms_mm=0.3, max_peak_mm=0.6))
-    True
-    """
+    """Return the page."""
     pockets = comparison.pockets
     outcomes = comparison.outcomes()
     rows = [v for v in Verdict if any(p is v for p, _ in outcomes)]

@@ -41,22 +41,7 @@ class Side(NamedTuple):
 
 
 def page(first: ReportData, second: ReportData, names: tuple[str, str] = ("first", "second")) -> str:
-    """Return the page.
-
-    Parameters
-    ----------
-    first, second
-        The reports: of one scan with two recipes, or of two scans of a ply.
-    names
-        Names of their files.
-
-    Examples
-    --------
-    >>> from debulk.report import Report, Verdict
-    >>> reports = [Report(verdict=v, reason="", pockets=()) for v in (Verdict.CREASE, Verdict.CEASE)]
-    >>> "CREASE, then CEASE" in page(*reports)
-    True
-    """
+    """Return the page of two reports, of one scan with two recipes or of two scans of a ply."""
     for report in (first, second):
         check_drawable(report)
     sides = [

@@ -18,14 +18,7 @@ _FARTHEST = 1e9  # mm
 
 
 def check_drawable(record: Any) -> None:
-    """Check all places and heights in a record of a report.
-
-    Raises
-    ------
-    InputError
-        If a value is infinite, unknown where it must be known, or farther off than any part; the message names the
-        first.
-    """
+    """Refuse a record with a place or a height that is infinite, unknown, or farther off than any part."""
     for name, values in _arrays(record, ""):
         beyond = values[~(np.abs(values) <= _FARTHEST)]
         if beyond.size:

@@ -46,20 +46,10 @@ def picture(
     keep_all: bool,
     png_bytes: int,
 ) -> Picture | None:
-    """Draw the heights in a window, or all of them; return None if the window is off the map.
+    """Draw the heights in a window between two (2,) corners, mold XY, or the whole grid; None: it is off the map.
 
-    Parameters
-    ----------
-    grid
-        Heights.
-    low, high
-        (2,) corners of the window, mold XY.
-    top_mm
-        Height of the last colour; None: the highest that was seen, apart from a thousandth of the map.
-    keep_all
-        Whether the whole grid is drawn, regardless of the window.
-    png_bytes
-        The picture is made coarser until it has no more bytes than this.
+    The last colour is that of `top_mm`; None: of the highest that was seen, apart from a thousandth of the map. The
+    picture takes at most `png_bytes`.
     """
     cropped = _crop(grid, low, high, keep_all=keep_all)
     if cropped is None:
@@ -106,14 +96,9 @@ def _png(values: NDArray[np.float32], scale: HeightScale, most_bytes: int) -> st
 
 
 def png(paint: Callable[[tuple[int, int]], NDArray[np.uint8]], full: tuple[int, int], most_bytes: int) -> str:
-    """Encode a picture in base64, with at most so many bytes before that: made coarser until it has no more.
+    """Encode a picture in base64, made coarser until it has at most so many bytes before that.
 
-    Parameters
-    ----------
-    paint
-        Returns the picture, (height, width, 4) in blue, green, red and alpha, in a size (width, height).
-    full
-        Its largest size.
+    `paint` returns it in a size (width, height), at most `full`: (height, width, 4) in blue, green, red and alpha.
     """
     finer = min(1.0, _MAX_PIXELS / max(full))
     while True:

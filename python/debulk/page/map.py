@@ -96,21 +96,9 @@ def ply_map(
 ) -> PlyMap | None:
     """Return the map, or None if there is nothing to draw.
 
-    Parameters
-    ----------
-    grid, ply_outline
-        Heights, and the ply's edge; None means unknown.
-    areas
-        The pockets.
-    top_mm
-        Upper end of the colours; None: the highest that was seen, apart from a thousandth of the map.
-    report
-        Report whose holes, bumps and fibre directions are marked, and whose excess of the fibres is a second layer;
-        None: none of these.
-    ridges, measured
-        Predicted ridges, and the path of the ridges that a second scan shows.
-    png_bytes
-        Most bytes that the picture of the heights may take.
+    The colours end at `top_mm`; None: at the highest that was seen, apart from a thousandth of the map. A `report` adds
+    holes, bumps, fibre directions and the layer of the fibres' excess; `measured` is the path of the ridges that a
+    second scan shows. The picture of the heights takes at most `png_bytes`.
     """
     areas = [area for area in areas if len(area.outline_mm)]
     outlines = [area.outline_mm for area in areas]

@@ -67,17 +67,7 @@ class NetViews(NamedTuple):
 
 
 def net_views(pocket: PocketReport, limit_mm: float, section: list[int] | None = None) -> NetViews | None:
-    """Draw a pocket's net, or return None if it has none.
-
-    Parameters
-    ----------
-    pocket
-        Pocket of the report.
-    limit_mm
-        Limit of a ridge's height.
-    section
-        Nodes of the fibre that the profile shows; it is drawn thick.
-    """
+    """Draw a pocket's net, or return None if it has none; `section` are the nodes that the profile shows."""
     net = pocket.net
     if net is None or len(net.nodes_mm) < 3:
         return None

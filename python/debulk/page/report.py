@@ -40,19 +40,7 @@ class Drawings(NamedTuple):
 
 
 def page(report: ReportData) -> str:
-    """Return the page.
-
-    Raises
-    ------
-    InputError
-        If the report was changed by hand and contains infinite values.
-
-    Examples
-    --------
-    >>> from debulk.report import Report, Verdict
-    >>> "nothing raised" in page(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=()))
-    True
-    """
+    """Return the page; an `InputError` if the report was changed by hand and contains infinite values."""
     check_drawable(report)
     limits = report.recipe.get("verdict", {})
     floor = _floor(report)

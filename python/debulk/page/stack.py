@@ -60,21 +60,7 @@ class Ply(NamedTuple):
 
 
 def page(layups: Sequence[Layup]) -> str:
-    """Return the page.
-
-    Parameters
-    ----------
-    layups
-        At least one layup, in the order of the stack; if all their contexts have a number as "ply", in that order.
-
-    Examples
-    --------
-    >>> from debulk.report import Report, Verdict
-    >>> names = {"first.json": Verdict.CEASE, "second.json": Verdict.CREASE}
-    >>> html = page([Layup(Report(verdict=v, reason="", pockets=()), name) for name, v in names.items()])
-    >>> html.index("second.json") < html.index("first.json")
-    True
-    """
+    """Return the page of the layups of a stack, in their order, or in that of the numbers "ply" of their contexts."""
     for layup in layups:
         check_drawable(layup.report)
     numbers = {id(layup): _ply_number(layup) for layup in layups}

@@ -19,17 +19,7 @@ _Entries = list[tuple[str, str]]
 
 
 def trace_lists(report: ReportData) -> list[tuple[str, _Entries]]:
-    """Return titles, each with names and values; unknown values are left out.
-
-    Examples
-    --------
-    >>> from debulk.report import Report, Verdict
-    >>> from debulk.results.trace import Trace
-    >>> trace = Trace(time_utc="2026-03-01T12:00:00.250Z", context={"part": "A-17"})
-    >>> report = Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=(), trace=trace)
-    >>> trace_lists(report)[0]
-    ('when and what', [('time (UTC)', '2026-03-01T12:00:00.250Z'), ('part', 'A-17')])
-    """
+    """Return titles, each with names and values; unknown values are left out."""
     trace = report.trace
     if trace is None:
         return []
@@ -67,13 +57,7 @@ def _lists(trace: Trace, outline: Any, first: str = "when and what") -> list[tup
 def title_block(
     trace: Trace | None, recipe: Mapping[str, Any], source: Mapping[str, str], version: str
 ) -> list[tuple[str, str]]:
-    """Return the entries of the title block of a filed page; an empty one leaves room to write.
-
-    Examples
-    --------
-    >>> dict(title_block(None, {}, {}, "1.0"))["software"]
-    'debulk 1.0'
-    """
+    """Return the entries of the title block of a filed page; an empty one leaves room to write."""
     context = dict(trace.context) if trace else {}
     told = {name: _text(context.get(name, "")) for name in ("part", "ply", "operator")}
     text = json.dumps(recipe, sort_keys=True, default=str)
@@ -97,16 +81,7 @@ def headline(report: ReportData) -> str:
 
 
 def identity(report: ReportData) -> str:
-    """Return what was inspected: part, ply and the like, or the files, and the time.
-
-    Examples
-    --------
-    >>> from debulk.report import Report, Verdict
-    >>> from debulk.results.trace import Trace
-    >>> trace = Trace(time_utc="2026-03-01T12:00:00.250Z", context={"part": "A-17", "ply": 3})
-    >>> identity(Report(verdict=Verdict.CEASE, reason="nothing raised", pockets=(), trace=trace))
-    'part A-17 · ply 3 · 2026-03-01 12:00:00 UTC'
-    """
+    """Return what was inspected: part, ply and the like, or the files, and the time."""
     return identity_of(report.trace, report.source)
 
 

@@ -34,12 +34,6 @@ def recipe_hash(recipe: Mapping[str, Any]) -> str:
     """Return the SHA-256 of a recipe's settings, empty if there are none.
 
     The section ``run`` is left out: threads, fingerprints and folders differ between machines, and change no verdict.
-
-    Examples
-    --------
-    >>> same = recipe_hash({"net": {"node_target": 100}, "run": {"threads": 2}})
-    >>> same == recipe_hash({"net": {"node_target": 100}}) != recipe_hash({"net": {"node_target": 90}})
-    True
     """
     if not recipe:
         return ""
@@ -49,13 +43,7 @@ def recipe_hash(recipe: Mapping[str, Any]) -> str:
 
 
 def approvals(path: str | PathLike[str]) -> tuple[Approval, ...]:
-    """Read a file of approvals.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or is not such a file.
-    """
+    """Read a file of approvals."""
     path = Path(path)
     with open_source(path) as source:
         data = source.file.read()
@@ -72,23 +60,9 @@ def approvals(path: str | PathLike[str]) -> tuple[Approval, ...]:
 
 @typed
 def approve(path: str | PathLike[str], recipe: Mapping[str, Any], name: str, time_utc: str) -> Approval:
-    """Add a recipe to a file of approvals, which is made if it is not there.
+    """Add the approval of a recipe's settings, by name and time (ISO 8601), to a file .toml, which is made if need be.
 
-    Parameters
-    ----------
-    path
-        The file, .toml. Keep it where only those may write who may approve.
-    recipe
-        Settings, section by section, as ``recipe.model_dump()`` and ``report.recipe`` have them.
-    name
-        Who approves.
-    time_utc
-        When, ISO 8601.
-
-    Raises
-    ------
-    InputError
-        If there is no name, or the file is something else or cannot be written.
+    Keep the file where only those may write who may approve.
     """
     path = Path(path)
     if not name.strip() or not name.isprintable():

@@ -84,13 +84,7 @@ def _heights(place: Place) -> list[str]:
 
 
 def recipe_difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:
-    """Return a line for each setting that differs.
-
-    Examples
-    --------
-    >>> recipe_difference({"net": {"node_target": 90, "paths": "x"}}, {"net": {"node_target": 100, "paths": "x"}})
-    ['recipe, net.node_target: 90, then 100']
-    """
+    """Return a line for each setting that differs."""
     return [f"recipe, {one.name}: {one.first}, then {one.second}" for one in changes(first, second)]
 
 

@@ -11,22 +11,7 @@ __all__ = ["imported"]
 
 
 def imported(module: str, extra: str, what: str) -> Any:
-    """Import a module of an extra.
-
-    Parameters
-    ----------
-    module
-        Name of the module.
-    extra
-        Extra of debulk that installs it.
-    what
-        What needs it; named first in the error.
-
-    Raises
-    ------
-    InputError
-        If its package is not installed; the message names the command that installs it.
-    """
+    """Import a module of an extra of debulk; if it is missing, the error says what needs it and how it is installed."""
     package = module.partition(".")[0]
     try:
         return importlib.import_module(module)

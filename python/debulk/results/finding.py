@@ -53,12 +53,6 @@ class Finding:
 
     @property
     def asks(self) -> str:
-        """What to do about it: its own remedy, or that of its check.
-
-        Examples
-        --------
-        >>> Finding("reference", None, "the reference is known on 40 % of the ply").asks
-        'complete the reference'
-        """
+        """What to do about it: its own remedy, or that of its check."""
         text = text_of(self.check)
         return self.remedy or (text.remedy if text else "scan again")

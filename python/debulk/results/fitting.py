@@ -25,17 +25,12 @@ _REMEDY = "was the file edited? Inspect the scan again"
 
 
 def check_fits(report: ReportData) -> None:
-    """Refuse a report whose verdict is better than its figures allow.
+    """Refuse a report whose verdict is better than its figures allow; the error says what it does not fit.
 
     The verdict of a layup is the one that its findings allow, and at least as severe as that of each pocket, and as
     each hole allows. CEASE needs enough coverage, a good level and no wrinkle, and for each pocket figures within the
     recipe's limits that are proven, by a certificate or because no fibre can bridge. A pocket's verdict may be more
     severe than its figures, since other reasons may not appear as figures.
-
-    Raises
-    ------
-    InputError
-        If a verdict does not fit; the message names it and what it does not fit.
     """
     _check_complete(report.pockets)
     recipe = _recipe(report)

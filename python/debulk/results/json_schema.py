@@ -42,18 +42,7 @@ RECORDS: dict[str, tuple[type, str]] = {
 
 
 def json_schema(what: str) -> Tree:
-    """Return the JSON Schema, draft 2020-12, of a record as `save` writes it.
-
-    Parameters
-    ----------
-    what
-        "report" or "comparison".
-
-    Examples
-    --------
-    >>> json_schema("report")["properties"]["format"]
-    {'const': 'debulk report'}
-    """
+    """Return the JSON Schema, draft 2020-12, of a record as `save` writes it."""
     kind, format_name = RECORDS[what]
     defined: Tree = {"number": _NUMBER}
     top = _record(kind, defined)

@@ -18,13 +18,7 @@ OLDEST = 1
 
 
 def migrated(tree: Tree, schema: int, present: int) -> Tree:
-    """Bring the JSON of a report or a comparison, without format and schema, from an earlier schema to the present one.
-
-    Raises
-    ------
-    InputError
-        If it is not what a debulk of that schema wrote.
-    """
+    """Bring the JSON of a report or a comparison, without format and schema, from an earlier schema to the present."""
     try:
         for reached in range(schema + 1, present + 1):
             (_REPORT if "verdict" in tree else _COMPARISON).get(reached, _nothing)(tree)

@@ -24,20 +24,9 @@ def leaving_mm(
     """Return the length that is to leave each stretch, (N,), mm.
 
     Each run is an interval of its line, and asks for a sum over its stretches. Taken in the order in which they end, on
-    the side of the way out, and filled from that end, the sums are the least possible.
-
-    Parameters
-    ----------
-    runs, places
-        All runs, and their stretches.
-    most_mm
-        (R,) the excess that each run may have at most.
-    wanted
-        (R,) whether a run is to be brought down to the target.
-    target_mm
-        The excess at which nothing is left to do.
-    side
-        (N,) at which end of each stretch the way out lies, 0 or 1.
+    the side of the way out, and filled from that end, the sums are the least possible. A `wanted` run, (R,), is brought
+    down from the most that it may have, (R,), to the target. `side` is (N,) at which end of each stretch the way out
+    lies, 0 or 1.
     """
     leaving = np.zeros(len(places.rows))
     most_of = np.maximum(runs.low_mm[places.rows], 0.0)  # with more taken out the fibre would surely be too short

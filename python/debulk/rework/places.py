@@ -58,18 +58,10 @@ class Places:
 
 
 def places_of(runs: FibreRuns, crossed: NDArray[np.int32], outline: Floats | None, apart_mm: float) -> Places:
-    """Group the single stretches among the runs.
+    """Group the single stretches among the runs, of which neighbours are `apart_mm` apart.
 
-    Parameters
-    ----------
-    runs
-        All runs.
-    crossed
-        (R,) number of the pocket that each run crosses; 0: none. Stretches of different pockets are different places.
-    outline
-        Of the ply.
-    apart_mm
-        Distance of neighbouring lines.
+    `crossed` is (R,) the number of the pocket that each run crosses; 0: none. Stretches of different pockets are
+    different places.
     """
     key = np.unique(np.stack([runs.family, runs.line]), axis=1, return_inverse=True)[1].reshape(-1)
     chord = runs.to_mm - runs.from_mm

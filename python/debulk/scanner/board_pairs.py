@@ -22,21 +22,10 @@ REPEATED_PX = 0.5
 def seen_pairs(
     names: Sequence[str], left: Sequence[Image], right: Sequence[Image], board: Board, least: int
 ) -> tuple[list[Pair], dict[str, str], Board]:
-    """Find the corners that both cameras see in each pair.
+    """Find the corners that both cameras see in each pair of images.
 
-    Parameters
-    ----------
-    names, left, right
-        Pairs of images.
-    board
-        Board; if its layout is not known, the one that fits is chosen.
-    least
-        If fewer images than this show the board in one layout, the other is tried.
-
-    Returns
-    -------
-    tuple[list[Pair], dict[str, str], Board]
-        Pairs that can be used, the reasons for those that cannot, by name, and the board with its layout.
+    If fewer than `least` images show the board in one of the layouts that it may have, the other is tried. Returned are
+    the pairs that can be used, the reasons for those that cannot, by name, and the board with its layout.
     """
     left_out = repeated_images(names, left, right)
     used = [k for k, name in enumerate(names) if name not in left_out]
@@ -60,14 +49,7 @@ def seen_pairs(
 
 
 def repeated_images(names: Sequence[str], left: Sequence[Image], right: Sequence[Image]) -> dict[str, str]:
-    """Say which pairs repeat an earlier one byte by byte; which has a wrong partner is not known, so both are left out.
-
-    Examples
-    --------
-    >>> one, other = np.zeros((2, 2), np.uint8), np.ones((2, 2), np.uint8)
-    >>> repeated_images(["a", "b"], [one, one], [other, other])
-    {'b': 'the same images as a'}
-    """
+    """Say which pairs repeat an earlier one byte by byte; which has a wrong partner is not known: both are left out."""
     hashes = [[hashlib.sha256(image.tobytes()).digest() for image in side] for side in (left, right)]
     out: dict[str, str] = {}
     for k, name in enumerate(names):

@@ -21,12 +21,7 @@ def same_way_round(pairs: Sequence[Pair], board: Board, pixels: tuple[int, int])
 
     A detector starts at the corner that is uppermost or leftmost in its image, and the cameras do not always agree
     on it. Each way to count gives another rotation between the cameras, and the right one is the same for all pairs;
-    a wrong one changes with the board's tilt.
-
-    Raises
-    ------
-    debulk.InputError
-        If the board looks the same when it is turned and the pairs do not tell how it was seen.
+    a wrong one changes with the board's tilt. If the pairs do not tell the right one, the board is refused.
     """
     import cv2
 

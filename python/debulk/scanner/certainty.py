@@ -85,18 +85,9 @@ def corner_variance(boards: Sequence[Placed]) -> float:
 
 
 def certainty(cameras: Cameras, info: F64, variance: float, distance_mm: float, pixels: tuple[int, int]) -> Certainty:
-    """Propagate the covariance of the parameters to a calibration's figures.
+    """Propagate the covariance of the parameters, by `information` and `corner_variance`, to a calibration's figures.
 
-    Parameters
-    ----------
-    cameras
-        Cameras as they were fitted.
-    info, variance
-        From `information` and `corner_variance`.
-    distance_mm
-        Distance of the surface that is measured.
-    pixels
-        Width and height of the images.
+    They are those at `distance_mm`, where the surface lies that is measured.
     """
     root = _covariance_root(info) * np.sqrt(variance)
 
@@ -162,14 +153,9 @@ def field_points(
 
 
 def measured_slopes(points: F64, cameras: Cameras) -> F64:
-    """Return the derivative of measured points with respect to the cameras, the pixels staying as they are.
+    """Return the derivative of (N, 3) measured points by the cameras, (N, 3, CAMERAS), the pixels staying as they are.
 
     As in `triangulate`, both coordinates of the left pixel count, and of the right one that along its row.
-
-    Returns
-    -------
-    NDArray[np.float64]
-        (N, 3, CAMERAS).
     """
 
     def by_point(slopes: F64) -> F64:

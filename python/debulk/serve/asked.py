@@ -52,22 +52,7 @@ Kind = TypeVar("Kind", bound=_Asked)
 
 
 def of_json(kind: type[Kind], body: bytes) -> Kind:
-    """Read a request in JSON.
-
-    Raises
-    ------
-    Refusal
-        If it is no JSON object, or a value is wrong; the message names all wrong values.
-
-    Examples
-    --------
-    >>> of_json(Inspection, b'{"path": "/scans/7.pcd", "deadline_s": 2}').deadline_s
-    2.0
-    >>> of_json(Inspection, b'{"path": "/scans/7.pcd", "deadline": 2}')
-    Traceback (most recent call last):
-    ...
-    debulk.serve.refusal.Refusal: deadline: not a known setting; did you mean deadline_s?
-    """
+    """Read a request in JSON; a `Refusal` names every wrong value, or says that it is no JSON object."""
     try:
         values = json.loads(body)
     except (ValueError, RecursionError) as error:  # also what is not UTF-8
@@ -78,24 +63,12 @@ def of_json(kind: type[Kind], body: bytes) -> Kind:
 
 
 def of_query(kind: type[Kind], query: Mapping[str, str]) -> Kind:
-    """Read a request from the part of its address behind the question mark.
-
-    Raises
-    ------
-    Refusal
-        As for `of_json`.
-    """
+    """Read a request from the part of its address behind the question mark; a `Refusal` as for `of_json`."""
     return _checked(kind, dict(query))
 
 
 def checked_name(name: str) -> str:
-    """Return the name of an inspector.
-
-    Raises
-    ------
-    Refusal
-        If it has other characters than letters, digits, dots, - and _, or too many.
-    """
+    """Return the name of an inspector; refuse one of other characters than letters, digits, dots, - and _."""
     return _checked(Inspection, {"inspector": name}).inspector
 
 

@@ -12,30 +12,7 @@ __all__ = ["Folders"]
 
 
 class Folders:
-    """Folders whose files may be named in requests.
-
-    Parameters
-    ----------
-    allowed
-        The folders; with none, no file can be named.
-
-    Raises
-    ------
-    InputError
-        If one of them is not there.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> folder = Path(tempfile.mkdtemp())
-    >>> (folder / "scan.pcd").touch()
-    >>> Folders([folder]).file(f"{folder}/scan.pcd").name
-    'scan.pcd'
-    >>> Folders([folder]).file(f"{folder}/../scan.pcd")
-    Traceback (most recent call last):
-    ...
-    debulk.serve.refusal.Refusal: path: expected a file in a folder given by --folder
-    """
+    """Folders whose files may be named in requests; with none, no file can be named."""
 
     def __init__(self, allowed: Sequence[Path]) -> None:
         for folder in allowed:
@@ -44,13 +21,7 @@ class Folders:
         self._allowed = [folder.resolve() for folder in allowed]
 
     def file(self, named: str) -> Path:
-        """Return the path of a file that a request names, with no symbolic link left in it.
-
-        Raises
-        ------
-        Refusal
-            If it is in none of the folders, whether it exists or not, or is no file.
-        """
+        """Return the path of a file that a request names, without symbolic links; refuse one outside the folders."""
         try:
             path = Path(named).resolve()
             inside = any(path.is_relative_to(folder) for folder in self._allowed)

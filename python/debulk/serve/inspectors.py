@@ -35,24 +35,12 @@ class Cell:
     unit: files.Unit = "mm"
 
     def changed(self, angles: tuple[float, float] | None, outline: Path | None) -> Cell:
-        """Return the same for a ply of other fibre angles and another outline, where they are given.
-
-        Raises
-        ------
-        InputError
-            If the outline cannot be read.
-        """
+        """Return the same for a ply of other fibre angles and another outline, where they are given."""
         cell = self if angles is None else replace(self, fibre_angles_deg=angles)
         return cell if outline is None else replace(cell, ply_outline=files.load_outline(outline, self.unit))
 
     def inspector(self, reference: Path) -> Inspector:
-        """Read a reference and prepare its inspector, which takes seconds.
-
-        Raises
-        ------
-        InputError
-            If the reference cannot be read, or does not fit the cell.
-        """
+        """Read a reference and prepare its inspector, which takes seconds; an error names the reference."""
         try:
             return Inspector(
                 self.recipe,
@@ -87,13 +75,7 @@ class Inspectors:
         return {**dict.fromkeys(self._ready, "ready"), **self._wrong, **preparing}
 
     def get(self, name: str) -> Inspector:
-        """Return an inspector that is ready.
-
-        Raises
-        ------
-        Refusal
-            If there is none of this name, or it is being prepared, or could not be.
-        """
+        """Return an inspector that is ready; a `Refusal` says why there is none."""
         if name in self._ready:
             return self._ready[name]
         if name == self.preparing:
@@ -103,13 +85,7 @@ class Inspectors:
         raise Refusal(404, f"inspector: there is no {name}; prepare it: PUT /inspectors/{name}")
 
     def begin(self, name: str) -> None:
-        """Take an inspector out of use, because another reference is prepared for its name.
-
-        Raises
-        ------
-        Refusal
-            If another one is being prepared, or there are too many.
-        """
+        """Take an inspector out of use, because another reference is prepared for its name; only one is at a time."""
         if self.preparing:
             raise Refusal(503, f"inspector: {self.preparing} is being prepared", retry_after_s=2)
         if len({*self._ready, name}) > MOST:
@@ -129,13 +105,7 @@ class Inspectors:
         self._wrong[name] = found
 
     def remove(self, name: str) -> None:
-        """Forget an inspector.
-
-        Raises
-        ------
-        Refusal
-            If there is none of this name, or it is being prepared.
-        """
+        """Forget an inspector, or why there is none."""
         if name not in self._wrong:
             self.get(name)
         self._ready.pop(name, None)

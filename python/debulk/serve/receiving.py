@@ -20,13 +20,7 @@ _AT_ONCE = 1 << 20  # bytes written together: a write for each packet would take
 
 
 async def received(request: Request, folder: Path, name: str, most_bytes: int) -> Path:
-    """Write the body of a request to a new file in a folder, which keeps the ending of the name.
-
-    Raises
-    ------
-    Refusal
-        If it is empty, too large, does not go on, or there is no room for it; the file is gone then.
-    """
+    """Write the body of a request to a new file in a folder, which keeps the name's ending; refused, it is gone."""
     _check_length(request, most_bytes)
     parts = _parts(request, most_bytes)
     number, path = tempfile.mkstemp(prefix="scan-", suffix=f"-{name}", dir=folder)
@@ -45,13 +39,7 @@ async def received(request: Request, folder: Path, name: str, most_bytes: int) -
 
 
 async def received_json(request: Request, most_bytes: int) -> bytes:
-    """Return a small body.
-
-    Raises
-    ------
-    Refusal
-        If it is too large, or does not go on.
-    """
+    """Return a small body; refuse one that is too large, or does not go on."""
     _check_length(request, most_bytes)
     return b"".join([part async for part in _parts(request, most_bytes)])
 

@@ -8,17 +8,7 @@ __all__ = ["Refusal"]
 
 
 class Refusal(InputError):
-    """A request that is not carried out.
-
-    Parameters
-    ----------
-    status
-        Status of HTTP, such as 404.
-    reason
-        What was wrong, and what to do.
-    retry_after_s
-        When it may be tried again, seconds; None if trying again does not help.
-    """
+    """A request that is not carried out: why, its status of HTTP, and after how many seconds to try again, if ever."""
 
     def __init__(self, status: int, reason: str, retry_after_s: float | None = None) -> None:
         super().__init__(reason)

@@ -45,25 +45,10 @@ def serve(
 ) -> None:
     """Serve until SIGINT or SIGTERM.
 
-    Parameters
-    ----------
-    service
-        Makes the service, within the event loop.
-    host, port
-        Where to listen; port 0: any that is free.
-    spool
-        Folder for scans that are sent; None: that of the system for temporary files.
-    most_bytes
-        Largest scan that is taken.
-    ready
-        Called with the address once it is listened to.
-    opcua
-        Where the OPC UA server listens, and the standard's nodeset; None: there is none.
-
-    Raises
-    ------
-    InputError
-        If the address cannot be used, or the folder is not there.
+    `service` makes the service within the event loop. `ready` is called with the address once it is listened to; port 0
+    is any that is free. Scans that are sent lie in the folder `spool`, None: the system's for temporary files; larger
+    ones than `most_bytes` are refused. `opcua` is where the OPC UA server listens, with the standard's nodeset; None:
+    there is none.
     """
     if spool is not None and not spool.is_dir():
         raise InputError(f"--spool: there is no folder {spool}")

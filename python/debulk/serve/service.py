@@ -44,20 +44,8 @@ _RECENT = 20  # inspections from whose times the next one's is estimated
 class Service:
     """Inspects scans one after the other; its methods are called from the thread of its event loop.
 
-    Parameters
-    ----------
-    cell
-        What all inspectors have in common.
-    folders
-        Where the files may lie that requests name.
-    history
-        Receives every report; None: none does.
-    most_waiting
-        Scans that may wait; one more is refused.
-    deadline_s
-        Seconds for a scan that is sent without a deadline of its own; None: no deadline.
-    read
-        Reads a scan; another function than `debulk.files.clouds.read_cloud` is for tests.
+    Every report goes into `history`, if there is one. `most_waiting` scans may wait, one more is refused; `deadline_s`
+    is that of a scan without one of its own. Another `read` than `debulk.files.clouds.read_cloud` is for tests.
     """
 
     def __init__(
@@ -99,13 +87,7 @@ class Service:
         return len(self._waiting) + self._arriving
 
     def check_room(self) -> None:
-        """Check that another scan may wait.
-
-        Raises
-        ------
-        Refusal
-            If the queue is full, too many inspections hang, or the service was halted.
-        """
+        """Refuse another scan if the queue is full, too many inspections hang, or the service was halted."""
         if self.halted:
             raise Refusal(503, "the service was halted by OPC UA; the method Reset ends that", 5)
         if self.blocked:
@@ -116,13 +98,7 @@ class Service:
 
     @contextmanager
     def place_in_the_queue(self) -> Iterator[None]:
-        """Hold a place while a scan arrives.
-
-        Raises
-        ------
-        Refusal
-            As for `check_room`.
-        """
+        """Hold a place while a scan arrives, if there is room for one."""
         self.check_room()
         self._arriving += 1
         try:
@@ -136,13 +112,7 @@ class Service:
         return min(max(mean, 1.0), 60.0)
 
     def submit(self, asked: Inspection) -> Job:
-        """Accept a scan that a request names.
-
-        Raises
-        ------
-        Refusal
-            If there is no room, no such inspector, or no such file in a folder.
-        """
+        """Accept a scan that a request names: a file in one of the folders, for an inspector that is ready."""
         self.check_room()
         inspector = self.inspectors.get(asked.inspector)
         return self.accept(asked, inspector, self.folders.file(asked.path or ""), sent=False)
@@ -167,13 +137,7 @@ class Service:
         return job
 
     def prepare(self, name: str, asked: Reference) -> None:
-        """Begin to prepare an inspector; from now on its name has none until it is ready.
-
-        Raises
-        ------
-        Refusal
-            If a file is in no allowed folder, or another inspector is being prepared.
-        """
+        """Begin to prepare an inspector; from now on its name has none until it is ready."""
         reference = self.folders.file(asked.reference)
         outline = None if asked.outline is None else self.folders.file(asked.outline)
         self.inspectors.begin(name)
@@ -206,13 +170,7 @@ class Service:
         return "waiting" if any(job.id == number for job in self._waiting) else ""
 
     async def result(self, number: str, wait_s: float) -> Result | None:
-        """Return a result, for which is waited so long; None: it is not there yet.
-
-        Raises
-        ------
-        Refusal
-            If there is no such scan, or it is forgotten.
-        """
+        """Return a result, for which is waited so long; None: it is not there yet. An unknown number is refused."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(wait_s):
                 while self.state_of(number) in ("waiting", "running"):

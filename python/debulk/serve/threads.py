@@ -17,13 +17,6 @@ def in_thread(function: Callable[..., Value], *arguments: Any) -> asyncio.Future
     """Call a function in a thread of its own; a caller that gives up waiting leaves it to itself.
 
     `asyncio.to_thread` has a fixed number of threads, all of which must end before the process can.
-
-    Examples
-    --------
-    >>> async def sums():
-    ...     return await in_thread(sum, (1, 2, 3))
-    >>> asyncio.run(sums())
-    6
     """
     loop = asyncio.get_running_loop()
     done: asyncio.Future[Value] = loop.create_future()

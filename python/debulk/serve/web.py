@@ -31,18 +31,10 @@ _JSON, _BYTES = "application/json", "application/octet-stream"
 
 
 def application(service: Service, spool: Path, most_bytes: int, hosts: list[str]) -> Starlette:
-    """Return the ASGI application of a service.
+    """Return the ASGI application of a service, whose `work` runs in the same event loop.
 
-    Parameters
-    ----------
-    service
-        The service, whose `work` runs in the same event loop.
-    spool
-        Folder for scans that are sent.
-    most_bytes
-        Largest scan that is taken.
-    hosts
-        Names under which a browser may ask for it: a foreign page that has its name point here is not answered.
+    Scans that are sent, of at most `most_bytes`, lie in the folder `spool`. `hosts` are the names under which a browser
+    may ask: a foreign page that has its name point here is not answered.
     """
     web = _Web(service, spool, most_bytes)
     routes = [

@@ -58,13 +58,7 @@ class Nodes:
 
 
 async def load_types(server: Server, nodeset: Path) -> int:
-    """Load the standard's types, and return the index of its namespace.
-
-    Raises
-    ------
-    InputError
-        If the file is not the standard's nodeset.
-    """
+    """Load the standard's types from its nodeset, and return the index of its namespace."""
     try:
         await server.import_xml(nodeset)
         space = await server.get_namespace_index(NAMESPACE)

@@ -24,16 +24,10 @@ log = logging.getLogger("debulk")
 
 
 class MachineVision:
-    """A vision system of OPC 40100-1, called VisionSystem, over a service.
+    """A vision system of OPC 40100-1, called VisionSystem, over a service in whose event loop it runs.
 
-    Parameters
-    ----------
-    service
-        The service, in whose event loop the server runs.
-    nodeset
-        The standard's types, Opc.Ua.MachineVision.NodeSet2.xml, which the OPC Foundation gives away.
-    endpoint
-        Where to listen, such as "opc.tcp://127.0.0.1:4840/debulk".
+    `nodeset` is the file of the standard's types, Opc.Ua.MachineVision.NodeSet2.xml, which the OPC Foundation gives
+    away; `endpoint` is where to listen, such as "opc.tcp://127.0.0.1:4840/debulk".
     """
 
     def __init__(self, service: Service, nodeset: Path, endpoint: str) -> None:
@@ -45,13 +39,7 @@ class MachineVision:
         self._work: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
-        """Make the nodes and listen.
-
-        Raises
-        ------
-        InputError
-            If the nodeset is another file, or the address cannot be used.
-        """
+        """Make the nodes and listen; an `InputError` if the nodeset is another file, or the address cannot be used."""
         if not self._nodeset.is_file():
             raise InputError(f"--nodeset: there is no file {self._nodeset}")
         server = self._server
