@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.comparison import Comparison
-from debulk.files.replacing import replacing
+from debulk.files.replacing import check_ending, write_text
 from debulk.grid import Grid
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.inspection.ply import inputs
@@ -258,8 +258,7 @@ class Stack:
         from debulk.page.stack import Layup, page
 
         path = Path(path)
-        if path.suffix.lower() != ".html":
-            raise InputError(f"{path}: expected a file ending in .html")
+        check_ending(path, ".html")
         layups = [
             Layup(ply.report, f"ply {ply.number}", comparison=ply.comparison)
             for ply in self.plies
@@ -267,9 +266,7 @@ class Stack:
         ]
         if not layups:
             raise InputError("no ply of this stack was inspected yet")
-        html = page(layups)
-        with replacing(path) as temporary:
-            temporary.write_text(html, encoding="utf-8", newline="\n")
+        write_text(path, page(layups))
 
     def _last(self) -> StackPly:
         if not self.plies:

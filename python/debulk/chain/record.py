@@ -13,7 +13,7 @@ from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.chain.part import Part
 from debulk.chain.study import Agreement, Drift, Strip, Study, Transfer
-from debulk.files.replacing import replacing
+from debulk.files.replacing import check_ending, write_text
 from debulk.recipe.errors import message, wrong_values
 
 if TYPE_CHECKING:
@@ -116,17 +116,14 @@ class Chain(Part):
             If the name ends otherwise, or the file cannot be written.
         """
         path = Path(path)
-        ending = path.suffix.lower()
-        if ending not in (".json", ".html"):
-            raise InputError(f"{path}: expected a file ending in .json or .html")
-        if ending == ".html":
+        check_ending(path, ".json", ".html")
+        if path.suffix.lower() == ".html":
             from debulk.chain.page import page
 
             text = page(self)
         else:
             text = self._json()
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        write_text(path, text)
 
     @classmethod
     @typed

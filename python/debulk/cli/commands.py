@@ -38,7 +38,7 @@ from debulk.cli.support import (
     EXIT_CODES,
     JSON,
     chain_of,
-    check_writable,
+    check_output,
     outcome,
     pose_of,
     show,
@@ -47,7 +47,7 @@ from debulk.cli.support import (
 from debulk.report import Report
 from debulk.results import codec
 from debulk.results.report import FORMAT
-from debulk.results.saving import check_report_path
+from debulk.results.saving import ENDINGS
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def inspect(
     with outcome():
         outputs = output or []
         for path in outputs:
-            _check_writable(path)
+            check_output(path, *ENDINGS)
         fibre_angles, pinhole = angles_of(angles), camera_of(camera)
         kept = dict(_named(text) for text in context or [])
         if deadline is not None and not 0 < deadline < float("inf"):
@@ -241,7 +241,7 @@ def approve(
         from debulk.recipe import Recipe
         from debulk.results.approval import approve as approved_by
 
-        check_writable(approved)
+        check_output(approved)
         new = approved_by(approved, Recipe.load(recipe).model_dump(), by, now_utc())
         print(f"{approved}: recipe {new.recipe_sha256} approved by {new.name}, {new.time_utc}")
 
@@ -294,25 +294,19 @@ def _leave(report: Report, outputs: list[Path], details: bool = False, as_json: 
 
 def _keep_files(folder: Path, scene: Any, recipe: Recipe) -> None:
     """Write the virtual layup as a robot cell would, and say how to inspect it."""
-    from debulk.files import replacing, save_cloud
+    from debulk.files import save_cloud
+    from debulk.files.replacing import write_text
 
     save_cloud(folder / "scan.pcd", scene.scan)
     save_cloud(folder / "reference.pcd", scene.reference)
     pose = "\n".join(" ".join(repr(float(value)) for value in row) for row in scene.mold_from_scanner)
     outline = "x,y\n" + "\n".join(f"{float(x)!r},{float(y)!r}" for x, y in scene.ply_outline)
     for name, text in {"pose.txt": pose, "outline.csv": outline, "recipe.toml": recipe.to_toml()}.items():
-        with replacing(folder / name) as temporary:
-            temporary.write_text(text.rstrip("\n") + "\n", encoding="utf-8")
+        write_text(folder / name, text.rstrip("\n") + "\n")
     print(
         f"try: debulk inspect {folder}/scan.pcd --reference {folder}/reference.pcd --recipe {folder}/recipe.toml "
         f"--pose {folder}/pose.txt --outline {folder}/outline.csv -o out.html"
     )
-
-
-def _check_writable(path: Path) -> None:
-    """Refuse an output before the work is done, not after."""
-    check_report_path(path)
-    check_writable(path)
 
 
 def _named(text: str) -> tuple[str, str]:

@@ -12,7 +12,7 @@ import typer
 from debulk import InputError
 from debulk.cli.examples import epilog
 from debulk.cli.loudness import print_json, with_loudness
-from debulk.cli.support import JSON, check_writable, outcome, show, shown_progress
+from debulk.cli.support import JSON, check_output, outcome, show, shown_progress
 
 if TYPE_CHECKING:
     from debulk.history import Search
@@ -69,11 +69,10 @@ def get(
     """Write a report or a comparison of a history to files."""
     with outcome():
         from debulk.history import History
-        from debulk.results.saving import check_report_path
+        from debulk.results.saving import ENDINGS
 
         for path in output:
-            check_report_path(path)
-            check_writable(path)
+            check_output(path, *ENDINGS)
         there = History(_there(history))
         found = there.report(record) if there.kind(record) == "report" else there.comparison(record)
         for path in output:
@@ -134,7 +133,7 @@ def export(
         from debulk.history import History
         from debulk.history.export import export as exported
 
-        check_writable(output)
+        check_output(output, ".csv", ".parquet", ".dfq")
         search = _search(part, ply, verdict, check, near, within, since, until, None)
         count = exported(History(_there(history)), output, table, search)
         print(f"written: {output}, {count} rows")
@@ -155,18 +154,14 @@ def page(
 ) -> None:
     """Make a page of the layups that fit: where pockets recur, what was right, and what drifts."""
     with outcome():
-        if output.suffix.lower() != ".html":
-            raise InputError(f"{output}: expected a file ending in .html")
-        check_writable(output)
+        check_output(output, ".html")
 
-        from debulk.files import replacing
+        from debulk.files.replacing import write_text
         from debulk.history import History
         from debulk.history.page import page as drawn
 
         search = _search(part, ply, verdict, check, near, within, since, until, None)
-        html = drawn(History(_there(history)), search, baseline)
-        with replacing(output) as temporary:
-            temporary.write_text(html, encoding="utf-8", newline="\n")
+        write_text(output, drawn(History(_there(history)), search, baseline))
         print(f"written: {output}")
 
 
@@ -202,11 +197,9 @@ def calibrate(
     """
     with outcome():
         if output is not None:
-            if output.suffix.lower() != ".toml":
-                raise InputError(f"{output}: expected a file ending in .toml")
-            check_writable(output)
+            check_output(output, ".toml")
 
-        from debulk.files import replacing
+        from debulk.files.replacing import write_text
         from debulk.history import History
         from debulk.learning import calibrate as learned
         from debulk.learning.calibration import Costs
@@ -223,8 +216,7 @@ def calibrate(
             if not found.limit_mm > 0:
                 raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
             changed = limits.model_copy(update={"max_ridge_mm": found.limit_mm})
-            with replacing(output) as temporary:
-                temporary.write_text(settings.model_copy(update={"verdict": changed}).to_toml(), encoding="utf-8")
+            write_text(output, settings.model_copy(update={"verdict": changed}).to_toml())
         if as_json:
             print_json(json_of(found))
             return

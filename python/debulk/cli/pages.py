@@ -11,7 +11,7 @@ import typer
 
 from debulk import InputError
 from debulk.cli.loudness import print_json
-from debulk.cli.support import JSON, check_writable, outcome
+from debulk.cli.support import JSON, check_output, outcome
 from debulk.rework import Handling
 
 
@@ -26,11 +26,9 @@ def page(
     in the order given. Where a report's own page lies beside it under the same name, it is linked.
     """
     with outcome():
-        if output.suffix.lower() != ".html":
-            raise InputError(f"{output}: expected a file ending in .html")
-        check_writable(output)
+        check_output(output, ".html")
 
-        from debulk.files import replacing
+        from debulk.files.replacing import write_text
         from debulk.page.difference import page as difference_page
         from debulk.page.stack import Layup
         from debulk.page.stack import page as stack_page
@@ -47,8 +45,7 @@ def page(
             else:
                 named = zip(found, reports, strict=True)
                 html = stack_page([Layup(one, path.name, _own_page(path, output)) for one, path in named])
-            with replacing(output) as temporary:
-                temporary.write_text(html, encoding="utf-8", newline="\n")
+            write_text(output, html)
         print(f"written: {output}")
 
 
@@ -63,8 +60,8 @@ def rework(
 ) -> None:
     """Say how the length leaves that would become ridges: how much, along which fibres, towards which edge."""
     with outcome():
-        if output is not None and output.suffix.lower() != ".json":
-            raise InputError(f"{output}: expected a file ending in .json")
+        if output is not None:
+            check_output(output, ".json")
 
         from debulk.cli.support import show
         from debulk.report import Report
@@ -72,11 +69,9 @@ def rework(
 
         planned = Report.load(report).rework(Handling(hold, stick))
         if output is not None:
-            check_writable(output)
-            from debulk.files import replacing
+            from debulk.files.replacing import write_text
 
-            with replacing(output) as temporary:
-                temporary.write_text(planned.to_json(), encoding="utf-8", newline="\n")
+            write_text(output, planned.to_json())
         if as_json:
             print_json(planned.to_json())
         else:

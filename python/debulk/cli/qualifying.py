@@ -10,7 +10,7 @@ import typer
 
 from debulk import InputError
 from debulk.cli.given import Angles, Camera, Mask, Outline, Pose, RecipeFile, Unit, angles_of, camera_of, numbers_of
-from debulk.cli.support import check_writable, outcome, pose_of, shown_progress
+from debulk.cli.support import check_output, outcome, pose_of, shown_progress
 
 
 def qualify(
@@ -40,9 +40,7 @@ def qualify(
     with outcome():
         outputs = output or [Path("chain.json")]
         for path in outputs:
-            if path.suffix.lower() not in (".json", ".html"):
-                raise InputError(f"{path}: expected a file ending in .json or .html")
-            check_writable(path)
+            check_output(path, ".json", ".html")
         fibre_angles, pinhole = angles_of(angles), camera_of(camera)
         if (strip is None) != (not strip_scan):
             raise InputError("--strip: expected together with --strip-scan")

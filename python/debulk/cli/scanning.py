@@ -16,7 +16,7 @@ from debulk import InputError
 from debulk.cli.examples import epilog
 from debulk.cli.loudness import with_loudness
 from debulk.cli.pairing import paired
-from debulk.cli.support import Progress, check_writable, outcome, shown_progress
+from debulk.cli.support import Progress, check_output, outcome, shown_progress
 
 if TYPE_CHECKING:
     from debulk.scanner import Scan
@@ -67,12 +67,9 @@ def images(
     """
     with outcome():
         numbers = _numbers(periods)
-        if output.suffix.lower() not in _CLOUDS:
-            raise InputError(f"{output}: expected a file ending in {', '.join(_CLOUDS)}")
-        if picture is not None and picture.suffix.lower() != ".png":
-            raise InputError(f"{picture}: expected a file ending in .png")
-        for path in filter(None, (output, picture)):
-            check_writable(path)
+        check_output(output, *_CLOUDS)
+        if picture is not None:
+            check_output(picture, ".png")
         from debulk import scanner
         from debulk.files import save_cloud
         from debulk.scanner.picture import picture as drawn
@@ -144,12 +141,9 @@ def calibrate(
     are named.
     """
     with outcome():
-        if output.suffix.lower() != ".json":
-            raise InputError(f"{output}: expected a file ending in .json")
-        if picture is not None and picture.suffix.lower() != ".png":
-            raise InputError(f"{picture}: expected a file ending in .png")
-        for path in filter(None, (output, picture)):
-            check_writable(path)
+        check_output(output, ".json")
+        if picture is not None:
+            check_output(picture, ".png")
         across, _, down = squares.partition("x")
         if not (across.isdecimal() and down.isdecimal()):
             raise InputError(f"--squares: expected ACROSSxDOWN like 10x7, got {squares!r}")
@@ -195,9 +189,7 @@ def projector(
 ) -> None:
     """Learn the projector right after `calibrate`: later scans then tell when a camera was turned."""
     with outcome():
-        if output.suffix.lower() != ".json":
-            raise InputError(f"{output}: expected a file ending in .json")
-        check_writable(output)
+        check_output(output, ".json")
         from debulk import scanner
 
         numbers = _numbers(periods)

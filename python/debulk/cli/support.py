@@ -139,8 +139,12 @@ def chain_of(path: Path | None) -> Chain | None:
     return Chain.load(path)
 
 
-def check_writable(path: Path) -> None:
-    """Refuse an output before the work is done, not after."""
+def check_output(path: Path, *endings: str) -> None:
+    """Refuse an output, if need be also for its ending, before the work is done, not after."""
+    from debulk.files.replacing import check_ending
+
+    if endings:
+        check_ending(path, *endings)
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}")
     if path.is_dir() or not os.access(path.parent, os.W_OK):

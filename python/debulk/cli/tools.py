@@ -11,7 +11,7 @@ import typer
 
 from debulk.cli.given import Mask, Pose, Unit
 from debulk.cli.loudness import print_json
-from debulk.cli.support import FAULT, JSON, chain_of, check_writable, outcome, pose_of, show, shown_progress
+from debulk.cli.support import FAULT, JSON, chain_of, check_output, outcome, pose_of, show, shown_progress
 
 
 def compare(
@@ -42,11 +42,10 @@ def compare(
         from debulk.results import codec
         from debulk.results.comparison import FORMAT
         from debulk.results.comparison_text import table
-        from debulk.results.saving import check_report_path
+        from debulk.results.saving import ENDINGS
 
         for path in output or []:
-            check_report_path(path)
-            check_writable(path)
+            check_output(path, *ENDINGS)
         kept_in = history_of(history)
         settings = None if recipe is None else Recipe.load(recipe)
         hidden = None if mask is None else files.load_mask(mask)
@@ -114,7 +113,7 @@ def view(
         from debulk.report import Report
 
         if output is not None:
-            check_writable(output)
+            check_output(output, ".png")
         views.view(Report.load(report), output, pocket=pocket)
         if output is not None:
             print(f"written: {output}")

@@ -1,4 +1,4 @@
-"""Writing a file beside its final place, and moving it there only when it is complete."""
+"""Writing a file whole or not at all."""
 
 from __future__ import annotations
 
@@ -11,12 +11,35 @@ from pathlib import Path
 
 from debulk._core import InputError
 
-__all__ = ["replacing"]
+__all__ = ["check_ending", "replacing", "write_text"]
+
+
+def check_ending(path: Path, *endings: str) -> None:
+    """Refuse the name of a file that has another ending.
+
+    Examples
+    --------
+    >>> check_ending(Path("layup.pdf"), ".json", ".csv", ".html")
+    Traceback (most recent call last):
+    ...
+    debulk._core.InputError: layup.pdf: expected a file ending in .json, .csv or .html
+    """
+    if path.suffix.lower() not in endings:
+        *most, last = endings
+        raise InputError(f"{path}: expected a file ending in {', '.join(most)}{' or ' * bool(most)}{last}")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, UTF-8, as `replacing` does."""
+    with replacing(path) as temporary:
+        # The name of a file may hold bytes that are not UTF-8, which Python keeps as surrogate characters. They
+        # can be written as \udce9, which JSON reads back.
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path` to write to, and move the file into place when it is complete.
+    """Give a temporary name beside `path` to write to, and move the file into its place when it is complete.
 
     Whatever ends the process in between, even a power failure, either the old or the new file is there in full. A file
     that is replaced keeps its permissions. A symbolic link is kept, and the file behind it is replaced.

@@ -13,7 +13,7 @@ from typing import Any
 
 from debulk._core import InputError
 from debulk.arguments import typed
-from debulk.files.replacing import replacing
+from debulk.files.replacing import write_text
 from debulk.files.source import open_source
 
 __all__ = ["Approval", "approvals", "approve", "recipe_hash"]
@@ -73,6 +73,5 @@ def approve(path: str | PathLike[str], recipe: Mapping[str, Any], name: str, tim
         before = path.read_text(encoding="utf-8").rstrip("\n") + "\n\n"
     new = Approval(name, time_utc, recipe_hash(recipe))
     lines = "".join(f"{key} = {json.dumps(getattr(new, key), ensure_ascii=False)}\n" for key in _KEYS)
-    with replacing(path) as temporary:
-        temporary.write_text(f"{before}[[approved]]\n{lines}", encoding="utf-8")
+    write_text(path, f"{before}[[approved]]\n{lines}")
     return new

@@ -8,31 +8,21 @@ from pathlib import Path
 from typing import TypeVar
 
 from debulk._core import InputError
-from debulk.files.replacing import replacing
+from debulk.files.replacing import check_ending, write_text
 from debulk.files.source import open_source
 from debulk.results import codec
 
-__all__ = ["check_report_path", "load", "save"]
+__all__ = ["ENDINGS", "load", "save"]
 
 RecordT = TypeVar("RecordT")
-_ENDINGS = (".json", ".csv", ".html")
-
-
-def check_report_path(path: Path) -> None:
-    """Refuse a file name whose ending is not that of a report format."""
-    if path.suffix.lower() not in _ENDINGS:
-        raise InputError(f"{path}: expected a file ending in .json, .csv or .html")
+ENDINGS = (".json", ".csv", ".html")
 
 
 def save(path: str | PathLike[str], texts: Mapping[str, Callable[[], str]]) -> None:
     """Write the text that belongs to the path's ending, which is .json, .csv or .html."""
     path = Path(path)
-    check_report_path(path)
-    text = texts[path.suffix.lower()]()
-    with replacing(path) as temporary:
-        # The name of a file may hold bytes that are not UTF-8, which Python keeps as surrogate characters. They
-        # can be written as \udce9, which JSON reads back.
-        temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
+    check_ending(path, *ENDINGS)
+    write_text(path, texts[path.suffix.lower()]())
 
 
 def load(

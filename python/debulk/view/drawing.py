@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from debulk._core import InputError
 from debulk.arguments import typed
+from debulk.files.replacing import check_ending
 from debulk.report import Report
 from debulk.view.shapes import Lines, Shapes, shapes
 
@@ -62,8 +63,8 @@ def view(
         wrong.
     """
     path = None if picture is None else Path(picture)
-    if path is not None and path.suffix.lower() != ".png":
-        raise InputError(f"{path}: expected a file ending in .png")
+    if path is not None:
+        check_ending(path, ".png")
     made = shapes(report, pocket, magnify)
     open3d = _open3d()
     if path is None:
