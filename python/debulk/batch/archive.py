@@ -12,8 +12,6 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from debulk._core import InputError
 from debulk.arguments import typed
 
-__all__ = ["Layup", "layups"]
-
 NAME = "layup.toml"
 
 

@@ -23,8 +23,6 @@ from debulk.results.report import FORMAT
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Batch", "run"]
-
 _RETRIES = 3  # of a layup whose worker was lost
 _AHEAD = 4  # layups for each worker that wait at the scheduler: it holds no more than it needs
 

@@ -9,8 +9,6 @@ import numpy as np
 from debulk._core import InputError
 from debulk.batch.archive import Layup
 
-__all__ = ["inspected"]
-
 
 def inspected(layup: Layup, recipe: dict[str, Any], build: str) -> tuple[bytes, str]:
     """Return the report as JSON, and an empty text; or nothing, and what was wrong."""

@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from debulk._core import InputError
 from debulk.chain.study import Source, Study
 
-__all__ = ["crossed"]
-
 Floats = NDArray[np.float64]
 _POOLED = 0.25  # significance of the interaction above which it counts as repeatability (MSA)
 _DISTINCT = 1.41  # distinct categories: this times the parts' over the gauge's standard deviation (MSA)

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.chain.study import Transfer
 
-__all__ = ["Shape", "excess_left", "strip_of", "transfer"]
-
 Floats = NDArray[np.float64]
 Shape = Literal["strip", "ridge"]
 _WIDTHS_MM = (4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0)

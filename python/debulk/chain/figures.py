@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["FIGURES", "Quantity"]
-
 
 class Quantity(NamedTuple):
     """One figure of a `Signature`.

@@ -15,8 +15,6 @@ from debulk.chain.blur import Shape, excess_left, strip_of
 from debulk.chain.study import Strip
 from debulk.inspection.inspector import Inspector
 
-__all__ = ["Gauge", "measured"]
-
 Floats = NDArray[np.float64]
 _ASIDE = 3.0  # widths of the gauge to which points are used on both sides
 _ENDS = 0.9  # of its length: the ends are not used

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Hashable, Sequence
 
-__all__ = ["fleiss"]
-
 
 def fleiss(ratings: Sequence[Sequence[Hashable]]) -> float | None:
     """Return kappa of N things that were each judged n times, n from 2; None if all judgements are the same.

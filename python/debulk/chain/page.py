@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from debulk.chain.record import Chain, Figure
     from debulk.chain.study import Study
 
-__all__ = ["page"]
-
-
 _SMALLEST = 1e-4  # that is worth a figure
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = ["Part"]
-
 
 class Part(BaseModel):
     """A part of the file: immutable; it refuses unknown names, text in place of numbers, NaN and infinity."""

@@ -28,8 +28,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["limits", "qualify"]
-
 Floats = NDArray[np.float64]
 _FEWEST = 10
 _SHARE, _SURE = 0.9973, 0.95  # of the scans of this chain that lie within the limits, and how sure that is

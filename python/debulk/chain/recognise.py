@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from debulk.inspection.evidence.sample import Sample
     from debulk.inspection.rawscan.filled import FilledSearch
 
-__all__ = ["Recognised", "Recogniser", "recognised"]
-
 Cloud = NDArray[np.float32]
 _NEEDED = ("pitch_mm", "noise_mm", "near")  # without these, a scan's chain is not known
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from debulk.chain.recognise import Recogniser
     from debulk.inspection.rawscan.filled import FilledSearch
 
-__all__ = ["FORMAT", "Chain", "Figure"]
-
 FORMAT = "debulk chain 1"
 _MAX_FILE_BYTES = 1 << 22  # a chain has some kilobytes; a file far larger is something else
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete
 
-__all__ = ["Signature", "signature_of"]
-
 Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
 

@@ -8,8 +8,6 @@ from pydantic import Field
 
 from debulk.chain.part import Part
 
-__all__ = ["Agreement", "Drift", "Source", "Strip", "Study", "Transfer"]
-
 _GOOD, _FAIR, _CATEGORIES = 10.0, 30.0, 5  # AIAG's limits of %GRR and of the distinct categories
 
 

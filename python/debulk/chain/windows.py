@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from debulk.inspection.clouds.thinning import complete, thinned
 
-__all__ = ["windows_of"]
-
 Cloud = NDArray[np.float32]
 Bools = NDArray[np.bool_]
 

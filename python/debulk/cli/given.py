@@ -11,21 +11,6 @@ import typer
 from debulk import InputError
 from debulk.cli.support import POSE_HELP
 
-__all__ = [
-    "Angles",
-    "Approved",
-    "Camera",
-    "ChainFile",
-    "Mask",
-    "Outline",
-    "Pose",
-    "RecipeFile",
-    "Unit",
-    "angles_of",
-    "camera_of",
-    "numbers_of",
-]
-
 RecipeFile = Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")]
 Pose = Annotated[Path | None, typer.Option(help=POSE_HELP)]
 Outline = Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")]

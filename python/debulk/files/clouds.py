@@ -23,8 +23,6 @@ from debulk.files.replacing import replacing
 from debulk.files.source import Points, Source, open_source
 from debulk.files.units import Unit, check_size, factor
 
-__all__ = ["CloudWarning", "load_cloud", "read_cloud", "save_cloud"]
-
 log = logging.getLogger("debulk")
 _READERS: dict[str, Callable[[Source, float], Points]] = {
     ".npy": npy.read_npy, ".npz": npy.read_npz, ".ply": ply.read_ply, ".pcd": pcd.read_pcd,

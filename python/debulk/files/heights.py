@@ -19,8 +19,6 @@ from debulk.files.source import MAX_HEADER_BYTES, Source, open_source
 from debulk.files.units import Unit, check_size, factor
 from debulk.files.words import SEPARATORS, is_value, split, without_comment
 
-__all__ = ["load_heights"]
-
 _TEXT = (".csv", ".txt", ".asc", ".xyz")
 _MOST_PLACES = 1 << 28
 _LONGEST_LINE = 1 << 20

@@ -17,8 +17,6 @@ from debulk.files.table import Table, read_small_text, read_table
 from debulk.files.units import Unit, check_size, factor
 from debulk.files.words import split
 
-__all__ = ["load_outline"]
-
 
 @typed
 def load_outline(path: str | PathLike[str], unit: Unit = "mm", layer: str | None = None) -> NDArray[np.float64]:

@@ -10,8 +10,6 @@ from contextlib import contextmanager
 
 from debulk.files.source import Source
 
-__all__ = ["PACKED", "unpacked"]
-
 PACKED = ".gz"
 _MOST_BYTES = 1 << 32
 _MOST_RATIO = 100  # measured points hardly shrink by more than 10; data made to fill a disk, by 1032

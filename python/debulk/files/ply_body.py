@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.files.source import Layout, Points, Source, summarised
 
-__all__ = ["Body", "Element", "Property"]
-
 _MOST_LINE_BYTES = 1 << 20
 
 

@@ -16,8 +16,6 @@ from debulk.files.matrices import named_matrices
 from debulk.files.table import read_small_text, read_table
 from debulk.files.units import Unit, factor
 
-__all__ = ["load_pose"]
-
 _ROTATIONS = ("rotation", "rotation_matrix", "rotationmatrix", "rot", "rmat", "r")
 _TRANSLATIONS = ("translation", "translation_vector", "translationvector", "trans", "position", "tvec", "t")
 _EXPECTED = "four lines of four numbers, three lines of four, or one line of 16 by rows"

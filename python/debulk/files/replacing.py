@@ -11,8 +11,6 @@ from pathlib import Path
 
 from debulk._core import InputError
 
-__all__ = ["check_ending", "replacing", "write_text"]
-
 
 def check_ending(path: Path, *endings: str) -> None:
     """Refuse the name of a file that has another ending.

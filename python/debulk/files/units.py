@@ -7,8 +7,6 @@ from typing import Literal
 
 from debulk._core import InputError
 
-__all__ = ["Unit", "check_size", "factor"]
-
 Unit = Literal["mm", "m"]
 _MM_PER_UNIT = {"mm": 1.0, "m": 1000.0}
 _LEAST_SIZE_MM = 10.0  # a cloud in metres, read as mm, is smaller

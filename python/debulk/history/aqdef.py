@@ -11,8 +11,6 @@ from typing import NamedTuple
 from debulk._core import InputError
 from debulk.history.rows import LayupRow
 
-__all__ = ["Layup", "write"]
-
 _NEXT_FIELD, _NEXT_CHARACTERISTIC = "\x14", "\x0f"
 _VALID, _MISSING = 0, 255  # attributes of a value, K0002
 

@@ -12,8 +12,6 @@ from typing import Any
 from debulk._core import InputError
 from debulk.history import rows
 
-__all__ = ["Checked", "checked", "record_hash"]
-
 
 @dataclass(frozen=True)
 class Checked:

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from debulk._core import InputError
 
-__all__ = ["BY_CHANCE", "RULES", "Control", "control"]
-
 RULES = {
     "beyond": "one beyond three standard deviations",
     "two of three": "two of three in a row beyond two, on one side",

@@ -16,8 +16,6 @@ from debulk.page.map_marks import ticks
 from debulk.page.scales import nice
 from debulk.verdict import Verdict
 
-__all__ = ["Drawing", "chart", "place_map", "stacked"]
-
 _WIDTH, _HEIGHT = 720.0, 190.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52.0, 8.0, 10.0, 24.0
 _COLUMNS = 90  # most bars or strokes side by side

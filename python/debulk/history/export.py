@@ -19,8 +19,6 @@ from debulk.history.store import History
 from debulk.history.tables import connected
 from debulk.results.extras import imported
 
-__all__ = ["export"]
-
 _ARROW = {"int": "int64", "str": "string", "float": "float64", "float | None": "float64"}
 _OWNER = {"outcome": "report"}  # the column that names a row's layup; in the other tables it is "record"
 

@@ -11,8 +11,6 @@ from debulk.arguments import of_type
 if TYPE_CHECKING:
     from debulk.history.store import History
 
-__all__ = ["history_of"]
-
 
 def history_of(given: History | str | PathLike[str] | None) -> History | None:
     """Return the history itself, or the one in the named file; without any, nothing of SQLite is imported."""

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from debulk.grid import Grid
 from debulk.history.search import Search
 
-__all__ = ["FIGURES", "Overview", "overview"]
-
 FIGURES = {
     "noise_mm": "noise of the height map, mm",
     "level_mm": "level: ply between the pockets less its thickness, mm",

@@ -17,8 +17,6 @@ from debulk.page.render import render
 from debulk.results.agreement import Agreement, agreement
 from debulk.verdict import Verdict
 
-__all__ = ["page"]
-
 _VERDICTS = {verdict.name: verdict for verdict in Verdict}
 
 

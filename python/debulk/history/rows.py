@@ -19,19 +19,6 @@ from debulk.results.comparison import ComparisonData
 from debulk.results.report import PocketReport, ReportData
 from debulk.verdict import Verdict
 
-__all__ = [
-    "TABLES",
-    "CauseRow",
-    "ChainRow",
-    "LayupRow",
-    "OutcomeRow",
-    "PocketRow",
-    "Row",
-    "digest",
-    "of_comparison",
-    "of_report",
-]
-
 
 @dataclass(frozen=True)
 class LayupRow:

@@ -10,8 +10,6 @@ from debulk._core import InputError
 from debulk.history.rows import LayupRow, columns
 from debulk.verdict import Verdict
 
-__all__ = ["Search", "found"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Search:

@@ -27,8 +27,6 @@ from debulk.results.comparison import FORMAT as COMPARISON
 from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT as REPORT
 
-__all__ = ["History"]
-
 _OUTCOME = "debulk outcome"
 _FAST = 1  # level of compression: a record is stored while a cell waits
 _SAYS = ("CEASE", "CREASE")

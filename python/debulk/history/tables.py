@@ -11,8 +11,6 @@ from pathlib import Path
 from debulk._core import InputError
 from debulk.history.rows import TABLES, Row
 
-__all__ = ["connected"]
-
 _APPLICATION = 0x6462_6C6B  # "dblk", in the file's header: this file is a history
 _LAYOUT = 2  # of the tables
 _PATIENCE_S = 2.0  # for which a writer waits for another one

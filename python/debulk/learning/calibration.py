@@ -14,8 +14,6 @@ from debulk.history.tables import connected
 from debulk.learning.detection import Pod, pod
 from debulk.learning.likelihood import Outcomes, Posterior, Prior, posterior
 
-__all__ = ["Calibrated", "Costs", "Validated", "calibrate", "cost_limit_mm", "validated"]
-
 _FOLDS = 5
 _LEAST = 10  # outcomes: with fewer the prior speaks
 _SHOWN = 10

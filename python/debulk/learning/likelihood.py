@@ -16,8 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
 
-__all__ = ["Outcomes", "Posterior", "Prior", "posterior"]
-
 Floats = NDArray[np.float64]
 _LIMITS_MM = np.linspace(0.01, 2.0, 399)
 _SPREADS_MM = np.geomspace(0.005, 0.5, 41)

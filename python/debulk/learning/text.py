@@ -7,8 +7,6 @@ import math
 
 from debulk.learning.calibration import Calibrated
 
-__all__ = ["as_json", "text"]
-
 
 def text(found: Calibrated) -> str:
     """Return the findings, a line each."""

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from debulk.results.report import ReportData
     from debulk.results.trace import ArrayTrace
 
-__all__ = ["page"]
-
 _MAX_PNG_BYTES = 1_200_000  # limit for each map
 
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.grid import Grid
 
-__all__ = ["check_drawable"]
-
 _FARTHEST = 1e9  # mm
 
 

@@ -15,8 +15,6 @@ from debulk.page.scales import ridge_colours
 if TYPE_CHECKING:
     from debulk.results.report import ReportData
 
-__all__ = ["ExcessLayer", "excess_layer"]
-
 _TIMES_LIMIT = 2.0  # the last colour
 _LEAST_MM = 0.03  # excess from which it is drawn: less is noise
 

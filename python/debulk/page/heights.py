@@ -16,8 +16,6 @@ from debulk.page.scales import HeightScale
 if TYPE_CHECKING:
     from debulk.grid import Grid
 
-__all__ = ["MAX_PNG_BYTES", "Picture", "picture", "png"]
-
 _MAX_PIXELS = 1400  # width and height
 MAX_PNG_BYTES = 1_350_000
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from debulk.results.report import ReportData
 
-__all__ = ["Frame", "Rose", "frame", "rose"]
-
 
 class Frame(NamedTuple):
     """The arrows of x (to the right) and y (down), mm; at the origin, or in a corner if the origin is off the map."""

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["label_box", "labels", "overlap"]
-
 
 def labels(
     outlines: list[NDArray[np.float64]],

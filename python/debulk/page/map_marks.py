@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 _HATCHES = 7  # number of lines across a hole
 
-__all__ = ["Push", "Spot", "Tick", "bumps", "fibres", "hatch", "holes", "pushes", "ticks", "wrinkles"]
-
 
 class Spot(NamedTuple):
     """A mark on the map; x to the right and y down, mm."""

@@ -14,8 +14,6 @@ from debulk.results.number import number
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport
 
-__all__ = ["Ridge", "ridge_path", "ridges", "says"]
-
 _MAX_CORNERS = 80  # largest number in the outline of a foot as drawn
 
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from debulk.grid import Grid
 
-__all__ = ["measured_ridges"]
-
 _MAX_CORNERS = 20_000  # largest number of corners of all ridges as drawn
 
 

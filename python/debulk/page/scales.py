@@ -10,8 +10,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HeightScale", "colours", "nice", "ridge_colours"]
-
 _LEAST_MM = 0.1  # least range of the colours: below it, noise would look like pockets
 _DEEPEST = (0x78, 0xEB, 0xFF)  # colour of the lowest height: cyan, which no height above the reference has
 # Below the limit blue, above it orange, which colour-blind people tell apart.

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from debulk.results.comparison import ComparisonData
     from debulk.results.report import PocketReport, ReportData
 
-__all__ = ["Layup", "page"]
-
 _MAX_PNG_BYTES = 2_400_000  # limit for all maps: with base64 and text, a page of some ten plies stays below 5 MB
 
 

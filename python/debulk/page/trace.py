@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from debulk.results.report import ReportData
     from debulk.results.trace import ArrayTrace, Trace
 
-__all__ = ["comparison_lists", "context_text", "headline", "identity", "identity_of", "title_block", "trace_lists"]
-
 _Entries = list[tuple[str, str]]
 
 

@@ -13,8 +13,6 @@ from debulk.arguments import typed
 from debulk.grid import Grid
 from debulk.pocket.segmentation import Segmentation
 
-__all__ = ["Feet", "Foot", "feet", "feet_from_core", "feet_with"]
-
 Floats = NDArray[np.float64]
 _FEET = _core.pocket.FootOptions()  # each default is written only once, in cpp/debulk/pocket
 

@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, arrays
 from debulk.grid import Grid
 
-__all__ = ["distance_to_outline", "inside", "inside_outline", "polygon_area"]
-
 Floats = NDArray[np.float64]
 
 

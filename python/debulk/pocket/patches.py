@@ -15,8 +15,6 @@ from debulk.pocket.foot import Feet
 from debulk.pocket.segmentation import Segmentation
 from debulk.surface import Reference
 
-__all__ = ["Patch", "patch"]
-
 Floats = NDArray[np.float64]
 _PATCH = _core.pocket.PatchOptions()  # each default is written only once, in cpp/debulk/pocket
 

@@ -13,8 +13,6 @@ from debulk.arguments import of_type, typed
 from debulk.grid import Grid
 from debulk.surface import HeightMap
 
-__all__ = ["Dropped", "Pocket", "Segmentation", "from_core", "height_noise", "segment", "segment_with"]
-
 Floats = NDArray[np.float64]
 _SEGMENT = _core.pocket.SegmentOptions()  # each default is written only once, in cpp/debulk/pocket
 

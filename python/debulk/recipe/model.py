@@ -33,8 +33,6 @@ from debulk.recipe.tables import (
     VerdictLimits,
 )
 
-__all__ = ["Recipe"]
-
 Table = Mapping[str, Any]
 _MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is something else
 

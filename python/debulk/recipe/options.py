@@ -13,27 +13,6 @@ from debulk import _core
 if TYPE_CHECKING:
     from debulk.recipe.model import Recipe
 
-__all__ = [
-    "bridge_mm",
-    "cannot_bridge",
-    "counts_from_mm",
-    "criteria",
-    "feet",
-    "fibre_lines",
-    "flag_mm",
-    "front_end",
-    "lay_pocket",
-    "level_tol_mm",
-    "minimise",
-    "outliers",
-    "ply",
-    "regions",
-    "ridge",
-    "section_ply",
-    "segment",
-    "unseen",
-]
-
 _LEVEL_SHARE = 0.35  # of the thickness: the mean of a scan without the ply and one with it lies half of it too low
 _SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is
 _APART_MM, _NEAREST_MM = 2.0, 0.5  # between two fibre lines: usually, and at least

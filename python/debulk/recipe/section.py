@@ -12,8 +12,6 @@ from debulk._core import InputError
 from debulk.arguments import of_type
 from debulk.recipe.errors import message, wrong_values
 
-__all__ = ["Section"]
-
 
 class Section(BaseModel):
     """One table of the recipe: immutable; it refuses unknown names, text in place of numbers, NaN and infinity."""

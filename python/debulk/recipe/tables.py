@@ -9,21 +9,6 @@ from pydantic import Field
 from debulk import _core
 from debulk.recipe.section import Section
 
-__all__ = [
-    "Clean",
-    "Level",
-    "Loads",
-    "Material",
-    "Net",
-    "Patch",
-    "Ridge",
-    "Run",
-    "Segmentation",
-    "Solve",
-    "Uncertainty",
-    "VerdictLimits",
-]
-
 # Most defaults come from the compiled modules' options, so that each is written only once, in C++. Defaults that the
 # recipe chooses differently are written in its tables below.
 _FRONT, _SEGMENT, _FEET = _core.surface.FrontEndOptions(), _core.pocket.SegmentOptions(), _core.pocket.FootOptions()

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData, UnseenHole, Wrinkle
     from debulk.rework import Move
 
-__all__ = ["Deed", "advice", "deciding", "hole_line", "is_off", "level_line", "level_off", "wrinkle_line"]
-
 
 def deciding(report: ReportData) -> list[tuple[Verdict, list[int]]]:
     """Return the numbers of the pockets that keep the layup from CEASE, by verdict, the most severe first."""

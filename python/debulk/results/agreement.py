@@ -10,8 +10,6 @@ import numpy as np
 
 from debulk._core import InputError
 
-__all__ = ["Agreement", "agreement"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Agreement:

@@ -16,8 +16,6 @@ from debulk.arguments import typed
 from debulk.files.replacing import write_text
 from debulk.files.source import open_source
 
-__all__ = ["Approval", "approvals", "approve", "recipe_hash"]
-
 _KEYS = ("name", "time_utc", "recipe_sha256")
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["in_cm2"]
-
 
 def in_cm2(area_mm2: float, digits: int = 2) -> str:
     """Return an area with its unit, in so many digits, but never with an exponent.

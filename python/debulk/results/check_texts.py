@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 from debulk.verdict import Verdict
 
-__all__ = ["CHECK_TEXTS", "CheckText", "text_of"]
-
 INVALID, CREASE, UNDECIDED, CEASE = (Verdict.INVALID, Verdict.CREASE, Verdict.UNDECIDED, Verdict.CEASE)
 
 

@@ -11,8 +11,6 @@ from debulk.results.record import PointsXY, Record, Versioned
 from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
-__all__ = ["ComparisonData", "PocketComparison"]
-
 FORMAT = "debulk comparison"
 
 

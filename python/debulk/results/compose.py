@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, Verdict
 
-__all__ = ["compose"]
-
 
 def compose(findings: Sequence[Finding]) -> Judgement:
     """Return the worst verdict that the findings allow, with the reason of the first finding that allows no better.

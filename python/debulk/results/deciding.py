@@ -10,8 +10,6 @@ from debulk.results.number import number
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport
 
-__all__ = ["DecidingRidge", "deciding_ridge", "worst_first"]
-
 
 class DecidingRidge(NamedTuple):
     """The ridge that tables, pages, pictures and comparisons show for a pocket.

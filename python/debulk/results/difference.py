@@ -12,8 +12,6 @@ from debulk.results.number import number
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
 
-__all__ = ["Place", "SettingChange", "changes", "places", "recipe_difference", "report_difference"]
-
 _SAME_PLACE_MM = 15.0  # pockets whose centroids are nearer than this, or than the smaller one is wide, are the same
 _SAME_MM = 0.005  # ridges that differ by less are the same when rounded
 

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from debulk.verdict import Verdict
 
-__all__ = ["EdgeEnd", "EdgeFriction", "edge_friction_line"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeEnd:

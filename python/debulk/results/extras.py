@@ -7,8 +7,6 @@ from typing import Any
 
 from debulk._core import InputError
 
-__all__ = ["imported"]
-
 
 def imported(module: str, extra: str, what: str) -> Any:
     """Import a module of an extra of debulk; if it is missing, the error says what needs it and how it is installed."""

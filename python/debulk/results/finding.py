@@ -8,8 +8,6 @@ from typing import NamedTuple
 from debulk.results.check_texts import text_of
 from debulk.verdict import Verdict
 
-__all__ = ["Finding", "Reason"]
-
 
 class Reason(NamedTuple):
     """A sentence that says what is wrong, and what it asks for."""

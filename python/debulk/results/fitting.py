@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
     from debulk.results.report import PocketReport, ReportData
 
-__all__ = ["check_fits"]
-
 _FREE = 2  # kind of a boundary node that can slip
 _REMEDY = "was the file edited? Inspect the scan again"
 

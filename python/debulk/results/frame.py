@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from debulk.results.report import PocketReport, ReportData
 
-__all__ = ["to_dataframe"]
-
 _WORDS = {
     "verdict",
     "reason",

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from debulk.results.area import in_cm2
 from debulk.verdict import Verdict
 
-__all__ = ["MOST_OF_RIM", "HalfSeen", "HoleBeside", "Way", "at_best", "half_seen_line", "hole_names"]
-
 MOST_OF_RIM = 0.25
 """Share of a pocket's perimeter above which it is not judged at all, as too much of its shape would be invented."""
 

@@ -18,8 +18,6 @@ from debulk.results import comparison, report
 from debulk.results.codec import SCHEMA
 from debulk.results.record import Stored, hints_of, stored_as, without_none
 
-__all__ = ["json_schema", "main"]
-
 Tree = dict[str, Any]
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 _NUMBER: Tree = {"anyOf": [{"type": "number"}, {"enum": ["NaN", "Infinity", "-Infinity"]}]}

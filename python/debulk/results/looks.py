@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from debulk.verdict import Verdict
 
-__all__ = ["VERDICT_COLOURS", "VERDICT_SIGNS"]
-
 # Colours of Okabe and Ito.
 VERDICT_COLOURS = {
     Verdict.CEASE: "#009e73",

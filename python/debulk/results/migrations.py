@@ -11,8 +11,6 @@ from typing import Any
 
 from debulk._core import InputError
 
-__all__ = ["OLDEST", "migrated"]
-
 Tree = dict[str, Any]
 OLDEST = 1
 

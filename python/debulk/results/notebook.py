@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from debulk.results.comparison import ComparisonData
     from debulk.results.report import PocketReport, ReportData
 
-__all__ = ["comparison_html", "pocket_html", "report_html"]
-
 _SHOWN = ("#", "verdict", "ridge mm", "range", "margin", "x mm", "y mm", "area cm²", "peak mm", "reason")
 
 

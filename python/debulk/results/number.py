@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["number"]
-
 
 def number(value: float | None, digits: int) -> str:
     """Return a figure with the given number of decimals, or a dash if there is none.

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from debulk.results.report import PocketReport, ReportData
 
-__all__ = ["plot"]
-
 _MARGIN_MM = 20.0  # margin round the ply
 _RIDGE = "#ff2f7e"  # as on the page
 _HIGHEST = 99.9  # percentile of the heights at which the colours end: so that single spikes do not set the scale

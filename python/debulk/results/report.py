@@ -36,20 +36,6 @@ from debulk.results.runs import ExcessRuns
 from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
-__all__ = [
-    "BridgeSection",
-    "ExcessReport",
-    "ExcessRuns",
-    "LeftOut",
-    "PocketNet",
-    "PocketReport",
-    "ReportData",
-    "RidgeGeometry",
-    "SolveReport",
-    "UnseenHole",
-    "Wrinkle",
-]
-
 FORMAT = "debulk report"
 
 

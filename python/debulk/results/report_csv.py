@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
     from debulk.results.ridge import RidgeGeometry
 
-__all__ = ["CSV_COLUMNS", "cell", "csv_text", "figure"]
-
 CSV_COLUMNS = (
     "id", "verdict", "reason", "decided_by", "paper_verdict", "x_mm", "y_mm", "area_mm2", "peak_mm", "volume_mm3",
     "measured_share", "touches_ply_edge", "ridge_mm", "ridge_low_mm", "ridge_high_mm", "ridge_by", "margin_mm",

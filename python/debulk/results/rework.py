@@ -13,8 +13,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.results.report import ReportData
 
-__all__ = ["lines_of", "rework"]
-
 
 def rework(report: ReportData, handling: Handling | None = None) -> Rework | None:
     """Plan it for all pockets that crease, or whose fibres may be too long.

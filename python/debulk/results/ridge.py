@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from debulk.results.record import PointsXYZ, Record
 
-__all__ = ["RidgeGeometry"]
-
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class RidgeGeometry(Record):

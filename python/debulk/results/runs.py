@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from debulk.fibre import FibreRuns
 from debulk.results.record import Kinds, Numbers, PointsXY, Record, Stored, Values
 
-__all__ = ["ExcessRuns"]
-
 Ends = Annotated[NDArray[np.uint8], Stored(np.uint8, None, 2)]
 
 

@@ -12,8 +12,6 @@ from debulk.files.replacing import check_ending, write_text
 from debulk.files.source import open_source
 from debulk.results import codec
 
-__all__ = ["ENDINGS", "load", "save"]
-
 RecordT = TypeVar("RecordT")
 ENDINGS = (".json", ".csv", ".html")
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from debulk.grid import Grid
 from debulk.results.record import Record, Stored, Values
 
-__all__ = ["ArrayTrace", "Trace"]
-
 _Pose = Annotated[NDArray[np.float64], Stored(np.float64, 4, 4)]
 
 

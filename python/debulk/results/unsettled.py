@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 from debulk.forking import Guard
 from debulk.results.report import PocketReport
 
-__all__ = ["PICTURE", "Later", "UnsettledPocket"]
-
 Made = TypeVar("Made")
 
 PICTURE = frozenset(

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from debulk._core import InputError
 
-__all__ = ["Handling"]
-
 
 @dataclass(frozen=True)
 class Handling:

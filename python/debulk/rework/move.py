@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from debulk.rework.handling import Handling
 
-__all__ = ["Move", "Rework"]
-
 Floats = NDArray[np.float64]
 
 

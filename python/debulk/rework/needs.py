@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from debulk.fibre import FibreRuns
 from debulk.rework.places import Places
 
-__all__ = ["leaving_mm"]
-
 Floats = NDArray[np.float64]
 
 

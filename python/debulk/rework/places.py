@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.fibre import FibreRuns
 
-__all__ = ["Places", "places_of"]
-
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 _EDGE_MM, _EDGE_SHARE = 3.0, 0.05  # how near to the outline a line must end, at least and per length beyond a place

@@ -23,8 +23,6 @@ from debulk.rework.places import Places, places_of
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["plan"]
-
 Floats = NDArray[np.float64]
 _MOST_EDGE = 0.9  # share of a place's lines that must reach the edge, for a way out there to be known
 

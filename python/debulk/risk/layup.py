@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from debulk.results.report import PocketReport
     from debulk.results.runs import ExcessRuns
 
-__all__ = ["Risk", "risk"]
-
 Floats = NDArray[np.float64]
 _LIMITS = np.array([NormalDist().inv_cdf((k + 0.5) / 12) for k in range(12)])  # equally likely
 _ANGLES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(3)

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
     from debulk.results.runs import ExcessRuns
 
-__all__ = ["EIGHTHS", "FOOT", "OF_UNIFORM", "READING", "SHARES", "Place", "place_of"]
-
 FOOT = 2 - math.pi / 2  # thicknesses of the ply in the ridge formula h = dL/2 + 0.43 t
 OF_UNIFORM = math.sqrt(3.0)  # half the width of a range over its standard deviation
 EIGHTHS = (np.arange(8) + 0.5) / 8

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from debulk.results.report import PocketReport
     from debulk.results.runs import ExcessRuns
 
-__all__ = ["sampled"]
-
 
 def sampled(
     pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recipe, count: int = 1000, seed: int = 0

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["undistorted"]
-
 
 def undistorted(
     pixels: NDArray[np.float64], matrix: Any, distortion: Any, *, rotation: Any = None, most: int, accuracy: float

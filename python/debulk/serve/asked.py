@@ -11,8 +11,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from debulk.recipe.errors import wrong_values
 from debulk.serve.refusal import Refusal
 
-__all__ = ["Inspection", "Reference", "checked_name", "of_json", "of_query"]
-
 MOST_JSON = 1 << 16
 """Bytes of a request that is JSON."""
 

@@ -11,8 +11,6 @@ from starlette.types import Receive, Scope, Send
 from debulk.serve.service import Service
 from debulk.serve.state import overview
 
-__all__ = ["Events"]
-
 BEAT_S = 2.0
 """Seconds between signs of life; a page that has heard nothing for three of them says so."""
 MOST_LISTENERS = 20

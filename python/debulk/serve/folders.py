@@ -8,8 +8,6 @@ from pathlib import Path
 from debulk import InputError
 from debulk.serve.refusal import Refusal
 
-__all__ = ["Folders"]
-
 
 class Folders:
     """Folders whose files may be named in requests; with none, no file can be named."""

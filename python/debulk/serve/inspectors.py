@@ -14,8 +14,6 @@ from debulk.inspection.inspector import Inspector
 from debulk.recipe import Recipe
 from debulk.serve.refusal import Refusal
 
-__all__ = ["Cell", "Inspectors"]
-
 MOST = 8
 """Inspectors at once: each keeps its reference in memory."""
 

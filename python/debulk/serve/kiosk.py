@@ -7,8 +7,6 @@ import hashlib
 from functools import cache
 from pathlib import Path
 
-__all__ = ["content_policy", "page"]
-
 _PARTS = Path(__file__).with_name("screen")
 
 

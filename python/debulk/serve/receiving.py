@@ -13,8 +13,6 @@ from starlette.requests import ClientDisconnect, Request
 
 from debulk.serve.refusal import Refusal
 
-__all__ = ["received", "received_json"]
-
 _SILENCE_S = 20.0  # a client that sends nothing for so long is given up
 _AT_ONCE = 1 << 20  # bytes written together: a write for each packet would take longer than the network
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from debulk import InputError
 
-__all__ = ["Refusal"]
-
 
 class Refusal(InputError):
     """A request that is not carried out: why, its status of HTTP, and after how many seconds to try again, if ever."""

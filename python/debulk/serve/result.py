@@ -17,8 +17,6 @@ from debulk.results.approval import recipe_hash
 from debulk.results.looks import VERDICT_SIGNS
 from debulk.verdict import Verdict
 
-__all__ = ["Job", "Place", "Result", "refused", "result_of"]
-
 _MOST_CORNERS = 120  # of an outline that is only a picture
 
 

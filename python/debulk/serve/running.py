@@ -16,8 +16,6 @@ from debulk import InputError
 from debulk.serve.service import Service
 from debulk.serve.web import application
 
-__all__ = ["serve"]
-
 _CONNECTIONS = 100  # more are answered by 503
 _END_S = 3  # what open connections get at the end
 

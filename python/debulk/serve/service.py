@@ -29,8 +29,6 @@ from debulk.serve.refusal import Refusal
 from debulk.serve.result import Job, Result, refused, result_of
 from debulk.serve.threads import in_thread
 
-__all__ = ["Service"]
-
 log = logging.getLogger("debulk")
 KEPT = 200
 """Results that can be asked for; older ones are in the history."""

@@ -12,8 +12,6 @@ from debulk.inspection.tracing import now_utc
 from debulk.serve.service import Service
 from debulk.verdict import Verdict
 
-__all__ = ["health", "metrics", "overview"]
-
 _SHOWN = 20
 
 

@@ -24,8 +24,6 @@ from debulk.serve.result import Job
 from debulk.serve.service import Service
 from debulk.serve.state import health, metrics, overview
 
-__all__ = ["application"]
-
 _LONGEST_WAIT_S = 60.0
 _JSON, _BYTES = "application/json", "application/octet-stream"
 

@@ -20,8 +20,6 @@ from debulk.files.replacing import check_ending
 from debulk.report import Report
 from debulk.view.shapes import Lines, Shapes, shapes
 
-__all__ = ["view"]
-
 Floats = NDArray[np.float64]
 
 COMMAND = "pip install 'debulk[view]'"

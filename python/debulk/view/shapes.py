@@ -18,8 +18,6 @@ from debulk.results.looks import VERDICT_COLOURS
 from debulk.results.report import PocketReport
 from debulk.view.strokes import strokes
 
-__all__ = ["Lines", "Shapes", "shapes"]
-
 Floats = NDArray[np.float64]
 Rgb = tuple[float, float, float]
 _MAX_POINTS = 400_000

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["strokes"]
-
 _WIDTH, _GAP = 0.55, 0.25  # width of a character and gap after it, over its height
 # The seven segments of a digit, as (x, y) of both ends, with x in widths and y in heights; "m" and "." have their own.
 _SEGMENTS = {

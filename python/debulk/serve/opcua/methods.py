@@ -14,8 +14,6 @@ from debulk.serve.refusal import Refusal
 from debulk.serve.result import Result
 from debulk.serve.service import KEPT, Service
 
-__all__ = ["Methods"]
-
 _NOT_HERE = -501
 
 

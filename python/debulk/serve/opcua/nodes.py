@@ -11,8 +11,6 @@ from asyncua import Server, ua
 
 from debulk import InputError
 
-__all__ = ["NAMESPACE", "Nodes", "load_types", "made"]
-
 NAMESPACE = "http://opcfoundation.org/UA/MachineVision"
 Tree = Mapping[str, "Tree"]
 

@@ -10,8 +10,6 @@ from asyncua import ua
 from debulk.serve.result import Result
 from debulk.verdict import Verdict
 
-__all__ = ["EVALUATION", "FIELDS", "evaluation", "job_id", "recipe_id", "result_data", "variant"]
-
 FIELDS = (
     "ResultId", "IsPartial", "ResultState", "MeasId", "PartId", "InternalRecipeId", "InternalConfigurationId", "JobId",
     "CreationTime", "ProcessingTimes", "ResultContent",

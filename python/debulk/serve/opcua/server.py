@@ -17,9 +17,6 @@ from debulk.serve.opcua.results import FIELDS, job_id, recipe_id, result_data, v
 from debulk.serve.result import Job, Result
 from debulk.serve.service import Service
 
-__all__ = ["MachineVision"]
-
-
 log = logging.getLogger("debulk")
 
 
