@@ -10,7 +10,6 @@ from debulk.page.render import render
 from debulk.page.report import report_map
 from debulk.page.trace import identity
 from debulk.results.difference import changes, places
-from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.results.report import ReportData
@@ -26,16 +25,6 @@ class Side(NamedTuple):
     name: str
     identity: str
     map: PlyMap | None
-
-    @property
-    def counts(self) -> list[tuple[Verdict, int]]:
-        """Number of pockets of each verdict that occurs."""
-        return [(v, n) for v in Verdict if (n := sum(p.verdict is v for p in self.report.pockets))]
-
-    @property
-    def verdict_of(self) -> dict[int, Verdict]:
-        """Verdicts by the pockets' numbers."""
-        return {p.id: p.verdict for p in self.report.pockets}
 
 
 def page(first: ReportData, second: ReportData, names: tuple[str, str] = ("first", "second")) -> str:

@@ -18,6 +18,7 @@ from debulk.page.map_marks import Spot, Tick
 from debulk.page.map_ridges import Ridge
 from debulk.page.scales import nice
 from debulk.results.advice import advice
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.grid import Grid
@@ -31,7 +32,7 @@ class Mark(NamedTuple):
     """A pocket on the map; `says` is shown beside the cursor."""
 
     id: int
-    verdict: str
+    verdict: Verdict
     says: str
     path: str
     label_x: float
@@ -68,6 +69,11 @@ class PlyMap(NamedTuple):
     rose: Rose | None
     excess: ExcessLayer | None
 
+    @property
+    def verdicts(self) -> list[Verdict]:
+        """Those of its pockets."""
+        return [verdict for verdict in Verdict if any(mark.verdict is verdict for mark in self.marks)]
+
 
 def path(points: NDArray[np.float64], corners: int) -> str:
     """Return a closed SVG path through (M, 2) points, y up, thinned to the given number of corners."""
@@ -79,7 +85,7 @@ class Area(NamedTuple):
     """A pocket to be drawn: its number, the meaning of its colour, its outline, and the text beside the cursor."""
 
     id: int
-    verdict: str
+    verdict: Verdict
     outline_mm: NDArray[np.float64]
     says: str = ""
 

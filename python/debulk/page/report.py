@@ -62,7 +62,6 @@ def page(report: ReportData) -> str:
         edge_friction_line=edge_friction_line,
         hole_line=hole_line,
         rework=lines_of(rework(report)),
-        verdict_of={p.id: p.verdict for p in report.pockets},
         drawings=_drawings(report),
         limits=limits,
         judged=bool(report.pockets) or report.coverage is not None,
@@ -96,7 +95,7 @@ def report_map(report: ReportData, png_bytes: int = MAX_PNG_BYTES) -> PlyMap | N
     """Draw the heights of a report with everything known of its pockets; None if there is nothing to draw."""
     if report.height_map is None and not report.pockets:
         return None
-    areas = [Area(p.id, p.verdict.value, p.outline_mm, says(p)) for p in report.pockets]
+    areas = [Area(p.id, p.verdict, p.outline_mm, says(p)) for p in report.pockets]
     found = ridges(report.pockets, report.recipe.get("verdict", {}).get("max_ridge_mm"))
     return ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report, found, png_bytes=png_bytes)
 

@@ -46,16 +46,6 @@ class Ply(NamedTuple):
     after: str
     wrong: str
 
-    @property
-    def counts(self) -> list[tuple[Verdict, int]]:
-        """Number of pockets of each verdict that occurs."""
-        return [(v, n) for v in Verdict if (n := sum(p.verdict is v for p in self.pockets))]
-
-    @property
-    def verdict_of(self) -> dict[int, Verdict]:
-        """Verdicts by the pockets' numbers."""
-        return {p.id: p.verdict for p in self.pockets}
-
 
 def page(layups: Sequence[Layup]) -> str:
     """Return the page of the layups of a stack, in their order, or in that of the numbers "ply" of their contexts."""

@@ -10,7 +10,7 @@ from debulk.results.advice import advice
 from debulk.results.deciding import worst_first
 from debulk.results.looks import VERDICT_COLOURS, VERDICT_SIGNS
 from debulk.results.number import number
-from debulk.results.report_text import HEADINGS, figures
+from debulk.results.report_text import figures
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -22,10 +22,9 @@ _SHOWN = ("#", "verdict", "ridge mm", "range", "margin", "x mm", "y mm", "area c
 
 def report_html(report: ReportData) -> str:
     """Return the verdict, what to do, and a row for each pocket."""
-    columns = [HEADINGS.index(name) for name in _SHOWN]
     limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
     pockets = worst_first(report.pockets)
-    rows = [[figures(pocket, limit_mm)[k] for k in columns] for pocket in pockets]
+    rows = [[figures(pocket, limit_mm)[name] for name in _SHOWN] for pocket in pockets]
     deeds = "".join(f"<div>do: {escape(str(deed))}</div>" for deed in advice(report))
     table = _table(_SHOWN, rows, [pocket.verdict for pocket in pockets]) if rows else ""
     return f"<div>{_headline(report.verdict, report.reason)}{deeds}{table}</div>"
@@ -33,12 +32,10 @@ def report_html(report: ReportData) -> str:
 
 def pocket_html(pocket: PocketReport) -> str:
     """Return the verdict of a pocket, and its figures."""
-    shown = [(name, value) for name, value in zip(HEADINGS, figures(pocket, None), strict=True)]
-    shown = [one for one in shown if one[0] not in ("reason", "margin")]  # the limit stands in the report
+    shown = figures(pocket, None)
+    del shown["reason"], shown["margin"]  # the limit stands in the report
     headline = _headline(pocket.verdict, f"pocket {pocket.id}: {pocket.reason}")
-    return (
-        f"<div>{headline}{_table([name for name, _ in shown], [[value for _, value in shown]], [pocket.verdict])}</div>"
-    )
+    return f"<div>{headline}{_table(shown, [list(shown.values())], [pocket.verdict])}</div>"
 
 
 def comparison_html(comparison: ComparisonData) -> str:

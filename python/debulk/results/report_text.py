@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from debulk.results.advice import advice, hole_line, level_line
 from debulk.results.deciding import worst_first
@@ -16,58 +16,35 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
 
-HEADINGS = (
-    "#", "verdict", "ridge mm", "range", "margin", "x mm", "y mm", "area cm²", "peak mm", "Δ mm", "nodes", "RMS mm",
-    "paper", "reason", "time ms",
-)  # fmt: skip
-_TEXT_COLUMNS = {HEADINGS.index(name) for name in ("verdict", "range", "paper", "reason")}
-_SPARE = tuple(HEADINGS.index(name) for name in ("nodes", "time ms", "Δ mm", "paper", "RMS mm", "peak mm"))
-
-
+_TEXTS = ("verdict", "range", "paper", "reason")  # aligned left
+_SPARE = ("nodes", "time ms", "Δ mm", "paper", "RMS mm", "peak mm")  # left out first where there is no room
 _LEAST_ROOM = 20  # characters in which a column of sentences is folded in its place
 
 
-class Figures(NamedTuple):
-    """A pocket's figures as displayed; the ridge is the one that decides, with its range and margin."""
+def figures(pocket: PocketReport, limit_mm: float | None) -> dict[str, str]:
+    """Return a pocket's figures as displayed, by their headings; the ridge is the one that decides.
 
-    id: str
-    verdict: str
-    ridge_mm: str
-    range: str
-    margin_mm: str
-    x_mm: str
-    y_mm: str
-    area_cm2: str
-    peak_mm: str
-    spacing_mm: str
-    nodes: str
-    rms_mm: str
-    paper_verdict: str
-    reason: str
-    time_ms: str
-
-
-def figures(pocket: PocketReport, limit_mm: float | None) -> Figures:
-    """Round a pocket's figures for display; `limit_mm` is that of a ridge's height, None if it is not known."""
+    `limit_mm` is that of a ridge's height, None if it is not known.
+    """
     x, y = pocket.centroid_mm or (None, None)
     ridge = pocket.deciding_ridge
-    return Figures(
-        str(pocket.id),
-        pocket.verdict.name,
-        number(ridge.height_mm if ridge else None, 2),
-        ridge.spread if ridge else "",
-        number(ridge.margin_mm(limit_mm) if ridge else None, 2),
-        number(x, 0),
-        number(y, 0),
-        number(pocket.area_mm2 / 100, 2),
-        number(pocket.peak_mm, 2),
-        number(pocket.spacing_mm, 2),
-        "–" if pocket.node_count is None else str(pocket.node_count),
-        number(pocket.rms_mm, 3),
-        pocket.paper_verdict.name if pocket.paper_verdict else "–",
-        pocket.reason,
-        number(pocket.runtime_ms, 1),
-    )
+    return {
+        "#": str(pocket.id),
+        "verdict": pocket.verdict.name,
+        "ridge mm": number(ridge.height_mm if ridge else None, 2),
+        "range": ridge.spread if ridge else "",
+        "margin": number(ridge.margin_mm(limit_mm) if ridge else None, 2),
+        "x mm": number(x, 0),
+        "y mm": number(y, 0),
+        "area cm²": number(pocket.area_mm2 / 100, 2),
+        "peak mm": number(pocket.peak_mm, 2),
+        "Δ mm": number(pocket.spacing_mm, 2),
+        "nodes": "–" if pocket.node_count is None else str(pocket.node_count),
+        "RMS mm": number(pocket.rms_mm, 3),
+        "paper": pocket.paper_verdict.name if pocket.paper_verdict else "–",
+        "reason": pocket.reason,
+        "time ms": number(pocket.runtime_ms, 1),
+    }
 
 
 def headline(report: ReportData, width: int | None = None) -> str:
@@ -92,15 +69,21 @@ def table(report: ReportData, width: int | None = None) -> str:
     if report.timings_ms:
         after.append("times: " + ", ".join(f"{stage} {ms:.0f} ms" for stage, ms in report.timings_ms.items()))
     limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
-    rows = [HEADINGS, *(tuple(figures(pocket, limit_mm)) for pocket in worst_first(report.pockets))]
+    rows = [figures(pocket, limit_mm) for pocket in worst_first(report.pockets)]
     return "\n".join(
         [
             headline(report, width),
             *(fold(line, width) for line in lines),
-            *(columns(rows, _TEXT_COLUMNS, width, HEADINGS.index("reason"), _SPARE) if report.pockets else []),
+            *(_table(rows, width) if rows else []),
             *(fold(line, width) for line in after),
         ]
     )
+
+
+def _table(rows: list[dict[str, str]], width: int | None) -> list[str]:
+    headings = tuple(rows[0])
+    texts, (reason, *spare) = map(headings.index, _TEXTS), map(headings.index, ("reason", *_SPARE))
+    return columns([headings, *(tuple(row.values()) for row in rows)], set(texts), width, reason, spare)
 
 
 def summary(report: ReportData, width: int | None = None) -> str:
