@@ -3,11 +3,13 @@
 Exit codes of `inspect`: 0 CEASE, 1 CREASE, 2 bad input, 3 INVALID, 4 UNDECIDED. The other commands end with 0 or
 2, `demo` with 3 where its scan cannot be judged, `compare` with 1 where an outcome was wrong, `replay` with 1 where a
 solve is not certified, `repeat` with 1 where a figure differs, `batch` with 1 where a layup has no report. Of all: 70
-is a fault of debulk's, 130 an interrupt, 141 a pipe that nobody reads.
+is a fault of debulk's, 130 an interrupt or SIGTERM, 141 a pipe that nobody reads.
 """
 
 from __future__ import annotations
 
+import signal
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -64,9 +66,17 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line; SIGTERM ends a command as an interrupt does, so that it leaves no half file behind."""
     cli_tools.answer_shells()
-    app(prog_name="debulk")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with outcome():
+            try:
+                app(prog_name="debulk")
+            finally:
+                sys.stdout.flush()  # not as Python does at its end, with an exit code of its own
+    except typer.Exit as end:
+        sys.exit(end.exit_code)
 
 
 @app.callback(invoke_without_command=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sys
 import traceback
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 EXIT_CODES = {Verdict.CEASE: 0, Verdict.CREASE: 1, Verdict.INVALID: 3, Verdict.UNDECIDED: 4}
 BAD_INPUT, FAULT, INTERRUPTED, NO_READER = 2, 70, 130, 141
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 POSE_HELP = (
     "4x4 matrix, x_mold = T x_scanner, as text, JSON, YAML or XML; or the word identity, where the files are in the "
@@ -52,15 +54,24 @@ def outcome() -> Iterator[None]:
         print("debulk: interrupted", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
     except BrokenPipeError:  # whoever read our output has left
-        with contextlib.suppress(OSError):  # so that Python does not complain when it flushes at its end
-            os.dup2(os.open(os.devnull, os.O_WRONLY), loudness().stdout.fileno())
+        _forget_output()
         raise typer.Exit(NO_READER) from None
     except (typer.Exit, typer.Abort):
         raise
-    except Exception:
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno in _NO_ROOM:
+            _forget_output()
+            print(f"debulk: {error.filename or 'the output'}: cannot be written: {error.strerror}", file=sys.stderr)
+            raise typer.Exit(BAD_INPUT) from None
         traceback.print_exc()
         print("debulk: this is a fault of debulk's; please report it", file=sys.stderr)
         raise typer.Exit(FAULT) from None
+
+
+def _forget_output() -> None:
+    """Send what is left of stdout nowhere, so that Python does not complain when it flushes at its end."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), loudness().stdout.fileno())
 
 
 def _one_line(message: str) -> str:

@@ -53,7 +53,7 @@ def connected(path: Path, *, write: bool = False) -> Iterator[sqlite3.Connection
     try:
         if not write and not path.is_file():
             raise InputError(f"{path}: there is no such history")
-        connection = sqlite3.connect(path, timeout=_PATIENCE_S, isolation_level=None)
+        connection = _opened(path, write)
         _check(connection, path, write)
         connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
         yield connection
@@ -63,6 +63,25 @@ def connected(path: Path, *, write: bool = False) -> Iterator[sqlite3.Connection
     finally:
         if connection is not None:
             connection.close()  # rolls back what was not committed
+
+
+def _opened(path: Path, write: bool) -> sqlite3.Connection:
+    """Open the file; where its folder takes no file, for a reader, as it stands.
+
+    SQLite's readers share a small file in the folder, which a full disk or a read-only one does not take. Without that
+    file nobody writes there either, and all records are in the history itself unless a journal was left.
+    """
+    connection = sqlite3.connect(path, timeout=_PATIENCE_S, isolation_level=None)
+    try:
+        connection.execute("PRAGMA schema_version")
+    except sqlite3.OperationalError as error:
+        connection.close()
+        journal = path.with_name(f"{path.name}-wal")
+        folder_refuses = error.sqlite_errorcode & 0xFF in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_IOERR)
+        if write or not folder_refuses or (journal.exists() and journal.stat().st_size):
+            raise
+        connection = sqlite3.connect(f"{path.absolute().as_uri()}?immutable=1", uri=True, isolation_level=None)
+    return connection
 
 
 def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:
