@@ -21,19 +21,7 @@ from debulk.cli import history as cli_history
 from debulk.cli import pages, qualifying, scanning, serving
 from debulk.cli import tools as cli_tools
 from debulk.cli.examples import epilog
-from debulk.cli.given import (
-    Angles,
-    Approved,
-    Camera,
-    ChainFile,
-    Mask,
-    Outline,
-    Pose,
-    RecipeFile,
-    Unit,
-    angles_of,
-    camera_of,
-)
+from debulk.cli.given import Approved, ChainFile, Given, Outputs, size_of
 from debulk.cli.loudness import print_json, with_loudness
 from debulk.cli.support import (
     DETAILS,
@@ -42,7 +30,6 @@ from debulk.cli.support import (
     chain_of,
     check_output,
     outcome,
-    pose_of,
     show,
     shown_progress,
 )
@@ -93,13 +80,7 @@ def _options(
 def inspect(
     scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .ptx or text.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
-    recipe: RecipeFile = None,
-    pose: Pose = None,
-    outline: Outline = None,
-    angles: Angles = "0,90",
-    camera: Camera = None,
-    mask: Mask = None,
-    unit: Unit = "mm",
+    given: Given,
     chain: ChainFile = None,
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
     context: Annotated[
@@ -107,9 +88,7 @@ def inspect(
     ] = None,
     history: Annotated[Path | None, typer.Option(help="The cell's history, .sqlite, to which it is added.")] = None,
     approved: Approved = None,
-    output: Annotated[
-        list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
-    ] = None,
+    output: Outputs = None,
     details: DETAILS = False,
     as_json: JSON = False,
 ) -> None:
@@ -118,49 +97,32 @@ def inspect(
         outputs = output or []
         for path in outputs:
             check_output(path, *ENDINGS)
-        fibre_angles, pinhole = angles_of(angles), camera_of(camera)
         kept = dict(_named(text) for text in context or [])
         if deadline is not None and not 0 < deadline < float("inf"):
             raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
 
-        from debulk import files
         from debulk.files.clouds import read_cloud
         from debulk.history.kept import history_of
-        from debulk.recipe import Recipe
 
-        kept_in = history_of(history)
-        settings = Recipe() if recipe is None else Recipe.load(recipe)
-        qualified = chain_of(chain)
-        transform = pose_of(pose, unit)
-        ply_outline = None if outline is None else files.load_outline(outline, unit)
-        hidden = None if mask is None else files.load_mask(mask)
+        kept_in, settings, qualified = history_of(history), given.read(), chain_of(chain)
         with shown_progress() as progress:
             progress("reading", 0.0)
-            reference_cloud = read_cloud(reference, unit)
+            reference_cloud = read_cloud(reference, given.unit)
             progress("reading", 0.5)
-            scan_cloud = read_cloud(scan, unit)
+            scan_cloud = read_cloud(scan, given.unit)
             progress("reading", 1.0)
 
             from debulk.inspection.inspector import Inspector
 
             inspector = Inspector(
-                settings,
-                reference_cloud.values,
-                ply_outline=ply_outline,
-                fibre_angles_deg=fibre_angles,
-                mold_from_scanner=transform,
-                camera=pinhole,
-                mask=hidden,
-                progress=progress,
-                approved=approved,
-                chain=qualified,
+                reference=reference_cloud.values, progress=progress, approved=approved, chain=qualified, **settings
             )
             report = inspector.inspect(scan_cloud.values, deadline_s=deadline, progress=progress, context=kept).settle()
         read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
         notes = [f"{name}: {note}" for name, cloud in read for note in cloud.notes]
         source = {"scan": scan.name, "reference": reference.name, **report.source}
-        if recipe is not None:
-            source["recipe"] = recipe.name
+        if given.recipe is not None:
+            source["recipe"] = given.recipe.name
         report = report.changed(source=source, warnings=(*notes, *report.warnings))
         if kept_in is not None:
             report = kept_in.keep(report)
@@ -185,7 +147,7 @@ def demo(
     Some of its pockets crease; the exit code is 0 nevertheless, unless the scan cannot be judged.
     """
     with outcome():
-        size = _pixels(pixels)
+        size = size_of(pixels, "--pixels", "WIDTHxHEIGHT like 1280x960")
         try:
             output.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -324,10 +286,3 @@ def _named(text: str) -> tuple[str, str]:
     if not (name and equals):
         raise InputError(f"--context: expected NAME=VALUE like part=A-17, got {text!r}")
     return name, value
-
-
-def _pixels(text: str) -> tuple[int, int]:
-    width, _, height = text.partition("x")
-    if not (width.isdecimal() and height.isdecimal() and len(text) < 12):
-        raise InputError(f"--pixels: expected WIDTHxHEIGHT like 1280x960, got {text!r}")
-    return int(width), int(height)

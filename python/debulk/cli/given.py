@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from debulk import InputError
-from debulk.cli.support import POSE_HELP
+from debulk.cli.support import POSE_HELP, pose_of
 
 RecipeFile = Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")]
 Pose = Annotated[Path | None, typer.Option(help=POSE_HELP)]
-Outline = Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")]
-Angles = Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")]
-Camera = Annotated[
-    str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
-]
 Mask = Annotated[
     Path | None,
     typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
@@ -27,24 +23,54 @@ ChainFile = Annotated[Path | None, typer.Option(help="The qualified chain, .json
 Approved = Annotated[Path | None, typer.Option(help="Approved recipes, .toml: with another recipe no layup is CEASE.")]
 
 
-def angles_of(text: str) -> tuple[float, float]:
-    """Read the option --angles."""
-    first, second = numbers_of(text, "--angles", "two numbers like 0,90", 2)
-    from debulk.inspection.ply.fibre_angles import check_apart
-
-    check_apart((first, second), "--angles")
-    return first, second
+Outputs = Annotated[list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")]
 
 
-def camera_of(text: str | None) -> tuple[float, float, float] | None:
-    """Read the option --camera."""
-    if text is None:
-        return None
-    expected = "f,cx,cy in pixels like 5200,2560,1920, f positive"
-    f, cx, cy = numbers_of(text, "--camera", expected, 3)
-    if not (f > 0 and math.isfinite(f + cx + cy)):
-        raise InputError(f"--camera: expected {expected}, got {text!r}")
-    return f, cx, cy
+@dataclass(frozen=True)
+class Given:
+    """What an inspector is made from, besides its reference."""
+
+    recipe: RecipeFile = None
+    pose: Pose = None
+    outline: Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")] = None
+    angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90"
+    camera: Annotated[
+        str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
+    ] = None
+    mask: Mask = None
+    unit: Unit = "mm"
+
+    def read(self) -> dict[str, Any]:
+        """Read it: the arguments of a `debulk.Inspector` by their names."""
+        angles, camera = self._angles(), self._camera()
+
+        from debulk import files
+        from debulk.recipe import Recipe
+
+        return {
+            "recipe": Recipe() if self.recipe is None else Recipe.load(self.recipe),
+            "ply_outline": None if self.outline is None else files.load_outline(self.outline, self.unit),
+            "fibre_angles_deg": angles,
+            "mold_from_scanner": pose_of(self.pose, self.unit),
+            "camera": camera,
+            "mask": None if self.mask is None else files.load_mask(self.mask),
+        }
+
+    def _angles(self) -> tuple[float, float]:
+        first, second = numbers_of(self.angles, "--angles", "two numbers like 0,90", 2)
+        from debulk.inspection.ply.fibre_angles import check_apart
+
+        check_apart((first, second), "--angles")
+        return first, second
+
+    def _camera(self) -> tuple[float, float, float] | None:
+        if self.camera is None:
+            return None
+        expected = "f,cx,cy in pixels like 5200,2560,1920, f positive"
+        f, cx, cy = numbers_of(self.camera, "--camera", expected, 3)
+        if not (f > 0 and math.isfinite(f + cx + cy)):
+            raise InputError(f"--camera: expected {expected}, got {self.camera!r}")
+        return f, cx, cy
 
 
 def numbers_of(text: str, option: str, expected: str, count: int) -> tuple[float, ...]:
@@ -56,3 +82,11 @@ def numbers_of(text: str, option: str, expected: str, count: int) -> tuple[float
     if len(numbers) != count:
         raise InputError(f"{option}: expected {expected}, got {text!r}")
     return numbers
+
+
+def size_of(text: str, option: str, expected: str) -> tuple[int, int]:
+    """Read two whole numbers with an x between them."""
+    first, _, second = text.partition("x")
+    if not (first.isdecimal() and second.isdecimal() and len(text) < 12):
+        raise InputError(f"{option}: expected {expected}, got {text!r}")
+    return int(first), int(second)

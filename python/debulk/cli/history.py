@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from debulk import InputError
 from debulk.cli.examples import epilog
+from debulk.cli.given import numbers_of
 from debulk.cli.loudness import print_json, with_loudness
 from debulk.cli.support import JSON, check_output, outcome, show, shown_progress
 
@@ -23,26 +25,38 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 File = Annotated[Path, typer.Argument(help="The history, .sqlite.")]
-Part = Annotated[str | None, typer.Option(help="Only this part (context part=...).")]
-Ply = Annotated[str | None, typer.Option(help="Only this ply (context ply=...).")]
-VerdictName = Annotated[str | None, typer.Option("--verdict", help="Only layups of this verdict.")]
-Check = Annotated[str | None, typer.Option("--check", help="Only layups that this check kept from CEASE.")]
-Near = Annotated[str | None, typer.Option(help="Only layups with a pocket near x,y, mold mm.")]
-Within = Annotated[float, typer.Option(help="How near, mm.")]
-Since = Annotated[str | None, typer.Option(help="Not before this time, like 2026-03-01T06.")]
-Until = Annotated[str | None, typer.Option(help="Not after this time.")]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which layups a command is about."""
+
+    part: Annotated[str | None, typer.Option(help="Only this part (context part=...).")] = None
+    ply: Annotated[str | None, typer.Option(help="Only this ply (context ply=...).")] = None
+    verdict: Annotated[str | None, typer.Option(help="Only layups of this verdict.")] = None
+    check: Annotated[str | None, typer.Option(help="Only layups that this check kept from CEASE.")] = None
+    near: Annotated[str | None, typer.Option(help="Only layups with a pocket near x,y, mold mm.")] = None
+    within: Annotated[float, typer.Option(help="How near, mm.")] = 50.0
+    since: Annotated[str | None, typer.Option(help="Not before this time, like 2026-03-01T06.")] = None
+    until: Annotated[str | None, typer.Option(help="Not after this time.")] = None
+
+    def search(self, **more: Any) -> Search:
+        """Return the search for them."""
+        from debulk.history import Search
+
+        near_mm = None
+        if self.near is not None:
+            x, y = numbers_of(self.near, "--near", "two numbers in mm like 350,-120", 2)
+            near_mm = x, y
+        return Search(
+            part=self.part, ply=self.ply, verdict=self.verdict, check=self.check, near_mm=near_mm,
+            within_mm=self.within, since=self.since, until=self.until, **more,
+        )  # fmt: skip
 
 
 def listed(
     history: File,
-    part: Part = None,
-    ply: Ply = None,
-    verdict: VerdictName = None,
-    check: Check = None,
-    near: Near = None,
-    within: Within = 50.0,
-    since: Since = None,
-    until: Until = None,
+    wanted: Wanted,
     limit: Annotated[int, typer.Option(min=1, help="Most lines.")] = 40,
     as_json: JSON = False,
 ) -> None:
@@ -51,7 +65,7 @@ def listed(
         from debulk.history import History
         from debulk.results.report_text import columns
 
-        found = History(_there(history)).find(_search(part, ply, verdict, check, near, within, since, until, limit))
+        found = History(_there(history)).find(wanted.search(limit=limit))
         if as_json:
             print_json(json.dumps([dataclasses.asdict(one) for one in found], ensure_ascii=False))
             return
@@ -119,14 +133,8 @@ def export(
     table: Annotated[
         Literal["layup", "pocket", "cause", "outcome", "chain"], typer.Option(help="What a line stands for.")
     ] = "layup",
-    part: Part = None,
-    ply: Ply = None,
-    verdict: VerdictName = None,
-    check: Check = None,
-    near: Near = None,
-    within: Within = 50.0,
-    since: Since = None,
-    until: Until = None,
+    *,
+    wanted: Wanted,
 ) -> None:
     """Write a table of layups that fit, their pockets, what kept them from CEASE, their outcomes or signatures."""
     with outcome():
@@ -134,22 +142,14 @@ def export(
         from debulk.history.export import export as exported
 
         check_output(output, ".csv", ".parquet", ".dfq")
-        search = _search(part, ply, verdict, check, near, within, since, until, None)
-        count = exported(History(_there(history)), output, table, search)
+        count = exported(History(_there(history)), output, table, wanted.search())
         print(f"written: {output}, {count} rows")
 
 
 def page(
     history: File,
     output: Annotated[Path, typer.Option("-o", "--output", help="The page, .html.")],
-    part: Part = None,
-    ply: Ply = None,
-    verdict: VerdictName = None,
-    check: Check = None,
-    near: Near = None,
-    within: Within = 50.0,
-    since: Since = None,
-    until: Until = None,
+    wanted: Wanted,
     baseline: Annotated[int, typer.Option(min=20, help="First layups that give the control limits.")] = 300,
 ) -> None:
     """Make a page of the layups that fit: where pockets recur, what was right, and what drifts."""
@@ -160,8 +160,7 @@ def page(
         from debulk.history import History
         from debulk.history.page import page as drawn
 
-        search = _search(part, ply, verdict, check, near, within, since, until, None)
-        write_text(output, drawn(History(_there(history)), search, baseline))
+        write_text(output, drawn(History(_there(history)), wanted.search(), baseline))
         print(f"written: {output}")
 
 
@@ -229,35 +228,6 @@ def _there(path: Path) -> Path:
     if not path.is_file():
         raise InputError(f"{path}: there is no such history")
     return path
-
-
-def _search(
-    part: str | None,
-    ply: str | None,
-    verdict: str | None,
-    check: str | None,
-    near: str | None,
-    within_mm: float,
-    since: str | None,
-    until: str | None,
-    limit: int | None,
-) -> Search:
-    from debulk.history import Search
-
-    near_mm = None if near is None else _place(near)
-    most = {} if limit is None else {"limit": limit}
-    return Search(
-        part=part, ply=ply, verdict=verdict, check=check, near_mm=near_mm, within_mm=within_mm, since=since,
-        until=until, **most,
-    )  # fmt: skip
-
-
-def _place(text: str) -> tuple[float, float]:
-    try:
-        x, y = (float(word) for word in text.split(","))
-    except ValueError:
-        raise InputError(f"--near: expected two numbers in mm like 350,-120, got {text!r}") from None
-    return x, y
 
 
 app.command("list", epilog=epilog("history list"))(with_loudness(listed))

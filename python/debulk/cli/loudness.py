@@ -1,8 +1,12 @@
-"""How much a command says: the options -q and -v, and JSON that stands alone on stdout."""
+"""What a command's function becomes: its groups of options are spread out, and it gets -q and -v.
+
+With --json, what it prints stands alone on stdout.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import inspect
 import logging
@@ -12,7 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from typing import Annotated, Any, TextIO, TypeVar, cast
+from typing import Annotated, Any, TextIO, TypeVar, cast, get_type_hints
 
 import typer
 
@@ -40,20 +44,32 @@ def loudness() -> Loudness:
 
 
 def with_loudness(function: Command) -> Command:
-    """Give a command the options -q and -v."""
+    """Give a command the options -q and -v; a parameter that is a dataclass stands for its fields as options."""
+    own = inspect.signature(function, eval_str=True).parameters.values()
+    groups: dict[str, Any] = {one.name: one.annotation for one in own if dataclasses.is_dataclass(one.annotation)}
 
     @functools.wraps(function)
     def command(*args: Any, quiet: bool = False, verbose: bool = False, **kwargs: Any) -> Any:
+        for name, kind in groups.items():
+            kwargs[name] = kind(**{entry.name: kwargs.pop(entry.name) for entry in dataclasses.fields(kind)})
         with _said(quiet, verbose):
             return function(*args, **kwargs)
 
-    added = {"quiet": _QUIET, "verbose": _VERBOSE}
-    own = inspect.signature(function, eval_str=True)
-    keyword = inspect.Parameter.KEYWORD_ONLY
-    options = [inspect.Parameter(name, keyword, default=False, annotation=what) for name, what in added.items()]
-    command.__signature__ = own.replace(parameters=[*own.parameters.values(), *options])  # type: ignore[attr-defined]
-    command.__annotations__ = {**function.__annotations__, **added}
+    options = [option for one in own for option in (_fields(groups[one.name]) if one.name in groups else [one])]
+    options += [_option("quiet", _QUIET, False), _option("verbose", _VERBOSE, False)]
+    keywords = [option.replace(kind=inspect.Parameter.KEYWORD_ONLY) for option in options]  # as Typer passes them
+    command.__signature__ = inspect.Signature(keywords)  # type: ignore[attr-defined]
+    command.__annotations__ = {option.name: option.annotation for option in keywords}
     return cast(Command, command)
+
+
+def _fields(kind: Any) -> list[inspect.Parameter]:
+    hints = get_type_hints(kind, include_extras=True)
+    return [_option(entry.name, hints[entry.name], entry.default) for entry in dataclasses.fields(kind)]
+
+
+def _option(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 @contextmanager

@@ -9,21 +9,16 @@ from typing import Annotated, Any, Literal
 import typer
 
 from debulk import InputError
-from debulk.cli.given import Angles, Camera, Mask, Outline, Pose, RecipeFile, Unit, angles_of, camera_of, numbers_of
-from debulk.cli.support import check_output, outcome, pose_of, shown_progress
+from debulk.cli.given import Given, numbers_of
+from debulk.cli.support import check_output, outcome, shown_progress
 
 
 def qualify(
     scans: Annotated[list[Path], typer.Argument(help="At least ten scans of one unmoved layup, in their order.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
     name: Annotated[str, typer.Option(help="The chain's name, such as the cell's.")] = "chain",
-    recipe: RecipeFile = None,
-    pose: Pose = None,
-    outline: Outline = None,
-    angles: Angles = "0,90",
-    camera: Camera = None,
-    mask: Mask = None,
-    unit: Unit = "mm",
+    *,
+    given: Given,
     strip: Annotated[
         str | None, typer.Option(help="x,y,x,y,height,width in mm: ends and size of a strip that --strip-scan shows.")
     ] = None,
@@ -41,7 +36,6 @@ def qualify(
         outputs = output or [Path("chain.json")]
         for path in outputs:
             check_output(path, ".json", ".html")
-        fibre_angles, pinhole = angles_of(angles), camera_of(camera)
         if (strip is None) != (not strip_scan):
             raise InputError("--strip: expected together with --strip-scan")
         if ridge and strip is None:
@@ -52,26 +46,21 @@ def qualify(
         from debulk import files
         from debulk.chain import Gauge
         from debulk.chain.qualifying import qualify as qualified
-        from debulk.recipe import Recipe
 
-        settings = Recipe() if recipe is None else Recipe.load(recipe)
-        hidden = None if mask is None else files.load_mask(mask)
+        settings = given.read()
         folders = [str(path.parent) for path in scans]
         gauge = None
         if numbers is not None:
             ends = (numbers[0], numbers[1]), (numbers[2], numbers[3])
-            gauge = Gauge(_loaded(strip_scan or [], unit), *ends, numbers[4], numbers[5], "ridge" if ridge else "strip")
+            gauge = Gauge(
+                _loaded(strip_scan or [], given.unit), *ends, numbers[4], numbers[5], "ridge" if ridge else "strip"
+            )
         with shown_progress() as progress:
             chain = qualified(
-                _loaded(scans, unit),
-                files.load_cloud(reference, unit),
-                settings,
-                None if outline is None else files.load_outline(outline, unit),
-                fibre_angles,
-                pose_of(pose, unit),
-                pinhole,
-                hidden,
-                lambda stage, _: progress(stage, int(stage.split()[-1]) / len(scans)),
+                _loaded(scans, given.unit),
+                files.load_cloud(reference, given.unit),
+                progress=lambda stage, _: progress(stage, int(stage.split()[-1]) / len(scans)),
+                **settings,
                 name=name,
                 sessions=folders if len(set(folders)) > 1 else None,
                 gauge=gauge,

@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 
 from debulk import InputError
 from debulk.cli.examples import epilog
+from debulk.cli.given import size_of
 from debulk.cli.loudness import with_loudness
 from debulk.cli.pairing import paired
 from debulk.cli.support import Progress, check_output, outcome, shown_progress
@@ -104,10 +105,8 @@ def patterns(
     with outcome():
         from debulk.scanner import fringe_patterns
 
-        width, _, height = pixels.partition("x")
-        if not (width.isdecimal() and height.isdecimal()):
-            raise InputError(f"--pixels: expected WIDTHxHEIGHT like 1920x1080, got {pixels!r}")
-        made = fringe_patterns((int(width), int(height)), _numbers(periods), steps, direction)
+        width, height = size_of(pixels, "--pixels", "WIDTHxHEIGHT like 1920x1080")
+        made = fringe_patterns((width, height), _numbers(periods), steps, direction)
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -144,14 +143,10 @@ def calibrate(
         check_output(output, ".json")
         if picture is not None:
             check_output(picture, ".png")
-        across, _, down = squares.partition("x")
-        if not (across.isdecimal() and down.isdecimal()):
-            raise InputError(f"--squares: expected ACROSSxDOWN like 10x7, got {squares!r}")
+        counts = size_of(squares, "--squares", "ACROSSxDOWN like 10x7")
         from debulk import scanner
 
-        board = scanner.Board(
-            (int(across), int(down)), square_mm, "charuco" if charuco else "checkerboard", marker_mm, dictionary
-        )
+        board = scanner.Board(counts, square_mm, "charuco" if charuco else "checkerboard", marker_mm, dictionary)
         pairs, alone = paired(_files(left), _files(right))
         for name, why in alone.items():
             print(f"left out: {name}: {why}")

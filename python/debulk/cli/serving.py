@@ -9,33 +9,16 @@ from typing import Annotated
 import typer
 
 from debulk import InputError
-from debulk.cli.given import (
-    Angles,
-    Approved,
-    Camera,
-    ChainFile,
-    Mask,
-    Outline,
-    Pose,
-    RecipeFile,
-    Unit,
-    angles_of,
-    camera_of,
-)
-from debulk.cli.support import chain_of, outcome, pose_of
+from debulk.cli.given import Approved, ChainFile, Given
+from debulk.cli.support import chain_of, outcome
 
 
 def serve(
     reference: Annotated[
         Path | None, typer.Option(help="Reference of the inspector named default; others come by PUT /inspectors/NAME.")
     ] = None,
-    recipe: RecipeFile = None,
-    pose: Pose = None,
-    outline: Outline = None,
-    angles: Angles = "0,90",
-    camera: Camera = None,
-    mask: Mask = None,
-    unit: Unit = "mm",
+    *,
+    given: Given,
     chain: ChainFile = None,
     approved: Approved = None,
     history: Annotated[
@@ -64,7 +47,6 @@ def serve(
     It serves until it is interrupted. There is no password: whoever reaches the address can use it.
     """
     with outcome():
-        fibre_angles, pinhole = angles_of(angles), camera_of(camera)
         if deadline is not None and not 0 < deadline <= 3600:
             raise InputError(f"--deadline: expected a number of seconds up to 3600, got {deadline:g}")
         from debulk.results.extras import imported
@@ -79,25 +61,13 @@ def serve(
         for module in ("starlette", "uvicorn"):
             imported(module, "serve", "debulk serve")
 
-        from debulk import files
         from debulk.history.kept import history_of
-        from debulk.recipe import Recipe
         from debulk.serve.folders import Folders
         from debulk.serve.inspectors import Cell
         from debulk.serve.running import serve as run
         from debulk.serve.service import Service
 
-        cell = Cell(
-            Recipe() if recipe is None else Recipe.load(recipe),
-            None if outline is None else files.load_outline(outline, unit),
-            fibre_angles,
-            pose_of(pose, unit),
-            pinhole,
-            None if mask is None else files.load_mask(mask),
-            chain_of(chain),
-            approved,
-            unit,
-        )
+        cell = Cell(**given.read(), chain=chain_of(chain), approved=approved, unit=given.unit)
         first = None if reference is None else cell.inspector(reference)
         folders, kept_in = Folders(folder or []), history_of(history)
 

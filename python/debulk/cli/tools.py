@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from debulk.cli.given import Mask, Pose, Unit
+from debulk.cli.given import Mask, Outputs, Pose, Unit
 from debulk.cli.loudness import print_json
 from debulk.cli.support import FAULT, JSON, chain_of, check_output, outcome, pose_of, show, shown_progress
 
@@ -23,9 +23,7 @@ def compare(
     mask: Mask = None,
     unit: Unit = "mm",
     history: Annotated[Path | None, typer.Option(help="The cell's history, .sqlite, to which it is added.")] = None,
-    output: Annotated[
-        list[Path] | None, typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")
-    ] = None,
+    output: Outputs = None,
     as_json: JSON = False,
 ) -> None:
     """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate.
