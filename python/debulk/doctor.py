@@ -30,17 +30,12 @@ _BANDWIDTH_BYTES = 1 << 28  # far above any cache
 
 @dataclass(frozen=True)
 class SelfTest:
-    """A fixed pocket, inspected step by step.
-
-    Attributes
-    ----------
-    name, passed, detail
-        What was tried, whether it passed, and the figures.
-    """
+    """A fixed pocket, inspected step by step."""
 
     name: str
     passed: bool
     detail: str
+    """`name`, `passed`, `detail`: what was tried, whether it passed, and the figures."""
 
 
 @dataclass(frozen=True)
@@ -55,41 +50,31 @@ class Licence:
 
 @dataclass(frozen=True)
 class DoctorReport:
-    """The findings of `doctor`.
-
-    Attributes
-    ----------
-    versions
-        Versions by name: debulk, Python, what the compiled module was built with, and the packages it imports.
-    system, processor, instruction_set
-        The level of the instruction set selects the wide loops; the package needs no more than x86-64-v2.
-    cores, threads
-        Cores of the machine; threads that an inspection uses (the process may be limited to fewer cores).
-    memory_gb, bandwidth_gb_s
-        Memory of the machine (None if it is not known); bytes read and written by one thread's copy, which limit the
-        front end.
-    bundled
-        Shared libraries inside the wheel; empty where those of the system are used.
-    licences
-        Licences of everything that is linked or imported; their texts are in `licence_folder`.
-    licence_folder
-        None if the package was not installed from a wheel.
-    tests
-        The parts of the self-test.
-    """
+    """The findings of `doctor`."""
 
     versions: dict[str, str]
+    """Versions by name: debulk, Python, what the compiled module was built with, and the packages it imports."""
     system: str
     processor: str
     instruction_set: str
+    """`system`, `processor`, `instruction_set`: the level of the instruction set selects the wide loops; the package
+    needs no more than x86-64-v2."""
     cores: int
     threads: int
+    """`cores`, `threads`: cores of the machine; threads that an inspection uses (the process may be limited to fewer
+    cores)."""
     memory_gb: float | None
     bandwidth_gb_s: float
+    """`memory_gb`, `bandwidth_gb_s`: memory of the machine (None if it is not known); bytes read and written by one
+    thread's copy, which limit the front end."""
     bundled: tuple[str, ...]
+    """Shared libraries inside the wheel; empty where those of the system are used."""
     licences: tuple[Licence, ...]
+    """Licences of everything that is linked or imported; their texts are in `licence_folder`."""
     licence_folder: Path | None
+    """None if the package was not installed from a wheel."""
     tests: tuple[SelfTest, ...]
+    """The parts of the self-test."""
 
     @property
     def passed(self) -> bool:

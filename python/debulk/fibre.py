@@ -29,52 +29,38 @@ HELD, FREE, UNKNOWN = 0, 1, 2
 
 @dataclass(frozen=True, eq=False)
 class FibreRuns:
-    """The runs of all lines, one row of every array for each run.
-
-    Parameters
-    ----------
-    family
-        (N,) 0: along the first fibre; 1: along the second.
-    line
-        (N,) number of its line.
-    spans
-        (N,) number of its stretches off the mold.
-    from_mm, to_mm, top_mm
-        (N, 2) its first and its last point off the mold, and the point that stands highest; mold XY.
-    gap_mm
-        (N,) largest height of the ply's lower side above the mold.
-    length_mm, flat_mm
-        (N,) from its first to its last point, and how much of that lies flat on the mold.
-    low_mm, excess_mm, high_mm
-        (N,) by how much the ply is longer than the mold; negative: too short. The noise's share is taken out. The low
-        value is surely there as far as the filters go, the middle one is the best estimate of what was there before
-        them, the high one is what may have been there.
-    uncertainty_mm
-        (N,) two standard deviations of these by the noise of the scan.
-    turn_mm
-        (N,) change of the excess per radian by which the fibres run otherwise than said.
-    ends
-        (N, 2) what holds it at `from_mm` and at `to_mm`: `HELD`, `FREE` or `UNKNOWN`.
-    beyond_mm
-        (N, 2) ply along the line beyond each end, as far as it is known.
-    """
+    """The runs of all lines, one row of every array for each run."""
 
     family: NDArray[np.uint8]
+    """(N,) 0: along the first fibre; 1: along the second."""
     line: NDArray[np.int32]
+    """(N,) number of its line."""
     spans: NDArray[np.int32]
+    """(N,) number of its stretches off the mold."""
     from_mm: Floats
     to_mm: Floats
     top_mm: Floats
+    """`from_mm`, `to_mm`, `top_mm`: (N, 2) its first and its last point off the mold, and the point that stands
+    highest; mold XY."""
     gap_mm: Floats
+    """(N,) largest height of the ply's lower side above the mold."""
     length_mm: Floats
     flat_mm: Floats
+    """`length_mm`, `flat_mm`: (N,) from its first to its last point, and how much of that lies flat on the mold."""
     low_mm: Floats
     excess_mm: Floats
     high_mm: Floats
+    """`low_mm`, `excess_mm`, `high_mm`: (N,) by how much the ply is longer than the mold; negative: too short. The
+    noise's share is taken out. The low value is surely there as far as the filters go, the middle one is the best
+    estimate of what was there before them, the high one is what may have been there."""
     uncertainty_mm: Floats
+    """(N,) two standard deviations of these by the noise of the scan."""
     turn_mm: Floats
+    """(N,) change of the excess per radian by which the fibres run otherwise than said."""
     ends: NDArray[np.uint8]
+    """(N, 2) what holds it at `from_mm` and at `to_mm`: `HELD`, `FREE` or `UNKNOWN`."""
     beyond_mm: Floats
+    """(N, 2) ply along the line beyond each end, as far as it is known."""
 
     def __len__(self) -> int:
         return len(self.family)
@@ -90,27 +76,18 @@ class FibreRuns:
 
 @dataclass(frozen=True, eq=False)
 class FibreExcess:
-    """The excess of the fibres over a ply.
-
-    Parameters
-    ----------
-    runs
-        All runs, line by line.
-    largest
-        Largest excess of a run over each place, mm; 0 where the ply lies on the mold. A grid as fine as the lines.
-    family
-        Fibre direction of that run, 0 or 1, on the same grid.
-    noise_mm
-        Standard deviation of the heights after the finer of the two filters, from the flat ply of the same scan.
-    noise_per_mm
-        False excess per mm of line that this noise makes; it is taken out of the runs.
-    """
+    """The excess of the fibres over a ply."""
 
     runs: FibreRuns
+    """All runs, line by line."""
     largest: Grid
+    """Largest excess of a run over each place, mm; 0 where the ply lies on the mold. A grid as fine as the lines."""
     family: Grid
+    """Fibre direction of that run, 0 or 1, on the same grid."""
     noise_mm: float
+    """Standard deviation of the heights after the finer of the two filters, from the flat ply of the same scan."""
     noise_per_mm: float
+    """False excess per mm of line that this noise makes; it is taken out of the runs."""
 
 
 @typed

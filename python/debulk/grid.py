@@ -17,15 +17,6 @@ from debulk.arguments import of_type
 class Grid:
     """Values on a regular grid: ``values[j, i]`` belongs to ``origin_mm + spacing_mm * (i, j)``.
 
-    Parameters
-    ----------
-    values
-        (ny, nx) or (ny, nx, k); a missing value is NaN.
-    origin_mm
-        (2,) position of ``values[0, 0]`` in the mold frame, mm.
-    spacing_mm
-        Distance between neighbouring grid points along x and y, mm.
-
     Examples
     --------
     >>> grid = Grid(np.zeros((3, 5)), np.array([10.0, 20.0]), 0.5)
@@ -34,8 +25,11 @@ class Grid:
     """
 
     values: NDArray[Any]
+    """(ny, nx) or (ny, nx, k); a missing value is NaN."""
     origin_mm: NDArray[np.float64]
+    """(2,) position of ``values[0, 0]`` in the mold frame, mm."""
     spacing_mm: float
+    """Distance between neighbouring grid points along x and y, mm."""
 
     def __post_init__(self) -> None:
         if getattr(self.values, "ndim", 0) < 2:

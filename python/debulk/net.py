@@ -25,44 +25,31 @@ __all__ = ["Drape", "Net", "drape", "fibre_net", "surface_area"]
 
 @dataclass(frozen=True, eq=False)
 class Net:
-    """A pocket's net: N nodes at one spacing along two families of inextensible fibres.
-
-    Attributes
-    ----------
-    nodes_mm
-        (N, 3) mold frame, on the surface. They are numbered row by row along the first or the second fibre, whichever
-        gives the narrower band of connected numbers.
-    neighbours
-        (N, 4) int32, numbers of the neighbours e, w (along the first fibre) and n, s (along the second); -1 means none.
-    kinds
-        (N,) int8: 0 inner, 1 fixed boundary, 2 free boundary.
-    edges
-        (M, 2) int32, the segments: pairs of nodes one spacing apart.
-    inside
-        (N,) bool: inside the perimeter (inside ``rms_outline_mm`` if it was given).
-    spacing_mm
-        Length of every segment.
-    area_mm2
-        Area of the ply's surface inside the perimeter.
-    shear_deg
-        (N,) mean of ``|90° - crossing angle|`` of the fibres at each node.
-    open_ends
-        Numbers of inner nodes away from the ply's edge where a fibre neighbour is missing. If there are any, the rim is
-        not closed by fixed nodes, and the pocket cannot be judged.
-    lattice
-        (N, 2) int32, steps along the first and the second fibre from the centre node.
-    """
+    """A pocket's net: N nodes at one spacing along two families of inextensible fibres."""
 
     nodes_mm: Floats
+    """(N, 3) mold frame, on the surface. They are numbered row by row along the first or the second fibre, whichever
+    gives the narrower band of connected numbers."""
     neighbours: Integers
+    """(N, 4) int32, numbers of the neighbours e, w (along the first fibre) and n, s (along the second); -1 means
+    none."""
     kinds: NDArray[np.int8]
+    """(N,) int8: 0 inner, 1 fixed boundary, 2 free boundary."""
     edges: Integers
+    """(M, 2) int32, the segments: pairs of nodes one spacing apart."""
     inside: NDArray[np.bool_]
+    """(N,) bool: inside the perimeter (inside ``rms_outline_mm`` if it was given)."""
     spacing_mm: float
+    """Length of every segment."""
     area_mm2: float
+    """Area of the ply's surface inside the perimeter."""
     shear_deg: Floats
+    """(N,) mean of ``|90° - crossing angle|`` of the fibres at each node."""
     open_ends: Integers
+    """Numbers of inner nodes away from the ply's edge where a fibre neighbour is missing. If there are any, the rim is
+    not closed by fixed nodes, and the pocket cannot be judged."""
     lattice: Integers
+    """(N, 2) int32, steps along the first and the second fibre from the centre node."""
     _core: Any = field(repr=False)
     _given: tuple[Any, ...] | None = field(default=None, repr=False)
 

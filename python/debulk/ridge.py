@@ -59,78 +59,53 @@ def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: floa
 
 @dataclass(frozen=True)
 class RidgeSection:
-    """The cross-section of a ridge along one fibre.
-
-    Parameters
-    ----------
-    peak
-        Number of the node at the top.
-    fibre
-        0: the section is cut along the first fibre (west to east); 1: along the second (south to north).
-    nodes
-        Numbers of the section's nodes from one end to the other; the ends are feet, valleys or the net's border.
-    ply_length_mm, mold_length_mm
-        Lengths of the ply and of the mold below it, mm.
-    height_mm
-        Height of the ridge above the mold, mm.
-    length_mm
-        Length of the piece of the ridge line that this section represents, mm.
-    """
+    """The cross-section of a ridge along one fibre."""
 
     peak: int
+    """Number of the node at the top."""
     fibre: int
+    """0: the section is cut along the first fibre (west to east); 1: along the second (south to north)."""
     nodes: tuple[int, ...]
+    """Numbers of the section's nodes from one end to the other; the ends are feet, valleys or the net's border."""
     ply_length_mm: float
     mold_length_mm: float
+    """`ply_length_mm`, `mold_length_mm`: lengths of the ply and of the mold below it, mm."""
     height_mm: float
+    """Height of the ridge above the mold, mm."""
     length_mm: float
+    """Length of the piece of the ridge line that this section represents, mm."""
 
 
 @dataclass(frozen=True, eq=False)
 class PostProcessed:
-    """What the debulked ply looks like on the mold.
-
-    Parameters
-    ----------
-    gap_mm
-        (N,) height above the mold, mm: the consolidated thickness, or the ridge's height at the peak of a ridge.
-    is_ridge
-        (N,) bool: peaks of the ridges.
-    is_bridge
-        (N,) bool: nodes where the ply is too short to reach the mold; they keep the gap of the minimum.
-    is_drawn_in
-        (N,) bool: nodes where the model bridges, but pulls harder than the friction out to the ply's edge can hold. The
-        ply is drawn in there and lies on the mold. No node is marked if the tensions or the edge are not known.
-    sections
-        Sections of the ridges, from the largest gap of the minimum down.
-    ridge_height_mm
-        Height of the highest ridge, mm; 0 if there is none.
-    ridge_length_mm
-        Length of the longest connected ridge line, mm; 0 if there is none.
-    bridge_height_mm
-        Height of the highest bridging node, mm; 0 if there is none.
-    drawn_in_height_mm, drawn_in_tension_n_per_mm, drawn_in_hold_n_per_mm
-        Values of the highest node that is drawn in, according to the model: its height, the pull of its fibre, and what
-        friction holds; 0 if there is none.
-    rms_mm
-        Root mean square of `gap_mm` over the nodes inside the perimeter that are not drawn in, mm.
-    excess_length_mm
-        `largest_fibre_excess` of the net, mm.
-    """
+    """What the debulked ply looks like on the mold."""
 
     gap_mm: NDArray[np.float64]
+    """(N,) height above the mold, mm: the consolidated thickness, or the ridge's height at the peak of a ridge."""
     is_ridge: NDArray[np.bool_]
+    """(N,) bool: peaks of the ridges."""
     is_bridge: NDArray[np.bool_]
+    """(N,) bool: nodes where the ply is too short to reach the mold; they keep the gap of the minimum."""
     is_drawn_in: NDArray[np.bool_]
+    """(N,) bool: nodes where the model bridges, but pulls harder than the friction out to the ply's edge can hold. The
+    ply is drawn in there and lies on the mold. No node is marked if the tensions or the edge are not known."""
     sections: tuple[RidgeSection, ...]
+    """Sections of the ridges, from the largest gap of the minimum down."""
     ridge_height_mm: float
+    """Height of the highest ridge, mm; 0 if there is none."""
     ridge_length_mm: float
+    """Length of the longest connected ridge line, mm; 0 if there is none."""
     bridge_height_mm: float
+    """Height of the highest bridging node, mm; 0 if there is none."""
     drawn_in_height_mm: float
     drawn_in_tension_n_per_mm: float
     drawn_in_hold_n_per_mm: float
+    """`drawn_in_height_mm`, `drawn_in_tension_n_per_mm`, `drawn_in_hold_n_per_mm`: values of the highest node that is
+    drawn in, according to the model: its height, the pull of its fibre, and what friction holds; 0 if there is none."""
     rms_mm: float
+    """Root mean square of `gap_mm` over the nodes inside the perimeter that are not drawn in, mm."""
     excess_length_mm: float
+    """`largest_fibre_excess` of the net, mm."""
 
 
 @typed

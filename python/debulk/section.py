@@ -39,77 +39,54 @@ _FLANKS_MEET = float(_FOLDED[-1, 0])
 
 @dataclass(frozen=True)
 class LoadStep:
-    """The fold under a part of the pressure; its figures are NaN if the step has no certified single fold.
-
-    Attributes
-    ----------
-    pressure_mpa
-        Pressure of this step, MPa.
-    height_mm, foot_width_mm, end_force_n_per_mm
-        As in `Fold`.
-    iterations
-        Iterations of the minimiser.
-    """
+    """The fold under a part of the pressure; its figures are NaN if the step has no certified single fold."""
 
     pressure_mpa: float
+    """Pressure of this step, MPa."""
     height_mm: float
     foot_width_mm: float
     end_force_n_per_mm: float
+    """`height_mm`, `foot_width_mm`, `end_force_n_per_mm`: as in `Fold`."""
     iterations: int
+    """Iterations of the minimiser."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """The section of the ply in equilibrium.
-
-    Attributes
-    ----------
-    points_mm
-        (segments + 1, 2) nodes (x, z) of the ply's mid-line, mm, with x from the middle of the span. For a fold that is
-        not certified they show where the solve ended.
-    height_mm
-        Largest distance of the mid-line from the mold, perpendicular to the chord between the pins, mm. It is 0 for a
-        ply that lies on the mold, because no thickness is added. NaN unless certified.
-    foot_width_mm
-        Distance along the chord between the points where the ply leaves the mold, mm; if all of it is lifted, the
-        distance of the pins. NaN unless certified.
-    end_force_n_per_mm
-        Thrust on the pins along the chord, N per mm of ridge; friction must hold it for the ply not to slip. NaN unless
-        certified.
-    steps
-        All load steps tried, in order; the last is the result.
-    certified
-        Whether the solve ended well, the fold keeps the limits of `debulk.solve.Certificate` (length error,
-        penetration, residual force, no negative curvature), and it is a single fold: the only kind of success.
-    status
-        How the last solve ended: converged, iteration_limit, deadline, cancelled, numerical_failure.
-    explanation
-        Why it is not certified, in words.
-    length_error
-        Largest relative error of a segment's length.
-    penetration_mm
-        Depth of the deepest node below the mold, or of one flank beyond the other, mm.
-    kkt_error
-        Largest unbalanced force, in units of the load on a segment. NaN if the solve failed.
-    guide_force_n_per_mm
-        Force that keeps the crown in the middle of the span, N/mm: 0, apart from rounding, on a mirror-symmetric mold.
-    natural_length_mm
-        l = (c / P)^(1/3), where c is the bending stiffness that acts: the length scale of all folds, mm.
-    """
+    """The section of the ply in equilibrium."""
 
     points_mm: NDArray[np.float64]
+    """(segments + 1, 2) nodes (x, z) of the ply's mid-line, mm, with x from the middle of the span. For a fold that is
+    not certified they show where the solve ended."""
     height_mm: float
+    """Largest distance of the mid-line from the mold, perpendicular to the chord between the pins, mm. It is 0 for a
+    ply that lies on the mold, because no thickness is added. NaN unless certified."""
     foot_width_mm: float
+    """Distance along the chord between the points where the ply leaves the mold, mm; if all of it is lifted, the
+    distance of the pins. NaN unless certified."""
     end_force_n_per_mm: float
+    """Thrust on the pins along the chord, N per mm of ridge; friction must hold it for the ply not to slip. NaN unless
+    certified."""
     steps: tuple[LoadStep, ...]
+    """All load steps tried, in order; the last is the result."""
     certified: bool
+    """Whether the solve ended well, the fold keeps the limits of `debulk.solve.Certificate` (length error, penetration,
+    residual force, no negative curvature), and it is a single fold: the only kind of success."""
     status: str
+    """How the last solve ended: converged, iteration_limit, deadline, cancelled, numerical_failure."""
     explanation: str
+    """Why it is not certified, in words."""
     length_error: float
+    """Largest relative error of a segment's length."""
     penetration_mm: float
+    """Depth of the deepest node below the mold, or of one flank beyond the other, mm."""
     kkt_error: float
+    """Largest unbalanced force, in units of the load on a segment. NaN if the solve failed."""
     guide_force_n_per_mm: float
+    """Force that keeps the crown in the middle of the span, N/mm: 0, apart from rounding, on a mirror-symmetric
+    mold."""
     natural_length_mm: float
+    """l = (c / P)^(1/3), where c is the bending stiffness that acts: the length scale of all folds, mm."""
 
 
 @typed
@@ -250,21 +227,14 @@ def fold(
 
 @dataclass(frozen=True)
 class ElasticFold:
-    """Dimensions of an elastic fold, seen from the side.
-
-    Attributes
-    ----------
-    height_mm
-        Height of its crown above the mold, to the ply's mid-line.
-    foot_width_mm
-        Distance between the points where the ply leaves the mold.
-    slope_deg
-        Largest angle between ply and mold; above 90 if the flanks overhang.
-    """
+    """Dimensions of an elastic fold, seen from the side."""
 
     height_mm: float
+    """Height of its crown above the mold, to the ply's mid-line."""
     foot_width_mm: float
+    """Distance between the points where the ply leaves the mold."""
     slope_deg: float
+    """Largest angle between ply and mold; above 90 if the flanks overhang."""
 
 
 @typed

@@ -24,82 +24,58 @@ STIFFNESS = _DEFAULTS.solve.stiffness
 
 @dataclass(frozen=True)
 class Certificate:
-    """What is known of a configuration from its nodes alone, regardless of what a solver reported.
-
-    Attributes
-    ----------
-    kkt_error
-        Largest component of ∇Π - Jᵀλ - ν over the movable nodes. Its unit is the nodal vacuum force P A / N (without
-        vacuum, a node's weight), or 1 % of the largest force of a single spring (a corner's bending or shear) in the
-        initial net if that is more, as in a stiff ply whose fibres hold forces far above the vacuum's. The multipliers
-        λ of the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4. Not a number if a stop
-        came before it was known.
-    strict_kkt_error
-        The same in units of P A / N (or of a node's weight) for any ply; it has no limit.
-    length_error
-        Largest relative error of a segment's length. Limit 1e-4; up to 1e-3 with a compliance.
-    penetration_mm
-        Deepest movable node below the reference, mm. Limit 1e-3.
-    energy_rise_mj
-        Rise of Π above that of the initial configuration, mJ; 0 if it is not above. Limit 0.
-    curvature
-        Smallest curvature of Π within the active constraints, in the unit of `kkt_error` over Δ; 0 if none is negative.
-    compliant
-        Whether the length error required the wider limit.
-    certified
-        Whether all limits are kept.
-    failure
-        Which limits are not kept, in words; empty if certified.
-    """
+    """What is known of a configuration from its nodes alone, regardless of what a solver reported."""
 
     kkt_error: float
+    """Largest component of ∇Π - Jᵀλ - ν over the movable nodes. Its unit is the nodal vacuum force P A / N (without
+    vacuum, a node's weight), or 1 % of the largest force of a single spring (a corner's bending or shear) in the
+    initial net if that is more, as in a stiff ply whose fibres hold forces far above the vacuum's. The multipliers λ of
+    the lengths and ν ≥ 0 of touching nodes are fitted by least squares. Limit 1e-4. Not a number if a stop came before
+    it was known."""
     strict_kkt_error: float
+    """The same in units of P A / N (or of a node's weight) for any ply; it has no limit."""
     length_error: float
+    """Largest relative error of a segment's length. Limit 1e-4; up to 1e-3 with a compliance."""
     penetration_mm: float
+    """Deepest movable node below the reference, mm. Limit 1e-3."""
     energy_rise_mj: float
+    """Rise of Π above that of the initial configuration, mJ; 0 if it is not above. Limit 0."""
     curvature: float
+    """Smallest curvature of Π within the active constraints, in the unit of `kkt_error` over Δ; 0 if none is
+    negative."""
     compliant: bool
+    """Whether the length error required the wider limit."""
     certified: bool
+    """Whether all limits are kept."""
     failure: str
+    """Which limits are not kept, in words; empty if certified."""
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A configuration of the sheet, with its energy, status and certificate.
-
-    Attributes
-    ----------
-    nodes_mm
-        (N, 3) nodes, mm.
-    status
-        How the solve ended: converged, nothing_moves, iteration_limit, deadline, cancelled, infeasible,
-        numerical_failure; or why it was refused up front: too_few_movable_nodes (more lengths to keep than coordinates
-        to keep them with), no_minimum (nothing is fixed, and friction does not hold the ply on the mold; if that shows
-        only during the solve, iterations is above 0), not_a_surface (segments off by more than half their length),
-        too_stiff (the springs are a million times as strong as the load, or more). Only the first two can be a success.
-    explanation
-        The same as a sentence.
-    certificate
-        Certificate, computed independently of the solver.
-    certified
-        Whether the solve ended well and the result is certified: the only kind of success.
-    energy_mj
-        Π, mJ.
-    iterations, evaluations
-        Counts of the method, retries included.
-    minima
-        Solutions of all starts, in their order; this solution is the certified one of least energy.
-    """
+    """A configuration of the sheet, with its energy, status and certificate."""
 
     nodes_mm: NDArray[np.float64]
+    """(N, 3) nodes, mm."""
     status: str
+    """How the solve ended: converged, nothing_moves, iteration_limit, deadline, cancelled, infeasible,
+    numerical_failure; or why it was refused up front: too_few_movable_nodes (more lengths to keep than coordinates to
+    keep them with), no_minimum (nothing is fixed, and friction does not hold the ply on the mold; if that shows only
+    during the solve, iterations is above 0), not_a_surface (segments off by more than half their length), too_stiff
+    (the springs are a million times as strong as the load, or more). Only the first two can be a success."""
     explanation: str
+    """The same as a sentence."""
     certificate: Certificate
+    """Certificate, computed independently of the solver."""
     certified: bool
+    """Whether the solve ended well and the result is certified: the only kind of success."""
     energy_mj: float
+    """Π, mJ."""
     iterations: int
     evaluations: int
+    """`iterations`, `evaluations`: counts of the method, retries included."""
     minima: tuple[Solution, ...] = ()
+    """Solutions of all starts, in their order; this solution is the certified one of least energy."""
     _core: Any = field(default=None, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:

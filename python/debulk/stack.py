@@ -34,21 +34,14 @@ __all__ = ["Stack", "StackPly"]
 
 @dataclass(frozen=True)
 class StackPly:
-    """One ply of a stack.
-
-    Attributes
-    ----------
-    number
-        From 1.
-    report
-        The last inspection of it before debulking; None: it was not inspected yet.
-    comparison
-        The last comparison after debulking; None: there was none yet.
-    """
+    """One ply of a stack."""
 
     number: int
+    """From 1."""
     report: Report | None = None
+    """The last inspection of it before debulking; None: it was not inspected yet."""
     comparison: Comparison | None = None
+    """The last comparison after debulking; None: there was none yet."""
 
     @property
     def passed(self) -> bool:

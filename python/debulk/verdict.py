@@ -82,27 +82,6 @@ _DEFAULTS = _core.verdict.Criteria()  # the numbers are defined only in cpp/debu
 class Criteria:
     """Limits of what is accepted, and how a pocket is judged.
 
-    Parameters
-    ----------
-    max_rms_mm
-        Limit of the post-processed RMS inside the perimeter, mm. Default 0.30 as in the paper, the nominal thickness.
-    max_ridge_height_mm
-        Limit of the height of a ridge and of bridging ply, mm. Default 0.60, provisional.
-    min_coverage
-        Share of the ply that the scan must have seen. Default 0.98.
-    min_pocket_coverage
-        Share of a pocket's area that must have been measured. Default 0.80.
-    rms_margin_mm, ridge_margin_mm
-        Margins round the limits, mm: an RMS, ridge or bridge nearer to its limit decides nothing. Default 0.01 and
-        0.05.
-    criterion
-        "excess": a pocket inside the ply is judged by the ridge that the excess length of its fibres makes, and by
-        bridges. "paper": it is judged by RMS, ridges and bridges of the minima. Pockets at the ply's edge always are.
-    excess_margin_mm
-        Least uncertainty of the ridge from the excess length, mm. Default 0.02.
-    compliance_margin_mm
-        Least margin of the figures of the minima if the length constraints needed a compliance, mm. Default 0.05.
-
     Examples
     --------
     >>> Criteria(max_ridge_height_mm=0.5).max_rms_mm
@@ -110,14 +89,24 @@ class Criteria:
     """
 
     max_rms_mm: float = _DEFAULTS.max_rms_mm
+    """Limit of the post-processed RMS inside the perimeter, mm. Default 0.30 as in the paper, the nominal thickness."""
     max_ridge_height_mm: float = _DEFAULTS.max_ridge_height_mm
+    """Limit of the height of a ridge and of bridging ply, mm. Default 0.60, provisional."""
     min_coverage: float = _DEFAULTS.min_coverage
+    """Share of the ply that the scan must have seen. Default 0.98."""
     min_pocket_coverage: float = _DEFAULTS.min_pocket_coverage
+    """Share of a pocket's area that must have been measured. Default 0.80."""
     rms_margin_mm: float = _DEFAULTS.rms_margin_mm
     ridge_margin_mm: float = _DEFAULTS.ridge_margin_mm
+    """`rms_margin_mm`, `ridge_margin_mm`: margins round the limits, mm: an RMS, ridge or bridge nearer to its limit
+    decides nothing. Default 0.01 and 0.05."""
     compliance_margin_mm: float = _DEFAULTS.compliance_margin_mm
+    """Least margin of the figures of the minima if the length constraints needed a compliance, mm. Default 0.05."""
     criterion: str = _DEFAULTS.criterion.name.lower()
+    """"excess": a pocket inside the ply is judged by the ridge that the excess length of its fibres makes, and by
+    bridges. "paper": it is judged by RMS, ridges and bridges of the minima. Pockets at the ply's edge always are."""
     excess_margin_mm: float = _DEFAULTS.excess_margin_mm
+    """Least uncertainty of the ridge from the excess length, mm. Default 0.02."""
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -16,34 +16,26 @@ NAME = "layup.toml"
 
 
 class Layup(BaseModel):
-    """A layup of an archive; the names of files are relative to its folder.
-
-    Attributes
-    ----------
-    folder
-        Where `layup.toml` lies.
-    scan, reference
-        Clouds of the draped ply and of what lay there before.
-    outline, mask, pose
-        As for `debulk inspect`; a pose of "identity" says that the clouds are in the mold's frame.
-    angles_deg, camera, unit
-        Fibre directions, degrees from mold +x; f, cx, cy in pixels; "mm" or "m".
-    context
-        What is kept with the report. Without ``part`` the folder's name within the archive is the part.
-    """
+    """A layup of an archive; the names of files are relative to its folder."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     folder: Path
+    """Where `layup.toml` lies."""
     scan: Path
     reference: Path
+    """`scan`, `reference`: clouds of the draped ply and of what lay there before."""
     outline: Path | None = None
     mask: Path | None = None
     pose: Path | None = None
+    """`outline`, `mask`, `pose`: as for `debulk inspect`; a pose of "identity" says that the clouds are in the mold's
+    frame."""
     angles_deg: tuple[float, float] = (0.0, 90.0)
     camera: tuple[float, float, float] | None = None
     unit: Literal["mm", "m"] = "mm"
+    """`angles_deg`, `camera`, `unit`: fibre directions, degrees from mold +x; f, cx, cy in pixels; "mm" or "m"."""
     context: dict[str, Any]
+    """What is kept with the report. Without ``part`` the folder's name within the archive is the part."""
 
     @property
     def key(self) -> tuple[str, str]:

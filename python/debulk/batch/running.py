@@ -29,21 +29,14 @@ _AHEAD = 4  # layups for each worker that wait at the scheduler: it holds no mor
 
 @dataclass
 class Batch:
-    """What became of the layups of an archive.
-
-    Attributes
-    ----------
-    done
-        Number of layups that the history held already, by the same recipe and build.
-    verdicts
-        Number of new reports by the name of their verdict.
-    wrong
-        What was wrong with those that have no report, by part and ply; the next run tries them again.
-    """
+    """What became of the layups of an archive."""
 
     done: int = 0
+    """Number of layups that the history held already, by the same recipe and build."""
     verdicts: Counter[str] = field(default_factory=Counter)
+    """Number of new reports by the name of their verdict."""
     wrong: dict[tuple[str, str], str] = field(default_factory=dict)
+    """What was wrong with those that have no report, by part and ply; the next run tries them again."""
 
     @property
     def total(self) -> int:

@@ -6,31 +6,23 @@ from typing import NamedTuple
 
 
 class Quantity(NamedTuple):
-    """One figure of a `Signature`.
-
-    Attributes
-    ----------
-    name, unit
-        Its name there, and its unit; a share has none.
-    says
-        What it is, for the reader.
-    above, below
-        What a scan is that has more or less of it than the chain; empty: that is no difference.
-    share, least
-        By which share of its mean, and by how much, a scan of the same chain may be off whatever the scatter from scan
-        to scan: another mold and another part lie in another way. `bench/trust/chains.py` measures what that misses.
-    never_negative
-        Whether it is a share, a length or the like.
-    """
+    """One figure of a `Signature`."""
 
     name: str
     unit: str
+    """`name`, `unit`: its name there, and its unit; a share has none."""
     says: str
+    """What it is, for the reader."""
     above: str
     below: str
+    """`above`, `below`: what a scan is that has more or less of it than the chain; empty: that is no difference."""
     share: float = 0.0
     least: float = 0.0
+    """`share`, `least`: by which share of its mean, and by how much, a scan of the same chain may be off whatever the
+    scatter from scan to scan: another mold and another part lie in another way. `bench/trust/chains.py` measures what
+    that misses."""
     never_negative: bool = False
+    """Whether it is a share, a length or the like."""
 
 
 FIGURES = (

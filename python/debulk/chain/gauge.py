@@ -22,26 +22,18 @@ _ENDS = 0.9  # of its length: the ends are not used
 
 @dataclass(frozen=True)
 class Gauge:
-    """A strip, such as tape or a shim, or a printed ridge, on the reference or on the flat ply.
-
-    Attributes
-    ----------
-    scans
-        Its scans, in the frame of the layup's, at least three.
-    from_mm, to_mm
-        Mold XY of the ends of its middle line.
-    height_mm, width_mm
-        As a micrometer measured them; the height includes what holds it, such as glue.
-    shape
-        "strip": its section is a rectangle. "ridge": it is H cos²(πx/w), whose excess length is known, too.
-    """
+    """A strip, such as tape or a shim, or a printed ridge, on the reference or on the flat ply."""
 
     scans: Iterable[ArrayLike]
+    """Its scans, in the frame of the layup's, at least three."""
     from_mm: tuple[float, float]
     to_mm: tuple[float, float]
+    """`from_mm`, `to_mm`: mold XY of the ends of its middle line."""
     height_mm: float
     width_mm: float
+    """`height_mm`, `width_mm`: as a micrometer measured them; the height includes what holds it, such as glue."""
     shape: Shape = "strip"
+    """"strip": its section is a rectangle. "ridge": it is H cos²(πx/w), whose excess length is known, too."""
 
     def __post_init__(self) -> None:
         for name in ("height_mm", "width_mm"):

@@ -28,66 +28,46 @@ _MAX_FILE_BYTES = 1 << 22  # a chain has some kilobytes; a file far larger is so
 
 
 class Figure(Part):
-    """A figure of the scans' signatures.
-
-    Attributes
-    ----------
-    name
-        As in `debulk.chain.Signature`.
-    mean, sd
-        Mean and standard deviation over the scans of the qualification.
-    low, high
-        A scan of this chain lies between them; None: any value does.
-    """
+    """A figure of the scans' signatures."""
 
     name: str
+    """As in `debulk.chain.Signature`."""
     mean: float
     sd: float = Field(ge=0)
+    """`mean`, `sd`: mean and standard deviation over the scans of the qualification."""
     low: float | None
     high: float | None
+    """`low`, `high`: a scan of this chain lies between them; None: any value does."""
 
 
 class Chain(Part):
-    """A chain of scanner, filters and export that was qualified; `debulk.qualify` makes it.
-
-    Attributes
-    ----------
-    name
-        The chain's name, such as the cell's.
-    made_utc, debulk
-        When it was qualified, ISO 8601, and by which version of debulk.
-    scans
-        Number of scans.
-    image
-        Rows and columns of its scans; None: they are lists of points.
-    figures
-        What its scans look like.
-    drifts
-        Trends of the figures, and of the height of the flat ply, from the first scan to the last.
-    studies, agreement
-        How well pockets and their verdicts repeat.
-    strip
-        What the scans of a gauge, a strip or a ridge, show; None: there were none.
-    blur_mm, transfer
-        Sigma of the blur, by the gauge, or else at least that of the ply's edge; and what it leaves of narrow bumps.
-    doubts
-        What the qualification could not show, or should not have shown.
-    """
+    """A chain of scanner, filters and export that was qualified; `debulk.qualify` makes it."""
 
     format: Literal["debulk chain 1"] = "debulk chain 1"
     name: str
+    """The chain's name, such as the cell's."""
     made_utc: str
     debulk: str
+    """`made_utc`, `debulk`: when it was qualified, ISO 8601, and by which version of debulk."""
     scans: int = Field(ge=1)
+    """Number of scans."""
     image: tuple[int, int] | None = None
+    """Rows and columns of its scans; None: they are lists of points."""
     figures: tuple[Figure, ...]
+    """What its scans look like."""
     drifts: tuple[Drift, ...] = ()
+    """Trends of the figures, and of the height of the flat ply, from the first scan to the last."""
     studies: tuple[Study, ...] = ()
     agreement: Agreement | None = None
+    """`studies`, `agreement`: how well pockets and their verdicts repeat."""
     strip: Strip | None = None
+    """What the scans of a gauge, a strip or a ridge, show; None: there were none."""
     blur_mm: float | None = None
     transfer: tuple[Transfer, ...] = ()
+    """`blur_mm`, `transfer`: sigma of the blur, by the gauge, or else at least that of the ply's edge; and what it
+    leaves of narrow bumps."""
     doubts: tuple[str, ...] = ()
+    """What the qualification could not show, or should not have shown."""
 
     @property
     def sha256(self) -> str:

@@ -27,41 +27,29 @@ _SAME = 4.0  # times a float32's resolution: depths whose steps are no larger we
 
 @dataclass(frozen=True)
 class Signature:
-    """What a scan shows of the chain that made it; NaN where it shows too little.
-
-    Attributes
-    ----------
-    pitch_mm
-        Side of the square that each point of the cloud has for itself.
-    noise_mm
-        Scatter of the points about a smooth surface, along the scanner's axis.
-    near, middle, far
-        Correlation of that scatter between points at most 1.5, 1.5 to 2.5, and 2.5 to 4.5 pitches apart. White noise
-        has a little less than 0, because the smooth surface follows it.
-    repeated
-        Share of the neighbours, at most 1.5 pitches apart, whose depths are the same to the last bit, as a median
-        filter leaves them.
-    step_mm
-        Step to which the depths, the scanner's z, were rounded; 0: no coarser than float32.
-    missing
-        Share of an image's points on the ply that were not seen; NaN for a list of points.
-    edge_mm
-        Sigma of the Gaussian that would spread the ply's edge as much, less two standard errors; NaN without an outline
-        or an image.
-    image
-        1: the scan is an image; 0: a list of points.
-    """
+    """What a scan shows of the chain that made it; NaN where it shows too little."""
 
     pitch_mm: float
+    """Side of the square that each point of the cloud has for itself."""
     noise_mm: float
+    """Scatter of the points about a smooth surface, along the scanner's axis."""
     near: float
     middle: float
     far: float
+    """`near`, `middle`, `far`: correlation of that scatter between points at most 1.5, 1.5 to 2.5, and 2.5 to 4.5
+    pitches apart. White noise has a little less than 0, because the smooth surface follows it."""
     repeated: float
+    """Share of the neighbours, at most 1.5 pitches apart, whose depths are the same to the last bit, as a median filter
+    leaves them."""
     step_mm: float
+    """Step to which the depths, the scanner's z, were rounded; 0: no coarser than float32."""
     missing: float
+    """Share of an image's points on the ply that were not seen; NaN for a list of points."""
     edge_mm: float = float("nan")
+    """Sigma of the Gaussian that would spread the ply's edge as much, less two standard errors; NaN without an outline
+    or an image."""
     image: float = 1.0
+    """1: the scan is an image; 0: a list of points."""
 
 
 def signature_of(windows: Sequence[Cloud], pitch_mm: float, *, image: bool, edge_mm: float = float("nan")) -> Signature:

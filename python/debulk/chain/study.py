@@ -23,46 +23,36 @@ class Source(Part):
 
 
 class Study(Part):
-    """A gauge study of one quantity; standard deviations, in its unit.
-
-    Attributes
-    ----------
-    quantity, unit
-        What was measured.
-    parts, sessions, trials
-        Pockets, sessions, and scans in each session.
-    table, pooled
-        The analysis of variance, and whether its interaction was pooled with the repeatability afterwards.
-    repeatability, reproducibility, interaction, grr
-        From trial to trial (equipment variation), from session to session (appraiser variation), what a session does to
-        single parts, and all three together.
-    part, total
-        From part to part, and everything.
-    tolerance
-        Width of the tolerance; None: there is none.
-    percent_grr, percent_tolerance
-        %GRR, of the total variation, and P/T, six standard deviations of the gauge over the tolerance; %.
-    distinct
-        Number of distinct categories; None: the gauge shows no variation at all.
-    """
+    """A gauge study of one quantity; standard deviations, in its unit."""
 
     quantity: str
     unit: str
+    """`quantity`, `unit`: what was measured."""
     parts: int = Field(ge=2)
     sessions: int = Field(ge=1)
     trials: int = Field(ge=2)
+    """`parts`, `sessions`, `trials`: pockets, sessions, and scans in each session."""
     table: tuple[Source, ...]
     pooled: bool
+    """`table`, `pooled`: the analysis of variance, and whether its interaction was pooled with the repeatability
+    afterwards."""
     repeatability: float
     reproducibility: float
     interaction: float
     grr: float
+    """`repeatability`, `reproducibility`, `interaction`, `grr`: from trial to trial (equipment variation), from session
+    to session (appraiser variation), what a session does to single parts, and all three together."""
     part: float
     total: float
+    """`part`, `total`: from part to part, and everything."""
     tolerance: float | None
+    """Width of the tolerance; None: there is none."""
     percent_grr: float
     percent_tolerance: float | None
+    """`percent_grr`, `percent_tolerance`: %GRR, of the total variation, and P/T, six standard deviations of the gauge
+    over the tolerance; %."""
     distinct: int | None
+    """Number of distinct categories; None: the gauge shows no variation at all."""
 
     @property
     def rating(self) -> str:
@@ -75,25 +65,17 @@ class Study(Part):
 
 
 class Agreement(Part):
-    """How well the verdicts of the same pockets agree from scan to scan.
-
-    Attributes
-    ----------
-    pockets, scans
-        Number of pockets that were found in every scan, and of scans.
-    same
-        Number of pockets that got the same verdict in every scan.
-    kappa
-        Fleiss's kappa: 1 is full agreement, 0 that of chance. None: there is only one verdict, which chance explains.
-    sometimes
-        Number of pockets that were found in some scans only.
-    """
+    """How well the verdicts of the same pockets agree from scan to scan."""
 
     pockets: int
     scans: int
+    """`pockets`, `scans`: number of pockets that were found in every scan, and of scans."""
     same: int
+    """Number of pockets that got the same verdict in every scan."""
     kappa: float | None
+    """Fleiss's kappa: 1 is full agreement, 0 that of chance. None: there is only one verdict, which chance explains."""
     sometimes: int
+    """Number of pockets that were found in some scans only."""
 
 
 class Drift(Part):
@@ -106,34 +88,25 @@ class Drift(Part):
 
 
 class Strip(Part):
-    """What the scans of a strip or a ridge of known height and width show.
-
-    Attributes
-    ----------
-    height_mm, width_mm
-        As they are known.
-    scans
-        Number of scans.
-    gain, gain_sd
-        Measured over known height, mean and standard deviation over the scans.
-    blur_mm, blur_sd
-        Sigma of the Gaussian by which the chain blurs it.
-    shape
-        "strip" or "ridge".
-    excess, excess_sd
-        Of a ridge: the share of its excess length that the chain lets through. None: it is a strip.
-    """
+    """What the scans of a strip or a ridge of known height and width show."""
 
     height_mm: float
     width_mm: float
+    """`height_mm`, `width_mm`: as they are known."""
     scans: int
+    """Number of scans."""
     gain: float
     gain_sd: float
+    """`gain`, `gain_sd`: measured over known height, mean and standard deviation over the scans."""
     blur_mm: float
     blur_sd: float
+    """`blur_mm`, `blur_sd`: sigma of the Gaussian by which the chain blurs it."""
     shape: Literal["strip", "ridge"] = "strip"
+    """"strip" or "ridge"."""
     excess: float | None = None
     excess_sd: float | None = None
+    """`excess`, `excess_sd`: of a ridge: the share of its excess length that the chain lets through. None: it is a
+    strip."""
 
 
 class Transfer(Part):

@@ -15,21 +15,14 @@ from debulk.history import rows
 
 @dataclass(frozen=True)
 class Checked:
-    """The outcome of a check.
-
-    Attributes
-    ----------
-    records
-        Number of records that are there.
-    problems
-        What was changed or is missing, a sentence each; empty if nothing.
-    head
-        Number and hash of the last record, "17:3f…": note it elsewhere, and give it to a later check.
-    """
+    """The outcome of a check."""
 
     records: int
+    """Number of records that are there."""
     problems: tuple[str, ...]
+    """What was changed or is missing, a sentence each; empty if nothing."""
     head: str
+    """Number and hash of the last record, "17:3f…": note it elsewhere, and give it to a later check."""
 
     @property
     def passed(self) -> bool:

@@ -22,26 +22,18 @@ _LEAST = 20  # with fewer figures the limits mean nothing
 
 @dataclass(frozen=True, eq=False)
 class Control:
-    """A chart of individual values.
-
-    Attributes
-    ----------
-    values
-        (N,) the figures in the order of the layups; NaN where a layup has none.
-    middle, sigma
-        Mean, and standard deviation by the mean moving range over 1.128, of the first `baseline` figures that are
-        known. None: there are fewer than 20.
-    signals
-        For each rule, by its name in `RULES`, (N,) whether it points at that layup.
-    baseline
-        Number of figures that the limits were taken from.
-    """
+    """A chart of individual values."""
 
     values: NDArray[np.float64]
+    """(N,) the figures in the order of the layups; NaN where a layup has none."""
     middle: float | None
     sigma: float | None
+    """`middle`, `sigma`: mean, and standard deviation by the mean moving range over 1.128, of the first `baseline`
+    figures that are known. None: there are fewer than 20."""
     signals: dict[str, NDArray[np.bool_]]
+    """For each rule, by its name in `RULES`, (N,) whether it points at that layup."""
     baseline: int
+    """Number of figures that the limits were taken from."""
 
     @property
     def limits(self) -> tuple[float, float] | None:

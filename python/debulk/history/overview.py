@@ -30,40 +30,27 @@ _COUNTS = {"pockets": "", "creasing": "CREASE", "undecided": "UNDECIDED", "unjud
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """The figures of the page; all lists of layups are in the order of their records.
-
-    Attributes
-    ----------
-    times
-        Time of each inspection, ISO 8601, empty if not known.
-    verdicts
-        Name of each layup's verdict.
-    pockets
-        For each verdict's name, (N,) number of a layup's pockets of that verdict.
-    figures
-        (N,) by the names in `FIGURES`; NaN where a layup has none.
-    chain
-        (N,) figures of the scans' signatures by their titles, of layups whose chain was given.
-    causes
-        Number of layups by the check and its verdict.
-    outcomes
-        Number of pockets by predicted and measured verdict: of each pocket, the last that was measured or said.
-    places
-        For "all" and "CREASE", the number of such pockets per cell, on a grid in mold XY; empty without any pocket.
-    versions, recipes
-        Versions of debulk, and hashes of recipes, with the number of layups.
-    """
+    """The figures of the page; all lists of layups are in the order of their records."""
 
     times: list[str]
+    """Time of each inspection, ISO 8601, empty if not known."""
     verdicts: list[str]
+    """Name of each layup's verdict."""
     pockets: dict[str, NDArray[np.int64]]
+    """For each verdict's name, (N,) number of a layup's pockets of that verdict."""
     figures: dict[str, NDArray[np.float64]]
+    """(N,) by the names in `FIGURES`; NaN where a layup has none."""
     chain: dict[str, NDArray[np.float64]]
+    """(N,) figures of the scans' signatures by their titles, of layups whose chain was given."""
     causes: dict[tuple[str, str], int]
+    """Number of layups by the check and its verdict."""
     outcomes: dict[tuple[str, str], int]
+    """Number of pockets by predicted and measured verdict: of each pocket, the last that was measured or said."""
     places: dict[str, Grid]
+    """For "all" and "CREASE", the number of such pockets per cell, on a grid in mold XY; empty without any pocket."""
     versions: Mapping[str, int]
     recipes: Mapping[str, int]
+    """`versions`, `recipes`: versions of debulk, and hashes of recipes, with the number of layups."""
 
 
 def overview(connection: sqlite3.Connection, search: Search) -> Overview:

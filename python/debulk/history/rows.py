@@ -22,53 +22,43 @@ from debulk.verdict import Verdict
 
 @dataclass(frozen=True)
 class LayupRow:
-    """An inspected layup; every figure is None where the report does not have it.
-
-    Attributes
-    ----------
-    record
-        Number of the report's record.
-    time_utc, part, ply
-        When the inspection began, ISO 8601; and ``context["part"]`` and ``context["ply"]`` of the inspection.
-    verdict, reason
-        Those of the report, the verdict as its name.
-    pockets, creasing, undecided, unjudged
-        Number of pockets, and of those that are CREASE, UNDECIDED and INVALID.
-    coverage
-        Share of the ply that was seen.
-    noise_mm
-        Standard deviation of a cell of the height map by noise, from second differences along x: after the filters, so
-        it compares layups of one recipe and one scanner.
-    level_mm, offset_mm, tilt_deg, bow_mm
-        Median height of the ply between the pockets less its thickness, and the plane and parabola fitted to it, which
-        show how well scan and reference are registered.
-    total_ms
-        Sum of the stages' times.
-    version, build, recipe, scan
-        Version and build of debulk; hash of the recipe; fingerprint of the scan. Empty if not known.
-    """
+    """An inspected layup; every figure is None where the report does not have it."""
 
     record: int
+    """Number of the report's record."""
     time_utc: str
     part: str
     ply: str
+    """`time_utc`, `part`, `ply`: when the inspection began, ISO 8601; and ``context["part"]`` and ``context["ply"]`` of
+    the inspection."""
     verdict: str
     reason: str
+    """`verdict`, `reason`: those of the report, the verdict as its name."""
     pockets: int
     creasing: int
     undecided: int
     unjudged: int
+    """`pockets`, `creasing`, `undecided`, `unjudged`: number of pockets, and of those that are CREASE, UNDECIDED and
+    INVALID."""
     coverage: float | None
+    """Share of the ply that was seen."""
     noise_mm: float | None
+    """Standard deviation of a cell of the height map by noise, from second differences along x: after the filters, so
+    it compares layups of one recipe and one scanner."""
     level_mm: float | None
     offset_mm: float | None
     tilt_deg: float | None
     bow_mm: float | None
+    """`level_mm`, `offset_mm`, `tilt_deg`, `bow_mm`: median height of the ply between the pockets less its thickness,
+    and the plane and parabola fitted to it, which show how well scan and reference are registered."""
     total_ms: float
+    """Sum of the stages' times."""
     version: str
     build: str
     recipe: str
     scan: str
+    """`version`, `build`, `recipe`, `scan`: version and build of debulk; hash of the recipe; fingerprint of the scan.
+    Empty if not known."""
 
 
 @dataclass(frozen=True)

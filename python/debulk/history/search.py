@@ -13,34 +13,24 @@ from debulk.verdict import Verdict
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """Which layups are wanted; what is None does not matter.
-
-    Attributes
-    ----------
-    part, ply
-        ``context["part"]`` and ``context["ply"]`` of the inspection, as text.
-    verdict
-        Name of the layup's verdict, such as "CREASE".
-    check
-        Name of the check whose finding kept the layup from CEASE, such as "pockets", "level" or "holes".
-    near_mm, within_mm
-        Mold XY; a pocket's centroid must be within that many mm of it.
-    since, until
-        First and last time of the inspection, ISO 8601, also shortened: "2026-03" includes nothing after its start as
-        `until`.
-    limit
-        Most layups that are returned.
-    """
+    """Which layups are wanted; what is None does not matter."""
 
     part: str | None = None
     ply: str | None = None
+    """`part`, `ply`: ``context["part"]`` and ``context["ply"]`` of the inspection, as text."""
     verdict: str | None = None
+    """Name of the layup's verdict, such as "CREASE"."""
     check: str | None = None
+    """Name of the check whose finding kept the layup from CEASE, such as "pockets", "level" or "holes"."""
     near_mm: tuple[float, float] | None = None
     within_mm: float = 50.0
+    """`near_mm`, `within_mm`: mold XY; a pocket's centroid must be within that many mm of it."""
     since: str | None = None
     until: str | None = None
+    """`since`, `until`: first and last time of the inspection, ISO 8601, also shortened: "2026-03" includes nothing
+    after its start as `until`."""
     limit: int = 1_000_000
+    """Most layups that are returned."""
 
     def __post_init__(self) -> None:
         names = [verdict.name for verdict in Verdict]

@@ -52,45 +52,34 @@ class Validated:
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """What the outcomes of a history support.
-
-    Attributes
-    ----------
-    outcomes, posterior
-        The outcomes, and what they say of the limit at which half of all pockets crease.
-    costs, limit_mm
-        The costs, and the largest ridge for which passing a pocket costs no more than reworking it: the limit that is
-        proposed for ``verdict.max_ridge_mm``, rounded down to 0.01 mm. 0 if no ridge is worth passing.
-    present_mm, excess_mm
-        The limit of the recipe that is compared; the excess length that gives a ridge of `limit_mm`.
-    validated
-        Cross-validated costs.
-    wanted_mm, more_best, more_usual
-        Half the width of the 95 % interval that is wanted; how many more outcomes that needs, of pockets whose ridges
-        lie in `best_mm`, and of pockets as the history has them. Rounded up; 0 if it is reached. None: the history's
-        pockets tell nothing.
-    best_mm
-        Ridges whose outcomes tell at least half as much as the best one does.
-    ask
-        (record, pocket, ridge in mm) of pockets in `best_mm` whose outcome is not known, the newest first.
-    detected
-        What is detected of which measured size; None where the outcomes do not give a curve, and `not_detected` says
-        why.
-    """
+    """What the outcomes of a history support."""
 
     outcomes: Outcomes
     posterior: Posterior
+    """`outcomes`, `posterior`: the outcomes, and what they say of the limit at which half of all pockets crease."""
     costs: Costs
     limit_mm: float
+    """`costs`, `limit_mm`: the costs, and the largest ridge for which passing a pocket costs no more than reworking it:
+    the limit that is proposed for ``verdict.max_ridge_mm``, rounded down to 0.01 mm. 0 if no ridge is worth passing."""
     present_mm: float
     excess_mm: float
+    """`present_mm`, `excess_mm`: the limit of the recipe that is compared; the excess length that gives a ridge of
+    `limit_mm`."""
     validated: Validated
+    """Cross-validated costs."""
     wanted_mm: float
     more_best: int
     more_usual: int | None
+    """`wanted_mm`, `more_best`, `more_usual`: half the width of the 95 % interval that is wanted; how many more
+    outcomes that needs, of pockets whose ridges lie in `best_mm`, and of pockets as the history has them. Rounded up; 0
+    if it is reached. None: the history's pockets tell nothing."""
     best_mm: tuple[float, float]
+    """Ridges whose outcomes tell at least half as much as the best one does."""
     ask: tuple[tuple[int, int, float], ...]
+    """(record, pocket, ridge in mm) of pockets in `best_mm` whose outcome is not known, the newest first."""
     detected: Pod | None
+    """What is detected of which measured size; None where the outcomes do not give a curve, and `not_detected` says
+    why."""
     not_detected: str = ""
 
 

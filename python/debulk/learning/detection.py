@@ -17,28 +17,20 @@ _STEPS = 100
 
 @dataclass(frozen=True)
 class Pod:
-    """A curve of detection: logit(POD) = b0 + b1 ln(size).
-
-    Attributes
-    ----------
-    b0, b1
-        Its parameters, by maximum likelihood.
-    a50_mm, a90_mm
-        Sizes that are detected with 50 and 90 %.
-    a90_95_mm
-        Upper end of the one-sided 95 % interval of `a90_mm`, by the likelihood ratio; infinite if the outcomes do not
-        bound it.
-    hits, total
-        Number of defects that were detected, and of all.
-    """
+    """A curve of detection: logit(POD) = b0 + b1 ln(size)."""
 
     b0: float
     b1: float
+    """`b0`, `b1`: its parameters, by maximum likelihood."""
     a50_mm: float
     a90_mm: float
+    """`a50_mm`, `a90_mm`: sizes that are detected with 50 and 90 %."""
     a90_95_mm: float
+    """Upper end of the one-sided 95 % interval of `a90_mm`, by the likelihood ratio; infinite if the outcomes do not
+    bound it."""
     hits: int
     total: int
+    """`hits`, `total`: number of defects that were detected, and of all."""
 
     def at(self, size_mm: ArrayLike) -> Floats:
         """Return the probability of detection of these sizes."""

@@ -45,19 +45,14 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Outcomes:
-    """What became of pockets.
-
-    Attributes
-    ----------
-    ridge_mm, noise_mm
-        (N,) ridges that were predicted by the excess, and their standard deviations by the scans' noise.
-    creased
-        (N,) whether the pocket creased.
-    """
+    """What became of pockets."""
 
     ridge_mm: Floats
     noise_mm: Floats
+    """`ridge_mm`, `noise_mm`: (N,) ridges that were predicted by the excess, and their standard deviations by the
+    scans' noise."""
     creased: NDArray[np.bool_]
+    """(N,) whether the pocket creased."""
 
     def __len__(self) -> int:
         return len(self.creased)

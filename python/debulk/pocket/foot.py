@@ -19,64 +19,45 @@ _FEET = _core.pocket.FootOptions()  # each default is written only once, in cpp/
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """Where a pocket's ply comes down to the mold. Pockets between which it does not come down share one foot.
-
-    Attributes
-    ----------
-    id
-        Id of the pocket.
-    label
-        Label of its points in `Feet.labels`: the smallest id of the pockets that share it.
-    outline_mm
-        (M, 2) contour height - thickness = mold tolerance, mold XY, counter-clockwise, clipped by the ply.
-    area_mm2
-        XY area inside it.
-    closed
-        Whether it is nowhere cut by unknown heights or the grid's border. (The ply's edge is allowed.)
-    touches_ply_edge
-        Whether it runs along the ply's outline.
-    parted
-        Whether a part of it is the line between the pocket and a hill below half the cut, instead of lying on the mold.
-    """
+    """Where a pocket's ply comes down to the mold. Pockets between which it does not come down share one foot."""
 
     id: int
+    """Id of the pocket."""
     label: int
+    """Label of its points in `Feet.labels`: the smallest id of the pockets that share it."""
     outline_mm: Floats
+    """(M, 2) contour height - thickness = mold tolerance, mold XY, counter-clockwise, clipped by the ply."""
     area_mm2: float
+    """XY area inside it."""
     closed: bool
+    """Whether it is nowhere cut by unknown heights or the grid's border. (The ply's edge is allowed.)"""
     touches_ply_edge: bool
+    """Whether it runs along the ply's outline."""
     parted: bool
+    """Whether a part of it is the line between the pocket and a hill below half the cut, instead of lying on the
+    mold."""
 
 
 @dataclass(frozen=True, eq=False)
 class Feet:
-    """The feet of all pockets.
-
-    Attributes
-    ----------
-    feet
-        One foot per pocket, in the order of the pockets' ids.
-    labels
-        (ny, nx) int32: `Foot.label` of the foot to which a point belongs, 0 = none. Read-only.
-    heights
-        (ny, nx) float32: smoothed heights above the reference. Read-only.
-    noise_mm, mold_tol_mm
-        Sigma of the heights before smoothing, and the mold tolerance used (at least three times that).
-    thickness_mm, smooth_mm
-        The arguments of `feet`.
-    hill_mm
-        Height from which a part of the ply that is no pocket counts as a hill: half the cut, or the cut itself if feet
-        begin above half the cut.
-    """
+    """The feet of all pockets."""
 
     feet: list[Foot]
+    """One foot per pocket, in the order of the pockets' ids."""
     labels: Grid
+    """(ny, nx) int32: `Foot.label` of the foot to which a point belongs, 0 = none. Read-only."""
     heights: Grid
+    """(ny, nx) float32: smoothed heights above the reference. Read-only."""
     noise_mm: float
     mold_tol_mm: float
+    """`noise_mm`, `mold_tol_mm`: sigma of the heights before smoothing, and the mold tolerance used (at least three
+    times that)."""
     thickness_mm: float
     smooth_mm: float
+    """`thickness_mm`, `smooth_mm`: the arguments of `feet`."""
     hill_mm: float
+    """Height from which a part of the ply that is no pocket counts as a hill: half the cut, or the cut itself if feet
+    begin above half the cut."""
     _core: Any = field(repr=False)
 
     def __reduce__(self) -> NoReturn:

@@ -21,37 +21,27 @@ _PATCH = _core.pocket.PatchOptions()  # each default is written only once, in cp
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """The surface on which one pocket's net is laid.
-
-    Attributes
-    ----------
-    id, mode
-        Id of the pocket, and ``"foot"`` or ``"paper"``.
-    outline_mm, area_mm2
-        (M, 2) the perimeter (the foot contour, or the contour at the cut in mode paper) and the XY area inside it.
-    closed
-        Whether the perimeter is nowhere cut by unknown heights or the grid's border.
-    touches_ply_edge
-        Whether the pocket or, in mode foot, its foot touches the ply's edge.
-    parted
-        As in `Foot`; always False in mode paper.
-    surface, reference
-        (ny, nx) float64 heights in the mold frame, mm, of the net surface and of the reference F, finite everywhere.
-        The window reaches `margin_mm` past the perimeter, even past the scan. Read-only.
-    within
-        (ny, nx) uint8: 1 in the pocket's own region. Read-only.
-    """
+    """The surface on which one pocket's net is laid."""
 
     id: int
     mode: str
+    """`id`, `mode`: id of the pocket, and ``"foot"`` or ``"paper"``."""
     outline_mm: Floats
     area_mm2: float
+    """`outline_mm`, `area_mm2`: (M, 2) the perimeter (the foot contour, or the contour at the cut in mode paper) and
+    the XY area inside it."""
     closed: bool
+    """Whether the perimeter is nowhere cut by unknown heights or the grid's border."""
     touches_ply_edge: bool
+    """Whether the pocket or, in mode foot, its foot touches the ply's edge."""
     parted: bool
+    """As in `Foot`; always False in mode paper."""
     surface: Grid
     reference: Grid
+    """`surface`, `reference`: (ny, nx) float64 heights in the mold frame, mm, of the net surface and of the reference
+    F, finite everywhere. The window reaches `margin_mm` past the perimeter, even past the scan. Read-only."""
     within: Grid
+    """(ny, nx) uint8: 1 in the pocket's own region. Read-only."""
 
 
 @typed

@@ -19,44 +19,30 @@ _SEGMENT = _core.pocket.SegmentOptions()  # each default is written only once, i
 
 @dataclass(frozen=True, eq=False)
 class Pocket:
-    """A region of the ply that stands at least the cut height above the reference.
-
-    Attributes
-    ----------
-    id
-        Number from 1, largest area first.
-    outline_mm
-        (M, 2) sub-pixel contour at the cut height, mold XY, counter-clockwise, closed implicitly, clipped by the ply.
-    area_mm2
-        XY area inside the outline.
-    volume_mm3
-        Integral of the height above the reference inside the outline.
-    peak_mm, peak_position_mm
-        Largest height above the reference, and the (2,) XY of its grid point. If `segment` was given a `smooth_mm`,
-        outline, area, volume and peak are those of the smoothed surface.
-    centroid_mm
-        (2,) centroid of the area.
-    box_mm
-        (2, 2) lowest and highest x, y of the outline.
-    touches_ply_edge
-        Whether the outline comes within the edge tolerance of the ply's outline; False if that is unknown.
-    touches_unknown
-        Whether the outline runs along unknown heights or the grid's border: area and volume are lower bounds then.
-    measured_share
-        Share of its grid points that were measured, not filled.
-    """
+    """A region of the ply that stands at least the cut height above the reference."""
 
     id: int
+    """Number from 1, largest area first."""
     outline_mm: Floats
+    """(M, 2) sub-pixel contour at the cut height, mold XY, counter-clockwise, closed implicitly, clipped by the ply."""
     area_mm2: float
+    """XY area inside the outline."""
     volume_mm3: float
+    """Integral of the height above the reference inside the outline."""
     peak_mm: float
     peak_position_mm: Floats
+    """`peak_mm`, `peak_position_mm`: largest height above the reference, and the (2,) XY of its grid point. If
+    `segment` was given a `smooth_mm`, outline, area, volume and peak are those of the smoothed surface."""
     centroid_mm: Floats
+    """(2,) centroid of the area."""
     box_mm: Floats
+    """(2, 2) lowest and highest x, y of the outline."""
     touches_ply_edge: bool
+    """Whether the outline comes within the edge tolerance of the ply's outline; False if that is unknown."""
     touches_unknown: bool
+    """Whether the outline runs along unknown heights or the grid's border: area and volume are lower bounds then."""
     measured_share: float
+    """Share of its grid points that were measured, not filled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,28 +63,20 @@ class Dropped:
 
 @dataclass(frozen=True, eq=False)
 class Segmentation:
-    """The result of `segment`.
-
-    Attributes
-    ----------
-    pockets, dropped
-        Pockets and dropped regions, largest area first.
-    specks
-        Number of dropped regions too small to list: below a twentieth of the least area.
-    labels
-        (ny, nx) int32: the id of the pocket at each point, 0 = none. Read-only.
-    heights
-        (ny, nx) float32: the given heights, NaN off the ply, with drop-outs bridged as `segment` describes. Read-only.
-    cut_height_mm
-        Height at which the pockets' outlines lie.
-    """
+    """The result of `segment`."""
 
     pockets: list[Pocket]
     dropped: list[Dropped]
+    """`pockets`, `dropped`: pockets and dropped regions, largest area first."""
     specks: int
+    """Number of dropped regions too small to list: below a twentieth of the least area."""
     labels: Grid
+    """(ny, nx) int32: the id of the pocket at each point, 0 = none. Read-only."""
     heights: Grid
+    """(ny, nx) float32: the given heights, NaN off the ply, with drop-outs bridged as `segment` describes.
+    Read-only."""
     cut_height_mm: float
+    """Height at which the pockets' outlines lie."""
     _core: Any = field(repr=False)
 
     def __reduce__(self) -> NoReturn:

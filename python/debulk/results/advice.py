@@ -24,34 +24,23 @@ def deciding(report: ReportData) -> list[tuple[Verdict, list[int]]]:
 
 
 class Deed(NamedTuple):
-    """One thing to do, at one place.
-
-    Attributes
-    ----------
-    do
-        A request, such as "smooth the ply".
-    at
-        The pocket, hole or wrinkle; empty if it concerns the whole scan.
-    place_mm
-        Its place, mold XY; None without one.
-    amount
-        By how much, and in which directions; empty if that is not known.
-    ways_deg
-        Directions in which the ply is to be moved out over an edge, 0 to 360 degrees from the mold's +x.
-    pocket, verdict
-        Number and verdict of the pocket; None if it is not about one.
-    check
-        Name of the check whose finding asks for it; empty if none does.
-    """
+    """One thing to do, at one place."""
 
     do: str
+    """A request, such as "smooth the ply"."""
     at: str = ""
+    """The pocket, hole or wrinkle; empty if it concerns the whole scan."""
     place_mm: tuple[float, float] | None = None
+    """Its place, mold XY; None without one."""
     amount: str = ""
+    """By how much, and in which directions; empty if that is not known."""
     ways_deg: tuple[float, ...] = ()
+    """Directions in which the ply is to be moved out over an edge, 0 to 360 degrees from the mold's +x."""
     pocket: int | None = None
     verdict: Verdict | None = None
+    """`pocket`, `verdict`: number and verdict of the pocket; None if it is not about one."""
     check: str = ""
+    """Name of the check whose finding asks for it; empty if none does."""
 
     def __str__(self) -> str:
         place = "" if self.place_mm is None else f" at ({self.place_mm[0]:.0f}, {self.place_mm[1]:.0f}) mm"

@@ -13,21 +13,15 @@ from debulk._core import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class Agreement:
-    """How often the prediction was right, and how certain that rate is with so few pockets.
-
-    Attributes
-    ----------
-    hits, total
-        Pockets predicted correctly, and pockets where both prediction and measurement have decided. Others are not
-        counted.
-    low, high
-        Exact 95 % confidence interval of the hit rate (Clopper and Pearson 1934).
-    """
+    """How often the prediction was right, and how certain that rate is with so few pockets."""
 
     hits: int
     total: int
+    """`hits`, `total`: pockets predicted correctly, and pockets where both prediction and measurement have decided.
+    Others are not counted."""
     low: float
     high: float
+    """`low`, `high`: exact 95 % confidence interval of the hit rate (Clopper and Pearson 1934)."""
 
     @property
     def rate(self) -> float:

@@ -7,30 +7,23 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class BridgeSection:
-    """The fibre that bridges highest, as a string over the mold held by friction alone (docs/model.md, section 5).
-
-    Attributes
-    ----------
-    height_mm
-        Height of the ply's upper side above the mold, as for a bridge of the net; 0 if the ply lies down, or no fibre
-        is too short.
-    range_mm
-        Lowest and highest height if the missing length is less or more by its error, and friction holds the fibre over
-        10 mm less or more.
-    lacks_mm, lacks_error_mm
-        Length by which the fibre is shorter than its mold in the scan; two standard deviations of that, and at least
-        twice the recipe's `excess_margin_mm`.
-    pull_n_per_mm, hold_n_per_mm
-        Pull of the fibre if its ends were pinned, and the force that friction between it and the ply's edge can hold.
-        If it pulls more, it slips, and the height is that at which the pull equals the force that is held.
-    """
+    """The fibre that bridges highest, as a string over the mold held by friction alone (docs/model.md, section 5)."""
 
     height_mm: float
+    """Height of the ply's upper side above the mold, as for a bridge of the net; 0 if the ply lies down, or no fibre is
+    too short."""
     range_mm: tuple[float, float]
+    """Lowest and highest height if the missing length is less or more by its error, and friction holds the fibre over
+    10 mm less or more."""
     lacks_mm: float
     lacks_error_mm: float
+    """`lacks_mm`, `lacks_error_mm`: length by which the fibre is shorter than its mold in the scan; two standard
+    deviations of that, and at least twice the recipe's `excess_margin_mm`."""
     pull_n_per_mm: float
     hold_n_per_mm: float
+    """`pull_n_per_mm`, `hold_n_per_mm`: pull of the fibre if its ends were pinned, and the force that friction between
+    it and the ply's edge can hold. If it pulls more, it slips, and the height is that at which the pull equals the
+    force that is held."""
 
 
 def bridge_section_line(one: BridgeSection) -> str:

@@ -74,51 +74,37 @@ _DECIDED = {Verdict.CEASE, Verdict.CREASE}
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ComparisonData(Versioned):
-    """A report compared with a scan after debulking.
-
-    Attributes
-    ----------
-    pockets
-        The compared pockets, in the report's order.
-    max_rms_mm, max_peak_mm
-        Limits of the RMS and of the ridge height (or the measured peak), for prediction and measurement alike.
-    laid_height_mm
-        Median height of the debulked ply above the reference between the pockets, which should be the consolidated
-        thickness. None: unknown.
-    height_map
-        Height of the debulked ply above the reference, mm, on a grid in mold XY, after the median filter. None: not
-        kept.
-    ply_outline_mm
-        (M, 2) outline of the ply, mold XY, as in the report. None: unknown.
-    trace
-        Time, fingerprints and everything else that entered the comparison. None: it was not recorded.
-    report_trace, report_verdict, report_sha256
-        Identity of the report: its own trace and verdict, and the SHA-256 of its JSON as `debulk.Report.save` writes
-        it. None: not known.
-    recipe
-        Settings of the comparison, section by section.
-    source
-        Names of files, and the like.
-    warnings
-        What the reader should know before trusting the rest.
-    version
-        Version of debulk that compared.
-    """
+    """A report compared with a scan after debulking."""
 
     pockets: tuple[PocketComparison, ...]
+    """The compared pockets, in the report's order."""
     max_rms_mm: float
     max_peak_mm: float
+    """`max_rms_mm`, `max_peak_mm`: limits of the RMS and of the ridge height (or the measured peak), for prediction and
+    measurement alike."""
     laid_height_mm: float | None = None
+    """Median height of the debulked ply above the reference between the pockets, which should be the consolidated
+    thickness. None: unknown."""
     height_map: Grid | None = None
+    """Height of the debulked ply above the reference, mm, on a grid in mold XY, after the median filter. None: not
+    kept."""
     ply_outline_mm: PointsXY | None = None
+    """(M, 2) outline of the ply, mold XY, as in the report. None: unknown."""
     trace: Trace | None = None
+    """Time, fingerprints and everything else that entered the comparison. None: it was not recorded."""
     report_trace: Trace | None = None
     report_verdict: Verdict | None = None
     report_sha256: str | None = None
+    """`report_trace`, `report_verdict`, `report_sha256`: identity of the report: its own trace and verdict, and the
+    SHA-256 of its JSON as `debulk.Report.save` writes it. None: not known."""
     recipe: dict[str, Any] = field(default_factory=dict)
+    """Settings of the comparison, section by section."""
     source: dict[str, str] = field(default_factory=dict)
+    """Names of files, and the like."""
     warnings: tuple[str, ...] = ()
+    """What the reader should know before trusting the rest."""
     version: str = ""
+    """Version of debulk that compared."""
 
     @property
     def agreement(self) -> Agreement:

@@ -12,21 +12,14 @@ if TYPE_CHECKING:
 
 
 class DecidingRidge(NamedTuple):
-    """The ridge that tables, pages, pictures and comparisons show for a pocket.
-
-    Attributes
-    ----------
-    height_mm
-        Height, mm: the best estimate, or the upper end of the range if only that is known.
-    range_mm
-        Lowest and highest height that it may have, mm.
-    by
-        What gives it: the excess length, the net, a bridge of the net, or an assumption about what is not known.
-    """
+    """The ridge that tables, pages, pictures and comparisons show for a pocket."""
 
     height_mm: float
+    """Height, mm: the best estimate, or the upper end of the range if only that is known."""
     range_mm: tuple[float, float]
+    """Lowest and highest height that it may have, mm."""
     by: str
+    """What gives it: the excess length, the net, a bridge of the net, or an assumption about what is not known."""
 
     @property
     def most_mm(self) -> float:

@@ -14,21 +14,14 @@ MOST_OF_RIM = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class HoleBeside:
-    """An unseen part of the ply that borders on a pocket.
-
-    Attributes
-    ----------
-    centre_mm
-        Middle of its area, mold XY.
-    area_mm2
-        Area in XY.
-    of
-        What is missing there: ``"scan"``, ``"mask"`` or ``"reference"``.
-    """
+    """An unseen part of the ply that borders on a pocket."""
 
     centre_mm: tuple[float, float]
+    """Middle of its area, mold XY."""
     area_mm2: float
+    """Area in XY."""
     of: str
+    """What is missing there: ``"scan"``, ``"mask"`` or ``"reference"``."""
 
     def __str__(self) -> str:
         what = {"mask": "a masked area", "reference": "a gap in the reference"}.get(self.of, "a hole")
@@ -37,42 +30,28 @@ class HoleBeside:
 
 @dataclass(frozen=True, kw_only=True)
 class Way:
-    """The outcome of a pocket if the ply lies in one assumed way where it was not seen.
-
-    Attributes
-    ----------
-    holes
-        How the holes are treated: ``"filled in"`` (the raised surface round them continues), ``"on the mold"``, or
-        ``"spanned"`` (by no more ply than that takes).
-    verdict, reason
-        Verdict and reason of the whole pocket.
-    ridge_range_mm
-        Lowest and highest ridge by the criterion that decides; None if none was determined.
-    """
+    """The outcome of a pocket if the ply lies in one assumed way where it was not seen."""
 
     holes: str
+    """How the holes are treated: ``"filled in"`` (the raised surface round them continues), ``"on the mold"``, or
+    ``"spanned"`` (by no more ply than that takes)."""
     verdict: Verdict
     reason: str
+    """`verdict`, `reason`: verdict and reason of the whole pocket."""
     ridge_range_mm: tuple[float, float] | None = None
+    """Lowest and highest ridge by the criterion that decides; None if none was determined."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HalfSeen:
-    """How a pocket was judged that borders on an area that was not seen.
-
-    Attributes
-    ----------
-    holes
-        Holes that border on the pocket, largest first.
-    rim_share
-        Share of its perimeter in the holes, with the pocket filled in, or of its seen part if it was not filled in.
-    ways
-        One outcome for each way in which the ply was assumed to lie there; empty if the pocket was not judged.
-    """
+    """How a pocket was judged that borders on an area that was not seen."""
 
     holes: tuple[HoleBeside, ...]
+    """Holes that border on the pocket, largest first."""
     rim_share: float
+    """Share of its perimeter in the holes, with the pocket filled in, or of its seen part if it was not filled in."""
     ways: tuple[Way, ...] = ()
+    """One outcome for each way in which the ply was assumed to lie there; empty if the pocket was not judged."""
 
 
 def at_best(half: HalfSeen, area_tol_mm2: float) -> Verdict:

@@ -12,53 +12,39 @@ from debulk.results.record import PointsXYZ, Record
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class RidgeGeometry(Record):
-    """One ridge of a pocket: where it runs, and what a section of it along a fibre looks like (docs/verdicts.md).
-
-    Attributes
-    ----------
-    polyline_mm
-        (K, 3) points of the mold under the crest, mold frame, from one end to the other, at least two. By the excess,
-        the line ends where the fold is half as high as at its highest point.
-    direction_deg
-        Direction of the crest, 0 to 180, counter-clockwise from mold +x, seen along z.
-    mirrored_mm, mirrored_deg
-        Line and direction along the other diagonal of the fibres, if the ply is as likely to fold that way; None
-        otherwise.
-    fibre_angle_deg
-        Angle between the crest and the nearer fibre, 0 to 90.
-    length_mm
-        Length along the polyline.
-    excess_mm
-        Excess length that the ridge takes from the fibre with the largest excess.
-    height_mm
-        Height above the mold by the ridge formula.
-    elastic_mm, half_width_mm, slope_deg
-        Dimensions of the elastic fold with the same excess (`debulk.section.elastic_fold`): height of the crown,
-        distance from the crown to where the ply leaves the mold, largest angle between ply and mold.
-    height_over_thickness
-        `height_mm` over the nominal thickness of the ply.
-    height_over_half_width
-        `elastic_mm` over `half_width_mm`. The formula's section has upright sides and is always two thicknesses wide,
-        so its ratio is `height_over_thickness` and its slope is 90 degrees.
-    place_spread_mm
-        Half the width of the band about the polyline, or the mirrored one, in which nine in ten of the minima from
-        other starts have their highest ridge.
-    """
+    """One ridge of a pocket: where it runs, and what a section of it along a fibre looks like (docs/verdicts.md)."""
 
     polyline_mm: PointsXYZ
+    """(K, 3) points of the mold under the crest, mold frame, from one end to the other, at least two. By the excess,
+    the line ends where the fold is half as high as at its highest point."""
     direction_deg: float
+    """Direction of the crest, 0 to 180, counter-clockwise from mold +x, seen along z."""
     mirrored_mm: PointsXYZ | None = None
     mirrored_deg: float | None = None
+    """`mirrored_mm`, `mirrored_deg`: line and direction along the other diagonal of the fibres, if the ply is as likely
+    to fold that way; None otherwise."""
     fibre_angle_deg: float
+    """Angle between the crest and the nearer fibre, 0 to 90."""
     length_mm: float
+    """Length along the polyline."""
     excess_mm: float
+    """Excess length that the ridge takes from the fibre with the largest excess."""
     height_mm: float
+    """Height above the mold by the ridge formula."""
     elastic_mm: float
     half_width_mm: float
     slope_deg: float
+    """`elastic_mm`, `half_width_mm`, `slope_deg`: dimensions of the elastic fold with the same excess
+    (`debulk.section.elastic_fold`): height of the crown, distance from the crown to where the ply leaves the mold,
+    largest angle between ply and mold."""
     height_over_thickness: float
+    """`height_mm` over the nominal thickness of the ply."""
     height_over_half_width: float
+    """`elastic_mm` over `half_width_mm`. The formula's section has upright sides and is always two thicknesses wide, so
+    its ratio is `height_over_thickness` and its slope is 90 degrees."""
     place_spread_mm: float
+    """Half the width of the band about the polyline, or the mirrored one, in which nine in ten of the minima from other
+    starts have their highest ridge."""
 
     def __repr__(self) -> str:
         size = f"{self.height_mm:.2f} mm high, {self.length_mm:.0f} mm long"

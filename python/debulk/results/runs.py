@@ -16,15 +16,7 @@ Ends = Annotated[NDArray[np.uint8], Stored(np.uint8, None, 2)]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ExcessRuns(Record, FibreRuns):
-    """All runs of those fibre lines of which one may make a ridge near the limit or above it; see `debulk.fibre`.
-
-    Attributes
-    ----------
-    pocket
-        (N,) number of the pocket whose foot the run crosses, the largest if there are several; 0: none.
-    apart_mm
-        Distance of neighbouring lines.
-    """
+    """All runs of those fibre lines of which one may make a ridge near the limit or above it; see `debulk.fibre`."""
 
     family: Kinds
     line: Numbers
@@ -43,4 +35,6 @@ class ExcessRuns(Record, FibreRuns):
     ends: Ends
     beyond_mm: PointsXY
     pocket: Numbers
+    """(N,) number of the pocket whose foot the run crosses, the largest if there are several; 0: none."""
     apart_mm: float
+    """Distance of neighbouring lines."""

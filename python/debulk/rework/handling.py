@@ -12,16 +12,6 @@ from debulk._core import InputError
 class Handling:
     """What is known of the hand or the gripper that moves the ply, before the vacuum is drawn.
 
-    Parameters
-    ----------
-    hold_n
-        Force along the ply that can be held, N. The default is that of one suction cup 60 mm wide at 60 kPa, with the
-        friction of 0.5 and the safety of 2 that makers of cups calculate with (docs/rework.md).
-    stick_mpa
-        Shear stress at which the flat ply slides on what lies below it, MPa, in addition to the friction of its own
-        weight. The default is an assumption: pull a strip of your ply over the mold with a spring balance, and divide
-        the force by its area.
-
     Raises
     ------
     InputError
@@ -34,7 +24,12 @@ class Handling:
     """
 
     hold_n: float = 42.0
+    """Force along the ply that can be held, N. The default is that of one suction cup 60 mm wide at 60 kPa, with the
+    friction of 0.5 and the safety of 2 that makers of cups calculate with (docs/rework.md)."""
     stick_mpa: float = 0.001
+    """Shear stress at which the flat ply slides on what lies below it, MPa, in addition to the friction of its own
+    weight. The default is an assumption: pull a strip of your ply over the mold with a spring balance, and divide the
+    force by its area."""
 
     def __post_init__(self) -> None:
         for name in ("hold_n", "stick_mpa"):

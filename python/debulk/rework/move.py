@@ -16,46 +16,33 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Move:
-    """Length that leaves one place along its fibres.
-
-    Attributes
-    ----------
-    pockets
-        Numbers of the pockets there; empty where no pocket is.
-    fibre
-        0: along the first fibre; 1: along the second.
-    towards_deg
-        Direction in which it leaves, 0 to 360 degrees from the mold's +x; None: no way out is known.
-    length_mm
-        What leaves the fibre that must give the most, with what it passes on from places farther in.
-    band_mm
-        Width across those fibres of the band that moves.
-    flat_mm
-        Flat ply that slides along: to the edge, or to the place into which the length is carried.
-    force_n
-        Force that this takes, N.
-    by
-        "pull", or "lift" where more force is needed than can be held, or no way out is known: lift the ply and lay it
-        again from this place on, by so much shorter.
-    into
-        True: the length goes on from the next place on the fibres, in a later move; False: over the ply's edge.
-    from_mm, to_mm, lengths_mm
-        (L, 2), (L, 2) and (L,) for each fibre line of the band: where it leaves the mold last, where the length goes,
-        mold XY, and how much. `to_mm` is straight on from `from_mm`; equal to it where no way out is known.
-    """
+    """Length that leaves one place along its fibres."""
 
     pockets: tuple[int, ...]
+    """Numbers of the pockets there; empty where no pocket is."""
     fibre: int
+    """0: along the first fibre; 1: along the second."""
     towards_deg: float | None
+    """Direction in which it leaves, 0 to 360 degrees from the mold's +x; None: no way out is known."""
     length_mm: float
+    """What leaves the fibre that must give the most, with what it passes on from places farther in."""
     band_mm: float
+    """Width across those fibres of the band that moves."""
     flat_mm: float
+    """Flat ply that slides along: to the edge, or to the place into which the length is carried."""
     force_n: float
+    """Force that this takes, N."""
     by: str
+    """"pull", or "lift" where more force is needed than can be held, or no way out is known: lift the ply and lay it
+    again from this place on, by so much shorter."""
     into: bool
+    """True: the length goes on from the next place on the fibres, in a later move; False: over the ply's edge."""
     from_mm: Floats
     to_mm: Floats
     lengths_mm: Floats
+    """`from_mm`, `to_mm`, `lengths_mm`: (L, 2), (L, 2) and (L,) for each fibre line of the band: where it leaves the
+    mold last, where the length goes, mold XY, and how much. `to_mm` is straight on from `from_mm`; equal to it where no
+    way out is known."""
 
     @property
     def at(self) -> str:
@@ -99,24 +86,16 @@ class Move:
 
 @dataclass(frozen=True, eq=False)
 class Rework:
-    """What to do about the fibres that are too long, in this order.
-
-    Attributes
-    ----------
-    moves
-        The moves; empty if no length has to leave.
-    without
-        Numbers of pockets that do not pass and whose fibres are not too long by themselves: no length helps there.
-    target_mm
-        The excess that every fibre keeps at most: that of a ridge as high as the limit less its margin.
-    handling
-        What it was planned for.
-    """
+    """What to do about the fibres that are too long, in this order."""
 
     moves: tuple[Move, ...]
+    """The moves; empty if no length has to leave."""
     without: tuple[int, ...]
+    """Numbers of pockets that do not pass and whose fibres are not too long by themselves: no length helps there."""
     target_mm: float
+    """The excess that every fibre keeps at most: that of a ridge as high as the limit less its margin."""
     handling: Handling
+    """What it was planned for."""
 
     def of(self, pocket: int) -> tuple[Move, ...]:
         """Return the moves at one pocket, by its number."""

@@ -17,42 +17,30 @@ _EDGE_MM, _EDGE_SHARE = 3.0, 0.05  # how near to the outline a line must end, at
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """The stretches, one row of every array for each, sorted by family, line, and place along the line.
-
-    Attributes
-    ----------
-    rows
-        (N,) their numbers among the runs.
-    line
-        (R,) for each run, the number of its line, which counts through both families.
-    place
-        (N,) number of the place to which the stretch belongs.
-    along
-        (N, 2) direction of the line there, from `from_mm` to `to_mm`.
-    ends_mm, exits_mm
-        (N, 2, 2) both ends of the stretch, and where the line leaves the ply beyond each; mold XY.
-    flat_mm, away_mm
-        (N, 2) flat ply from each end to the next stretch on the line, or to the ply's edge; and all flat ply from there
-        to the edge.
-    following
-        (N, 2) number of that next stretch; -1: it is the edge.
-    span_mm
-        (R, 2) for each run, where it begins and ends along its line.
-    to_edge
-        (N, 2) whether nothing unseen lies between that end and the ply's edge.
-    """
+    """The stretches, one row of every array for each, sorted by family, line, and place along the line."""
 
     rows: Numbers
+    """(N,) their numbers among the runs."""
     line: Numbers
+    """(R,) for each run, the number of its line, which counts through both families."""
     place: Numbers
+    """(N,) number of the place to which the stretch belongs."""
     along: Floats
+    """(N, 2) direction of the line there, from `from_mm` to `to_mm`."""
     ends_mm: Floats
     exits_mm: Floats
+    """`ends_mm`, `exits_mm`: (N, 2, 2) both ends of the stretch, and where the line leaves the ply beyond each; mold
+    XY."""
     flat_mm: Floats
     away_mm: Floats
+    """`flat_mm`, `away_mm`: (N, 2) flat ply from each end to the next stretch on the line, or to the ply's edge; and
+    all flat ply from there to the edge."""
     following: NDArray[np.intp]
+    """(N, 2) number of that next stretch; -1: it is the edge."""
     span_mm: Floats
+    """(R, 2) for each run, where it begins and ends along its line."""
     to_edge: NDArray[np.bool_]
+    """(N, 2) whether nothing unseen lies between that end and the ply's edge."""
 
 
 def places_of(runs: FibreRuns, crossed: NDArray[np.int32], outline: Floats | None, apart_mm: float) -> Places:

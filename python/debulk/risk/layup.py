@@ -30,18 +30,12 @@ _JOINED = 0.5  # of places that share a fibre: whether one fold draws both depen
 
 @dataclass(frozen=True)
 class Risk:
-    """Probabilities that a ridge exceeds the limit.
-
-    Attributes
-    ----------
-    pockets
-        Of each pocket, by its number; None where nothing is known of its ridge.
-    layup
-        That any does, of those that are known; None if one is not.
-    """
+    """Probabilities that a ridge exceeds the limit."""
 
     pockets: dict[int, float | None]
+    """Of each pocket, by its number; None where nothing is known of its ridge."""
     layup: float | None
+    """That any does, of those that are known; None if one is not."""
 
 
 def risk(pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recipe) -> Risk:

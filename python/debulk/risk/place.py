@@ -27,28 +27,20 @@ READING = np.array([0.8661, 0.9854, 0.9976, 0.9987, 0.9998, 1.0067, 1.0231, 1.07
 
 @dataclass(frozen=True)
 class Place:
-    """The ridge of one pocket.
-
-    Attributes
-    ----------
-    pocket
-        Its number.
-    excess_mm, joined_mm
-        Excess of its worst fibre, alone and with what one fold may draw from other places. 0 if it is not judged by it.
-    range_mm
-        Heights between which the ridge lies, equally likely; None: the excess gives it.
-    sd_mm
-        Standard deviation of the height by the scan and its reading, of this pocket alone.
-    turn_mm
-        Change of the height per radian by which the fibres run otherwise than said.
-    """
+    """The ridge of one pocket."""
 
     pocket: int
+    """Its number."""
     excess_mm: float = 0.0
     joined_mm: float = 0.0
+    """`excess_mm`, `joined_mm`: excess of its worst fibre, alone and with what one fold may draw from other places. 0
+    if it is not judged by it."""
     range_mm: tuple[float, float] | None = None
+    """Heights between which the ridge lies, equally likely; None: the excess gives it."""
     sd_mm: float = 0.0
+    """Standard deviation of the height by the scan and its reading, of this pocket alone."""
     turn_mm: float = 0.0
+    """Change of the height per radian by which the fibres run otherwise than said."""
 
     def heights_mm(self, recipe: Recipe) -> tuple[np.ndarray, np.ndarray]:
         """Return (64,) heights that are equally likely, alone and joined, before anything scatters."""

@@ -23,24 +23,6 @@ _NOTHING = np.empty(0, np.int64), np.empty((0, 2))
 class Board:
     """A flat board of black and white squares.
 
-    Parameters
-    ----------
-    squares
-        Number of squares across and down, including the outermost; at least 4. A checkerboard should have one even and
-        one odd number, so that it looks different when it is turned. One that looks the same is accepted if the cameras
-        turn out to see it the same way round.
-    square_mm
-        Side of a square, as measured on the board.
-    kind
-        "checkerboard", which must be seen whole, or "charuco", of which a part is enough.
-    marker_mm
-        Side of a ChArUco marker; None: three quarters of a square's side.
-    dictionary
-        Dictionary of the ChArUco markers, by OpenCV's name.
-    legacy
-        Whether a ChArUco board with an even number of squares down has a white square in its upper left corner, as
-        OpenCV before 4.6 drew it; None: both are tried.
-
     Examples
     --------
     >>> Board((10, 7), 20.0).image(20).shape
@@ -48,11 +30,20 @@ class Board:
     """
 
     squares: tuple[int, int]
+    """Number of squares across and down, including the outermost; at least 4. A checkerboard should have one even and
+    one odd number, so that it looks different when it is turned. One that looks the same is accepted if the cameras
+    turn out to see it the same way round."""
     square_mm: float
+    """Side of a square, as measured on the board."""
     kind: Literal["checkerboard", "charuco"] = "checkerboard"
+    """"checkerboard", which must be seen whole, or "charuco", of which a part is enough."""
     marker_mm: float | None = None
+    """Side of a ChArUco marker; None: three quarters of a square's side."""
     dictionary: str = "DICT_5X5_250"
+    """Dictionary of the ChArUco markers, by OpenCV's name."""
     legacy: bool | None = None
+    """Whether a ChArUco board with an even number of squares down has a white square in its upper left corner, as
+    OpenCV before 4.6 drew it; None: both are tried."""
 
     def __post_init__(self) -> None:
         if len(self.squares) != 2:

@@ -20,28 +20,19 @@ CELLS = (
 
 @dataclass(frozen=True, eq=False)
 class BoardPlace:
-    """One place of the board.
-
-    Attributes
-    ----------
-    name
-        Of the pair of images.
-    left_px, right_px
-        (K, 2) outline of the corners in each image.
-    tilt_deg
-        Angle between the board's normal and the left camera's axis.
-    towards_deg
-        Direction in the image in which the board's nearer side lies, clockwise from right.
-    distance_mm
-        Of the corners' mean, along the left camera's axis.
-    """
+    """One place of the board."""
 
     name: str
+    """Of the pair of images."""
     left_px: F64
     right_px: F64
+    """`left_px`, `right_px`: (K, 2) outline of the corners in each image."""
     tilt_deg: float
+    """Angle between the board's normal and the left camera's axis."""
     towards_deg: float
+    """Direction in the image in which the board's nearer side lies, clockwise from right."""
     distance_mm: float
+    """Of the corners' mean, along the left camera's axis."""
 
     def data(self) -> dict[str, Any]:
         """Return the place for a file."""

@@ -27,33 +27,23 @@ class Certainty:
     """Standard deviations of a calibration, from the scatter of the corners about the fit.
 
     The covariance of all parameters of both cameras, the boards' places included, is propagated to each figure.
-
-    Attributes
-    ----------
-    focal_sd_px
-        Of the focal lengths of the left and the right camera, pixels.
-    baseline_sd_mm
-        Of the distance between the cameras.
-    height_sd_mm
-        Of the height of a bump of 10 mm at ``distance_mm``: the root mean square over the left image.
-    worst_height_sd_mm, worst_at_px
-        The same where it is greatest, and that pixel of the left image, x and y.
-    flatness_sd_mm
-        Of the heights of a plane at ``distance_mm``, its best plane taken out: the root mean square over the image.
-    distance_mm
-        Distance from the left camera, along its axis.
-    corner_sd_px
-        Scatter of the corners about the fit, of one coordinate.
     """
 
     focal_sd_px: tuple[float, float]
+    """Of the focal lengths of the left and the right camera, pixels."""
     baseline_sd_mm: float
+    """Of the distance between the cameras."""
     height_sd_mm: float
+    """Of the height of a bump of 10 mm at ``distance_mm``: the root mean square over the left image."""
     worst_height_sd_mm: float
     worst_at_px: tuple[float, float]
+    """`worst_height_sd_mm`, `worst_at_px`: the same where it is greatest, and that pixel of the left image, x and y."""
     flatness_sd_mm: float
+    """Of the heights of a plane at ``distance_mm``, its best plane taken out: the root mean square over the image."""
     distance_mm: float
+    """Distance from the left camera, along its axis."""
     corner_sd_px: float
+    """Scatter of the corners about the fit, of one coordinate."""
 
     def data(self) -> dict[str, Any]:
         """Return the figures for a file."""

@@ -30,19 +30,13 @@ _LEAST_PATCHES = 6
 
 @dataclass(frozen=True)
 class Epipolar:
-    """Agreement of the rows of the two images.
-
-    Attributes
-    ----------
-    error_px
-        Root mean square distance of a point's row in the right image from its row in the left image, in the form that a
-        turned camera would cause; NaN if the surface has too little texture.
-    patches
-        Number of patches of the image that contributed.
-    """
+    """Agreement of the rows of the two images."""
 
     error_px: float
+    """Root mean square distance of a point's row in the right image from its row in the left image, in the form that a
+    turned camera would cause; NaN if the surface has too little texture."""
     patches: int
+    """Number of patches of the image that contributed."""
 
 
 def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:

@@ -22,34 +22,24 @@ _MOST_CORNERS = 120  # of an outline that is only a picture
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """A scan that was accepted.
-
-    Attributes
-    ----------
-    id
-        Differs from that of every other job, also of other runs of the service.
-    inspector, inspector_name
-        The inspector of the moment in which the scan was accepted.
-    scan, sent
-        The file; whether it was sent, and so belongs to the service.
-    deadline_s
-        Seconds from `began_s`; None: no deadline.
-    part, ply
-        Kept in the report.
-    began_s, received_utc
-        When it was accepted, by a clock that never jumps, and as the time of day.
-    """
+    """A scan that was accepted."""
 
     id: str
+    """Differs from that of every other job, also of other runs of the service."""
     inspector: Inspector
     inspector_name: str
+    """`inspector`, `inspector_name`: the inspector of the moment in which the scan was accepted."""
     scan: Path
     sent: bool
+    """`scan`, `sent`: the file; whether it was sent, and so belongs to the service."""
     deadline_s: float | None
+    """Seconds from `began_s`; None: no deadline."""
     part: str
     ply: str
+    """`part`, `ply`: kept in the report."""
     began_s: float
     received_utc: str
+    """`began_s`, `received_utc`: when it was accepted, by a clock that never jumps, and as the time of day."""
 
 
 @dataclass(frozen=True)

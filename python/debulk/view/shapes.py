@@ -37,17 +37,12 @@ _NUMBER_RGB: Rgb = (0.8, 0.47, 0.65)  # readable on the map, on white, and in fr
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Coloured line segments.
-
-    Attributes
-    ----------
-    corners, segments, rgb
-        (M, 3) corners, (K, 2) numbers of a segment's corners, (K, 3) colours.
-    """
+    """Coloured line segments."""
 
     corners: Floats
     segments: NDArray[np.int32]
     rgb: Floats
+    """`corners`, `segments`, `rgb`: (M, 3) corners, (K, 2) numbers of a segment's corners, (K, 3) colours."""
 
     @classmethod
     def joined(cls, parts: Sequence[tuple[Floats, NDArray[np.int32], Rgb]]) -> Lines:
@@ -64,30 +59,21 @@ class Lines:
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """The shapes to draw, in mm, with heights above the reference, magnified.
-
-    Attributes
-    ----------
-    magnify
-        Factor by which heights are drawn larger than lengths.
-    points, point_rgb
-        (N, 3) points of the ply: of the height map in the colours of the page's map, and where a pocket has a net, of
-        the ply after debulking, blue below the limit of a ridge and orange above it.
-    lines
-        Outlines in the verdict's colour, nets before debulking in light blue, and the predicted ridges that may
-        exceed the limit.
-    labels
-        The pockets' numbers above the pockets, and one scale each for lengths and heights.
-    legend
-        What each colour means: its red, green and blue, and the words.
-    """
+    """The shapes to draw, in mm, with heights above the reference, magnified."""
 
     magnify: float
+    """Factor by which heights are drawn larger than lengths."""
     points: Floats
     point_rgb: Floats
+    """`points`, `point_rgb`: (N, 3) points of the ply: of the height map in the colours of the page's map, and where a
+    pocket has a net, of the ply after debulking, blue below the limit of a ridge and orange above it."""
     lines: Lines
+    """Outlines in the verdict's colour, nets before debulking in light blue, and the predicted ridges that may exceed
+    the limit."""
     labels: Lines
+    """The pockets' numbers above the pockets, and one scale each for lengths and heights."""
     legend: tuple[tuple[Rgb, str], ...] = ()
+    """What each colour means: its red, green and blue, and the words."""
 
 
 def shapes(report: Report, pocket: int | None = None, magnify: float | None = None) -> Shapes:
