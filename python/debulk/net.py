@@ -20,7 +20,7 @@ Paths = Literal["geodesic", "vertical_plane", "least_shear"]
 
 _DEFAULTS = _core.net.FibreNetOptions()  # each default is defined only in cpp/debulk/net/fibre_net.hpp
 
-__all__ = ["Drape", "Net", "drape", "fibre_net", "surface_area"]
+__all__ = ["Drape", "Draping", "Net", "drape", "fibre_net", "surface_area"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,6 +321,51 @@ def drape(
     return Drape(
         net.nodes, net.neighbours, net.edges, net.inside, net.spacing, np.degrees(net.shear), net.lattice, core, given
     )
+
+
+@dataclass(frozen=True)
+class Draping:
+    """Where a ply is first laid down, and how: a drape of a surface that is only known later.
+
+    `debulk.Inspector` takes it as ``fibre_angles_deg`` and drapes the ply over the reference that it prepares.
+
+    Parameters
+    ----------
+    seed_mm
+        (x, y) where the ply is first laid down, mold XY.
+    angles_deg
+        Its two fibre directions there, as in `fibre_net`.
+    spacing_mm
+        Distance between the nodes, a chord. A mold of 4 m² takes 40 000 nodes with the default, 10 mm.
+    paths
+        As in `fibre_net`.
+
+    Raises
+    ------
+    InputError
+        If seed or angles are not two finite numbers each, or the spacing is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np, debulk
+    >>> plane = debulk.surface.Reference(np.zeros((5, 5)), (0, 0), 25.0)
+    >>> Draping((20, 30), (45, 135)).on(plane).angles_deg([80, 90]).round(6).tolist()
+    [45.0, 135.0]
+    """
+
+    seed_mm: tuple[float, float]
+    angles_deg: tuple[float, float] = (0.0, 90.0)
+    spacing_mm: float = 10.0
+    paths: Paths = "geodesic"
+
+    def __post_init__(self) -> None:
+        arrays.pair(self.seed_mm, "seed_mm")
+        arrays.pair(self.angles_deg, "angles_deg")
+        arrays.positive(self.spacing_mm, "spacing_mm")
+
+    def on(self, surface: Reference, outline_mm: ArrayLike | None = None) -> Drape:
+        """Drape a surface; arguments and errors are those of `drape`."""
+        return drape(surface, self.seed_mm, self.angles_deg, self.spacing_mm, outline_mm, self.paths)
 
 
 def _checked(surface: Reference, argument: str) -> Any:

@@ -16,13 +16,11 @@ from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.files.replacing import check_ending, write_text
-from debulk.grid import Grid
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.inspection.ply import inputs
-from debulk.inspection.ply.fibre_angles import checked_angles
+from debulk.inspection.ply.fibre_angles import Angles, checked_angles
 from debulk.inspection.running.ahead import Ahead
 from debulk.inspection.running.cycle import Cycle
-from debulk.net import Drape
 from debulk.report import Report
 from debulk.verdict import Verdict
 
@@ -116,7 +114,7 @@ class Stack:
     def lay(
         self,
         ply_outline: ArrayLike | None = None,
-        fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0),
+        fibre_angles_deg: Angles = (0.0, 90.0),
         progress: Progress | None = None,
     ) -> Inspector:
         """Prepare the inspection of the next ply above the ply before, and return its inspector.
@@ -130,9 +128,7 @@ class Stack:
         return self._laid(self._made(ply_outline, fibre_angles_deg, progress))
 
     @typed
-    def lay_ahead(
-        self, ply_outline: ArrayLike | None = None, fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0)
-    ) -> None:
+    def lay_ahead(self, ply_outline: ArrayLike | None = None, fibre_angles_deg: Angles = (0.0, 90.0)) -> None:
         """Do what `lay` does while the ply is draped: begin the preparation in a thread of its own, and return at once.
 
         The next `inspect` is of this ply, and waits for what is left of the preparation. The inspector is the same to

@@ -18,10 +18,9 @@ from debulk.chain.figures import FIGURES, Quantity
 from debulk.chain.gauge import Gauge, measured
 from debulk.chain.record import Chain, Figure
 from debulk.chain.study import Drift
-from debulk.grid import Grid
 from debulk.inspection.inspector import Inspector, Progress
+from debulk.inspection.ply.fibre_angles import Angles
 from debulk.inspection.tracing import now_utc
-from debulk.net import Drape
 from debulk.report import Report
 from debulk.verdict import Verdict
 
@@ -43,7 +42,7 @@ def qualify(
     reference: ArrayLike,
     recipe: Recipe | None = None,
     ply_outline: ArrayLike | None = None,
-    fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0),
+    fibre_angles_deg: Angles = (0.0, 90.0),
     mold_from_scanner: ArrayLike | None = None,
     camera: tuple[float, float, float] | None = None,
     mask: ArrayLike | None = None,

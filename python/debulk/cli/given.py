@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from debulk import InputError
 from debulk.cli.support import POSE_HELP, pose_of
+
+if TYPE_CHECKING:
+    from debulk.net import Draping
 
 RecipeFile = Annotated[Path | None, typer.Option(help="Settings; `debulk recipe` prints an example.")]
 Pose = Annotated[Path | None, typer.Option(help=POSE_HELP)]
@@ -33,7 +36,13 @@ class Given:
     recipe: RecipeFile = None
     pose: Pose = None
     outline: Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")] = None
-    angles: Annotated[str, typer.Option(help="Fibre angles in degrees from the mold's +x.")] = "0,90"
+    angles: Annotated[
+        str,
+        typer.Option(
+            help="Fibre angles in degrees from the mold's +x, everywhere; or, as 0,90@X,Y, at the place in mm where "
+            "the ply was first laid down, from which it is draped over the reference."
+        ),
+    ] = "0,90"
     camera: Annotated[
         str | None, typer.Option(help="f,cx,cy in pixels of an organised cloud; unset: fitted to the reference.")
     ] = None
@@ -56,12 +65,17 @@ class Given:
             "mask": None if self.mask is None else files.load_mask(self.mask),
         }
 
-    def _angles(self) -> tuple[float, float]:
-        first, second = numbers_of(self.angles, "--angles", "two numbers like 0,90", 2)
+    def _angles(self) -> tuple[float, float] | Draping:
+        given, expected = self.angles, "two numbers like 0,90, or with a place like 0,90@100,50"
+        first, second, *seed = numbers_of(given.replace("@", ",", 1), "--angles", expected, 4 if "@" in given else 2)
         from debulk.inspection.ply.fibre_angles import check_apart
 
         check_apart((first, second), "--angles")
-        return first, second
+        if not seed:
+            return first, second
+        from debulk.net import Draping
+
+        return Draping((seed[0], seed[1]), (first, second))
 
     def _camera(self) -> tuple[float, float, float] | None:
         if self.camera is None:

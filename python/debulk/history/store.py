@@ -87,7 +87,9 @@ class History:
             than two seconds. Nothing of the record is in it then.
         """
         report = report.settle()
-        kept = report if self.pictures else dataclasses.replace(report, height_map=None, excess_map=None)
+        kept = report
+        if not self.pictures:
+            kept = dataclasses.replace(report, height_map=None, excess_map=None, shear_map=None)
         return self._add("report", None, codec.dumps(kept, REPORT), lambda number: rows.of_report(number, report))
 
     @typed

@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 
 from debulk.arguments import typed
 from debulk.comparison import Comparison
-from debulk.grid import Grid
 from debulk.inspection.inspector import Inspector, Progress
-from debulk.net import Drape
+from debulk.inspection.ply.fibre_angles import Angles
 from debulk.report import Report
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ def inspect(
     reference: ArrayLike,
     recipe: Recipe | None = None,
     ply_outline: ArrayLike | None = None,
-    fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0),
+    fibre_angles_deg: Angles = (0.0, 90.0),
     mold_from_scanner: ArrayLike | None = None,
     camera: tuple[float, float, float] | None = None,
     mask: ArrayLike | None = None,
@@ -35,6 +34,7 @@ def inspect(
     progress: Progress | None = None,
     context: Mapping[str, Any] | None = None,
     *,
+    nominal_angles_deg: Angles | None = None,
     chain: Chain | None = None,
 ) -> Report:
     """Inspect one scan against a reference, in one call; see `Inspector` and `Inspector.inspect` for the arguments.
@@ -47,9 +47,8 @@ def inspect(
     >>> report.passed
     False
     """
-    inspector = Inspector(
-        recipe, reference, ply_outline, fibre_angles_deg, mold_from_scanner, camera, mask, chain=chain
-    )
+    given = (recipe, reference, ply_outline, fibre_angles_deg, mold_from_scanner, camera, mask)
+    inspector = Inspector(*given, nominal_angles_deg=nominal_angles_deg, chain=chain)
     return inspector.inspect(scan, deadline_s, progress, context)
 
 

@@ -17,7 +17,6 @@ from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.forking import Guard
-from debulk.grid import Grid
 from debulk.history.kept import history_of
 from debulk.inspection import inspector_file, reporting
 from debulk.inspection.bumps import tolerances
@@ -35,7 +34,8 @@ from debulk.inspection.holes.masked_holes import masked_holes
 from debulk.inspection.place import mold_edge
 from debulk.inspection.place.placing import Placed, Placing
 from debulk.inspection.ply import inputs
-from debulk.inspection.ply.fibre_angles import checked_angles
+from debulk.inspection.ply.angle_field import nominal_on
+from debulk.inspection.ply.fibre_angles import Angles, checked_angles, laid
 from debulk.inspection.ply.humps import humps_of, named
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.ply.setup import Setup
@@ -48,7 +48,6 @@ from debulk.inspection.running.effort import check_solves
 from debulk.inspection.running.preparation import Preparation
 from debulk.inspection.settling import unsettled
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
-from debulk.net import Drape
 from debulk.report import Report
 from debulk.results.approval import approvals
 from debulk.results.finding import Finding
@@ -87,8 +86,8 @@ class Inspector:
     fibre_angles_deg
         The two fibre directions, degrees counter-clockwise from mold +x, projected along z: two numbers, a
         `debulk.Grid` with values (ny, nx, 2), NaN where nothing is known, or a `debulk.net.Drape`, which is read on a
-        grid of its own spacing. A pocket takes the angles of the grid point nearest to its centre; it is INVALID
-        where they are not known.
+        grid of its own spacing. With a `debulk.net.Draping` the ply is draped over the reference from that seed.
+        A pocket takes the angles of the grid point nearest to its centre; it is INVALID where they are not known.
     mold_from_scanner
         (4, 4) rigid motion from the scanner's frame, in which scan and reference are given, to the mold's frame:
         x_mold = T x. None means that they are in the mold's frame already. An image of a scanner is refused without a
@@ -141,13 +140,14 @@ class Inspector:
         recipe: Recipe | None,
         reference: ArrayLike | Prepared,
         ply_outline: ArrayLike | None = None,
-        fibre_angles_deg: ArrayLike | Grid | Drape = (0.0, 90.0),
+        fibre_angles_deg: Angles = (0.0, 90.0),
         mold_from_scanner: ArrayLike | None = None,
         camera: tuple[float, float, float] | None = None,
         mask: ArrayLike | None = None,
         progress: Progress | None = None,
         history: History | str | PathLike[str] | None = None,
         *,
+        nominal_angles_deg: Angles | None = None,
         chain: Chain | None = None,
         approved: str | PathLike[str] | None = None,
     ) -> None:
@@ -157,7 +157,8 @@ class Inspector:
             recipe = Recipe()
         self.recipe = recipe
         self.ply_outline = inputs.outline(ply_outline)
-        self.fibre_angles_deg = checked_angles(fibre_angles_deg)
+        angles = checked_angles(fibre_angles_deg)
+        nominal = None if nominal_angles_deg is None else checked_angles(nominal_angles_deg, "nominal_angles_deg")
         self.mold_from_scanner = inputs.pose(mold_from_scanner)
         self.camera = inputs.camera_parameters(camera)
         self.mask = inputs.image_mask(mask)
@@ -171,7 +172,14 @@ class Inspector:
         self.prepared = reference = replace(reference, thickness_mm=recipe.material.thickness_mm)
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference
-        self.ply = PlyOnMold(self.reference, self.ply_outline, self.fibre_angles_deg, recipe)
+        self.fibre_angles_deg = laid(angles, self.reference, self.ply_outline)
+        self.nominal_angles_deg = None
+        if nominal is not None:
+            nominal = laid(nominal, self.reference, self.ply_outline, "nominal_angles_deg")
+            self.nominal_angles_deg = nominal_on(nominal, self.fibre_angles_deg)
+        self.ply = PlyOnMold.of(
+            self.reference, self.ply_outline, self.fibre_angles_deg, self.nominal_angles_deg, recipe
+        )
         self._below: mold_edge.BelowEdge | None = None
         if self.ply_outline is None:
             reference, self._below = mold_edge.parted(reference, recipe)

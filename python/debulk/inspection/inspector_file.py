@@ -36,6 +36,7 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "fibre_angles_deg?": ("f", (2,)),
     "fibre_angles?": ("f", (None, None, 2)),
     "fibre_angles_grid?": _GRID,
+    "nominal_angles?": ("f", (None, None, 2)),
     "mold_from_scanner?": ("f", (4, 4)),
     "camera?": ("f", (3,)),
     "image?": ("f", (5,)),
@@ -64,6 +65,7 @@ def write(inspector: Inspector, path: Path) -> None:
         "camera": inspector.camera,
         "image": None if prepared.image is None else np.array(prepared.image, dtype=np.float64),
         "mask": inspector.mask,
+        "nominal_angles": None if inspector.nominal_angles_deg is None else inspector.nominal_angles_deg.values,
         "sample": prepared.sample,
         "far_place": None if prepared.place.shift_mm is None else [*prepared.place.shift_mm, prepared.place.rounded_mm],
         "cloud_shape": None if prepared.cloud is None else prepared.cloud.shape,
@@ -110,6 +112,7 @@ def read(path: Path) -> dict[str, Any]:
         "mold_from_scanner": a.get("mold_from_scanner"),
         "camera": None if camera is None else tuple(camera.tolist()),
         "mask": a.get("mask"),
+        "nominal_angles_deg": _on_grid(a, "nominal_angles", "fibre_angles") if "nominal_angles" in a else None,
     }
 
 
@@ -167,6 +170,8 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
         "fibre_angles_deg" in found
     ):
         _fail(path, "expected fibre_angles_deg, or fibre_angles and fibre_angles_grid")
+    if "nominal_angles" in found and found["nominal_angles"].shape != found.get("fibre_angles", np.empty(0)).shape:
+        _fail(path, "expected nominal_angles on the grid of fibre_angles")
     return found
 
 
@@ -174,8 +179,8 @@ def _grid(grid: Grid) -> list[float]:
     return [*map(float, grid.origin_mm), float(grid.spacing_mm)]
 
 
-def _on_grid(arrays: dict[str, NDArray[Any]], name: str) -> Grid:
-    x, y, spacing = arrays[f"{name}_grid"].tolist()
+def _on_grid(arrays: dict[str, NDArray[Any]], name: str, grid: str = "") -> Grid:
+    x, y, spacing = arrays[f"{grid or name}_grid"].tolist()
     if not (np.isfinite([x, y]).all() and 0 < spacing < np.inf):
         raise InputError(f"{name}_grid is {x:g}, {y:g}, {spacing:g}")
     return Grid(arrays[name], np.array([x, y]), spacing)

@@ -121,6 +121,7 @@ def repeat(
         trace.mold_from_scanner,
         None if trace.camera is None else (trace.camera[0], trace.camera[1], trace.camera[2]),
         hidden,
+        nominal_angles_deg=trace.nominal_angles_map,
         chain=chain,
     )
     again = inspector.inspect(scan, progress=progress, context=trace.context)

@@ -60,6 +60,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
         warnings=seen.placed.warnings,
         height_map=found.overview,
         excess_map=None if found.runs is None else found.runs.largest,
+        shear_map=ply.shear,
         runs=runs,
         crease_probability=risks.layup,
         ply_outline_mm=ply.outline,

@@ -36,6 +36,7 @@ class Tracing:
             "reference": inspector.prepared.cloud,
             "fibre_angles_deg": None if isinstance(angles, Grid) else angles,
             "fibre_angles_map": angles if isinstance(angles, Grid) else None,
+            "nominal_angles_map": inspector.nominal_angles_deg,
             "mold_from_scanner": inspector.mold_from_scanner,
             "camera": camera,
             "fitted_camera": None if image is None else np.array(image.camera),

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.page import map_frame, map_marks
-from debulk.page.excess_layer import ExcessLayer, excess_layer
 from debulk.page.heights import MAX_PNG_BYTES, picture
 from debulk.page.map_frame import Frame, Rose
 from debulk.page.map_labels import labels
+from debulk.page.map_layers import Layer, layers
 from debulk.page.map_marks import Spot, Tick
 from debulk.page.map_ridges import Ridge
 from debulk.page.scales import nice
@@ -67,7 +67,7 @@ class PlyMap(NamedTuple):
     measured: str
     frame: Frame
     rose: Rose | None
-    excess: ExcessLayer | None
+    layers: list[Layer]
 
     @property
     def verdicts(self) -> list[Verdict]:
@@ -103,8 +103,8 @@ def ply_map(
     """Return the map, or None if there is nothing to draw.
 
     The colours end at `top_mm`; None: at the highest that was seen, apart from a thousandth of the map. A `report` adds
-    holes, bumps, fibre directions and the layer of the fibres' excess; `measured` is the path of the ridges that a
-    second scan shows. The picture of the heights takes at most `png_bytes`.
+    holes, bumps, fibre directions and the layers of the fibres' excess and of shear; `measured` is the path of the
+    ridges that a second scan shows. The picture of the heights takes at most `png_bytes`.
     """
     areas = [area for area in areas if len(area.outline_mm)]
     outlines = [area.outline_mm for area in areas]
@@ -138,7 +138,7 @@ def ply_map(
         pushes,
         ridges, measured,
         map_frame.frame(low, high, font), map_frame.rose(report, outlines, low, high, font),
-        excess_layer(report, png_bytes) if report and drawn else None,
+        layers(report, png_bytes) if report and drawn else [],
     )  # fmt: skip
 
 

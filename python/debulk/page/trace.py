@@ -125,7 +125,8 @@ def _geometry(outline: Any, trace: Trace) -> _Entries:
         entries.append(("fibre angles, degrees", _row(trace.fibre_angles_deg)))
     if trace.fibre_angles_map is not None:
         rows, columns = trace.fibre_angles_map.values.shape[:2]
-        entries.append(("fibre angles", f"map of {columns} × {rows}, {trace.fibre_angles_map.spacing_mm:g} mm apart"))
+        what = f"map of {columns} × {rows}, {trace.fibre_angles_map.spacing_mm:g} mm apart"
+        entries.append(("fibre angles", what + ", with nominal ones" * (trace.nominal_angles_map is not None)))
     if trace.mold_from_scanner is None:
         entries.append(("mold from scanner", "none: clouds in the mold's frame"))
     else:

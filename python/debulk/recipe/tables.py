@@ -35,6 +35,12 @@ class Material(Section):
         le=5,
         description="thickness before over thickness after debulking",
     )
+    locking_deg: float = Field(
+        default=45.0,
+        gt=0,
+        lt=90,
+        description="shear from which the ply locks: it buckles rather than shear on (provisional)",
+    )
 
 
 class Loads(Section):
@@ -305,6 +311,13 @@ class VerdictLimits(Section):
         description="least margin of any figure where fibres needed a compliance",
     )
 
+    max_turn_deg: float = Field(
+        default=3.0,
+        gt=0,
+        le=45,
+        description="largest median angle between measured fibres and nominal ones (nominal_angles_deg); beyond it the "
+        "ply was laid wrong",
+    )
     max_risk: float | None = Field(
         default=None,
         gt=0,

@@ -167,6 +167,22 @@ CHECK_TEXTS = (
         (None,),
     ),
     CheckText(
+        "fibre_angles",
+        "The fibres run otherwise than said, or it is not known how",
+        "the median angle between measured and nominal fibres, where both are given; fibres over gaps of the angles",
+        "`verdict.max_turn_deg`; `verdict.max_ridge_mm`, for twice the excess that lines over a gap show",
+        "lay the ply anew, or give angles that cover the whole ply",
+        (INVALID, None),
+    ),
+    CheckText(
+        "locked",
+        "The ply shears beyond its locking angle",
+        "the shear of the ply, where its angles come from a drape or a sensor",
+        "`material.locking_deg`, on more than the area of the smallest pocket",
+        "start the drape elsewhere, or cut the ply; look at the place for wrinkles",
+        (None,),
+    ),
+    CheckText(
         "pockets",
         "The worst pocket",
         "the verdict of every pocket, and of every bump that was judged as one",

@@ -136,6 +136,14 @@ def _to_13(report: Tree) -> None:
         _add(asking, remedy="")
 
 
+def _to_14(record: Tree) -> None:
+    if "verdict" in record:
+        _add(record, shear_map=None)
+    for trace in (record["trace"], record.get("report_trace")):
+        if trace is not None:
+            _add(trace, nominal_angles_map=None)
+
+
 _REPORT: dict[int, Callable[[Tree], None]] = {
     2: _to_2,
     3: _to_3,
@@ -148,5 +156,10 @@ _REPORT: dict[int, Callable[[Tree], None]] = {
     10: _to_10,
     11: _to_11,
     13: _to_13,
+    14: _to_14,
 }
-_COMPARISON: dict[int, Callable[[Tree], None]] = {5: _ridges_of_comparison, 12: _trace_of_comparison}
+_COMPARISON: dict[int, Callable[[Tree], None]] = {
+    5: _ridges_of_comparison,
+    12: _trace_of_comparison,
+    14: _to_14,
+}

@@ -453,6 +453,10 @@ class ReportData(Versioned):
         and is coarse where no pocket was looked for.
     excess_map
         Largest excess of a fibre over each place, mm, 0 where none leaves the mold; on a grid of its own.
+    shear_map
+        Shear of the ply, degrees, where its two fibre directions are known from place to place, from a drape or a
+        sensor: by how much they cross otherwise than at a right angle; NaN elsewhere, and off the ply. None: two
+        angles were given for all of it.
     runs
         The fibre lines that are too long, from which `debulk.Report.rework` follows; None: they were not read.
     ply_outline_mm
@@ -485,6 +489,7 @@ class ReportData(Versioned):
     level: Level | None = None
     height_map: Grid | None = None
     excess_map: Grid | None = None
+    shear_map: Grid | None = None
     runs: ExcessRuns | None = None
     ply_outline_mm: PointsXY | None = None
     recipe: dict[str, Any] = field(default_factory=dict)

@@ -56,6 +56,8 @@ class Trace(Record):
     fibre_angles_deg, fibre_angles_map
         (2,) angles of the whole ply, or a Grid of values (ny, nx, 2), NaN where nothing is known; the other one is
         None.
+    nominal_angles_map
+        How the ply was meant to lie, on the same grid as the measured angles; None: not given.
     mold_from_scanner
         (4, 4), x_mold = T x_scanner; None: the clouds were in the mold's frame.
     camera
@@ -79,6 +81,7 @@ class Trace(Record):
     reference: ArrayTrace | None = None
     fibre_angles_deg: Values | None = None
     fibre_angles_map: Grid | None = None
+    nominal_angles_map: Grid | None = None
     mold_from_scanner: _Pose | None = None
     camera: Values | None = None
     fitted_camera: Values | None = None

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from debulk import InputError, files
 from debulk.chain.record import Chain
 from debulk.inspection.inspector import Inspector
+from debulk.net import Draping
 from debulk.recipe import Recipe
 from debulk.serve.refusal import Refusal
 
@@ -24,7 +25,7 @@ class Cell:
 
     recipe: Recipe
     ply_outline: NDArray[np.float64] | None = None
-    fibre_angles_deg: tuple[float, float] = (0.0, 90.0)
+    fibre_angles_deg: tuple[float, float] | Draping = (0.0, 90.0)
     mold_from_scanner: NDArray[np.float64] | None = None
     camera: tuple[float, float, float] | None = None
     mask: NDArray[np.bool_] | None = None
@@ -33,8 +34,13 @@ class Cell:
     unit: files.Unit = "mm"
 
     def changed(self, angles: tuple[float, float] | None, outline: Path | None) -> Cell:
-        """Return the same for a ply of other fibre angles and another outline, where they are given."""
-        cell = self if angles is None else replace(self, fibre_angles_deg=angles)
+        """Return the same for a ply of other fibre angles and another outline, where they are given.
+
+        A ply that is draped from a place is draped from there along the other angles.
+        """
+        own = self.fibre_angles_deg
+        draped = replace(own, angles_deg=angles) if angles and isinstance(own, Draping) else angles
+        cell = self if draped is None else replace(self, fibre_angles_deg=draped)
         return cell if outline is None else replace(cell, ply_outline=files.load_outline(outline, self.unit))
 
     def inspector(self, reference: Path) -> Inspector:

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from debulk import InputError, files
 from debulk.cli import app
+from debulk.net import Draping
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results.deciding import worst_first
@@ -55,6 +56,11 @@ def run(*arguments):
 
 
 BASIC = ("inspect", "scan.pcd", "--reference", "ref.ply")
+
+
+def test_a_place_behind_the_angles_is_where_the_ply_is_first_laid_down(cell):
+    run(*BASIC, "--angles=-45,45@100,-50.5")
+    assert FakeInspector.seen["fibre_angles_deg"] == Draping((100.0, -50.5), (-45.0, 45.0))
 
 
 def test_inspect_hands_everything_on(cell):
@@ -118,6 +124,8 @@ def test_the_exit_code_tells_the_verdict(cell, report, monkeypatch, verdict, cod
         (("--outline", "scan.pcd"), "scan.pcd"),
         (("--angles", "0"), "--angles: expected two numbers"),
         (("--angles", "0,180"), "1 degree apart"),
+        (("--angles", "0,180@1,2"), "1 degree apart"),
+        (("--angles", "0,90@1"), "like 0,90@100,50, got '0,90,1'"),
         (("--angles", "nan,0"), "1 degree apart"),
         (("--angles", "inf,0"), "1 degree apart"),
         (("--context", "A-17"), "--context: expected NAME=VALUE like part=A-17, got 'A-17'"),

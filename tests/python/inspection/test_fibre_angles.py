@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from debulk import Grid, InputError, Inspector, Recipe, Verdict, net, scenes, surface
-from debulk.inspection.ply.fibre_angles import angles_at, checked_angles
+from debulk.inspection.ply.fibre_angles import angles_at, checked_angles, points_of
+from debulk.inspection.repeating import repeat
 
 FEW = {"segmentation": {"area_tol_mm2": 3000.0}, "solve": {"starts": 1, "most_starts": 1}}
 
@@ -25,8 +26,7 @@ def report(layup, plain):
 
 
 def make(layup, angles, **more):
-    given = {"mold_from_scanner": layup.mold_from_scanner, "fibre_angles_deg": angles, **more}
-    return Inspector(Recipe(**FEW), layup.reference, layup.ply_outline, **given)
+    return Inspector(Recipe(**FEW), layup.reference, layup.ply_outline, angles, layup.mold_from_scanner, **more)
 
 
 def constant(spacing_mm=50.0) -> Grid:
@@ -102,6 +102,56 @@ def test_a_drape_is_taken_as_it_is(layup, plain, drape, tmp_path):
     again = Inspector.load(tmp_path / "cell.npz").inspect(layup.scan)
     minima = [[p.debulked_mm for p in one.pockets] for one in (again, report)]
     assert all(np.array_equal(a, b) for a, b in zip(*minima, strict=True))
+
+
+def test_a_seed_and_two_directions_drape_the_ply_over_the_reference(layup, drape):
+    draping = net.Draping((-300.0, -200.0), (30.0, 120.0), 12.0)
+    draped = make(layup, draping)
+    assert draped.fibre_angles_deg.values.tobytes() == checked_angles(drape).values.tobytes()
+    with pytest.raises(InputError, match=r"^fibre_angles_deg: seed_mm: expected a point"):
+        make(layup, net.Draping((-3000.0, 0.0)))
+    for wrong in ({"seed_mm": (1.0, np.nan)}, {"angles_deg": (1.0,)}, {"spacing_mm": 0.0}):
+        with pytest.raises(InputError, match=rf"^{next(iter(wrong))}: expected"):
+            net.Draping(**{"seed_mm": (0.0, 0.0), **wrong})
+
+
+def names(report):
+    return {one.check: one for one in report.findings if one.at_best is not None}
+
+
+def test_a_gap_on_a_pockets_flank_is_invalid_and_filled_from_nominal_it_is_not(layup, plain, report, tmp_path):
+    rim = report.pockets[1].outline_mm
+    seen = constant(10.0)
+    seen.values[np.abs(points_of(seen) - rim[0]).max(axis=2) < 15] = np.nan
+    assert np.isfinite(angles_at(seen, np.array(layup_centre(report.pockets[1])))).all()
+    lost = make(layup, seen).inspect(layup.scan)
+    assert lost.verdict is Verdict.INVALID
+    finding = names(lost)["fibre_angles"]
+    assert np.hypot(*(rim - finding.place_mm).T).min() < 100 and "nominal_angles_deg" in finding.asks
+    filled = make(layup, seen, nominal_angles_deg=(30.0, 120.0))
+    found = filled.inspect(layup.scan)
+    assert found.verdict is report.verdict and "fibre_angles" not in names(found)
+    assert [p.verdict for p in found.pockets] == [p.verdict for p in report.pockets]
+    filled.save(tmp_path / "cell.npz")
+    again = Inspector.load(tmp_path / "cell.npz").inspect(layup.scan)
+    assert again.findings == found.findings and again.trace.nominal_angles_map.values.shape == seen.values.shape
+
+
+def test_a_ply_laid_five_degrees_off_is_invalid_where_a_sensor_saw_it(layup):
+    draping = net.Draping((-300.0, -200.0), (30.0, 120.0))
+    nominal = make(layup, draping).fibre_angles_deg
+    rng = np.random.default_rng(0)
+    for off, at_best in ((5.0, Verdict.INVALID), (1.0, None)):
+        seen = nominal.values + off + rng.normal(0, 1.5, nominal.values.shape)
+        inspector = make(layup, Grid(seen, nominal.origin_mm, nominal.spacing_mm), nominal_angles_deg=draping)
+        report = inspector.inspect(layup.scan)
+        finding = names(report).get("fibre_angles")
+        assert (finding and finding.at_best) is at_best
+        if finding:
+            assert finding.measured == pytest.approx(5.0, abs=0.3) and "counter-clockwise" in finding.reason
+            assert report.verdict is Verdict.INVALID and report.reason.startswith(finding.reason)
+            assert repeat(report, layup.scan, layup.reference).same
+        assert np.nanmax(report.shear_map.values) > 0
 
 
 def test_a_drape_is_read_closely_where_fibres_shear():

@@ -59,7 +59,7 @@ def test_pockets_that_cease_are_folded_and_a_link_opens_them(browser, path, repo
 @pytest.mark.parametrize(
     ("selector", "name", "value", "again"),
     [
-        ("[data-layer=excess]", "layer", "excess", "document.querySelector('.map').classList.contains('long')"),
+        ("[data-layer=excess]", "layer", "excess", "document.querySelector('.map').dataset.shows === 'excess'"),
         ("[data-verdict=cease]", "hide", "cease", "document.querySelector('tr[data-verdict=cease]').hidden"),
         ("input.all", "all", "1", "document.querySelector('input.all').checked"),
         (

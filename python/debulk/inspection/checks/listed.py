@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from debulk.inspection.bumps import tolerances
-from debulk.inspection.checks import approval, false_acceptance, pockets, shared_runs
+from debulk.inspection.checks import approval, false_acceptance, fibre_angles, pockets, shared_runs
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.ply import humps
@@ -45,6 +45,8 @@ CHECKS = (
     Check("reference", pockets.reference),
     Check("outline", pockets.outline),
     Check("search", pockets.search),
+    Check("fibre_angles", lambda seen: fibre_angles.findings(seen.found.runs, seen.ply)),
+    Check("locked", lambda seen: fibre_angles.locked(seen.ply)),
     Check("pockets", pockets.pockets),
     Check("deadline", lambda seen: [*pockets.deadline(seen), *tolerances.findings(seen.judged.bumps)]),
     Check("holes", pockets.not_seen),

@@ -9,37 +9,41 @@ from debulk import arrays
 from debulk._core import InputError
 from debulk.grid import Grid
 from debulk.inspection.ply.inputs import kept
-from debulk.net import Drape
-
-__all__ = ["angles_at", "check_apart", "checked_angles"]
+from debulk.net import Drape, Draping
+from debulk.surface import Reference
 
 Floats = NDArray[np.float64]
+Angles = ArrayLike | Grid | Drape | Draping
 _NAME = "fibre_angles_deg"
 _LEAST_APART_DEG = 1.0
 
 
-def checked_angles(value: ArrayLike | Grid | Drape) -> Floats | Grid:
+def checked_angles(value: Angles, name: str = _NAME) -> Floats | Grid | Draping:
     """Return two angles in degrees, or a Grid of them with NaN where nothing is known; a Drape is read on such a grid.
+
+    A Draping is returned as it is: `laid` reads it once the surface is known.
 
     Raises
     ------
     InputError
         For another shape, an infinite angle, or a grid without a point at which both angles are known.
     """
+    if isinstance(value, Draping):
+        return value
     if isinstance(value, Drape):
         return _sampled(value)
     if not isinstance(value, Grid):
-        angles = arrays.numbers(value, _NAME, (2,), "two angles in degrees, a Grid of them or a debulk.net.Drape")
-        check_apart(angles, _NAME)
+        angles = arrays.numbers(value, name, (2,), "two angles in degrees, a Grid of them or a debulk.net.Drape")
+        check_apart(angles, name)
         return kept(angles)
     shape, expected = (None, None, 2), "an (ny, nx, 2) array of degrees, NaN where nothing is known"
-    angles = arrays.numbers(value.values, f"{_NAME}.values", shape, expected, nan=True)
+    angles = arrays.numbers(value.values, f"{name}.values", shape, expected, nan=True)
     if not np.isfinite(angles).all(axis=2).any():
-        raise InputError(f"{_NAME}.values: expected {expected}, but got no point with two known angles")
+        raise InputError(f"{name}.values: expected {expected}, but got no point with two known angles")
     return Grid(
         kept(angles),
-        kept(arrays.pair(value.origin_mm, f"{_NAME}.origin_mm")),
-        arrays.positive(value.spacing_mm, f"{_NAME}.spacing_mm"),
+        kept(arrays.pair(value.origin_mm, f"{name}.origin_mm")),
+        arrays.positive(value.spacing_mm, f"{name}.spacing_mm"),
     )
 
 
@@ -54,6 +58,24 @@ def check_apart(angles_deg: ArrayLike, name: str) -> None:
         )
 
 
+def laid(
+    angles: Floats | Grid | Draping, reference: Reference, ply_outline: Floats | None, name: str = _NAME
+) -> Floats | Grid:
+    """Return checked angles, those of a Draping read from the ply that is draped over the reference so.
+
+    Raises
+    ------
+    InputError
+        If the ply cannot be draped so, as from a seed off the ply.
+    """
+    if not isinstance(angles, Draping):
+        return angles
+    try:
+        return _sampled(angles.on(reference, ply_outline))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
 def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
     """Return the two angles at the nearest point of the grid, degrees.
 
@@ -62,12 +84,7 @@ def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
     InputError
         If the nearest point is outside the grid, or its angles are not known; names the place and a remedy.
     """
-    if not isinstance(angles, Grid):
-        return angles
-    i, j = np.rint((xy_mm - angles.origin_mm) / angles.spacing_mm).astype(int)
-    ny, nx = angles.values.shape[:2]
-    outside = not (0 <= i < nx and 0 <= j < ny)
-    found = np.full(2, np.nan) if outside else np.asarray(angles.values[j, i], dtype=np.float64)
+    found, outside = looked_up(angles, xy_mm)
     if not np.isfinite(found).all():
         lack = "lies outside their grid" if outside else "is NaN in their grid"
         raise InputError(
@@ -75,6 +92,22 @@ def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
             "give angles that cover the whole ply, as a larger grid or drape, or two numbers"
         )
     return found
+
+
+def looked_up(angles: Floats | Grid, xy_mm: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the angles at the nearest points of the grid, (..., 2), NaN where not known; and which are outside it."""
+    if not isinstance(angles, Grid):
+        return np.broadcast_to(angles, xy_mm.shape), np.zeros(xy_mm.shape[:-1], dtype=np.bool_)
+    at = np.rint((xy_mm - angles.origin_mm) / angles.spacing_mm)
+    most = np.array(angles.values.shape[1::-1]) - 1
+    outside = np.asarray(((at < 0) | (at > most)).any(axis=-1))
+    i, j = np.moveaxis(np.clip(at, 0, most).astype(int), -1, 0)
+    return np.where(outside[..., None], np.nan, angles.values[j, i]), outside
+
+
+def points_of(grid: Grid) -> Floats:
+    """Return the (ny, nx, 2) places of a grid's values, mold XY."""
+    return np.dstack(np.meshgrid(grid.x_mm, grid.y_mm))
 
 
 def _sampled(drape: Drape) -> Grid:
@@ -85,4 +118,4 @@ def _sampled(drape: Drape) -> Grid:
     low, high = drape.nodes_mm[:, :2].min(axis=0), drape.nodes_mm[:, :2].max(axis=0)
     nx, ny = np.ceil((high - low) / drape.spacing_mm).astype(int) + 1
     blank = Grid(np.empty((ny, nx, 0)), low, drape.spacing_mm)
-    return Grid(drape.angles_deg(np.dstack(np.meshgrid(blank.x_mm, blank.y_mm))), low, drape.spacing_mm)
+    return Grid(drape.angles_deg(points_of(blank)), low, drape.spacing_mm)

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from debulk.forking import kept
 from debulk.grid import Grid
+from debulk.inspection.ply import angle_field
 from debulk.inspection.ply.fibre_runs import PlyFibres
 from debulk.surface import Reference
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
-
-__all__ = ["PlyOnMold"]
 
 Floats = NDArray[np.float64]
 
@@ -35,12 +34,36 @@ class PlyOnMold:
         Two angles, or a Grid of them with NaN where nothing is known.
     recipe
         All settings.
+    turned
+        How far measured fibres run from nominal ones; None: not both are given.
     """
 
     reference: Reference
     outline: Floats | None
     fibre_angles_deg: Floats | Grid
     recipe: Recipe
+    turned: angle_field.Turned | None = None
+
+    @classmethod
+    def of(
+        cls,
+        reference: Reference,
+        outline: Floats | None,
+        given: Floats | Grid,
+        nominal: Grid | None,
+        recipe: Recipe,
+    ) -> PlyOnMold:
+        """Return a ply by its angles as they are given and, if those are measured, by nominal ones on the same grid.
+
+        Raises
+        ------
+        InputError
+            If measured and nominal angles are known at no common place of the ply.
+        """
+        if nominal is None or not isinstance(given, Grid):
+            return cls(reference, outline, given, recipe)
+        turned = angle_field.turned(given, nominal, outline)
+        return cls(reference, outline, angle_field.completed(given, nominal), recipe, turned)
 
     @kept
     def datum(self) -> Reference:
@@ -50,4 +73,12 @@ class PlyOnMold:
     @kept
     def fibres(self) -> PlyFibres:
         """The lines along its fibres, which are the same for every scan of it."""
-        return PlyFibres(self.reference, self.outline, self.fibre_angles_deg, self.recipe)
+        angles = self.fibre_angles_deg
+        along = angle_field.across_gaps(angles) if isinstance(angles, Grid) else angles
+        return PlyFibres(self.reference, self.outline, along, self.recipe)
+
+    @kept
+    def shear(self) -> Grid | None:
+        """Its shear, degrees, if its fibre directions are known from place to place."""
+        angles = self.fibre_angles_deg
+        return angle_field.shear_of(angles, self.reference, self.outline) if isinstance(angles, Grid) else None

@@ -45,9 +45,15 @@
     };
   }
   const ridgeText = top => found => found === 255 ? `a ridge of ${figure(top, 2)} mm or more` : `a ridge of ${figure(top * found / 255, 2)} mm`;
+  const shearText = top => found => `shear of ${figure(top * found / 255, 1)} degrees`;
+  const kinds = { // by the layer's name: colours, what no colour means, and what a colour says
+    heights: [heights, "not seen, or off the ply", heightText],
+    excess: [ridges, "no fibre is too long here", ridgeText],
+    shear: [heights.slice(255), "directions not known, or off the ply", shearText],
+  };
 
   for (const map of document.querySelectorAll(".map")) {
-    const svg = map.querySelector("svg"), output = map.querySelector("output"), image = svg.querySelector("image.heights"), excess = svg.querySelector("image.excess");
+    const svg = map.querySelector("svg"), output = map.querySelector("output");
     const outlines = Array.from(svg.querySelectorAll("path.mark")), box = svg.viewBox.baseVal;
     const cross = document.createElementNS(svg.namespaceURI, "path");
     const readers = new Map();
@@ -57,17 +63,14 @@
     svg.tabIndex = 0;
 
     function shown() {
-      const long = map.classList.contains("long");
-      if (!readers.has(long)) readers.set(long, !image ? { say: () => "", ready: Promise.resolve() }
-        : long ? reader(excess, ridges, "no fibre is too long here", ridgeText(Number(map.dataset.ridgeTop)))
-        : reader(image, heights, "not seen, or off the ply", heightText(Number(map.dataset.top))));
-      return readers.get(long);
+      const name = map.dataset.shows, image = svg.querySelector(`image.${name}`), [ramp, none, text] = kinds[name];
+      if (!readers.has(name)) readers.set(name, image ? reader(image, ramp, none, text(Number(image.dataset.top))) : { say: () => "", ready: Promise.resolve() });
+      return readers.get(name);
     }
 
     for (const button of map.querySelectorAll("button[data-layer]")) button.addEventListener("click", () => {
-      const long = button.dataset.layer === "excess";
-      map.classList.toggle("long", long);
-      svg.parentElement.classList.toggle("blank", long);
+      map.dataset.shows = button.dataset.layer;
+      svg.parentElement.classList.toggle("blank", button.dataset.layer === "excess");
       for (const one of map.querySelectorAll("button[data-layer]")) one.setAttribute("aria-pressed", String(one === button));
       if (at) show(...at, false);
     });

@@ -1,0 +1,111 @@
+"""Whether the fibres run as they were meant to, and whether it is known how they run wherever that decides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import pocket
+from debulk.fibre import FibreRuns
+from debulk.grid import Grid
+from debulk.inspection.ply import angle_field, excess
+from debulk.inspection.ply.fibre_angles import looked_up
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.results.area import in_cm2
+from debulk.results.finding import Finding
+from debulk.verdict import Verdict
+
+if TYPE_CHECKING:
+    from debulk.inspection.ply.fibre_runs import ScanRuns
+
+Floats = NDArray[np.float64]
+_TURN_BACK = "lay the ply anew, or give the nominal directions of this ply"
+_COVER = "give angles that cover the whole ply, or nominal ones (nominal_angles_deg) that fill the gaps"
+_SHOWN = 0.5  # least share of an excess that two lines at right angles show, whichever way the fibres run
+
+
+def findings(runs: ScanRuns | None, ply: PlyOnMold) -> Iterator[Finding]:
+    """INVALID for a ply that was laid turned, and for a fibre that may be too long where it is not known how it runs.
+
+    Gaps in which no fibre can be too long are only mentioned.
+    """
+    limits, off = ply.recipe.verdict, ply.turned
+    if off is not None and off.median_deg > limits.max_turn_deg:
+        way = "counter-clockwise" if off.signed_deg > 0 else "clockwise"
+        reason = (
+            f"the fibres run {off.median_deg:.1f} degrees {way} from nominal, the median of {off.places} places, above "
+            f"the limit of {limits.max_turn_deg:g} degrees: {_TURN_BACK}"
+        )
+        measured = (off.median_deg, limits.max_turn_deg, "degrees")
+        yield Finding("fibre_angles", Verdict.INVALID, reason, *measured, remedy=_TURN_BACK)
+    field = ply.fibre_angles_deg
+    if not isinstance(field, Grid):
+        return
+    if runs is not None:
+        yield from _too_long(runs.runs, field, ply)
+    gaps = ~np.isfinite(field.values).all(axis=2) & angle_field.on_ply(field, ply.outline)
+    if ply.outline is None or not gaps.any():
+        return
+    if parts := list(angle_field.parts_of(gaps, field, ply.recipe.segmentation.area_tol_mm2)):
+        (x, y), area_mm2 = parts[0].place_mm, sum(part.area_mm2 for part in parts)
+        reason = (
+            f"the fibre directions are not known on {in_cm2(area_mm2)} of the ply, where the sensor saw none or the "
+            f"drape does not reach; the largest such part lies round ({x:.0f}, {y:.0f}) mm: {_COVER}"
+        )
+        yield Finding("fibre_angles", None, reason, area_mm2, None, "mm2", (x, y), remedy=_COVER)
+
+
+def _too_long(runs: FibreRuns, field: Grid, ply: PlyOnMold) -> Iterator[Finding]:
+    """Yield INVALID for the longest fibre over a gap, if it may make a ridge above the limit."""
+    limit_mm = ply.recipe.verdict.max_ridge_mm
+    longest_mm = excess.most_mm(runs) / _SHOWN
+    for n in np.argsort(-longest_mm, kind="stable").tolist():
+        ridge_mm = excess.ridge_of(float(longest_mm[n]), ply.recipe)
+        if ridge_mm <= limit_mm:
+            return
+        if not _over_gap(runs, n, field, ply.outline):
+            continue
+        x, y = runs.top_mm[n].tolist()
+        reason = (
+            f"it is not known how the fibres run near ({x:.0f}, {y:.0f}) mm, where one may be up to "
+            f"{longest_mm[n]:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm: {_COVER}"
+        )
+        yield Finding("fibre_angles", Verdict.INVALID, reason, ridge_mm, limit_mm, "mm", (x, y), remedy=_COVER)
+        return
+
+
+def _over_gap(runs: FibreRuns, n: int, field: Grid, ply_outline: Floats | None) -> bool:
+    """Return whether a run comes within a point of a gap of the field, or leaves it."""
+    first, top, last = runs.from_mm[n], runs.top_mm[n], runs.to_mm[n]
+    beside = float(field.spacing_mm) * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]], dtype=np.float64)
+    line = np.vstack([_between(first, top, field), _between(top, last, field)])
+    places = (line[:, None] + beside).reshape(-1, 2)
+    unknown = places[~np.isfinite(looked_up(field, places)[0]).all(axis=1)]
+    return len(unknown) > 0 and (ply_outline is None or bool(pocket.inside(ply_outline, unknown).any()))
+
+
+def _between(a: Floats, b: Floats, field: Grid) -> Floats:
+    count = int(np.ceil(np.linalg.norm(b - a) / field.spacing_mm)) + 1
+    return a + np.linspace(0, 1, count + 1)[:, None] * (b - a)
+
+
+def locked(ply: PlyOnMold) -> list[Finding]:
+    """Mention where the ply shears beyond its locking angle."""
+    shear, limit = ply.shear, ply.recipe.material.locking_deg
+    if shear is None:
+        return []
+    beyond = np.nan_to_num(shear.values) > limit
+    parts = list(angle_field.parts_of(beyond, shear, ply.recipe.segmentation.area_tol_mm2)) if beyond.any() else []
+    if not parts:
+        return []
+    (x, y), area_mm2 = parts[0].place_mm, sum(part.area_mm2 for part in parts)
+    most = float(np.nanmax(shear.values))
+    reason = (
+        f"the ply shears by up to {most:.0f} degrees, beyond its locking angle of {limit:g} degrees on "
+        f"{in_cm2(area_mm2)}, most of it round ({x:.0f}, {y:.0f}) mm: it buckles there, and its fibres may run "
+        "otherwise than a drape says"
+    )
+    return [Finding("locked", None, reason, most, limit, "degrees", (x, y))]
