@@ -48,3 +48,27 @@ class Grid:
     def y_mm(self) -> NDArray[np.float64]:
         """(ny,) y of the rows, mm."""
         return np.asarray(self.origin_mm[1] + self.spacing_mm * np.arange(self.values.shape[0]), dtype=np.float64)
+
+    def cells(self, xy_mm: NDArray[np.floating]) -> NDArray[np.int64]:
+        """Return column and row of the grid point nearest to each of (..., 2) places; they may lie off the grid."""
+        return np.asarray(np.rint((xy_mm - self.origin_mm) / self.spacing_mm).astype(np.int64))
+
+    def holds(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return which of (..., 2) columns and rows lie on the grid."""
+        return np.asarray((cells >= 0).all(axis=-1) & (cells < self.values.shape[1::-1]).all(axis=-1))
+
+    def at(self, xy_mm: NDArray[np.floating], beyond: float = np.nan) -> NDArray[np.float64]:
+        """Return the (...,) values, of (ny, nx), of the grid points nearest to (..., 2) places; `beyond` off the grid.
+
+        Examples
+        --------
+        >>> grid = Grid(np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([0.0, 0.0]), 10.0)
+        >>> grid.at(np.array([[9.0, 1.0], [3.0, 12.0], [30.0, 0.0]])).tolist()
+        [2.0, 3.0, nan]
+        """
+        cells = self.cells(xy_mm)
+        on = self.holds(cells)
+        out = np.full(on.shape, beyond, dtype=np.float64)
+        column, row = cells[on].T
+        out[on] = self.values[row, column]
+        return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,14 @@ from debulk.arguments import typed
 if TYPE_CHECKING:
     from debulk.surface import Reference
 
-__all__ = ["PostProcessed", "RidgeSection", "largest_fibre_excess", "post_process", "ridge_height"]
+__all__ = [
+    "PostProcessed",
+    "RidgeSection",
+    "excess_of_ridge",
+    "largest_fibre_excess",
+    "post_process",
+    "ridge_height",
+]
 
 
 @typed
@@ -55,6 +63,18 @@ def ridge_height(ply_length_mm: float, mold_length_mm: float, thickness_mm: floa
     0.697
     """
     return float(_core.ridge.ridge_height(ply_length_mm, mold_length_mm, thickness_mm))
+
+
+@typed
+def excess_of_ridge(height_mm: float, thickness_mm: float) -> float:
+    """Return the excess length, mm, that a ridge of this height takes up: the inverse of `ridge_height`, not negative.
+
+    Examples
+    --------
+    >>> round(excess_of_ridge(ridge_height(10.0, 9.5, 0.3), 0.3), 9)
+    0.5
+    """
+    return max(0.0, 2 * height_mm - (4 - math.pi) * thickness_mm)
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,12 @@ class Reference(_core.surface.Reference):
             )
         super().__init__(heights.astype(np.float64), arrays.pair(origin_mm, "origin_mm"), float(spacing_mm))
 
+    @property
+    def box_mm(self) -> NDArray[np.float64]:
+        """(2, 2) lowest and highest corner of what the heights span, mold XY."""
+        corners = _core.surface.extent(self)
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
     def __reduce__(self) -> tuple[Any, ...]:
         return Reference, (self.heights_mm, self.origin_mm, self.spacing_mm)
 

@@ -69,12 +69,8 @@ FOR_TYPES_ONLY = {
     ("debulk.chain.recognise", "debulk.chain.record"),
     ("debulk.chain.page", "debulk.chain.record"),
     ("debulk.inspection.calls", "debulk.chain.record"),
-    ("debulk.inspection.checks.seen", "debulk.chain.recognise"),
-    ("debulk.inspection.inspector", "debulk.chain.recognise"),
     ("debulk.inspection.inspector", "debulk.chain.record"),
     ("debulk.inspection.repeating", "debulk.chain.record"),
-    ("debulk.inspection.inspector_file", "debulk.inspection.inspector"),
-    ("debulk.inspection.tracing", "debulk.inspection.inspector"),
     *((f"debulk.results.{name}", "debulk.results.report")
       for name in ("advice", "deciding", "notebook", "report_text", "rework")),
 }  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from debulk.chain.figures import FIGURES, Quantity
 from debulk.chain.signature import Signature, signature_of
 from debulk.chain.windows import windows_of
+from debulk.inspection.checks.seen import Recognised
 from debulk.results.chain import ChainFigure, ChainReport
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
@@ -23,14 +24,6 @@ if TYPE_CHECKING:
 
 Cloud = NDArray[np.float32]
 _NEEDED = ("pitch_mm", "noise_mm", "near")  # without these, a scan's chain is not known
-
-
-class Recognised(NamedTuple):
-    """What a scan's comparison with its chain adds to the report: its figures, and what follows from them."""
-
-    report: ChainReport
-    findings: tuple[Finding, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
 
 
 class Recogniser:

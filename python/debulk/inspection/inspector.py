@@ -21,7 +21,7 @@ from debulk.history.kept import history_of
 from debulk.inspection import inspector_file, reporting
 from debulk.inspection.bumps import tolerances
 from debulk.inspection.checks import shared_runs
-from debulk.inspection.checks.seen import Judged, Seen
+from debulk.inspection.checks.seen import Judged, Recognised, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, clean, hide, owned
 from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
@@ -30,6 +30,7 @@ from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.finder import finder_for
 from debulk.inspection.find.found import Found
+from debulk.inspection.given import Given
 from debulk.inspection.holes.masked_holes import masked_holes
 from debulk.inspection.place import mold_edge
 from debulk.inspection.place.placing import Placed, Placing
@@ -55,7 +56,6 @@ from debulk.stopping import Running
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
-    from debulk.chain.recognise import Recognised
     from debulk.chain.record import Chain
     from debulk.history import History
     from debulk.recipe import Recipe
@@ -177,6 +177,16 @@ class Inspector:
         if nominal is not None:
             nominal = laid(nominal, self.reference, self.ply_outline, "nominal_angles_deg")
             self.nominal_angles_deg = nominal_on(nominal, self.fibre_angles_deg)
+        self._given = Given(
+            recipe=recipe,
+            reference=reference,
+            ply_outline=self.ply_outline,
+            fibre_angles_deg=self.fibre_angles_deg,
+            nominal_angles_deg=self.nominal_angles_deg,
+            mold_from_scanner=self.mold_from_scanner,
+            camera=self.camera,
+            mask=self.mask,
+        )
         self.ply = PlyOnMold.of(
             self.reference, self.ply_outline, self.fibre_angles_deg, self.nominal_angles_deg, recipe
         )
@@ -193,7 +203,7 @@ class Inspector:
         self._humps = preparation.step("humps", 0.93, lambda: humps_of(reference.seen, self.ply))
         preparation.step("fibres", 0.94, lambda: self.ply.fibres)
         self._finder = preparation.step("regions", 0.96, lambda: finder_for(self.setup))
-        self._tracing = Tracing(self)
+        self._tracing = Tracing(self._given)
         self._finding = Guard()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()
 
@@ -218,7 +228,7 @@ class Inspector:
         path = Path(path)
         if path.suffix.lower() != ".npz":
             raise InputError(f"{path}: expected a file ending in .npz")
-        inspector_file.write(self, path)
+        inspector_file.write(self._given, path)
 
     @classmethod
     @typed

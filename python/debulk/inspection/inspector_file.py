@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import zipfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,10 @@ from debulk.files import replacing
 from debulk.grid import Grid
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.inspection.clouds.far_place import NEAR, FarPlace
+from debulk.inspection.given import Given
 from debulk.inspection.reference.prepared import Prepared
 from debulk.results.trace import ArrayTrace
 from debulk.surface import Reference
-
-if TYPE_CHECKING:
-    from debulk.inspection.inspector import Inspector
 
 FORMAT = "debulk inspector 1"
 _GRID = ("f", (3,))  # x and y of the first point, spacing
@@ -49,23 +47,23 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
 _SPARE_BYTES = 1 << 16  # allowed for headers of the archive
 
 
-def write(inspector: Inspector, path: Path) -> None:
-    """Write the inspector: its recipe, its prepared reference and all its other arguments."""
-    prepared, angles = inspector.prepared, inspector.fibre_angles_deg
+def write(given: Given, path: Path) -> None:
+    """Write what an inspector was given, with its reference prepared."""
+    prepared, angles = given.reference, given.fibre_angles_deg
     arrays: dict[str, Any] = {
         "format": FORMAT,
-        "recipe": json.dumps(inspector.recipe.model_dump()),
+        "recipe": json.dumps(given.recipe.model_dump()),
         "reference": prepared.reference.heights_mm,
         "reference_grid": [*prepared.reference.origin_mm, prepared.reference.spacing_mm],
         "seen": prepared.seen.values,
         "seen_grid": _grid(prepared.seen),
         "grid_spacing_mm": prepared.grid_spacing_mm,
-        "ply_outline": inspector.ply_outline,
-        "mold_from_scanner": inspector.mold_from_scanner,
-        "camera": inspector.camera,
+        "ply_outline": given.ply_outline,
+        "mold_from_scanner": given.mold_from_scanner,
+        "camera": given.camera,
         "image": None if prepared.image is None else np.array(prepared.image, dtype=np.float64),
-        "mask": inspector.mask,
-        "nominal_angles": None if inspector.nominal_angles_deg is None else inspector.nominal_angles_deg.values,
+        "mask": given.mask,
+        "nominal_angles": None if given.nominal_angles_deg is None else given.nominal_angles_deg.values,
         "sample": prepared.sample,
         "far_place": None if prepared.place.shift_mm is None else [*prepared.place.shift_mm, prepared.place.rounded_mm],
         "cloud_shape": None if prepared.cloud is None else prepared.cloud.shape,

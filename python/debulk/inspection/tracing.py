@@ -8,7 +8,7 @@ import os
 import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,8 @@ from debulk.arguments import of_type
 from debulk.build import build_id
 from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
+from debulk.inspection.given import Given
 from debulk.results.trace import ArrayTrace, Trace
-
-if TYPE_CHECKING:
-    from debulk.inspection.inspector import Inspector
 
 __all__ = ["Tracing", "checked_context", "now_utc"]
 
@@ -30,19 +28,19 @@ __all__ = ["Tracing", "checked_context", "now_utc"]
 class Tracing:
     """The part of the record that all inspections of one inspector have in common."""
 
-    def __init__(self, inspector: Inspector) -> None:
-        angles, camera, image = inspector.fibre_angles_deg, inspector.camera, inspector.prepared.image
+    def __init__(self, given: Given) -> None:
+        angles, camera, image = given.fibre_angles_deg, given.camera, given.reference.image
         self._common: dict[str, Any] = {
-            "reference": inspector.prepared.cloud,
+            "reference": given.reference.cloud,
             "fibre_angles_deg": None if isinstance(angles, Grid) else angles,
             "fibre_angles_map": angles if isinstance(angles, Grid) else None,
-            "nominal_angles_map": inspector.nominal_angles_deg,
-            "mold_from_scanner": inspector.mold_from_scanner,
+            "nominal_angles_map": given.nominal_angles_deg,
+            "mold_from_scanner": given.mold_from_scanner,
             "camera": camera,
             "fitted_camera": None if image is None else np.array(image.camera),
-            "mask": _mask(inspector.mask),
+            "mask": _mask(given.mask),
             "versions": _versions(),
-            "host": _host() | {"threads used": str(inspector.recipe.run.threads or _core.default_threads())},
+            "host": _host() | {"threads used": str(given.recipe.run.threads or _core.default_threads())},
         }
 
     def trace(

@@ -13,6 +13,7 @@ from debulk.history.store import History
 from debulk.history.tables import connected
 from debulk.learning.detection import Pod, pod
 from debulk.learning.likelihood import Outcomes, Posterior, Prior, posterior
+from debulk.ridge import excess_of_ridge
 
 _FOLDS = 5
 _LEAST = 10  # outcomes: with fewer the prior speaks
@@ -133,7 +134,7 @@ def calibrate(
     ask = tuple(one for one in open_pockets if best_mm[0] <= one[2] <= best_mm[1])[:_SHOWN]
     detected, why = _detection(*sizes)
     return Calibrated(
-        known, found, costs, limit, present_mm, max(0.0, 2 * (limit - (2 - math.pi / 2) * thickness_mm)),
+        known, found, costs, limit, present_mm, excess_of_ridge(limit, thickness_mm),
         validated(known, costs, present_mm, prior), wanted_mm, max(0, math.ceil(lacking / best)),
         max(0, math.ceil(lacking / usual)) if usual > 0 else None, best_mm, ask, detected, why,
     )  # fmt: skip

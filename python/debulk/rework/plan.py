@@ -19,6 +19,7 @@ from debulk.rework.handling import Handling
 from debulk.rework.move import Move, Rework
 from debulk.rework.needs import leaving_mm
 from debulk.rework.places import Places, places_of
+from debulk.ridge import excess_of_ridge
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -64,7 +65,7 @@ def plan(
     handling = handling or Handling()
     limits, t = recipe.verdict, recipe.material.thickness_mm
     target_mm, limit_mm = (
-        max(0.0, 2 * h - (4 - math.pi) * t) for h in (limits.max_ridge_mm - limits.ridge_margin_mm, limits.max_ridge_mm)
+        excess_of_ridge(h, t) for h in (limits.max_ridge_mm - limits.ridge_margin_mm, limits.max_ridge_mm)
     )
     if not len(runs):
         return Rework((), failing, target_mm, handling)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 from debulk.inspection.bumps.tolerances import Bump
 from debulk.inspection.evaluate.evaluated import Evaluation
@@ -15,13 +15,11 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan.filled import Filled
 from debulk.inspection.rawscan.wrinkles import Standing
 from debulk.results.approval import Approval
+from debulk.results.chain import ChainReport
 from debulk.results.finding import Finding
-from debulk.results.report import PocketReport
+from debulk.results.report import LeftOut, PocketReport
 
-if TYPE_CHECKING:
-    from debulk.chain.recognise import Recognised
-
-__all__ = ["Judged", "Seen"]
+__all__ = ["Judged", "Recognised", "Seen"]
 
 
 @dataclass(frozen=True)
@@ -42,6 +40,14 @@ class Judged:
     evaluations: Sequence[Evaluation]
     reports: tuple[PocketReport, ...]
     bumps: Sequence[Bump]
+
+
+class Recognised(NamedTuple):
+    """What a scan's comparison with its chain adds to the report: its figures, and what follows from them."""
+
+    report: ChainReport
+    findings: tuple[Finding, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
 
 
 @dataclass(frozen=True)

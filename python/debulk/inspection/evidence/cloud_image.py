@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core, cloud
+from debulk import cloud
 from debulk.inspection.clouds.thinning import complete
 
 if TYPE_CHECKING:
@@ -77,7 +77,8 @@ def laid_out(
     threads
         0: as many as there are processors.
     """
-    low, high = np.maximum(box_mm[0], _corners(reference)[0]), np.minimum(box_mm[1], _corners(reference)[1])
+    lowest, highest = reference.box_mm
+    low, high = np.maximum(box_mm[0], lowest), np.minimum(box_mm[1], highest)
     if not np.isfinite(pitch_mm) or not (low < high).all():
         return None
     side = max(_SIDE * pitch_mm, float(np.sqrt(np.prod(high - low) / _MOST_PIXELS)))
@@ -98,7 +99,7 @@ def laid_out(
     x, y = low[0] + side * (np.arange(nx) + 0.5), low[1] + side * (np.arange(ny) + 0.5)
     image = np.stack([*np.meshgrid(x, y), np.full((ny, nx), np.nan)], axis=-1).reshape(-1, 3)
     of = mold[chosen[held]].astype(np.float64)
-    image[held, 2] = of[:, 2] - reference.height(np.clip(of[:, :2], *_corners(reference)))
+    image[held, 2] = of[:, 2] - reference.height(np.clip(of[:, :2], lowest, highest))
     beside = np.zeros((ny * nx, 2))
     beside[held] = (of[:, :2] - image[held, :2]) / side
     heights = image.reshape(ny, nx, 3)
@@ -114,8 +115,3 @@ def _along_the_slope(height: Floats, off: Floats) -> Floats:
     level[weight <= 0] = 0.0
     down, right = np.gradient(level)
     return np.where(seen, off[..., 0] * right + off[..., 1] * down, 0.0)
-
-
-def _corners(reference: Reference) -> Floats:
-    corners = np.asarray(_core.surface.extent(reference))
-    return np.stack([corners.min(axis=0), corners.max(axis=0)])

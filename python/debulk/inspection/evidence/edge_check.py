@@ -109,10 +109,7 @@ class Outline:
 
     def strips(self, heights: Grid) -> Floats:
         """Return the (N, K) heights at the places and offsets, from a height map; NaN: nothing known."""
-        ij, known = self._cells(heights)
-        values = np.full(known.shape, np.nan)
-        values[known] = heights.values[ij[known][:, 1], ij[known][:, 0]]
-        return values
+        return np.where(self._own, heights.at(self._xy), np.nan)
 
     def missed(self, missed_mm: Callable[[Floats], Floats], off_mm: float) -> Floats:
         """Return by how much the reference stands above its surface at the places and offsets, (N, K); 0: not known.
@@ -123,12 +120,6 @@ class Outline:
         out = np.where(self._own, np.nan_to_num(missed_mm(self._xy.reshape(-1, 2)).reshape(self._own.shape)), 0.0)
         edges = cv2.dilate((np.abs(out) > off_mm).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
         return np.where(edges, np.nan, out)
-
-    def _cells(self, heights: Grid) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Return the column and row of the cell nearest to each place, (N, K, 2), and which of them are on the map."""
-        ij = np.rint((self._xy - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
-        ny, nx = heights.values.shape
-        return ij, self._own & (ij >= 0).all(axis=2) & (ij < [nx, ny]).all(axis=2)
 
     def fit(self, values: Floats, thickness_mm: float, cut_height_mm: float) -> EdgeFit:
         """Find the ply's edge in the strips' heights, disregarding pockets, which rise above the cut."""

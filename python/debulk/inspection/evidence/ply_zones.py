@@ -75,7 +75,7 @@ class PlyZones:
         if ply_outline is not None:
             on = pocket.inside(ply_outline, xy)
             on[on] = pocket.distance_to_outline(ply_outline, xy[on]) > _INSET_MM
-        self._low, self._shape, self._on = low_mm, (ny, nx), on
+        self._low, self._on = low_mm, Grid(on.reshape(ny, nx), low_mm, _CELL_MM)
         self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
         self.side_mm = next((s for s in _SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
         self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
@@ -91,26 +91,21 @@ class PlyZones:
         """Return which points of a sample have a height and lie on the ply, well inside its outline."""
         if (known := sample.inside.get(self)) is not None:
             return known
-        cell = np.rint((sample.points_mm[:, :2] - self._low) / _CELL_MM)
-        ny, nx = self._shape
-        on: Bools = np.isfinite(sample.height_mm) & (cell >= 0).all(axis=1) & (cell < [nx, ny]).all(axis=1)
-        column, row = cell[on].astype(np.int64).T
-        on[on] = self._on[row * nx + column]
+        on: Bools = np.isfinite(sample.height_mm)
+        on[on] = self._on.at(sample.points_mm[on, :2], beyond=0.0) > 0
         on.flags.writeable = False  # because all callers share it
         sample.inside[self] = on
         return on
 
     def cells(self, heights: Grid) -> Bools:
         """Return which cells of a map lie on the ply, well inside its outline."""
-        ny, nx = heights.values.shape
         column, row = (
-            np.rint((heights.origin_mm[axis] + heights.spacing_mm * np.arange(n) - self._low[axis]) / _CELL_MM)
-            for axis, n in ((0, nx), (1, ny))
+            np.rint((at - low) / _CELL_MM) for at, low in zip((heights.x_mm, heights.y_mm), self._low, strict=True)
         )
-        rows, columns = self._shape
+        rows, columns = self._on.values.shape
         there = ((row >= 0) & (row < rows))[:, None] & ((column >= 0) & (column < columns))
         at = np.clip(row, 0, rows - 1).astype(np.int64), np.clip(column, 0, columns - 1).astype(np.int64)
-        return np.asarray(there & self._on.reshape(rows, columns)[np.ix_(*at)])
+        return np.asarray(there & self._on.values[np.ix_(*at)])
 
     def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:
         """Return the medians of the used points in each square in which most of the points on the ply are used."""

@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, cloud
+from debulk import cloud
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
@@ -110,15 +110,10 @@ def sample_of(
 def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
     """Return the heights of (N, 3) points above the reference; NaN where the grid `seen` shows nothing of it."""
     heights = np.full(len(points_mm), np.nan)
-    corners = _core.surface.extent(reference)
-    (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
+    (left, low), (right, high) = reference.box_mm
     x, y, z = points_mm.T
     inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
-    ny, nx = seen.values.shape
-    column = np.rint((x[inside] - seen.origin_mm[0]) / seen.spacing_mm).astype(np.int64)
-    row = np.rint((y[inside] - seen.origin_mm[1]) / seen.spacing_mm).astype(np.int64)
-    known = np.isfinite(seen.values[np.clip(row, 0, ny - 1), np.clip(column, 0, nx - 1)])
-    inside = inside[known]
+    inside = inside[np.isfinite(seen.at(points_mm[inside, :2]))]
     if len(inside):
         heights[inside] = z[inside] - reference.height(np.stack([x[inside], y[inside]], axis=1))
     return heights

@@ -24,10 +24,9 @@ def masked_holes(found: Found, setup: Setup) -> tuple[bool, ...]:
     It is False without a mask, and without a camera, which relates mask and mold.
     """
     image, mask, reference, pose = setup.prepared.image, setup.mask, setup.prepared.reference, setup.pose
+    low, high = reference.box_mm
     if image is None or mask is None or mask.shape != image.shape:
         return (False,) * len(found.unseen.holes)
-    low = reference.origin_mm
-    high = low + reference.spacing_mm * (np.array(reference.heights_mm.shape[::-1]) - 1)
     out = []
     for hole in found.unseen.holes:
         begin, end = np.maximum(hole.box[0], low), np.minimum(hole.box[1], high)

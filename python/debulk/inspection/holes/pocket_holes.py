@@ -88,11 +88,9 @@ def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
     near = grown(unknown, _NEAR_CELLS)
     ends = np.roll(outline_mm, -1, axis=0)
     lengths = np.linalg.norm(ends - outline_mm, axis=1)
-    cells = np.rint((0.5 * (outline_mm + ends) - window.origin_mm) / window.spacing_mm).astype(np.int64)
-    ny, nx = unknown.shape
-    i, j = np.clip(cells, 0, [nx - 1, ny - 1]).T
+    along = Grid(near, window.origin_mm, window.spacing_mm).at(0.5 * (outline_mm + ends), beyond=0.0) > 0
     total = float(lengths.sum())
-    return float(lengths[near[j, i]].sum()) / total if total > 0 else 0.0
+    return float(lengths[along].sum()) / total if total > 0 else 0.0
 
 
 def _reached(

@@ -222,11 +222,10 @@ def _bridged(hole: pocket.UnseenHole, found: Found, recipe: Recipe) -> bool:
     hide a pocket that does not show at its rim.
     """
     for whole, _ in found.parts:
-        heights = whole.heights
-        begin, end = np.rint((hole.box - heights.origin_mm) / heights.spacing_mm).astype(int)
-        if (begin < 0).any() or (end >= heights.values.shape[::-1]).any():
+        begin, end = cells = whole.heights.cells(hole.box)
+        if not whole.heights.holds(cells).all():
             continue
-        if np.isfinite(heights.values[begin[1] : end[1] + 1, begin[0] : end[0] + 1]).all():
+        if np.isfinite(whole.heights.values[begin[1] : end[1] + 1, begin[0] : end[0] + 1]).all():
             return True
     return hole.rim_height < recipe.segmentation.cut_height_mm / 2
 

@@ -48,11 +48,7 @@ class BelowEdge:
 
     def finding(self, sample: Sample) -> Finding | None:
         """Say that a ply, or something else, lies there; None if the scan does not stand above the reference there."""
-        grid = self.heights
-        column, row = np.rint((sample.points_mm[:, :2] - grid.origin_mm) / grid.spacing_mm).astype(np.int64).T
-        on = (column >= 0) & (row >= 0) & (column < grid.values.shape[1]) & (row < grid.values.shape[0])
-        above = np.full(len(on), np.nan)
-        above[on] = sample.points_mm[on, 2] - grid.values[row[on], column[on]]
+        above = sample.points_mm[:, 2] - self.heights.at(sample.points_mm[:, :2])
         known = np.flatnonzero(np.isfinite(above))
         square = np.floor(sample.points_mm[known, :2] / _SQUARE_MM).astype(np.int64)
         places, which, counts = np.unique(square, axis=0, return_inverse=True, return_counts=True)

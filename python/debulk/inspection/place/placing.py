@@ -98,8 +98,7 @@ class Placing:
         self._thickness_mm = setup.recipe.material.thickness_mm
         self._least_mm = self._thickness_mm if least_mm is None else least_mm
         self._tol_mm = options.level_tol_mm(setup.recipe)
-        corners = _core.surface.extent(prepared.reference)
-        low, high = corners.min(axis=0), corners.max(axis=0)
+        low, high = prepared.reference.box_mm
         frame.check_tilt(prepared.reference, low, high, ply_outline)
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)

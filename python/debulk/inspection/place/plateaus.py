@@ -240,8 +240,8 @@ def _of_reference(reference: Reference, own: Bools, origin: Floats, cell: float)
     at = origin + cell * np.stack([column, row], axis=1)
     near, far = _REACH_MM
     places = np.stack([at + way * outwards for way in (-far, -near, near, far)])
-    corners = _core.surface.extent(reference)
-    inside = ((places >= corners.min(axis=0)) & (places <= corners.max(axis=0))).all(axis=(0, 2))
+    low, high = reference.box_mm
+    inside = ((places >= low) & (places <= high)).all(axis=(0, 2))
     if not inside.any():
         return 0.0
     f = reference.height(places[:, inside].reshape(-1, 2)).reshape(4, -1)

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core, pocket
+from debulk import pocket
 from debulk.inspection.reference.prepared import Prepared
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -37,9 +37,8 @@ def too_steep(prepared: Prepared, ply_outline: Floats, mold_from_scanner: Floats
     mold_from_scanner
         (4, 4), x_mold = T x_scanner; None: both frames are the same.
     """
-    corners = _core.surface.extent(prepared.reference)
-    low = np.maximum(corners.min(axis=0), ply_outline.min(axis=0))
-    high = np.minimum(corners.max(axis=0), ply_outline.max(axis=0))
+    low, high = prepared.reference.box_mm
+    low, high = np.maximum(low, ply_outline.min(axis=0)), np.minimum(high, ply_outline.max(axis=0))
     x, y = (np.arange(a, b, _CELL_MM) for a, b in zip(low, high, strict=True))
     xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     slope = prepared.reference.gradient(xy)

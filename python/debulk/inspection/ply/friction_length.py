@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from debulk.ridge import excess_of_ridge
 from debulk.verdict import natural_length
 
 if TYPE_CHECKING:
@@ -23,5 +24,5 @@ def friction_length(recipe: Recipe) -> float:
     if material.friction == 0:
         return math.inf
     natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
-    held_mm = max(2 * limits.max_ridge_mm - (4 - math.pi) * material.thickness_mm, 1e-3 * natural_mm)
+    held_mm = max(excess_of_ridge(limits.max_ridge_mm, material.thickness_mm), 1e-3 * natural_mm)
     return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)

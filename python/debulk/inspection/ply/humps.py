@@ -119,7 +119,7 @@ def named(humps: tuple[Hump, ...], largest: Grid | None, recipe: Recipe) -> tupl
 def _largest_near(largest: Grid, hump: Hump) -> float:
     """Return the largest excess within the hump's extent."""
     reach = int(np.ceil(np.sqrt(hump.area_mm2) / largest.spacing_mm))
-    column, row = np.rint((np.array(hump.place_mm) - largest.origin_mm) / largest.spacing_mm).astype(int)
+    column, row = largest.cells(np.array(hump.place_mm))
     part = largest.values[
         max(0, row - reach) : max(0, row + reach + 1), max(0, column - reach) : max(0, column + reach + 1)
     ]

@@ -74,8 +74,7 @@ class Prepared:
 
     def bare_mm(self, xy: Floats) -> Floats:
         """Return the heights (N,) of the bare mold above the datum at (N, 2) places, mold XY: 0 where it is level."""
-        corners = _core.surface.extent(self.reference)
-        inside = np.clip(xy, corners.min(axis=0), corners.max(axis=0))
+        inside = np.clip(xy, *self.reference.box_mm)
         return np.asarray(self.reference.height(inside) - self.datum.height(inside))
 
     def missed_mm(self, xy: Floats) -> Floats:
@@ -84,13 +83,12 @@ class Prepared:
         A smooth surface fills grooves of a mold in and cuts its ribs and edges off, and what it misses so appears in
         every scan. (N,), mm; NaN where nothing was seen.
         """
-        seen, corners = self.seen, _core.surface.extent(self.reference)
-        ij = np.rint((xy - seen.origin_mm) / seen.spacing_mm).astype(np.int64)
-        at = seen.origin_mm + seen.spacing_mm * ij
-        inside = (ij >= 0).all(axis=1) & (ij < seen.values.shape[::-1]).all(axis=1)
-        inside &= ((at >= corners.min(axis=0)) & (at <= corners.max(axis=0))).all(axis=1)
-        out = np.full(len(xy), np.nan)
-        out[inside] = seen.values[ij[inside, 1], ij[inside, 0]] - self.reference.height(at[inside])
+        seen, (low, high) = self.seen, self.reference.box_mm
+        at = seen.origin_mm + seen.spacing_mm * seen.cells(xy)
+        out = seen.at(xy)
+        inside = ((at >= low) & (at <= high)).all(axis=1)
+        out[~inside] = np.nan
+        out[inside] -= self.reference.height(at[inside])
         return out
 
     def seen_on_grid(self) -> tuple[NDArray[np.float32], Floats, float]:

@@ -31,11 +31,8 @@ def check_reference(xy_mm: Floats, each: int, recipe: Recipe) -> None:
 
 def check_neighbours(xy_mm: Floats, heights: Grid) -> None:
     """Refuse an image whose neighbouring pixels are empty or lie apart: few of its (N, 2) points get a height then."""
-    rows, columns = heights.values.shape
-    cells = np.rint((xy_mm - heights.origin_mm) / heights.spacing_mm).astype(np.int64)
-    inside = (cells >= 0).all(axis=1) & (cells < [columns, rows]).all(axis=1)
-    share = np.isfinite(heights.values[cells[inside, 1], cells[inside, 0]]).sum() / max(len(xy_mm), 1)
-    if min(rows, columns) >= _WIDE and share < _NEIGHBOURED:
+    share = np.isfinite(heights.at(xy_mm)).sum() / max(len(xy_mm), 1)
+    if min(heights.values.shape) >= _WIDE and share < _NEIGHBOURED:
         raise InputError(
             "reference: expected an image whose neighbouring pixels lie beside each other, but only "
             f"{100 * share:.2g} % of its points have such neighbours; is every other pixel missing, "
