@@ -70,9 +70,30 @@ SensorNoise noise_of(const std::vector<py::array>& images, int exposures, int st
   return estimate_noise(from.stack, steps, saturated, from.width, threads, stop);
 }
 
+// planes: (2 + numbers of periods, pixels, rounded up to groups of sixteen)
+Arrived arrived_of(const py::object& planes, const Decoding& how, long pixels) {
+  const py::ssize_t each = (pixels + 15) / 16 * 16, periods = static_cast<py::ssize_t>(how.plan.periods.size());
+  float* at = target<float>(planes, {2 + periods, each}, "planes");
+  Arrived out;
+  out.offset = at, out.modulation = at + each;
+  for (py::ssize_t p = 0; p < periods; ++p) out.wrapped[static_cast<std::size_t>(p)] = at + (2 + p) * each;
+  return out;
+}
+
 template <class T>
-py::dict decode_into(const std::vector<py::array>& images, int exposures, const Decoding& how, const py::dict& maps, const Stop& stop) {
+void take_images(const std::vector<py::array>& images, int period, const Decoding& how, const py::object& planes, const Stop& stop) {
+  const Images<T> from(images, 1);
+  const Arrived into = arrived_of(planes, how, from.stack.pixels);
+  py::gil_scoped_release release;
+  take_in(from.stack.images, from.stack.pixels, period, how, into, stop);
+}
+
+template <class T>
+py::dict decode_into(const std::vector<py::array>& images, int exposures, const Decoding& how, const py::dict& maps, const Stop& stop,
+                     const py::object& planes) {
   const Images<T> from(images, exposures);
+  Arrived arrived;
+  if (!planes.is_none()) arrived = arrived_of(planes, how, from.stack.pixels);
   const std::vector<py::ssize_t> shape = {from.height, from.width};
   const auto wanted = [&](const char* name) -> py::object { return maps.contains(name) ? py::object(maps[name]) : py::none(); };
   PhaseMaps out;
@@ -84,7 +105,7 @@ py::dict decode_into(const std::vector<py::array>& images, int exposures, const 
   NeighbourCounts beside;
   {
     py::gil_scoped_release release;
-    counts = decode(from.stack, how, out, stop);
+    counts = decode(from.stack, how, out, stop, planes.is_none() ? nullptr : &arrived);
     if (out.phase) beside = check_neighbours(out.phase, from.width, from.height, order_step(how.plan), how.threads, stop, how.isa);
   }
   py::dict result;
@@ -142,18 +163,33 @@ void bind_scanner(py::module_ m) {
       "decode",
       [](const std::vector<py::array>& images, int exposures, const std::vector<int>& periods, int steps, double saturated,
          std::pair<double, double> noise, double start, double least_contrast, double most_order_noise, double most_residual,
-         const py::dict& maps, int threads, int widest, const Stop& stop) {
+         const py::dict& maps, int threads, int widest, const Stop& stop, const py::object& planes) {
         Decoding how;
         how.steps = steps, how.plan = plan_unwrapping(periods), how.saturated = saturated;
         how.noise = {noise.first, noise.second}, how.start = start, how.least_contrast = least_contrast;
         how.most_order_noise = most_order_noise, how.most_residual = most_residual, how.threads = threads;
         how.isa = widest_isa(widest);
-        return bytes(images) ? decode_into<std::uint8_t>(images, exposures, how, maps, stop)
-                             : decode_into<std::uint16_t>(images, exposures, how, maps, stop);
+        return bytes(images) ? decode_into<std::uint8_t>(images, exposures, how, maps, stop, planes)
+                             : decode_into<std::uint16_t>(images, exposures, how, maps, stop, planes);
       },
       py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"),
       py::arg("start"), py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"),
-      py::arg("threads"), py::arg("widest"), py::arg("stop"));
+      py::arg("threads"), py::arg("widest"), py::arg("stop"), py::arg("planes") = py::none());
+
+  m.def(
+      "take_in",
+      [](const std::vector<py::array>& images, int period, const std::vector<int>& periods, double saturated, const py::object& planes,
+         int threads, int widest, const Stop& stop) {
+        Decoding how;
+        how.steps = static_cast<int>(images.size()), how.plan = plan_unwrapping(periods), how.saturated = saturated;
+        how.threads = threads, how.isa = widest_isa(widest);
+        require(!planes.is_none(), "planes", "an array", "None");
+        return bytes(images) ? take_images<std::uint8_t>(images, period, how, planes, stop)
+                             : take_images<std::uint16_t>(images, period, how, planes, stop);
+      },
+      py::arg("images"), py::arg("period"), py::kw_only(), py::arg("periods"), py::arg("saturated"), py::arg("planes"), py::arg("threads"),
+      py::arg("widest"), py::arg("stop"),
+      "Takes all steps of one number of periods into the planes that decode() then reads in their place.");
 
   m.def(
       "check_neighbours",

@@ -16,6 +16,7 @@ namespace {
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr double pi = 3.14159265358979323846;
 constexpr int most_images = 64;  // per exposure
+constexpr long chunk = 1 << 11;  // groups of sixteen pixels that a thread takes at once
 
 // The constants that the loop needs, in single precision.
 struct Tables {
@@ -71,6 +72,12 @@ Tables tables_of(const Decoding& how) {
   return t;
 }
 
+void check(const Decoding& how, long pixels) {
+  require(how.steps >= 3 && how.steps * how.plan.periods.size() <= most_images, "steps", "3 or more, and at most 64 images", how.steps);
+  require(pixels >= 16, "images", "at least 16 pixels", pixels);
+  require(how.plan.stages.size() <= 8, "periods", "numbers that unwrap in eight stages", how.plan.stages.size());
+}
+
 }  // namespace
 
 DecodeCounts& DecodeCounts::operator+=(const DecodeCounts& other) {
@@ -90,28 +97,37 @@ double order_step(const UnwrapPlan& plan) {
 }
 
 template <class T>
-DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop) {
-  require(how.steps >= 3 && how.steps * how.plan.periods.size() <= most_images, "steps", "3 or more, and at most 64 images", how.steps);
+void take_in(const std::vector<const T*>& images, long pixels, int period, const Decoding& how, const Arrived& into, const Stop& stop) {
+  check(how, pixels);
+  require(static_cast<int>(images.size()) == how.steps, "images", "as many as steps", images.size());
+  require(period >= 0 && static_cast<std::size_t>(period) < how.plan.periods.size(), "period", "the place of a number of periods", period);
+  const Tables tables = tables_of(how);
+  parallel_for(pixels / 16, chunk, how.threads, stop,
+               [&](long begin, long end) { DEBULK_ON(how.isa, take_groups(images.data(), pixels, tables, period, into, begin, end)); });
+}
+
+template <class T>
+DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop, const Arrived* arrived) {
+  check(how, stack.pixels);
   require(static_cast<std::size_t>(stack.images_each()) == how.steps * how.plan.periods.size(), "images", "steps times periods",
           stack.images_each());
-  require(stack.pixels >= 16, "images", "at least 16 pixels", stack.pixels);
-  require(how.plan.stages.size() <= 8, "periods", "numbers that unwrap in eight stages", how.plan.stages.size());
   require(stack.exposures >= 1 && stack.exposures < no_exposure, "images", "1 to 254 exposures", stack.exposures);
 
   const Tables tables = tables_of(how);
-  constexpr long chunk = 1 << 11;
   const long groups = stack.pixels / 16;
   std::vector<DecodeCounts> parts(static_cast<std::size_t>((groups + chunk - 1) / chunk));
   parallel_for(groups, chunk, how.threads, stop, [&](long begin, long end) {
     DecodeCounts& part = parts[static_cast<std::size_t>(begin / chunk)];
-    DEBULK_ON(how.isa, run(stack, tables, maps, begin, end, part));
+    DEBULK_ON(how.isa, run(stack, tables, maps, arrived, begin, end, part));
   });
   DecodeCounts all;
   for (const DecodeCounts& part : parts) all += part;
   return all;
 }
 
-template DecodeCounts decode(const ImageStack<std::uint8_t>&, const Decoding&, const PhaseMaps&, const Stop&);
-template DecodeCounts decode(const ImageStack<std::uint16_t>&, const Decoding&, const PhaseMaps&, const Stop&);
+template void take_in(const std::vector<const std::uint8_t*>&, long, int, const Decoding&, const Arrived&, const Stop&);
+template void take_in(const std::vector<const std::uint16_t*>&, long, int, const Decoding&, const Arrived&, const Stop&);
+template DecodeCounts decode(const ImageStack<std::uint8_t>&, const Decoding&, const PhaseMaps&, const Stop&, const Arrived*);
+template DecodeCounts decode(const ImageStack<std::uint16_t>&, const Decoding&, const PhaseMaps&, const Stop&, const Arrived*);
 
 }  // namespace debulk

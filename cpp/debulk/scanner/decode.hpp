@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
 #include "debulk/core/simd.hpp"
 #include "debulk/core/stop.hpp"
@@ -49,10 +51,25 @@ struct DecodeCounts {
 // How much the phase changes if the fringe order is taken one higher, in rad at the first number of periods.
 double order_step(const UnwrapPlan& plan);
 
-// Decodes each pixel from its brightest exposure in which no step is saturated. Pixels are decoded in groups;
-// exposures that no pixel of a group needs are not read. Throws InputError on a wrong number of steps, images, pixels
-// or exposures, and Stopped.
+// What remains of the brightest exposure's images once they were taken in, in less memory than they need. Each plane
+// has a value per pixel, and room for a whole number of groups of sixteen pixels.
+struct Arrived {
+  std::array<float*, most_periods> wrapped{};  // wrapped phase of each number of periods, turns
+  float* offset = nullptr;                     // sum of the grey values; NaN where a step is saturated
+  float* modulation = nullptr;                 // sum over the numbers of periods
+};
+
+// Takes in the images of all steps of one number of periods, given by its place among them. All are taken in, in order.
+// Throws as `decode` does.
 template <class T>
-DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop);
+void take_in(const std::vector<const T*>& images, long pixels, int period, const Decoding& how, const Arrived& into, const Stop& stop);
+
+// Decodes each pixel from its brightest exposure in which no step is saturated. Pixels are decoded in groups;
+// exposures that no pixel of a group needs are not read. Images of the brightest exposure that were taken in before are
+// not read again, and all bits are the same. Throws InputError on a wrong number of steps, images, pixels or exposures,
+// and Stopped.
+template <class T>
+DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop,
+                    const Arrived* arrived = nullptr);
 
 }  // namespace debulk

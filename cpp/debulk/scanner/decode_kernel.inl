@@ -33,19 +33,61 @@ DEBULK_INLINE Floats angle(Floats y, Floats x) {
   return choose(y < 0.0f, -p, p);
 }
 
-// Decodes the sixteen pixels from `at` on. Only pixels whose bit is set in the mask `counted` enter the counts.
+// Returns the wrapped phase of the grey values of one number of periods, turns. Adds their sum to the offset, and the
+// length of their fringe's sum to the modulation.
+DEBULK_INLINE Floats wrapped_phase(const Floats* v, const Tables& t, Floats& offset, Floats& modulation) {
+  Floats sum = v[0], c = v[0], s = all(0.0f);
+  for (int k = 1; k < t.steps; ++k) sum += v[k], c += v[k] * t.cosine[k], s += v[k] * t.sine[k];
+  offset += sum;
+  modulation += root(c * c + s * s);
+  return angle(-s, c);
+}
+
+// Takes in sixteen pixels, `to`, of the steps of one number of periods.
 template <class T>
-DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, long at, unsigned counted, DecodeCounts& counts) {
-  const int images = t.steps * t.periods;
+DEBULK_INLINE void take(const T* const* from, long at, const Tables& t, int period, const Arrived& into, long to) {
+  Floats value[most_images], top = all(0.0f);
+  for (int k = 0; k < t.steps; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
+  Floats offset = period == 0 ? all(0.0f) : load(into.offset + to), modulation = period == 0 ? all(0.0f) : load(into.modulation + to);
+  store(into.wrapped[static_cast<std::size_t>(period)] + to, wrapped_phase(value, t, offset, modulation));
+  store(into.offset + to, choose(top < t.saturated, offset, all(nan)));
+  store(into.modulation + to, modulation);
+}
+
+// Takes in groups of sixteen pixels. The call that does the last whole group also does the remaining pixels.
+template <class T>
+void take_groups(const T* const* from, long pixels, const Tables& t, int period, const Arrived& into, long begin, long end) {
+  for (long g = begin; g < end; ++g) take(from, g * lanes, t, period, into, g * lanes);
+  const long left = pixels - end * lanes;
+  if (left <= 0 || left >= lanes) return;
+  T rest[most_images][lanes] = {};
+  const T* padded[most_images];
+  for (int k = 0; k < t.steps; ++k)
+    padded[k] = rest[k], std::memcpy(rest[k], from[k] + end * lanes, static_cast<std::size_t>(left) * sizeof(T));
+  take(padded, 0, t, period, into, end * lanes);
+}
+
+// Decodes the sixteen pixels from `at` on. Only pixels whose bit is set in the mask `counted` enter the counts. What has
+// arrived takes the place of the brightest exposure's images.
+template <class T>
+DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, const Arrived* arrived, long at,
+                         unsigned counted, DecodeCounts& counts) {
+  const int images = t.steps * t.periods, brightest = stack.exposures - 1;
   Floats value[most_images];
-  Ints open = {}, exposure = {};
-  for (int e = stack.exposures - 1; e >= 0; --e) {
+  Ints open = {}, exposure = {}, taken = {};
+  for (int e = brightest; e >= 0; --e) {
     const T* const* from = stack.exposure(e);
     Floats top = all(0.0f);
     Ints fine;
-    if (e == stack.exposures - 1) {
-      for (int k = 0; k < images; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
-      fine = top < t.saturated;
+    if (e == brightest) {
+      if (arrived) {
+        const Floats known = load(arrived->offset + at);
+        taken = fine = known == known;
+        for (int k = 0; k < images; ++k) value[k] = all(0.0f);
+      } else {
+        for (int k = 0; k < images; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
+        fine = top < t.saturated;
+      }
       exposure = choose(fine, Ints{} + e, Ints{} + no_exposure);
       open = ~fine;
     } else {
@@ -60,16 +102,16 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
     if (!any(open)) break;
   }
 
-  Floats wrapped[most_periods];
+  Floats wrapped[most_periods] = {};
   Floats offset = all(0.0f), modulation = all(0.0f);
-  for (int p = 0; p < t.periods; ++p) {
-    const Floats* v = value + p * t.steps;
-    Floats sum = v[0], c = v[0], s = all(0.0f);
-    for (int k = 1; k < t.steps; ++k) sum += v[k], c += v[k] * t.cosine[k], s += v[k] * t.sine[k];
-    wrapped[p] = angle(-s, c) - t.start;
-    offset += sum;
-    modulation += root(c * c + s * s);
+  if (any(~taken))
+    for (int p = 0; p < t.periods; ++p) wrapped[p] = wrapped_phase(value + p * t.steps, t, offset, modulation);
+  if (arrived) {
+    for (int p = 0; p < t.periods; ++p) wrapped[p] = choose(taken, load(arrived->wrapped[static_cast<std::size_t>(p)] + at), wrapped[p]);
+    offset = choose(taken, load(arrived->offset + at), offset);
+    modulation = choose(taken, load(arrived->modulation + at), modulation);
   }
+  for (int p = 0; p < t.periods; ++p) wrapped[p] -= t.start;
   offset = offset * (0.5f * t.per_step / static_cast<float>(t.periods));
   modulation = modulation * (t.per_step / static_cast<float>(t.periods));
   const Floats noise = root(t.read + t.gain * offset) / choose(modulation > 0.0f, modulation, all(1e-30f));
@@ -116,8 +158,9 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
 // Decodes groups of sixteen pixels. The call that does the last whole group also decodes the remaining pixels, in a
 // group that overlaps the one before.
 template <class T>
-void run(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, long begin, long end, DecodeCounts& counts) {
-  for (long g = begin; g < end; ++g) group(stack, t, maps, g * lanes, 0xffff, counts);
+void run(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, const Arrived* arrived, long begin, long end,
+         DecodeCounts& counts) {
+  for (long g = begin; g < end; ++g) group(stack, t, maps, arrived, g * lanes, 0xffff, counts);
   const long left = stack.pixels - end * lanes;
-  if (left > 0 && left < lanes) group(stack, t, maps, stack.pixels - lanes, 0xffff << (lanes - left) & 0xffff, counts);
+  if (left > 0 && left < lanes) group(stack, t, maps, arrived, stack.pixels - lanes, 0xffff << (lanes - left) & 0xffff, counts);
 }

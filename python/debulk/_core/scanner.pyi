@@ -29,6 +29,7 @@ def decode(
     threads: int,
     widest: int,
     stop: Stop,
+    planes: NDArray[np.float32] | None = None,
 ) -> dict[str, int]: ...
 def match(
     left: tuple[Any, ...],
@@ -44,6 +45,17 @@ def match(
 def sensor_noise(
     images: Sequence[_Image], exposures: int, steps: int, saturated: float, threads: int, stop: Stop
 ) -> tuple[float, float]: ...
+def take_in(
+    images: Sequence[_Image],
+    period: int,
+    *,
+    periods: Sequence[int],
+    saturated: float,
+    planes: NDArray[np.float32],
+    threads: int,
+    widest: int,
+    stop: Stop,
+) -> None: ...
 def take_out_blur(
     phase: NDArray[np.float32],
     modulation: NDArray[np.float32],

@@ -2,13 +2,15 @@
 
 A projector shows fringes with two or more numbers of periods that are close together, and two cameras record them.
 `fringe_patterns` makes the images for the projector, `decode` turns a camera's images into absolute phases, and
-`triangulate` turns two phases into points. `Scanner` does all that cycle after cycle with everything prepared.
+`triangulate` turns two phases into points. `Scanner` does all that cycle after cycle with everything prepared, also
+while the images arrive.
 `calibrate` determines the cameras from images of a board, `calibrate_projector` the projector from scans, and
 `register` the position of the mold.
 """
 
 from __future__ import annotations
 
+from debulk.scanner.arriving import Arriving
 from debulk.scanner.board import Board
 from debulk.scanner.board_places import BoardPlace
 from debulk.scanner.calibrate import UncertainCalibration, calibrate
@@ -27,6 +29,7 @@ from debulk.scanner.scanner import ScanCancelled, Scanner, ScanTooLate
 from debulk.scanner.triangulate import Scan, match, triangulate
 
 __all__ = [
+    "Arriving",
     "Board",
     "BoardPlace",
     "Calibration",

@@ -20,6 +20,14 @@ NO_EXPOSURE = 255
 
 
 @dataclass(frozen=True, eq=False)
+class Planes:
+    """What was taken of the images of the longest exposure while they arrived."""
+
+    values: F32
+    white: int  # the greatest grey value that was assumed
+
+
+@dataclass(frozen=True, eq=False)
 class Phase:
     """Values that a camera's fringe images give for each pixel. Maps are (H, W) in the original image."""
 
@@ -179,6 +187,7 @@ def decode_into(
     threads: int,
     stop: _core.Stop,
     widest: int = 4,
+    planes: Planes | None = None,
 ) -> Phase:
     """Decode into memory that the caller keeps; ``widest``: 2, 3 or 4 for SSE4, AVX2 or AVX-512 at most."""
     core = _core.scanner
@@ -197,6 +206,7 @@ def decode_into(
         threads=threads,
         widest=widest,
         stop=stop,
+        planes=None if planes is None or planes.white != stack.white else planes.values,
     )
     brightness = _brightness(stack)
     light = maps["modulation"], maps["exposure"], brightness

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.scanner.calibration import Rectified
-from debulk.scanner.decode import NO_EXPOSURE, Phase
+from debulk.scanner.decode import Phase
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -109,21 +109,19 @@ def _patch(
     shift = rectified.right_cx - rectified.left_centre[0]
     there = np.arange(columns.start, columns.stop, step) - (rectified.focal_px * rectified.baseline_mm / depth - shift)
     left_x, left_y, right_x, right_y = rectified.maps
-    reference = _sample(left, left_x[rows, columns], left_y[rows, columns])
+    reference = _samples(left, left_x[rows, columns], left_y[rows, columns], 1)[0]
     if reference is None:
         return None
     reference = _flat(reference)
     if reference.std() < 0.02:
         return None
+    # All shifts in one go: the same columns, in rows up and down.
     wide = np.arange(-_REACH, _REACH + 1)
-    scores = np.full(wide.size, -1.0)
-    for k, dy in enumerate(wide):
-        lines = np.arange(rows.start + dy * step, rows.stop + dy * step, step, dtype=np.float32)
-        at_y = lines[:, None] + np.zeros_like(there, np.float32)
-        at_x = there.astype(np.float32)
-        texture = _sample(right, _remap(right_x, at_x, at_y), _remap(right_y, at_x, at_y))
-        if texture is not None:
-            scores[k] = _correlation(reference, _flat(texture))
+    lines = wide[:, None] * step + np.arange(rows.start, rows.stop, step)
+    at_x = np.tile(there.astype(np.float32), (len(wide), 1))
+    at_y = np.repeat(lines.reshape(-1, 1).astype(np.float32), there.shape[1], axis=1)
+    textures = _samples(right, _remap(right_x, at_x, at_y), _remap(right_y, at_x, at_y), len(wide))
+    scores = np.array([-1.0 if one is None else _correlation(reference, _flat(one)) for one in textures])
     best = int(np.argmax(scores))
     if best in (0, wide.size - 1) or scores[best - 1] < -0.9 or scores[best + 1] < -0.9:
         return 0.0, 0.0
@@ -152,20 +150,25 @@ def _remap(image: F32, x: F32, y: F32) -> F32:
     return np.asarray(out, np.float32)
 
 
-def _sample(phase: Phase, x: F32, y: F32) -> F64 | None:
-    """Logarithm of the modulation at these places, independent of the exposure; None where it is not known."""
-    if not (np.isfinite(x).all() and np.isfinite(y).all()):
-        return None
+def _samples(phase: Phase, x: F32, y: F32, parts: int) -> list[F64 | None]:
+    """Logarithm of the modulation at these places, independent of the exposure, in so many parts, one below the other.
+
+    A part is None where the modulation is not known everywhere.
+    """
     height, width = phase.modulation.shape
-    if x.min() < 0 or y.min() < 0 or x.max() > width - 1 or y.max() > height - 1:
-        return None
+    inside = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)  # False for NaN
+    whole = inside.reshape(parts, -1).all(axis=1)
+    if not whole.any():
+        return [None] * parts
+    x, y = (one.reshape(parts, -1)[whole] for one in (x, y))
     i0, j0 = max(int(y.min()) - 1, 0), max(int(x.min()) - 1, 0)
     part = slice(i0, int(y.max()) + 3), slice(j0, int(x.max()) + 3)
-    if phase.exposure[part].max() == NO_EXPOSURE:
-        return None
-    light = phase.modulation[part] / np.asarray(phase.brightness, np.float32)[phase.exposure[part]]
+    bright = np.asarray(phase.brightness, np.float32)
+    # The modulation is NaN where every exposure is saturated.
+    light = phase.modulation[part] / bright[np.minimum(phase.exposure[part], len(bright) - 1)]
     values = np.log(np.maximum(_remap(light, x - np.float32(j0), y - np.float32(i0)), 1e-6)).astype(np.float64)
-    return values if np.isfinite(values).all() else None
+    known = iter(values)
+    return [one if fine and np.isfinite(one := next(known)).all() else None for fine in whole]
 
 
 @cache

@@ -105,7 +105,7 @@ def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | No
                 f"{name}: expected {wanted} images{which} (steps times numbers of periods), but got {len(exposure)}: "
                 "an image is missing or too many, or steps or periods are not those of the projector"
             )
-        flat += [_image(image, f"{name}, image {k + 1}{which}") for k, image in enumerate(exposure)]
+        flat += [checked_image(image, f"{name}, image {k + 1}{which}") for k, image in enumerate(exposure)]
     if flat[0].dtype.kind == "f":
         flat, bits = _whole_numbers(flat, name, bits)
     shape, kind = flat[0].shape, flat[0].dtype
@@ -117,9 +117,14 @@ def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | No
             )
     if min(shape) < 8 or shape[1] < 32:
         raise InputError(f"{name}: expected images of at least 32 x 8 pixels, but got {shape[1]} x {shape[0]}")
-    depth = (8 if kind == np.uint8 else 12) if bits is None else whole("bits", bits, 2, 8 * kind.itemsize)
-    stack = Stack(flat, len(exposures), name, (1 << depth) - 1)
+    stack = Stack(flat, len(exposures), name, greatest_grey(kind, bits))
     return stack if kind == np.uint8 else replace(stack, white=_white(stack, bits))
+
+
+def greatest_grey(kind: np.dtype[Any], bits: int | None) -> int:
+    """Return the greatest grey value of a sensor of so many bits; None: 8, or 12 in 16."""
+    depth = (8 if kind == np.uint8 else 12) if bits is None else whole("bits", bits, 2, 8 * kind.itemsize)
+    return (1 << depth) - 1
 
 
 def _white(stack: Stack, bits: int | None) -> int:
@@ -146,7 +151,8 @@ def _is_image(image: Any) -> bool:
     return (len(shape) == 2 and shape[1] > 4) or (len(shape) == 3 and shape[2] <= 4)
 
 
-def _image(image: Any, name: str) -> Image:
+def checked_image(image: Any, name: str) -> Image:
+    """Take one image, which may be of floats; a valid array is not copied."""
     array = grey_of(np.asarray(image), name)
     if array.ndim != 2 or array.dtype.newbyteorder("=") not in (np.uint8, np.uint16, np.float32, np.float64):
         raise InputError(f"{name}: expected an (H, W) array of uint8 or uint16, but got {_what(array)}")

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core
 from debulk.arguments import typed
 from debulk.forking import Guard
+from debulk.scanner.arriving import Arriving, Camera
 from debulk.scanner.calibration import Calibration
-from debulk.scanner.decode import Phase, checked_blur, checked_start, decode_into, noise_of
+from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, decode_into, noise_of
 from debulk.scanner.faults import refuse_faults
 from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
@@ -140,6 +141,48 @@ class Scanner:
         ScanTooLate
             If the deadline passed.
         """
+        return self._scanned(left_images, right_images, deadline_s, progress, out)
+
+    @typed
+    def arriving(self, exposures: int = 1) -> Arriving:
+        """Begin a scan whose images are taken in while they arrive.
+
+        Of the longest exposure, which comes last and shows most pixels, the phases are computed as soon as all steps of
+        a number of periods are there; the shorter ones are read at the end, where it is saturated. The cloud has the
+        bits of `scan`. For that it takes 8 bytes per pixel and camera, and 4 for each number of periods.
+
+        Parameters
+        ----------
+        exposures
+            Number of exposures of each image.
+
+        Examples
+        --------
+        >>> import debulk
+        >>> layup = debulk.scenes.layup(seed=1, pixels=(64, 48))
+        >>> images = debulk.scenes.fringe_images(layup, pixels=(320, 240), exposures=(1.0,))
+        >>> scanner = Scanner(images.calibration)
+        >>> arriving = scanner.arriving()
+        >>> for left, right in zip(images.left[0], images.right[0]):
+        ...     arriving.add(left, right)
+        >>> arriving.cloud().points_mm.shape
+        (240, 320, 3)
+        """
+        count = whole("exposures", exposures, 1, 254)
+        shape = self.calibration.pixels[1], self.calibration.pixels[0]
+        given = shape, self.periods, self.steps, count, self.bits
+        cameras = Camera("left_images", *given), Camera("right_images", *given)
+        return Arriving(cameras, self._scanned, self.threads)
+
+    def _scanned(
+        self,
+        left_images: Any,
+        right_images: Any,
+        deadline_s: float | None,
+        progress: Progress | None,
+        out: tuple[F32, F32] | None,
+        planes: Sequence[Planes | None] = (None, None),
+    ) -> Scan:
         stop = _core.Stop()
         if deadline_s is not None:
             if not deadline_s > 0:
@@ -149,7 +192,7 @@ class Scanner:
         with self._busy.held(), self._running.holding(stop):
             try:
                 with Workers(1) as pool, stopping(stop):
-                    return self._scan(left_images, right_images, out, report, stop, pool)
+                    return self._scan(left_images, right_images, out, report, stop, pool, planes)
             except _core.Stopped:
                 if stop.cancelled:
                     raise ScanCancelled("the scan was cancelled") from None
@@ -167,6 +210,7 @@ class Scanner:
         report: Progress,
         stop: _core.Stop,
         pool: Workers,
+        planes: Sequence[Planes | None],
     ) -> Scan:
         """Run each stage in the pool's thread, so that Ctrl-C reaches this thread while the core computes."""
         count = len(self.periods) * self.steps
@@ -191,7 +235,7 @@ class Scanner:
             report(f"decoding {'left' if k == 0 else 'right'}", 0.1 + 0.3 * k)
             assert start is not None  # refuse_faults returned it
             given = maps, stack, self.periods, self.steps, noises[k], start, self.blur_px, self.threads, stop
-            phases.append(pool.submit(decode_into, *given).result())
+            phases.append(pool.submit(decode_into, *given, planes=planes[k]).result())
         self.left, self.right = phases
         report("triangulating", 0.7)
         points, uncertainty = out or empty_cloud(self.calibration)

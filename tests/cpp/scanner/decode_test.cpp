@@ -105,7 +105,7 @@ TEST(Decode, OneOrderMoreChangesThePhaseByTheOrderStep) {
   EXPECT_NEAR(step, 2 * pi * 50 / 51 * (1 + 50.0 / (50 * 50 + 51 * 51)), 1e-3);
 }
 
-TEST(Decode, SameBitsOnAnyInstructionsAndThreads) {
+TEST(Decode, SameBitsOnAnyInstructionsAndThreadsAndFromImagesThatWereTakenIn) {
   const auto bright = [](long i) { return 40.0 + 37 * (i % 29); };
   const Fringes<std::uint8_t> images(pixels, {50, 51}, 6, {0.1, 0.4, 1.6}, across, bright, 1.0);
   Maps first(pixels);
@@ -117,7 +117,13 @@ TEST(Decode, SameBitsOnAnyInstructionsAndThreads) {
       if (isa > best_isa()) continue;
       Maps other(pixels);
       how.threads = threads, how.isa = isa;
-      decode(images.stack, how, other.view(), Stop());
+      std::vector<std::vector<float>> planes(4, std::vector<float>((pixels + 15) / 16 * 16));
+      Arrived arrived;
+      arrived.offset = planes[0].data(), arrived.modulation = planes[1].data();
+      arrived.wrapped[0] = planes[2].data(), arrived.wrapped[1] = planes[3].data();
+      const auto brightest = images.stack.images.begin() + 24;
+      for (int p : {0, 1}) take_in(std::vector(brightest + 6 * p, brightest + 6 * (p + 1)), pixels, p, how, arrived, Stop());
+      decode(images.stack, how, other.view(), Stop(), threads == 1 ? nullptr : &arrived);
       for (const auto& [a, b] : {std::pair(&first.phase, &other.phase),
                                  {&first.noise, &other.noise},
                                  {&first.modulation, &other.modulation},

@@ -6,20 +6,39 @@ import cv2
 import numpy as np
 import pytest
 
-from debulk.scanner import decode, match
+from debulk.scanner import Calibration, Scanner, decode, match
 
 FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "two_frequency_fringes"
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the captures are not on this machine")
 
 
 @pytest.fixture(scope="module")
-def phases():
+def images():
     def camera(c):
         first = [FOLDER / f"frames{c}_{i}.png" for i in range(2, 10)]
         second = [FOLDER / f"secondary_cam{c + 1}" / f"frames{c}_{i}.png" for i in range(10, 18)]
         return [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in (*first, *second)]
 
-    return [decode(camera(c), (40, 41), 8) for c in (0, 1)]
+    return camera(0), camera(1)
+
+
+@pytest.fixture(scope="module")
+def phases(images):
+    return [decode(one, (40, 41), 8) for one in images]
+
+
+def test_images_that_arrive_give_the_bits_of_a_scan(images):
+    height, width = images[0][0].shape
+    matrix = [[1800.0, 0, (width - 1) / 2], [0, 1800.0, (height - 1) / 2], [0, 0, 1]]  # its depths have no unit
+    lenses = Calibration([matrix, matrix], np.zeros((2, 5)), np.eye(3), (-200.0, 0, 0), (width, height))
+    scanner = Scanner(lenses, (40, 41), 8)
+    scan, arriving = scanner.scan(*images), scanner.arriving()
+    for left, right in zip(*images, strict=True):
+        arriving.add(left, right)
+    found = arriving.cloud()
+    assert found.counts["matched"] > 160_000
+    assert found.points_mm.tobytes() == scan.points_mm.tobytes()
+    assert found.uncertainty_mm.tobytes() == scan.uncertainty_mm.tobytes()
 
 
 def test_orders_are_whole(phases):
