@@ -7,19 +7,21 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from debulk import results
 from debulk.comparison import Comparison
-from debulk.results import codec, json_schema
+from debulk.results import codec
 from debulk.results.codec import SCHEMA, encode
 from debulk.results.comparison import FORMAT
+from lab import json_schema
 
-PUBLISHED = Path(json_schema.__file__).with_name("schema")
+PUBLISHED = Path(results.__file__).with_name("schema")
 OLD = Path(__file__).with_name("old")
 
 
 @pytest.mark.parametrize("what", json_schema.RECORDS)
 def test_the_published_schema_is_that_of_the_records(what):
     published = json.loads((PUBLISHED / f"{what}.schema.json").read_text())
-    assert published == json_schema.json_schema(what), "run python -m debulk.results.json_schema on its folder"
+    assert published == json_schema.json_schema(what), "run python -m lab.json_schema on its folder"
     jsonschema.Draft202012Validator.check_schema(published)
 
 

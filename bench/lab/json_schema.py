@@ -1,6 +1,6 @@
 """The JSON Schema of reports and comparisons, made of the dataclasses that the codec reads, so that it cannot differ.
 
-``python -m debulk.results.json_schema FOLDER`` writes both files; those of this version lie in `debulk/results/schema`.
+``python -m lab.json_schema FOLDER`` writes both files; those of this version lie in `debulk/results/schema`.
 """
 
 from __future__ import annotations
