@@ -104,6 +104,16 @@ void bind_sheet(py::module_ m) {
       .def_readwrite("friction", &PlyMaterial::friction)
       .def_readwrite("pressure_mpa", &PlyMaterial::pressure_mpa)
       .def_readwrite("gravity_m_s2", &PlyMaterial::gravity_m_s2)
+      .def_readwrite("torsion_n_mm", &PlyMaterial::torsion_n_mm)
+      .def_readwrite("in_plane_bending_n_mm", &PlyMaterial::in_plane_bending_n_mm)
+      .def_readwrite("tack_n_mm3", &PlyMaterial::tack_n_mm3)
+      .def_property(
+          "pressure_direction",
+          [](const PlyMaterial& p) { return p.pressure_direction == PressureDirection::normal ? "normal" : "vertical"; },
+          [](PlyMaterial& p, const std::string& name) {
+            require(name == "vertical" || name == "normal", "pressure_direction", "\"vertical\" or \"normal\"", "\"" + name + "\"");
+            p.pressure_direction = name == "normal" ? PressureDirection::normal : PressureDirection::vertical;
+          })
       .def_property(
           "lumping", [](const PlyMaterial& p) { return p.lumping == Lumping::paper ? "paper" : "consistent"; },
           [](PlyMaterial& p, const std::string& name) {

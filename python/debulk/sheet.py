@@ -22,14 +22,16 @@ __all__ = ["Sheet"]
 
 _PLY_NAMES = (
     "thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "pressure_mpa", "gravity_m_s2", "lumping",
+    "torsion_n_mm", "in_plane_bending_n_mm", "tack_n_mm3", "pressure_direction",
 )  # fmt: skip
 
 
 class Sheet:
     """Potential energy of a pin-jointed net of prepreg under vacuum.
 
-    Π = bending + shear + friction - gravity - vacuum. Terms that are zero wherever the nodes move (friction if no node
-    is free; springs with a modulus of zero) are left out and named in `left_out`.
+    Π = bending + shear + friction - gravity - vacuum, and where the recipe gives them a stiffness + torsion +
+    in_plane_bending + tack. Terms that are zero wherever the nodes move (friction if no node is free; springs with a
+    modulus of zero) are left out and named in `left_out`.
 
     Parameters
     ----------
@@ -64,7 +66,7 @@ class Sheet:
     >>> neighbours = [[1, -1, -1, -1], [2, 0, -1, -1], [-1, 1, -1, -1]]
     >>> sheet = Sheet(nodes, neighbours, [1, 0, 1], 5.0, 100.0, reference)
     >>> sheet.left_out
-    ['friction']
+    ['friction', 'torsion', 'in_plane_bending', 'tack']
     >>> x = np.array(nodes, dtype=float)
     >>> x[1, 2] = 1.0
     >>> terms = sheet.terms(x)
@@ -213,7 +215,7 @@ class Sheet:
         return self._core.energy(_points(x))
 
     def terms(self, x: ArrayLike) -> dict[str, float]:
-        """Bending, shear, friction, gravity and vacuum in mJ at x, (N, 3) in mm."""
+        """Bending, shear, friction, gravity, vacuum, and optional terms if not left out, in mJ at x, (N, 3) in mm."""
         return self._core.terms(_points(x))
 
     def gradient(self, x: ArrayLike) -> Floats:

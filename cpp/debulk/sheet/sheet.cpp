@@ -8,15 +8,19 @@
 #include "debulk/core/error.hpp"
 #include "debulk/sheet/bending.hpp"
 #include "debulk/sheet/friction.hpp"
+#include "debulk/sheet/in_plane_bending.hpp"
 #include "debulk/sheet/load.hpp"
+#include "debulk/sheet/normal_pressure.hpp"
 #include "debulk/sheet/shear.hpp"
+#include "debulk/sheet/tack.hpp"
+#include "debulk/sheet/torsion.hpp"
 #include "debulk/surface/moved.hpp"
 
 namespace debulk {
 namespace {
 
 constexpr double kElasticShare = 0.01;  // share of the largest spring force at the start that sets the unit of force, if it is larger
-constexpr std::array<const char*, 5> kTermNames = {"bending", "shear", "friction", "gravity", "vacuum"};
+constexpr std::array<const char*, 5> kPaperTerms = {"bending", "shear", "friction", "gravity", "vacuum"};
 
 std::vector<int> nodes_of_kind(const std::vector<NodeKind>& kinds, bool (*wanted)(NodeKind)) {
   std::vector<int> out;
@@ -48,13 +52,23 @@ Sheet::Sheet(Net net, double area_mm2, const PlyMaterial& ply, std::shared_ptr<c
   movable_ = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind != NodeKind::fixed; });
   const std::vector<int> free = nodes_of_kind(net_.kinds, [](NodeKind kind) { return kind == NodeKind::free; });
 
-  add_term("bending", ply_.bending_mj(), std::make_shared<Bending>(ply_.bending_mj(), net_.neighbours));
-  add_term("shear", ply_.shear_mpa, std::make_shared<Shear>(ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours));
+  add_term<Bending>("bending", ply_.bending_mj(), ply_.bending_mj(), net_.neighbours);
+  add_term<Shear>("shear", ply_.shear_mpa, ply_.shear_mpa, net_.spacing, ply_.thickness_mm, net_.neighbours);
   const std::vector<double> grips = scaled(ply_.friction * ply_.pressure_mpa, gripping_areas(net_, free, ply_.lumping, area_mm2));
   grip_ = std::accumulate(grips.begin(), grips.end(), 0.0);
-  add_term("friction", grip_, std::make_shared<Friction>(grips, net_.spacing, free, net_.nodes));
-  add_term("gravity", weight_mpa, std::make_shared<Load>(scaled(weight_mpa, areas), net_.nodes));
-  add_term("vacuum", nodal_force_, std::make_shared<Load>(scaled(ply_.pressure_mpa, areas), net_.nodes));
+  add_term<Friction>("friction", grip_, grips, net_.spacing, free, net_.nodes);
+  add_term<Load>("gravity", weight_mpa, scaled(weight_mpa, areas), net_.nodes);
+  if (ply_.pressure_direction == PressureDirection::vertical)
+    add_term<Load>("vacuum", nodal_force_, scaled(ply_.pressure_mpa, areas), net_.nodes);
+  else
+    add_term<NormalPressure>("vacuum", nodal_force_, ply_.pressure_mpa, net_.neighbours, net_.nodes);
+  add_term<Torsion>("torsion", ply_.torsion_n_mm, ply_.torsion_n_mm, net_.neighbours);
+  add_term<InPlaneBending>("in_plane_bending", ply_.in_plane_bending_n_mm, ply_.in_plane_bending_n_mm, net_.neighbours);
+  const std::vector<int> sticking = ply_.tack_n_mm3 > 0 ? sticking_nodes() : std::vector<int>();
+  std::vector<double> held_areas;
+  for (const int node : sticking) held_areas.push_back(areas[static_cast<std::size_t>(node)]);
+  const double held_mm2 = std::accumulate(held_areas.begin(), held_areas.end(), 0.0);
+  add_term<Tack>("tack", ply_.tack_n_mm3 * held_mm2, ply_.tack_n_mm3, held_areas, sticking, mold_);
 
   strict_force_ = std::max(nodal_force_, weight_mpa * largest_mm2);
   double spring = 0;
@@ -89,11 +103,21 @@ std::vector<std::array<int, 3>> Sheet::groups() const {
   return out;
 }
 
-void Sheet::add_term(const std::string& name, double strength, std::shared_ptr<const Term> term) {
+template <class T, class... Parts>
+void Sheet::add_term(const std::string& name, double strength, Parts&&... parts) {
   if (strength > 0)
-    terms_.push_back({name, std::move(term), {}});
+    terms_.push_back({name, std::make_shared<const T>(std::forward<Parts>(parts)...), {}});
   else
     left_out_.push_back(name);
+}
+
+std::vector<int> Sheet::sticking_nodes() const {
+  std::vector<int> out;
+  for (const int node : movable_) {
+    const Eigen::Vector3d& at = net_.nodes[static_cast<std::size_t>(node)];
+    if (at.z() - mold_->height(at.head<2>()) <= Tack::kReach_mm) out.push_back(node);
+  }
+  return out;
 }
 
 void Sheet::check_net() const {
@@ -136,11 +160,13 @@ double Sheet::energy(const Points& x) const {
 std::vector<std::pair<std::string, double>> Sheet::terms(const Points& x) const {
   check_points(x);
   std::vector<std::pair<std::string, double>> out;
-  for (const char* name : kTermNames) {
+  for (const char* name : kPaperTerms) {
     const auto found = std::find_if(terms_.begin(), terms_.end(), [&](const NamedTerm& t) { return t.name == name; });
     const bool load = name == std::string("gravity") || name == std::string("vacuum");
     out.emplace_back(name, found == terms_.end() ? 0.0 : (load ? -1 : 1) * found->term->value(x));
   }
+  for (const NamedTerm& t : terms_)
+    if (std::find(kPaperTerms.begin(), kPaperTerms.end(), t.name) == kPaperTerms.end()) out.emplace_back(t.name, t.term->value(x));
   return out;
 }
 

@@ -14,7 +14,7 @@
 namespace debulk {
 
 // The mass-spring ply on the mold: potential energy of a pocket's net (docs/model.md, section 3),
-//   Pi = bending + shear + friction - gravity - vacuum,
+//   Pi = bending + shear + friction - gravity - vacuum (+ torsion + in_plane_bending + tack),
 // as a sum of the terms that this net and ply need; terms that are zero for all positions of the nodes are left out.
 class Sheet {
  public:
@@ -25,13 +25,14 @@ class Sheet {
   // Returns the same sheet at another place: every node and the mold are moved by the same vector.
   Sheet moved(const Eigen::Vector3d& by) const;
 
-  double energy(const Points& x) const;                                      // mJ
-  std::vector<std::pair<std::string, double>> terms(const Points& x) const;  // all five, mJ; loads as work; 0 if left out
-  Points gradient(const Points& x) const;                                    // mJ/mm, all nodes
-  double add_gradient(const Points& x, Points& gradient) const;              // adds the gradient; returns the energy
-  BlockMatrix hessian(const Points& x) const;                                // mJ/mm2, all nodes
-  std::vector<double> lengths(const Points& x) const;                        // of segments(), mm
-  std::vector<double> gaps(const Points& x) const;                           // z - F(x, y), mm
+  double energy(const Points& x) const;  // mJ
+  // The paper's five terms, mJ, loads as work and 0 if left out; then the optional ones that are not left out.
+  std::vector<std::pair<std::string, double>> terms(const Points& x) const;
+  Points gradient(const Points& x) const;                        // mJ/mm, all nodes
+  double add_gradient(const Points& x, Points& gradient) const;  // adds the gradient; returns the energy
+  BlockMatrix hessian(const Points& x) const;                    // mJ/mm2, all nodes
+  std::vector<double> lengths(const Points& x) const;            // of segments(), mm
+  std::vector<double> gaps(const Points& x) const;               // z - F(x, y), mm
 
   // movable_hessian() has the pattern of the Hessian's blocks between movable nodes, including those of the segments,
   // with zero values; add_movable_hessian() adds the energy's Hessian to such a matrix.
@@ -62,7 +63,10 @@ class Sheet {
     std::shared_ptr<const Term> term;
     Places places;  // in movable_hessian_
   };
-  void add_term(const std::string& name, double strength, std::shared_ptr<const Term> term);
+  // Makes the term from `parts` and adds it, or leaves it out if its strength is 0.
+  template <class T, class... Parts>
+  void add_term(const std::string& name, double strength, Parts&&... parts);
+  std::vector<int> sticking_nodes() const;  // movable nodes that lie on the mold at the start
   std::vector<std::array<int, 3>> groups() const;
   void check_net() const;
   void check_points(const Points& x) const;

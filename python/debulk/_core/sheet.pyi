@@ -38,6 +38,10 @@ class PlyMaterial(metaclass=_Bound):
     pressure_mpa: float
     gravity_m_s2: float
     lumping: str
+    torsion_n_mm: float
+    in_plane_bending_n_mm: float
+    tack_n_mm3: float
+    pressure_direction: str
     def __init__(self) -> None: ...
 
 class MinimiseOptions(metaclass=_Bound):

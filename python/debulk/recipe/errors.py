@@ -52,7 +52,7 @@ def wrong_values(model: type[BaseModel], error: ValidationError) -> list[Wrong]:
 # Settings of earlier versions that are gone, and what to write instead.
 _GONE = {
     "segmentation.edge_tol_mm": "it is called net.free_edge_mm now",
-    "loads.vacuum": "the vacuum acts along -z; leave the line out",
+    "loads.vacuum": "see loads.pressure_direction",
 }
 
 

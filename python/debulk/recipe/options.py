@@ -149,6 +149,10 @@ def ply(recipe: Recipe) -> _core.sheet.PlyMaterial:
     options.pressure_mpa = recipe.loads.pressure_mpa
     options.gravity_m_s2 = recipe.loads.gravity_m_s2
     options.lumping = recipe.loads.lumping
+    options.torsion_n_mm = recipe.material.torsion_n_mm
+    options.in_plane_bending_n_mm = recipe.material.in_plane_bending_n_mm
+    options.tack_n_mm3 = recipe.material.tack_n_mm3
+    options.pressure_direction = recipe.loads.pressure_direction
     return options
 
 

@@ -41,13 +41,36 @@ class Material(Section):
         lt=90,
         description="shear from which the ply locks: it buckles rather than shear on (provisional)",
     )
+    torsion_n_mm: float = Field(
+        default=_PLY.torsion_n_mm,
+        ge=0,
+        le=1000,
+        description="torsional stiffness of the tows over the ply's width, for the nets (docs/model.md, 3.1); 0: none",
+    )
+    in_plane_bending_n_mm: float = Field(
+        default=_PLY.in_plane_bending_n_mm,
+        ge=0,
+        le=1000,
+        description="stiffness of the tows against bending within the ply, over its width, for the nets; 0: none",
+    )
+    tack_n_mm3: float = Field(
+        default=_PLY.tack_n_mm3,
+        ge=0,
+        le=100,
+        description="stiffness of the resin that holds the nets down where the ply lies on the mold; 0: none",
+    )
 
 
 class Loads(Section):
     """What presses the ply down."""
 
-    pressure_mpa: float = Field(default=_PLY.pressure_mpa, gt=0, le=10, description="vacuum pressure P, along -z")
+    pressure_mpa: float = Field(default=_PLY.pressure_mpa, gt=0, le=10, description="vacuum pressure P")
     gravity_m_s2: float = Field(default=_PLY.gravity_m_s2, ge=0, le=100, description="acceleration of gravity")
+    pressure_direction: Literal["vertical", "normal"] = Field(
+        default=_PLY.pressure_direction,  # type: ignore[arg-type]
+        description='how the vacuum acts on the nets; "vertical": along -z, whatever the ply does; "normal": along the '
+        "normal of the ply, on the cells of the net",
+    )
     lumping: Literal["consistent", "paper"] = Field(
         default=_PLY.lumping,  # type: ignore[arg-type]
         description='how loads are shared out to the nodes; "consistent": by the cells of the net, friction out to '

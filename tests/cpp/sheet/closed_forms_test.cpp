@@ -91,7 +91,7 @@ TEST(Sheet, LeavesOutWhatItDoesNotNeed) {
   PlyMaterial ply;
   ply.young_mpa = 0;
   const Sheet sheet(test::flat_net(4, 4, 4.0), 100.0, ply, std::make_shared<test::Plane>());
-  EXPECT_EQ(sheet.left_out(), (std::vector<std::string>{"bending", "friction"}));
+  EXPECT_EQ(sheet.left_out(), (std::vector<std::string>{"bending", "friction", "torsion", "in_plane_bending", "tack"}));
 }
 
 TEST(Sheet, RefusesANetThatIsNoNet) {

@@ -7,8 +7,12 @@
 #include "debulk/sheet/angle.hpp"
 #include "debulk/sheet/bending.hpp"
 #include "debulk/sheet/friction.hpp"
+#include "debulk/sheet/in_plane_bending.hpp"
 #include "debulk/sheet/load.hpp"
+#include "debulk/sheet/normal_pressure.hpp"
 #include "debulk/sheet/shear.hpp"
+#include "debulk/sheet/tack.hpp"
+#include "debulk/sheet/torsion.hpp"
 #include "support/shapes.hpp"
 
 namespace debulk {
@@ -92,6 +96,11 @@ TEST(Derivatives, OfEveryTermAgreeWithFiniteDifferences) {
   terms.emplace_back("shear", std::make_unique<Shear>(40.0, kSpacing, 0.3, net.neighbours));
   terms.emplace_back("load", std::make_unique<Load>(uneven(16), net.nodes));
   terms.emplace_back("friction", std::make_unique<Friction>(uneven(3), kSpacing, std::vector<int>{0, 5, 15}, net.nodes));
+  terms.emplace_back("torsion", std::make_unique<Torsion>(0.7, net.neighbours));
+  terms.emplace_back("in-plane bending", std::make_unique<InPlaneBending>(30.0, net.neighbours));
+  terms.emplace_back(
+      "tack", std::make_unique<Tack>(0.3, uneven(3), std::vector<int>{0, 5, 15}, std::make_shared<test::Quadric>(0.02, 0.01, -0.03)));
+  terms.emplace_back("normal pressure", std::make_unique<NormalPressure>(0.1, net.neighbours, test::shaken(net.nodes, 1.0, 6)));
   for (auto& [name, term] : terms)
     for (const auto& [configuration, points] : configurations(net.nodes)) expect_derivatives(*term, points, name + ", " + configuration);
 }

@@ -6,9 +6,9 @@ from debulk.recipe import Recipe, options
 OTHER = Recipe(
     material={
         "thickness_mm": 0.2, "young_mpa": 300.0, "shear_mpa": 30.0, "density_kg_m3": 900.0, "friction": 0.3,
-        "bulk_factor": 1.1,
+        "bulk_factor": 1.1, "torsion_n_mm": 0.4, "in_plane_bending_n_mm": 30.0, "tack_n_mm3": 0.1,
     },
-    loads={"pressure_mpa": 0.08, "gravity_m_s2": 9.0, "lumping": "paper"},
+    loads={"pressure_mpa": 0.08, "gravity_m_s2": 9.0, "lumping": "paper", "pressure_direction": "normal"},
     segmentation={"cut_height_mm": 1.9, "area_tol_mm2": 190.0, "peak_tol_mm": 1.2},
     clean={"neighbours": 6, "std_ratio": 1.5, "least_ratio": 1.75, "spike_mm": 0.4, "median_cells": 5},
     patch={"mold_tol_mm": 0.15, "smooth_mm": 7.0, "mode": "paper"},

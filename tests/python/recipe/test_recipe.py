@@ -22,9 +22,11 @@ def test_the_defaults_are_the_papers_tables():
     recipe = Recipe()
     assert recipe.material.model_dump(exclude={"locking_deg"}) == {
         "thickness_mm": 0.3, "young_mpa": 360.0, "shear_mpa": 40.0, "density_kg_m3": 1048.0, "friction": 0.4,
-        "bulk_factor": 1.2,
+        "bulk_factor": 1.2, "torsion_n_mm": 0.0, "in_plane_bending_n_mm": 0.0, "tack_n_mm3": 0.0,
     }  # fmt: skip
-    assert recipe.loads.model_dump() == {"pressure_mpa": 0.1, "gravity_m_s2": 9.81, "lumping": "consistent"}
+    assert recipe.loads.model_dump() == {
+        "pressure_mpa": 0.1, "gravity_m_s2": 9.81, "pressure_direction": "vertical", "lumping": "consistent",
+    }  # fmt: skip
     assert recipe.segmentation.model_dump() == {
         "cut_height_mm": 2.0, "area_tol_mm2": 200.0, "peak_tol_mm": 1.25, "regions": True,
     }  # fmt: skip
@@ -51,14 +53,13 @@ def test_every_setting_is_described_and_every_dimension_named():
         "node_target", "paths", "regions", "when", "criterion",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
-        "threads", "dump_folder", "hash_scan", "audit", "lumping", "max_risk", "thickness_share",
+        "threads", "dump_folder", "hash_scan", "audit", "lumping", "pressure_direction", "max_risk", "thickness_share",
     }  # fmt: skip
+    units = ("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2", "_ms", "_deg", "_n_mm", "_n_mm3")
     for section in Recipe.model_fields:
         for name, entry in type(getattr(Recipe(), section)).model_fields.items():
             assert entry.description, f"{section}.{name}"
-            assert name in plain or name.endswith(("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2", "_ms", "_deg")), (
-                f"{section}.{name}"
-            )
+            assert name in plain or name.endswith(units), f"{section}.{name}"
 
 
 def test_toml_reads_back_to_an_equal_recipe(tmp_path):
@@ -116,7 +117,7 @@ def test_all_wrong_values_come_in_one_error():
         ({"verdict": {"rms_mm": 0.2}}, "did you mean verdict.max_rms_mm?"),
         ({"load": {}}, "did you mean loads?"),
         ({"segmentation": {"edge_tol_mm": 20.0}}, "not a setting any more: it is called net.free_edge_mm now"),
-        ({"loads": {"vacuum": "vertical"}}, "loads.vacuum: not a setting any more: the vacuum acts along -z"),
+        ({"loads": {"vacuum": "vertical"}}, "loads.vacuum: not a setting any more: see loads.pressure_direction"),
     ],
 )  # fmt: skip
 def test_an_unknown_name_is_told_its_neighbour(values, suggestion):
