@@ -329,17 +329,6 @@ class Draping:
 
     `debulk.Inspector` takes it as ``fibre_angles_deg`` and drapes the ply over the reference that it prepares.
 
-    Parameters
-    ----------
-    seed_mm
-        (x, y) where the ply is first laid down, mold XY.
-    angles_deg
-        Its two fibre directions there, as in `fibre_net`.
-    spacing_mm
-        Distance between the nodes, a chord. A mold of 4 m² takes 40 000 nodes with the default, 10 mm.
-    paths
-        As in `fibre_net`.
-
     Raises
     ------
     InputError
@@ -354,9 +343,13 @@ class Draping:
     """
 
     seed_mm: tuple[float, float]
+    """(x, y) where the ply is first laid down, mold XY."""
     angles_deg: tuple[float, float] = (0.0, 90.0)
+    """Its two fibre directions there, as in `fibre_net`."""
     spacing_mm: float = 10.0
+    """Distance between the nodes, a chord. A mold of 4 m² takes 40 000 nodes with the default, 10 mm."""
     paths: Paths = "geodesic"
+    """As in `fibre_net`."""
 
     def __post_init__(self) -> None:
         arrays.pair(self.seed_mm, "seed_mm")

@@ -7,27 +7,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class ChainFigure:
-    """One figure of a scan beside the limits of its chain.
-
-    Attributes
-    ----------
-    name, says, unit
-        Its name, what it is, and its unit; empty for a share or a correlation.
-    measured
-        The scan's.
-    low, high
-        The chain's limits; None: none on that side.
-    differs
-        In which way the scan differs from the chain, such as "smoother"; empty: it does not.
-    """
+    """One figure of a scan beside the limits of its chain."""
 
     name: str
     says: str
     unit: str
+    """`name`, `says`, `unit`: its name, what it is, and its unit; empty for a share or a correlation."""
     measured: float
+    """The scan's."""
     low: float | None
     high: float | None
+    """`low`, `high`: the chain's limits; None: none on that side."""
     differs: str = ""
+    """In which way the scan differs from the chain, such as "smoother"; empty: it does not."""
 
     @property
     def limit(self) -> float | None:
@@ -56,17 +48,11 @@ class ChainFigure:
 
 @dataclass(frozen=True, kw_only=True)
 class ChainReport:
-    """The comparison of a scan with its chain.
-
-    Attributes
-    ----------
-    name, made_utc, sha256
-        Name of the chain, when it was qualified, and the fingerprint of its file.
-    figures
-        What the scan shows of its chain.
-    """
+    """The comparison of a scan with its chain."""
 
     name: str
     made_utc: str
     sha256: str
+    """`name`, `made_utc`, `sha256`: name of the chain, when it was qualified, and the fingerprint of its file."""
     figures: tuple[ChainFigure, ...] = ()
+    """What the scan shows of its chain."""

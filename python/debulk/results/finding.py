@@ -18,36 +18,26 @@ class Reason(NamedTuple):
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check found.
-
-    Attributes
-    ----------
-    check
-        Name of the check, such as ``"level"`` or ``"holes"``. Programs test this name instead of reading the reason.
-        ``"deadline"`` is the name of whatever time did not allow.
-    at_best
-        The layup's verdict can be no better than this. None: the finding is only mentioned.
-    reason
-        What was found and what to do about it, in words.
-    measured, limit, unit
-        The figure that the check compared, its limit, and the unit of both; None and empty if there is no such figure.
-    place_mm
-        (x, y) in the mold's frame; None: it is not about one place.
-    pocket
-        Number of the pocket that it is about; None: it is not about a pocket.
-    remedy
-        What to do about it, if that is more than what the list of checks says for all findings of the check.
-    """
+    """What one check found."""
 
     check: str
+    """Name of the check, such as ``"level"`` or ``"holes"``. Programs test this name instead of reading the reason.
+    ``"deadline"`` is the name of whatever time did not allow."""
     at_best: Verdict | None
+    """The layup's verdict can be no better than this. None: the finding is only mentioned."""
     reason: str
+    """What was found and what to do about it, in words."""
     measured: float | None = None
     limit: float | None = None
     unit: str = ""
+    """`measured`, `limit`, `unit`: the figure that the check compared, its limit, and the unit of both; None and empty
+    if there is no such figure."""
     place_mm: tuple[float, float] | None = None
+    """(x, y) in the mold's frame; None: it is not about one place."""
     pocket: int | None = None
+    """Number of the pocket that it is about; None: it is not about a pocket."""
     remedy: str = ""
+    """What to do about it, if that is more than what the list of checks says for all findings of the check."""
 
     @property
     def asks(self) -> str:

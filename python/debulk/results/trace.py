@@ -16,24 +16,17 @@ _Pose = Annotated[NDArray[np.float64], Stored(np.float64, 4, 4)]
 
 @dataclass(frozen=True, kw_only=True)
 class ArrayTrace:
-    """The fingerprint of an array that is too large to be stored.
-
-    Attributes
-    ----------
-    shape
-        Shape of the array.
-    sha256
-        SHA-256, hexadecimal, of its values row by row. For a cloud these are float32, little-endian, mm, before mask
-        and pose, less the shift of a far cloud that the report's warnings state; for a mask, one byte per pixel, 0 or
-        1. None: not computed.
-    xxh3
-        XXH3 of 128 bits, hexadecimal, of the same values: tells another array from this one, but not one that somebody
-        has forged to have the same hash. None: not computed.
-    """
+    """The fingerprint of an array that is too large to be stored."""
 
     shape: tuple[int, ...]
+    """Shape of the array."""
     sha256: str | None = None
+    """SHA-256, hexadecimal, of its values row by row. For a cloud these are float32, little-endian, mm, before mask and
+    pose, less the shift of a far cloud that the report's warnings state; for a mask, one byte per pixel, 0 or 1. None:
+    not computed."""
     xxh3: str | None = None
+    """XXH3 of 128 bits, hexadecimal, of the same values: tells another array from this one, but not one that somebody
+    has forged to have the same hash. None: not computed."""
 
     @property
     def fingerprint(self) -> tuple[str, str] | None:
@@ -45,48 +38,32 @@ class ArrayTrace:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Trace(Record):
-    """What an inspection was made of, apart from recipe and ply outline, which are in the report itself.
-
-    Attributes
-    ----------
-    time_utc
-        When the inspection began, ISO 8601, UTC.
-    scan, reference
-        The clouds; None if the inspector's data were prepared before clouds were traced.
-    fibre_angles_deg, fibre_angles_map
-        (2,) angles of the whole ply, or a Grid of values (ny, nx, 2), NaN where nothing is known; the other one is
-        None.
-    nominal_angles_map
-        How the ply was meant to lie, on the same grid as the measured angles; None: not given.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: the clouds were in the mold's frame.
-    camera
-        (3,) f, cx, cy in pixels as given; None: fitted to the reference.
-    fitted_camera
-        (3,) camera that was used in either case; None if the reference is no image of a pinhole camera.
-    mask
-        Image of clamps and tools; None means no mask.
-    deadline_s
-        Time limit of the inspection in seconds; None means no limit.
-    context
-        What the caller wants to be stored: number of the part and the ply, batch, operator, and the like.
-    versions
-        Versions of debulk, Python, NumPy and the core's libraries, and the compiler with its options.
-    host
-        Name and processor of the machine, its system, the instruction set that the core chose, and the threads used.
-    """
+    """What an inspection was made of, apart from recipe and ply outline, which are in the report itself."""
 
     time_utc: str
+    """When the inspection began, ISO 8601, UTC."""
     scan: ArrayTrace | None = None
     reference: ArrayTrace | None = None
+    """`scan`, `reference`: the clouds; None if the inspector's data were prepared before clouds were traced."""
     fibre_angles_deg: Values | None = None
     fibre_angles_map: Grid | None = None
+    """`fibre_angles_deg`, `fibre_angles_map`: (2,) angles of the whole ply, or a Grid of values (ny, nx, 2), NaN where
+    nothing is known; the other one is None."""
     nominal_angles_map: Grid | None = None
+    """How the ply was meant to lie, on the same grid as the measured angles; None: not given."""
     mold_from_scanner: _Pose | None = None
+    """(4, 4), x_mold = T x_scanner; None: the clouds were in the mold's frame."""
     camera: Values | None = None
+    """(3,) f, cx, cy in pixels as given; None: fitted to the reference."""
     fitted_camera: Values | None = None
+    """(3,) camera that was used in either case; None if the reference is no image of a pinhole camera."""
     mask: ArrayTrace | None = None
+    """Image of clamps and tools; None means no mask."""
     deadline_s: float | None = None
+    """Time limit of the inspection in seconds; None means no limit."""
     context: dict[str, Any] = field(default_factory=dict)
+    """What the caller wants to be stored: number of the part and the ply, batch, operator, and the like."""
     versions: dict[str, str] = field(default_factory=dict)
+    """Versions of debulk, Python, NumPy and the core's libraries, and the compiler with its options."""
     host: dict[str, str] = field(default_factory=dict)
+    """Name and processor of the machine, its system, the instruction set that the core chose, and the threads used."""
