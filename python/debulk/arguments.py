@@ -13,8 +13,6 @@ from typing import Any, ParamSpec, TypeVar
 
 from debulk._core import InputError
 
-__all__ = ["check_fields", "of_type", "typed"]
-
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from debulk._core import InputError
 from debulk.arguments import of_type
 
-__all__ = ["came", "camera", "corners", "numbers", "outline", "pair", "points_xy", "positive", "rigid", "whole"]
-
 log = logging.getLogger("debulk")
 Floats = NDArray[np.float64]
 _EXACT = 1e-9  # a rotation that is orthonormal to this is left as it is

@@ -18,8 +18,6 @@ from debulk._core import InputError
 from debulk.build import build_id
 from debulk.doctor import Licence, licences
 
-__all__ = ["bill"]
-
 Component = dict[str, Any]
 _SPDX = {
     "MIT", "MPL-2.0", "BSL-1.0", "EPL-1.0", "Zlib", "bzip2-1.0.6", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause",

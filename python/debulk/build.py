@@ -6,8 +6,6 @@ import functools
 import hashlib
 from pathlib import Path
 
-__all__ = ["build_id"]
-
 _ENDINGS = {".py", ".so", ".pyd"}
 
 

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from debulk._core import InputError
 
-__all__ = ["coordinates", "plain"]
-
 _NAMES = (("x", "y", "z"), ("X", "Y", "Z"))
 _UNNAMED = ("f0", "f1", "f2")  # as RealSense's get_vertices() calls them
 _TRIPLES = ("xyz", "points", "position")

@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Generic, Self, TypeVar, overload
 
-__all__ = ["Guard", "kept"]
-
 Value = TypeVar("Value")
 
 

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FAR_MM", "is_far", "resolution_mm", "shift_of", "shifted"]
-
 Floats = NDArray[np.float64]
 FAR_MM = 2.0**15
 """Farther from the origin than this, mm, on one axis with all its points, a cloud is far: float32 rounds it by more

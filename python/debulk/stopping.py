@@ -12,9 +12,6 @@ from contextlib import contextmanager
 from debulk import _core
 from debulk._core import InputError
 
-__all__ = ["Running", "known", "stopping"]
-
-
 _AT_EXIT_S = 5.0  # longest wait, at the interpreter's exit, for the calls of daemon threads; they end in milliseconds
 _every: set[_core.Stop] = set()  # of all running calls of this process
 _exiting = False
