@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 
 #include "debulk/core/error.hpp"
+#include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
 
@@ -40,43 +40,50 @@ Polygon corners(const Box& box) {
   return {box.low, {box.high.x(), box.low.y()}, box.high, {box.low.x(), box.high.y()}};
 }
 
-// The axis of the fibre at a place, as a unit complex number whose sign means nothing; empty where it is not known.
+// The axis of the fibre at a place, as a unit vector whose sign means nothing; empty where it is not known.
 class Axes {
  public:
-  Axes(const AngleField& angles, int family) : angles_(angles), family_(family) {}
+  Axes(const AngleField& angles, int family) : doubled_(angles.like(Eigen::Vector2d(0, 0))) {
+    for (std::size_t k = 0; k < angles.values.size(); ++k) {
+      const double twice = 2 * angles.values[k][family];
+      doubled_.values[k] = {std::cos(twice), std::sin(twice)};
+    }
+  }
 
   // The direction at a place that continues `way`.
   std::optional<Eigen::Vector2d> along(const Eigen::Vector2d& xy, const Eigen::Vector2d& way) const {
-    const Eigen::Vector2d at = angles_.locate(xy).cwiseMax(0.0).cwiseMin(Eigen::Vector2d(angles_.nx - 1, angles_.ny - 1));
-    const int i = std::min(static_cast<int>(at.x()), std::max(0, angles_.nx - 2));
-    const int j = std::min(static_cast<int>(at.y()), std::max(0, angles_.ny - 2));
+    const Eigen::Vector2d at = doubled_.locate(xy).cwiseMax(0.0).cwiseMin(Eigen::Vector2d(doubled_.nx - 1, doubled_.ny - 1));
+    const int i = std::min(static_cast<int>(at.x()), std::max(0, doubled_.nx - 2));
+    const int j = std::min(static_cast<int>(at.y()), std::max(0, doubled_.ny - 2));
     const double u = at.x() - i, v = at.y() - j;
-    std::complex<double> twice = 0;  // axes are averaged by their doubled angles
+    Eigen::Vector2d twice = Eigen::Vector2d::Zero();  // axes are averaged by their doubled angles
     double weight = 0;
     for (const int dj : {0, 1})
       for (const int di : {0, 1}) {
-        if (!angles_.contains(i + di, j + dj)) continue;
-        const double angle = angles_.at(i + di, j + dj)[family_], share = (di ? u : 1 - u) * (dj ? v : 1 - v);
-        if (std::isnan(angle) || share <= 0) continue;
-        twice += share * std::polar(1.0, 2 * angle), weight += share;
+        const double share = (di ? u : 1 - u) * (dj ? v : 1 - v);
+        if (share <= 0 || !doubled_.contains(i + di, j + dj)) continue;
+        const Eigen::Vector2d& corner = doubled_.at(i + di, j + dj);
+        if (std::isnan(corner.x())) continue;
+        twice += share * corner, weight += share;
       }
-    if (weight < 0.5 || std::abs(twice) < 1e-9) return std::nullopt;
-    const double angle = 0.5 * std::arg(twice);
-    const Eigen::Vector2d out(std::cos(angle), std::sin(angle));
+    const double length = std::sqrt(twice.squaredNorm());
+    if (weight < 0.5 || length < 1e-9) return std::nullopt;
+    // The half angle without its tangent: of the two roots, the one that does not cancel.
+    const double cosine = twice.x() / length, sine = twice.y() / length, larger = std::sqrt(0.5 * (1 + std::abs(cosine)));
+    const Eigen::Vector2d out = cosine >= 0 ? Eigen::Vector2d(larger, 0.5 * sine / larger) : Eigen::Vector2d(0.5 * sine / larger, larger);
     return out.dot(way) < 0 ? Eigen::Vector2d(-out) : out;
   }
 
  private:
-  const AngleField& angles_;
-  int family_;
+  Grid<Eigen::Vector2d> doubled_;
 };
 
 struct Area {
-  const Polygon& ply;
+  const OutlineSearch& ply;
   const Box& box;
   bool contains(const Eigen::Vector2d& xy) const {
     const bool in_box = (xy.array() >= box.low.array()).all() && (xy.array() <= box.high.array()).all();
-    return in_box && (ply.empty() || inside(ply, xy));
+    return in_box && (ply.empty() || ply.inside(xy));
   }
 };
 
@@ -139,7 +146,8 @@ std::vector<FibreLine> field_lines(const AngleField& angles, const Polygon& ply,
   options.check();
   require(angles.nx > 0 && angles.ny > 0, "fibre_angles_deg", "a grid with values", angles.size());
   const Box around = ply.empty() ? box : bounding_box(ply);
-  const Area area{ply, around};
+  const OutlineSearch outline(ply);
+  const Area area{outline, around};
   const Eigen::Vector2d size = around.high - around.low;
   const int nx = static_cast<int>(size.x() / options.apart) + 1, ny = static_cast<int>(size.y() / options.apart) + 1;
   const long most = static_cast<long>(4 * size.norm() / options.step) + 1;  // a line that turns round and round is ended

@@ -75,6 +75,19 @@ TEST(FibreLines, FollowAFieldOfAngles) {
   for (const int family : {0, 1}) EXPECT_LE(covered(lines, family, options.apart), 2e4);
 }
 
+TEST(FibreLines, AreStraightInAFieldOfEqualAngles) {
+  for (const double degrees : {0.0, 30.0, 45.0, 89.999999, 90.0, 90.000001, 135.0, 180.0, -90.0, -135.0, 270.0, 725.0}) {
+    const double angle = degrees * M_PI / 180;
+    const AngleField field(11, 11, {0, 0}, 10.0, Eigen::Vector2d(angle, angle + M_PI / 3));
+    for (const FibreLine& line : field_lines(field, kSquare, kBox, {})) {
+      const double along = line.family == 0 ? angle : angle + M_PI / 3;
+      EXPECT_NEAR(std::abs(line.way.dot(Eigen::Vector2d(std::cos(along), std::sin(along)))), 1, 1e-12);
+      const Eigen::Vector2d whole = line.at(line.count - 1) - line.at(0);
+      EXPECT_NEAR(std::abs(whole.dot(line.way)), line.length(), 1e-3) << degrees;
+    }
+  }
+}
+
 TEST(FibreLines, EndWhereNoAngleIsKnown) {
   AngleField field = round_field();
   for (int j = 0; j < field.ny; ++j)
