@@ -108,15 +108,15 @@ def build(case: Case) -> sheet.Sheet:
 
 def recipe(case: Case) -> SimpleNamespace:
     """Return material and loads in a wider range than a recipe allows."""
-    material = SimpleNamespace(
-        thickness_mm=case.thickness_mm,
-        young_mpa=case.young_mpa,
-        shear_mpa=case.shear_mpa,
-        density_kg_m3=1048.0,
-        friction=case.friction,
+    plain = Recipe()
+    material = {
+        "thickness_mm": case.thickness_mm, "young_mpa": case.young_mpa, "shear_mpa": case.shear_mpa,
+        "friction": case.friction,
+    }  # fmt: skip
+    loads = {**plain.loads.model_dump(), "pressure_mpa": case.pressure_mpa}
+    return SimpleNamespace(
+        material=SimpleNamespace(**{**plain.material.model_dump(), **material}), loads=SimpleNamespace(**loads)
     )
-    loads = SimpleNamespace(pressure_mpa=case.pressure_mpa, gravity_m_s2=9.81, lumping=Recipe().loads.lumping)
-    return SimpleNamespace(material=material, loads=loads)
 
 
 def one_at_a_time() -> Iterator[tuple[str, Case]]:

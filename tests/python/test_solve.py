@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from debulk import InputError, net, scenes, sheet, solve, surface
+from debulk import InputError, Recipe, net, scenes, sheet, solve, surface
 
 
 def bell_pocket(height=6.0, radius=40.0, seed=0, away=0.0):
@@ -39,6 +39,30 @@ def test_is_certified(solved):
     assert solution.certified, solution.certificate.failure
     assert solution.status == "converged"
     assert solution.energy_mj < 0
+
+
+@pytest.mark.parametrize(
+    ("term", "settings"),
+    [
+        ("torsion", {"material": {"torsion_n_mm": 0.36}}),
+        ("in_plane_bending", {"material": {"in_plane_bending_n_mm": 36.0}}),
+        ("tack", {"material": {"tack_n_mm3": 1.0}}),
+        ("vacuum", {"loads": {"pressure_direction": "normal"}}),
+    ],
+)
+def test_an_optional_term_is_there_if_asked_for_and_leaves_the_minimum_certified(term, settings):
+    laid, plain, reference = bell_pocket()
+    kinds = np.where((laid.kinds == 1) & (laid.nodes_mm[:, 0] > 0), 2, laid.kinds)  # half the rim at the ply's edge
+    of = (laid.nodes_mm, laid.neighbours, kinds, laid.spacing_mm, laid.area_mm2, reference)
+    model = sheet.Sheet(*of, Recipe(**settings))
+    assert set(model.terms(model.start_mm)) == {*plain.terms(plain.start_mm), term}
+    solution = solve.minimise(model)
+    assert solution.certified, solution.certificate.failure
+    terms = model.terms(solution.nodes_mm)
+    assert terms[term] > 0
+    signed = [-mj if name in ("gravity", "vacuum") else mj for name, mj in terms.items()]
+    assert solution.energy_mj == pytest.approx(sum(signed), rel=1e-9)
+    assert solution.energy_mj != pytest.approx(solve.minimise(sheet.Sheet(*of)).energy_mj, rel=1e-9)
 
 
 def test_kkt_error_by_a_second_hand(solved):
